@@ -1,7 +1,8 @@
-"""Runs all tests:  .venv/bin/python -m tests
+"""Runs the default tests:  .venv/bin/python -m tests
 
-Brings its own browser where it can, and says what it does. Two runs of pytest, because Playwright keeps an event loop
-in the main thread: first everything without a browser, then the page in a real Chromium. Arguments go to both.
+With --all those that are marked `long` as well. Brings its own browser where it can, and says what it does. Two runs
+of pytest, because Playwright keeps an event loop in the main thread: first everything without a browser, then the page
+in a real Chromium. Other arguments go to both.
 
 No test is run twice: one that fails now and then shows a race, in the page or in the test. Races are looked for with
 late answers (tests/support/late_answers.py).
@@ -15,7 +16,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
+ALL = "--all"
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # of each worker: there is one for each core
 NO_TESTS = 5  # pytest's exit code where nothing was selected
 
 
@@ -27,13 +30,14 @@ def main() -> int:
             "Or set TOUCHLINE_CHROMIUM to the path of a Chromium or Chrome. The tests without a browser run now.")
     else:
         say(f"Browser for the tests of the page: {chromium}{version_of(chromium)}")
-    environment = {**os.environ, **({"TOUCHLINE_CHROMIUM": chromium} if chromium else {})}
+    environment = {**ONE_THREAD, **os.environ, **({"TOUCHLINE_CHROMIUM": chromium} if chromium else {})}
+    tier = "" if ALL in sys.argv else " and not long"
     say("1 of 2: everything without a browser")
-    first = pytest("not e2e and not long", environment, at_once(spare=1))
+    first = pytest(f"not e2e{tier}", environment, at_once(spare=1))
     if chromium is None:
         return first or 1
     say("2 of 2: the page in a real browser")
-    second = pytest("e2e and not long", environment, at_once())
+    second = pytest(f"e2e{tier}", environment, at_once())
     return first or second
 
 
@@ -105,18 +109,19 @@ def version_of(path: str) -> str:
 
 
 def at_once(spare: int = 0) -> list[str]:
-    """Files side by side, one for each core, unless an argument says otherwise; a failing one names its worker.
+    """One worker for each core, unless an argument says otherwise; one that has no test left takes some of another's.
 
     spare: so many more, where tests wait for sockets and processes most of the time.
     """
     if any(argument.startswith("-n") for argument in sys.argv[1:]):
         return []
-    return ["-n", str(min(4, (os.cpu_count() or 1) + spare)), "--dist", "loadfile"]
+    return ["-n", str(min(4, (os.cpu_count() or 1) + spare)), "--dist", "worksteal"]
 
 
 def pytest(marker: str, environment: dict[str, str], more: Sequence[str] = ()) -> int:
     """One run; a run with nothing to do has passed."""
-    command = [sys.executable, "-m", "pytest", "-m", marker, *more, *sys.argv[1:]]
+    arguments = [argument for argument in sys.argv[1:] if argument != ALL]
+    command = [sys.executable, "-m", "pytest", "-m", marker, *more, *arguments]
     code = subprocess.run(command, cwd=ROOT, env=environment).returncode
     return 0 if code == NO_TESTS else code
 

@@ -9,9 +9,32 @@ from pathlib import Path
 import pytest
 
 from app.cli import main
+from tests.support.leftovers import forget_cached, leftovers
 from tests.support.paths import SHARED_DATA as DATA
 from tests.support.postgres import PostgresServer, programs
 from tests.support.store_opener import StoreOpener
+from tests.support.waiting import until
+
+
+@pytest.fixture(scope="module", autouse=True)
+def there_before(request):
+    """What was there before the tests of a file; what they shared is gone after them."""
+    before = leftovers()
+    yield before
+    forget_cached(request.module)
+    until(lambda: leftovers() - before, lambda left: not left)
+
+
+@pytest.fixture(autouse=True)
+def nothing_is_left(request, there_before):
+    """A test that leaves a process, a thread or a file behind fails by its own name.
+
+    Where tests share a server, whose threads and processes come and go, the last one of the file does.
+    """
+    before = leftovers()
+    yield
+    if before == there_before and "standing" not in request.fixturenames:
+        until(lambda: leftovers() - before, lambda left: not left)
 
 
 @pytest.fixture(scope="session")

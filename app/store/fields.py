@@ -1,6 +1,7 @@
 """Fields as YAML files, one a file, named as the field is: those that come with Touchline, and the operator's own."""
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -18,12 +19,18 @@ MAX_OWN_FIELDS = 500
 
 def load_fields(folder: Path | None = None) -> dict[str, Field]:
     """Load every field of a folder by name, in order; without one, those that come with Touchline."""
-    folder = folder or shipped("configs") / "fields"
+    if folder is None:
+        return dict(_shipped_fields())
     if not folder.is_dir():
         raise NotFound(f"There is no folder {folder.name!r} of fields.", "Name an existing folder in the settings.",
                        reason="no-fields")
     fields = [load_field(path) for path in sorted(folder.glob("*.yaml"))]
     return {field.name: field for field in fields}
+
+
+@cache
+def _shipped_fields() -> dict[str, Field]:
+    return load_fields(shipped("configs") / "fields")
 
 
 def load_field(path: Path) -> Field:

@@ -10,10 +10,17 @@ from app.settings import Settings
 from tests.support.paths import CLICKS
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, without_size
+from tests.support.standing_decoder import standing_decoder
 
 HERE = "http://127.0.0.1:8000"
 CAMERAS = ({"id": "north", "name": "North half", "source": "sim://table?size=320x256&fps=200", "field": "table",
             "region": "full"},)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_decoder():
+    with standing_decoder():
+        yield
 
 
 @pytest.fixture

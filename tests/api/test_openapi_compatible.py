@@ -27,7 +27,9 @@ def before() -> dict:
 
 @pytest.fixture(scope="module")
 def after(tmp_path_factory) -> dict:
-    return create_app(Settings(data=tmp_path_factory.mktemp("data"))).openapi()
+    app = create_app(Settings(data=tmp_path_factory.mktemp("data")))
+    with app.state.services.store:
+        return app.openapi()
 
 
 class Comparison:

@@ -21,6 +21,14 @@ def guarded(tmp_path):
         yield client
 
 
+@pytest.fixture(scope="module")
+def shut(tmp_path_factory):
+    """The same, for those who bring no token."""
+    settings = Settings(data=tmp_path_factory.mktemp("data"), token=TOKEN, server={"host": "0.0.0.0"})
+    with TestClient(create_app(settings), base_url=LAN, follow_redirects=False) as client:
+        yield client
+
+
 def every_call(app):
     """(method, path) of everything in the documentation, ids filled in."""
     for path, methods in app.openapi()["paths"].items():
@@ -28,11 +36,11 @@ def every_call(app):
             yield method.upper(), path.replace("{format}", "json").replace("{", "").replace("}", "")
 
 
-def test_every_call_but_the_open_ones_wants_the_token(guarded):
-    calls = list(every_call(guarded.app))
+def test_every_call_but_the_open_ones_wants_the_token(shut):
+    calls = list(every_call(shut.app))
     assert len(calls) > 10
     for method, path in calls:
-        answer = guarded.request(method, path)
+        answer = shut.request(method, path)
         if path in OPEN:
             assert answer.status_code == 200, path
         else:
@@ -41,8 +49,8 @@ def test_every_call_but_the_open_ones_wants_the_token(guarded):
 
 
 @pytest.mark.parametrize("path", ["/", "/docs", "/api/v1/openapi.json", "/vendor/preact.js", "/app.js", "/help/api.md"])
-def test_the_page_and_its_files_want_the_token_too(guarded, path):
-    assert guarded.get(path).status_code == 401
+def test_the_page_and_its_files_want_the_token_too(shut, path):
+    assert shut.get(path).status_code == 401
 
 
 def test_a_bearer_header_lets_scripts_in(guarded):

@@ -21,7 +21,7 @@ from tests.support.sim_clicks import border_observations
 PICTURES = {"ssl_2008_half": "fields/ssl_2008/ssl-field-2008.jpg", "unball_full": "fields/unball/unball_path1.png"}
 
 
-@pytest.mark.parametrize("name", PICTURES)
+@pytest.mark.parametrize("name", ["ssl_2008_half", pytest.param("unball_full", marks=pytest.mark.long)])
 def test_rest_and_shell_give_the_same_numbers_on_a_real_picture(
         client, clicks, real_data, tmp_path, monkeypatch, capsys, name):
     image, task = real_data(PICTURES[name]), clicks(name)
@@ -56,9 +56,11 @@ def test_rest_and_shell_give_the_same_numbers_on_a_real_picture(
     assert np.array_equal(cv2.imread(str(tmp_path / "out.png")), cv2.imdecode(np.frombuffer(picture, np.uint8), 1))
 
 
-def test_every_camera_of_the_demo_can_be_calibrated_on_its_region(tmp_path):
+@pytest.mark.parametrize("cameras", [DEMO_CAMERAS[-1:], pytest.param(DEMO_CAMERAS, marks=pytest.mark.long)],
+                         ids=["one", "all"])
+def test_every_camera_of_the_demo_can_be_calibrated_on_its_region(tmp_path, cameras):
     fields = FieldRepository(tmp_path / "fields")
-    settings = Settings(data=tmp_path, cameras=DEMO_CAMERAS)
+    settings = Settings(data=tmp_path, cameras=cameras)
     with TestClient(create_app(settings), base_url="http://127.0.0.1:8000") as client:
         for camera in settings.cameras:
             kept = client.post(f"{API}/snapshots", json={"camera": camera.id}).json()

@@ -85,7 +85,7 @@ def test_what_cannot_be_meant_is_refused_at_once(standing, picture, change, stat
 
 
 def test_a_camera_takes_the_pictures_itself(standing):
-    job = found(standing, camera="north", frames=3, field="table")
+    job = found(standing, camera="north", frames=2, field="table")
     assert job["state"] == "done", job
     assert job["result"]["image_size"] == [320, 256]
     taken = standing.get(f"{API}/snapshots").json()["items"]

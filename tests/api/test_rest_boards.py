@@ -43,8 +43,8 @@ def test_a_lens_from_corners_is_the_camera_s_and_is_kept_whole(standing, lens):
         "brown-conrady", "north", "metre board", None)
     assert record["board"] == BOARD.to_json() and record["image_size"] == list(SIZE)
     assert record["report"]["sigma_px"] == pytest.approx(0.2, rel=0.1)
-    (short,) = standing.get(LENSES).json()["items"]
-    assert short["id"] == lens["lens"] and short["views"] == 15 and short["verdict"]["sentence"]
+    (short,) = [item for item in standing.get(LENSES).json()["items"] if item["id"] == lens["lens"]]
+    assert short["views"] == 15 and short["verdict"]["sentence"]
 
 
 @pytest.mark.parametrize("sigma", ["0", "own"])
@@ -123,10 +123,11 @@ def test_what_cannot_be_done_is_refused_before_anybody_waits(standing, name):
     assert len(standing.get(f"{API}/jobs").json()["items"]) == before
 
 
-def test_views_that_tell_no_lens_are_a_failed_job_with_a_fix(client):
-    told = finished(client, accepted(client.post(f"{CAL}/board", json=seen(2))))
+def test_views_that_tell_no_lens_are_a_failed_job_with_a_fix(standing):
+    before = standing.get(LENSES).json()
+    told = finished(standing, accepted(standing.post(f"{CAL}/board", json=seen(2))))
     assert told["state"] == "failed" and told["problem"]["type"] == "/problems/too-few-views"
-    assert told["problem"]["fix"] and client.get(LENSES).json()["items"] == []
+    assert told["problem"]["fix"] and standing.get(LENSES).json() == before
 
 
 def test_a_lens_is_deleted_once_and_what_nobody_has_kept_is_404(client):
@@ -150,15 +151,15 @@ def uploaded(client, pixels):
     return client.post(f"{API}/snapshots", files={"file": encoded("png", pixels)}).json()["id"]
 
 
-@pytest.fixture
-def snapshots(client):
-    return [uploaded(client, drawn(seed)) for seed in range(5)]
+@pytest.fixture(scope="module")
+def snapshots(standing):
+    return [uploaded(standing, drawn(seed)) for seed in range(5)]
 
 
-def test_the_board_is_found_in_kept_pictures_and_one_without_it_is_named(client, snapshots):
-    blank = uploaded(client, np.full((800, 1000, 3), 90, np.uint8))
+def test_the_board_is_found_in_kept_pictures_and_one_without_it_is_named(standing, snapshots):
+    blank = uploaded(standing, np.full((800, 1000, 3), 90, np.uint8))
     body = {"snapshots": [*snapshots, blank], "board": SMALL.to_json(), "options": {"terms": [], "warp": False}}
-    told = finished(client, accepted(client.post(f"{CAL}/board", json=body)))
+    told = finished(standing, accepted(standing.post(f"{CAL}/board", json=body)))
     assert told["state"] == "done", told
     record = told["result"]["record"]
     assert record["snapshots"] == body["snapshots"] and record["image_size"] == [1000, 800]
@@ -168,26 +169,28 @@ def test_the_board_is_found_in_kept_pictures_and_one_without_it_is_named(client,
     assert named["index"] == 5 and named["text"].startswith("Picture 6 shows no")
 
 
-def test_pictures_without_any_board_or_of_two_sizes_are_refused(client, snapshots):
+def test_pictures_without_any_board_or_of_two_sizes_are_refused(standing, snapshots):
     other = {**SMALL.to_json(), "columns": 7}
-    told = finished(client, accepted(client.post(f"{CAL}/board", json={"snapshots": snapshots, "board": other})))
+    body = {"snapshots": snapshots[:1], "board": other}
+    told = finished(standing, accepted(standing.post(f"{CAL}/board", json=body)))
     assert told["state"] == "failed" and told["problem"]["type"] == "/problems/no-board"
-    body = {"snapshots": [snapshots[0], uploaded(client, np.zeros((80, 100, 3), np.uint8))], "board": SMALL.to_json()}
-    refusal(client.post(f"{CAL}/board", json=body), 409, "size-mismatch")
+    body = {"snapshots": [snapshots[0], uploaded(standing, np.zeros((80, 100, 3), np.uint8))], "board": SMALL.to_json()}
+    refusal(standing.post(f"{CAL}/board", json=body), 409, "size-mismatch")
     body = {"snapshots": snapshots, "board": SMALL.to_json(), "image_size": [100, 80]}
-    refusal(client.post(f"{CAL}/board", json=body), 409, "size-mismatch")
+    refusal(standing.post(f"{CAL}/board", json=body), 409, "size-mismatch")
 
 
-def test_a_picture_damaged_on_disk_is_a_failed_job(client, snapshots):
-    repository = client.app.state.services.store.snapshots
-    path = repository.path(repository.get(snapshots[2]))
+def test_a_picture_damaged_on_disk_is_a_failed_job(standing, snapshots):
+    repository, spoilt = standing.app.state.services.store.snapshots, uploaded(standing, drawn(5))
+    path = repository.path(repository.get(spoilt))
     path.write_bytes(path.read_bytes()[:-1] + b"x")
-    body = {"snapshots": snapshots, "board": SMALL.to_json()}
-    told = finished(client, accepted(client.post(f"{CAL}/board", json=body)))
+    body = {"snapshots": [*snapshots[:2], spoilt], "board": SMALL.to_json()}
+    told = finished(standing, accepted(standing.post(f"{CAL}/board", json=body)))
     assert told["state"] == "failed" and told["problem"]["type"] == "/problems/damaged-file"
     assert "Picture 3" in told["problem"]["detail"]
 
 
+@pytest.mark.long
 def test_the_classic_left_camera_from_its_own_pictures(client, real_data):
     pictures = sorted(real_data("boards/opencv_left_right").glob("left*.jpg"))
     kept = [client.post(f"{API}/snapshots", files={"file": path.read_bytes()}).json()["id"] for path in pictures]

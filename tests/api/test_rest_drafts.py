@@ -6,6 +6,12 @@ from tests.support.refusals import API, refusal
 
 
 @pytest.fixture
+def client(standing):
+    """Each test has a snapshot of its own."""
+    return standing
+
+
+@pytest.fixture
 def draft(snapshot):
     return f"{API}/drafts/{snapshot['id']}"
 

@@ -75,6 +75,7 @@ def test_a_knock_is_found_told_and_registered_anew(served):
     assert again["calibration"] == made["id"] and again["px"] < 0.2
 
 
+@pytest.mark.long
 def test_a_knock_before_the_server_started_is_seen(tmp_path):
     """Its picture tells: the camera that is there now stands otherwise."""
     with TestClient(create_app(Settings(data=tmp_path, cameras=CAMERAS)), base_url="http://127.0.0.1:8000") as client:
@@ -85,6 +86,7 @@ def test_a_knock_before_the_server_started_is_seen(tmp_path):
         assert becomes(client, "knocked")["px"] > 1
 
 
+@pytest.mark.long
 def test_without_a_picture_the_first_seconds_are_what_it_is_held_against(served):
     activated(served, image_size=[480, 384])
     assert becomes(served, "steady")["reference"] == "start"

@@ -18,10 +18,10 @@ def body(model="brown-conrady", seed=0, **options):
             "observations": [o.to_json() for o in observations]}
 
 
-@pytest.fixture
-def known_field(client):
-    assert client.put("/api/v1/fields/plain-4x3", json=FIELD).status_code in (200, 201)
-    return client
+@pytest.fixture(scope="module")
+def known_field(standing):
+    assert standing.put("/api/v1/fields/plain-4x3", json=FIELD).status_code in (200, 201)
+    return standing
 
 
 def made(client, **given):

@@ -1,5 +1,7 @@
 """REST of two cameras: the geometry between their pictures, and whether they agree in millimetres."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ PAIRS = f"{API}/pairs"
 @pytest.fixture(scope="module")
 def ids(standing):
     """The two cameras' calibrations, kept."""
+    @cache
     def kept(model="brown-conrady"):
         made = [standing.post(f"{API}/calibrations/import", files={"file": FORMATS["json"].write(calibration)})
                 for calibration in calibrations(model)]

@@ -10,7 +10,7 @@ import pytest
 
 from app.models import MODELS
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera
-from tests.support.pictures import encoded
+from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, refusal
 from tests.support.sim_clicks import border_observations
 
@@ -66,13 +66,25 @@ def observed(model: str) -> list:
 def kept(client, model="brown-conrady", pixels=None, **more) -> dict:
     """A calibration of the reference camera, by REST."""
     a_field_that(client)
-    rng = np.random.default_rng(0)
-    pixels = rng.integers(0, 255, (SIZE.height, SIZE.width, 3), np.uint8) if pixels is None else pixels
+    pixels = gradient(SIZE.width, SIZE.height) if pixels is None else pixels
     snapshot = client.post(f"{API}/snapshots", files={"file": encoded("png", pixels)}).json()["id"]
     answer = client.post(f"{API}/calibrations", json={"field": "seen", "region": "full", "model": model,
                                                       "snapshot": snapshot, "observations": observed(model), **more})
     assert answer.status_code == 201, answer.text
     return answer.json()
+
+
+@pytest.fixture(scope="module")
+def standing_kept(standing):
+    """Of each model one that all tests of this file read."""
+    known = {}
+
+    def of(model="brown-conrady") -> dict:
+        if model not in known:
+            known[model] = kept(standing, model)
+        return known[model]
+
+    return of
 
 
 def both(client, id: str) -> tuple[str, dict]:
@@ -106,10 +118,11 @@ def numbers_of(said: dict) -> list[float]:
     return [float(number) for number in parts if number is not None]
 
 
-@pytest.mark.parametrize("model", tuple(MODELS))
-def test_every_model_has_a_report_whose_page_and_json_say_the_same_numbers(client, model):
-    calibration = kept(client, model)
-    html, said = both(client, calibration["id"])
+@pytest.mark.parametrize("model", [pytest.param(model, marks=[pytest.mark.long] if model == "thin-plate" else [])
+                                   for model in MODELS])
+def test_every_model_has_a_report_whose_page_and_json_say_the_same_numbers(standing, standing_kept, model):
+    calibration = standing_kept(model)
+    html, said = both(standing, calibration["id"])
     page = stands_alone(html)
     shown = set(page.numbers)
     assert not [number for number in numbers_of(said) if number not in shown]
@@ -134,8 +147,8 @@ def test_every_model_has_a_report_whose_page_and_json_say_the_same_numbers(clien
             assert part["map"]["max"] == pytest.approx(known["max"], rel=1e-9)
 
 
-def test_the_number_that_is_read_is_the_number_of_the_record(client):
-    html, said = both(client, kept(client)["id"])
+def test_the_number_that_is_read_is_the_number_of_the_record(standing, standing_kept):
+    html, said = both(standing, standing_kept()["id"])
     for it in said["figures"].values():
         if it["value"] is not None and it["unit"] in ("px", "mm"):
             assert f">{it['value']:.2f} {it['unit']}<" in html, it
@@ -160,9 +173,9 @@ def imported(client, record: dict) -> str:
     return answer.json()["id"]
 
 
-def test_an_imported_one_says_that_it_has_no_picture(client):
-    id = imported(client, exported(client, kept(client)["id"]))
-    html, said = both(client, id)
+def test_an_imported_one_says_that_it_has_no_picture(standing, standing_kept):
+    id = imported(standing, exported(standing, standing_kept()["id"]))
+    html, said = both(standing, id)
     page = stands_alone(html)
     assert "data:image/jpeg" not in html and html.count("data:image/png") == 2
     assert said["picture"]["shown"] is False and said["picture"]["why_not"] in page.text
@@ -178,29 +191,31 @@ def bomb(value, rng, depth=0):
     return [bomb(part, rng, depth + 1) for part in value] if isinstance(value, list) else value
 
 
-def test_a_strangers_report_breaks_neither_the_page_nor_the_json(client):
-    record = exported(client, kept(client)["id"])
+@pytest.mark.parametrize("bombs", [5, pytest.param(40, marks=pytest.mark.long)])
+def test_a_strangers_report_breaks_neither_the_page_nor_the_json(standing, standing_kept, bombs):
+    record = exported(standing, standing_kept()["id"])
     report, rng = record["report"], np.random.default_rng(1)
     cases = [{}, {"verdict": {"level": [], "mm": NAUGHTY, "sentence": NAUGHTY}}, {"covariance": "no"},
              {"covariance": {"names": [NAUGHTY], "matrix": [[1.0]]}},
              {"covariance": {"names": ["height"], "matrix": []}},
              {"covariance": {"names": ["height"] * 3, "matrix": [[1e308] * 3] * 3}},
              {"warnings": [{"text": NAUGHTY, "fix": NAUGHTY}] * 5000}, {"per_feature": [{"feature": NAUGHTY}] * 5000},
-             *(bomb(report, rng) for _ in range(40))]
+             *(bomb(report, rng) for _ in range(bombs))]
     for case in cases:
-        html, _ = both(client, imported(client, {**record, "report": case}))
+        html, _ = both(standing, imported(standing, {**record, "report": case}))
         stands_alone(html)
 
 
-def test_a_camera_that_nobody_can_write_in_a_header_still_has_a_report(client):
-    record = exported(client, kept(client)["id"])
-    id = imported(client, {**record, "camera": 'no\r\nSet-Cookie: "x" é\U0001f600'})
-    answer = client.get(f"{API}/calibrations/{id}/report.html")
+def test_a_camera_that_nobody_can_write_in_a_header_still_has_a_report(standing, standing_kept):
+    record = exported(standing, standing_kept()["id"])
+    id = imported(standing, {**record, "camera": 'no\r\nSet-Cookie: "x" é\U0001f600'})
+    answer = standing.get(f"{API}/calibrations/{id}/report.html")
     assert answer.status_code == 200 and "set-cookie" not in answer.headers
     header = answer.headers["content-disposition"]
     assert re.fullmatch(r"""inline; filename="[\w.-]+-report\.html"; filename\*=UTF-8''[\w.%-]+-report\.html""", header)
 
 
+@pytest.mark.long
 def test_large_noisy_pictures_are_reduced_until_the_file_is_small(client):
     scale = 2  # of noise: 16 MB as PNG, 5 MB as JPEG
     pixels = np.random.default_rng(0).integers(0, 255, (SIZE.height * scale, SIZE.width * scale, 3), np.uint8)
@@ -211,23 +226,23 @@ def test_large_noisy_pictures_are_reduced_until_the_file_is_small(client):
     assert html.count("data:image/jpeg") == 2
 
 
-def test_the_page_allows_itself_nothing(client):
-    id = kept(client)["id"]
-    answer = client.get(f"{API}/calibrations/{id}/report.html")
+def test_the_page_allows_itself_nothing(standing, standing_kept):
+    id = standing_kept()["id"]
+    answer = standing.get(f"{API}/calibrations/{id}/report.html")
     policy = answer.headers["content-security-policy"]
     assert policy.startswith("default-src 'none';") and "script-src" not in policy
     assert re.search(r'http-equiv="Content-Security-Policy" content="default-src &#x27;none&#x27;;', answer.text)
 
 
-def test_an_outlier_is_listed_and_crossed_out(client):
+def test_an_outlier_is_listed_and_crossed_out(standing):
     observations = observed("brown-conrady")
     observations[0]["points"][3][0] += 40
-    html, said = both(client, kept(client, observations=observations)["id"])
+    html, said = both(standing, kept(standing, observations=observations)["id"])
     (stray,) = said["outliers"]
     assert stray["feature"] == observations[0]["feature"] and stray["index"] == 3 and stray["px"] > 20
     assert "#d00000" in html and f"{stray['px']:.2f} px<" in html
 
 
-def test_a_report_of_nothing_is_404(client):
+def test_a_report_of_nothing_is_404(standing):
     for kind in ("html", "json"):
-        refusal(client.get(f"{API}/calibrations/nobody/report.{kind}"), 404, "unknown-calibration")
+        refusal(standing.get(f"{API}/calibrations/nobody/report.{kind}"), 404, "unknown-calibration")

@@ -96,6 +96,7 @@ def test_names_alone_do_for_its_cameras(client):
     assert client.delete(f"{RIGS}/short").status_code == 204
 
 
+@pytest.mark.long
 def test_a_check_by_live_pictures_says_in_plain_words_that_the_cameras_agree(client, rig):
     job = finished(client, accepted(client.post(f"{rig}/check?job=true", json={})))
     assert job["state"] == "done", job

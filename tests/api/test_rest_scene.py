@@ -136,9 +136,10 @@ def test_a_refused_word_ends_the_line_in_words(standing):
         assert end.value.code == 4422
 
 
-def test_ten_scenes_opened_and_closed_leave_no_process_and_no_port(standing, kept):
+@pytest.mark.parametrize("times", [2, pytest.param(10, marks=pytest.mark.long)])
+def test_ten_scenes_opened_and_closed_leave_no_process_and_no_port(standing, kept, times):
     seen = []
-    for _ in range(10):
+    for _ in range(times):
         with opened(standing) as line:
             address = line.receive_json()["address"]
             line.send_json({"show": {"calibrations": [kept]}})
@@ -147,7 +148,7 @@ def test_ten_scenes_opened_and_closed_leave_no_process_and_no_port(standing, kep
             seen.append((process.pid, process.port))
         until(lambda process=process: is_reaped(process.pid) and is_closed(process.port))
         assert standing.get(address).status_code == 404
-    assert len({pid for pid, _ in seen}) == 10 and not processes(standing)
+    assert len({pid for pid, _ in seen}) == times and not processes(standing)
     until(lambda: standing.app.state.services.scenes._count == 0)
 
 
@@ -189,6 +190,7 @@ def scene_processes(folder) -> list[int]:
             if str(folder) in words(words(pid, "stat").rpartition(")")[2].split()[1], "cmdline")]
 
 
+@pytest.mark.long
 def test_a_server_that_ends_takes_its_scenes_along(tmp_path):
     with served(tmp_path) as url, connect(f"{url.replace('http', 'ws')}{LINE}", proxy=None) as line:
         assert json.loads(line.recv(timeout=60))["address"]

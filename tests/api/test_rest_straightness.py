@@ -123,7 +123,7 @@ def test_a_job_answers_the_same_and_says_how_far_it_is(standing, bars):
 
 
 def test_a_job_is_cancelled_and_one_that_finds_nothing_fails_with_a_fix(standing, bars):
-    others = [kept(standing, bars_behind(shade=100 + n)) for n in range(8)]
+    others = [kept(standing, bars_behind(shade=100 + n)) for n in range(3)]
     job = accepted(standing.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [bars[0], *others]}))
     assert standing.delete(f"{API}/jobs/{job['id']}").json()["state"] == "cancelled"
     assert finished(standing, job)["result"] is None
@@ -193,12 +193,12 @@ def test_pictures_that_differ_in_size_or_not_at_all_are_refused(standing, bars):
     refusal(standing.post(STRAIGHTNESS, json={"snapshots": [small]}), 422, "too-few-lines")
 
 
-def test_a_picture_damaged_on_disk_is_said_so(client):
-    id = kept(client, bars_behind())
-    snapshots = client.app.state.services.store.snapshots
+def test_a_picture_damaged_on_disk_is_said_so(standing):
+    id = kept(standing, bars_behind(shade=99))
+    snapshots = standing.app.state.services.store.snapshots
     path = snapshots.path(snapshots.get(id))
     path.write_bytes(path.read_bytes()[:-1] + b"x")
-    told = finished(client, accepted(client.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [id]})))
+    told = finished(standing, accepted(standing.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [id]})))
     assert told["problem"]["type"] == "/problems/damaged-file" and "Picture 1" in told["problem"]["detail"]
 
 
@@ -239,6 +239,7 @@ def test_an_unknown_picture_and_a_wrong_format_are_not_straightened(standing, ba
     refusal(standing.post(f"{call}.png?width=1", json={"snapshot": bars[0], "lens": GOOD}), 422)
 
 
+@pytest.mark.long
 def test_the_facade_by_its_own_picture(standing, real_data):
     data = real_data("lines/ipol_alvarez/building.png").read_bytes()
     id = standing.post(f"{API}/snapshots", files={"file": data}).json()["id"]

@@ -10,7 +10,8 @@ CAL = f"{API}/calibrations"
 @pytest.fixture
 def two(client, task):
     """Two versions of one camera, the older one first."""
-    return [client.post(CAL, json={**task, "camera": "north"}).json() for _ in range(2)]
+    body = {**task, "camera": "north", "model": "homography", "options": {}}
+    return [client.post(CAL, json=body).json() for _ in range(2)]
 
 
 def test_the_history_says_what_was_activated_by_whom_newest_first(client, two):

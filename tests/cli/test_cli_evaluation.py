@@ -37,7 +37,7 @@ def calibration(touchline, picture, tmp_path):
 
 
 def test_compare_ranks_the_models_and_says_why_in_a_sentence(touchline, picture):
-    words = ("compare", picture, "--points", CLICKS, "--models", "polynomial,homography,brown-conrady")
+    words = ("compare", picture, "--points", CLICKS, "--models", "polynomial,homography")
     code, out, err = touchline(*words)
     assert (code, err) == (0, "")
     found = json.loads(touchline(*words, "--json")[1])
@@ -194,6 +194,7 @@ def test_a_lens_or_a_height_that_cannot_be_is_refused(touchline, over_the_field,
     assert not (tmp_path / "no.json").exists()
 
 
+@pytest.mark.long
 def test_the_classic_left_camera_from_its_own_pictures(touchline, real_data, tmp_path):
     pictures = sorted(real_data("boards/opencv_left_right").glob("left*.jpg"))
     code, out, _ = touchline("board", *pictures, "--columns", 9, "--rows", 6, "--square-mm", 25, "-o", "lens.json")
@@ -205,22 +206,21 @@ def test_pair_says_in_millimetres_whether_two_cameras_agree(touchline, tmp_path)
     a, b = calibrations()
     write_calibration(tmp_path / "a.json", a)
     write_calibration(tmp_path / "b.json", b)
-    seen = matches(60, heights_mm=(0, 800))
+    seen = matches(40, heights_mm=(0, 800))
     (tmp_path / "m.json").write_text(json.dumps(dict(zip(("points_a", "points_b"), seen, strict=True))))
     (tmp_path / "rows.json").write_text(json.dumps([[*p, *q] for p, q in zip(*seen, strict=True)]))
     both = ("--a", "a.json", "--b", "b.json")
     code, out, err = touchline("pair", *both)
     assert (code, err) == (0, "") and re.search(r"agree to \d\.\d mm \(median\)", out)
+    assert "Good. Both cameras put the same thing at the same place." in out
     code, out, _ = touchline("pair", "m.json")
-    assert code == 0 and re.search(r"Fundamental matrix from \d\d of 60 matches", out) and "agree to" not in out
+    assert code == 0 and re.search(r"Fundamental matrix from \d\d of 40 matches", out) and "agree to" not in out
     as_rows = touchline("pair", "rows.json", *both, "--json")[1]
-    assert as_rows == touchline("pair", "m.json", *both, "--json")[1]
     assert json.loads(as_rows) == evaluate_pair(*seen, a, b)
-    assert "Good. Both cameras put the same thing at the same place." in touchline("pair", *both)[1]
-    one_each = {**json.loads((tmp_path / "m.json").read_text()), "z_mm": [None] * 60}
+    one_each = {**json.loads((tmp_path / "m.json").read_text()), "z_mm": [None] * 40}
     (tmp_path / "heights.json").write_text(json.dumps(one_each))
     assert json.loads(touchline("pair", "heights.json", *both, "--json")[1])["agreement"]["from"] == "clicks"
-    (tmp_path / "bad.json").write_text(json.dumps({**one_each, "z_mm": ["high"] * 60}))
+    (tmp_path / "bad.json").write_text(json.dumps({**one_each, "z_mm": ["high"] * 40}))
     for wanted, words in ((3, ()), (3, ("--a", "a.json")), (3, (CLICKS,)), (4, ("nowhere.json",)), (4, ("--a", "no")),
                           (3, ("bad.json", *both))):
         code, out, err = touchline("pair", *words)

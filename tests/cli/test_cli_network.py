@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
 
@@ -84,22 +85,25 @@ def test_publish_every_goes_on_until_it_is_ended(tmp_path, way):
     assert publishing.returncode == 0 and "bytes to" in out and err == ""
 
 
-def test_absorb_tells_who_is_there_and_keeps_what_import_reads(tmp_path, way):
+def test_absorb_tells_who_is_there_and_keeps_what_import_reads(touchline, tmp_path, way):
     packet = geometry_packet(published_cameras([example("ssl", 1)], PublishingConfig(numbers={"north": 2})))
-    listening = subprocess.Popen([*TOUCHLINE, "absorb", "--for", "4", "--folder", str(tmp_path / "heard"),
-                                  *options(way)], stdout=subprocess.PIPE, text=True)
     joined = f"{int.from_bytes(bytes(map(int, way['group'].split('.'))), 'little'):08X}"  # as the kernel lists it
-    until(lambda: joined in Path("/proc/net/igmp").read_text(), seconds=60)
-    port = said(packet, **way)
-    out, _ = listening.communicate(timeout=60)
-    assert listening.returncode == 0
+
+    def say():
+        until(lambda: joined in Path("/proc/net/igmp").read_text())
+        return said(packet, **way)
+
+    with ThreadPoolExecutor() as other:
+        saying = other.submit(say)
+        code, out, _ = touchline("absorb", "--for", 2, "--folder", tmp_path / "heard", *options(way))
+        port = saying.result()
+    assert code == 0
     assert f"127.0.0.1, port {port}, other: 1 packets, 1 with geometry" in out and "camera 2 at " in out
     assert "no field that is known here" in out
     kept = tmp_path / "heard" / f"127.0.0.1-{port}.pb"
     assert kept.read_bytes() == packet
-    back = subprocess.run([*TOUCHLINE, "import", str(kept), "--camera-id", "2", "-o", str(tmp_path / "back.json")],
-                          capture_output=True, text=True)
-    assert back.returncode == 0, back.stderr
+    code, _, err = touchline("import", kept, "--camera-id", 2, "-o", "back.json")
+    assert code == 0, err
     parameters = json.loads((tmp_path / "back.json").read_text())["model"]["parameters"]
     assert parameters["focal_px"] == pytest.approx(model_of("ssl", 1).focal_px, rel=1e-6)
 
@@ -130,6 +134,7 @@ def udp_sockets(pid: int) -> set[str]:
     return {inode for inode in (line.split()[9] for line in lines) if f"socket:[{inode}]" in held}
 
 
+@pytest.mark.long
 def test_a_server_that_was_not_asked_has_no_socket_to_send_by(tmp_path, way):
     """Stronger than silence: without a UDP socket nothing can leave."""
     with served(tmp_path / "data") as url, closing(Line(url)) as line:

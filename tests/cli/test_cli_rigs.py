@@ -46,6 +46,7 @@ def test_cameras_that_agree_end_with_0(touchline, files):
     assert pair["from"] == "pictures" and pair["agreement"]["carpet"]["p95_mm"] < 15
 
 
+@pytest.mark.long
 def test_one_that_was_knocked_ends_with_5_and_is_named(touchline, files, tmp_path):
     knocked(tmp_path / "south.json")
     code, out, _ = touchline("rig", "check", *files, *PICTURES)
@@ -53,10 +54,21 @@ def test_one_that_was_knocked_ends_with_5_and_is_named(touchline, files, tmp_pat
     assert touchline("rig", "check", *files, *PICTURES, "--enough", "any")[0] == 0
 
 
-def test_matches_are_taken_as_pair_takes_them(touchline, files, tmp_path):
+@pytest.fixture
+def matches(tmp_path):
+    """matches.json: thirty places that both see, as rows."""
     places = np.random.default_rng(0).uniform([-200, -2800], [200, 2800], (30, 2))
     rows = np.concatenate([sim_source(2, n).camera.raw_from_field(places) for n in (0, 1)], axis=1)
     (tmp_path / "matches.json").write_text(json.dumps(rows.tolist()))
+
+
+def test_one_that_was_knocked_ends_with_5_by_matches_too(touchline, files, matches, tmp_path):
+    knocked(tmp_path / "south.json")
+    code, out, _ = touchline("rig", "check", *files, "--matches", "matches.json")
+    assert code == 5 and out.startswith("poor: ")
+
+
+def test_matches_are_taken_as_pair_takes_them(touchline, files, matches):
     code, out, _ = touchline("rig", "check", *files, "--matches", "matches.json", "--json")
     (pair,) = json.loads(out)["pairs"]
     assert code == 0 and pair["from"] == "matches" and pair["agreement"]["n"] == 60

@@ -84,6 +84,7 @@ def test_what_tells_nothing_is_refused_in_two_lines_and_writes_nothing(touchline
     assert not list(tmp_path.glob("after.*"))
 
 
+@pytest.mark.long
 def test_the_facade_and_its_authors_correction_of_it(touchline, real_data):
     folder = real_data("lines/ipol_alvarez/building.png").parent
     assert touchline("straight", folder / "building.png")[1].startswith("Distortion significant.")

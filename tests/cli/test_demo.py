@@ -5,12 +5,25 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 import requests
 
+from app import main
 from app.cli.server import DEMO_CAMERAS
 from tests.support.waiting import LONG_S, until
 
 
+def test_the_demo_serves_its_cameras(touchline, tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(main, "serve", lambda settings, **more: asked.append(settings))
+    assert touchline("demo", "--data", tmp_path / "data")[0] == 0
+    (settings,) = asked
+    assert settings.data == tmp_path / "data"
+    assert [(camera.id, camera.source) for camera in settings.cameras] == [
+        (camera["id"], camera["source"]) for camera in DEMO_CAMERAS]
+
+
+@pytest.mark.long
 def test_the_demo_starts_says_where_and_shows_its_cameras(tmp_path):
     touchline = Path(sys.executable).parent / "touchline"
     server = subprocess.Popen([str(touchline), "demo", "--port", "0", "--data", str(tmp_path / "data")], cwd=tmp_path,

@@ -1,7 +1,4 @@
-"""The real thing: a server with the demo's cameras on a free port and a data folder of its own, and a real Chromium.
-
-Its cameras film slowly: drawing their pictures would take most of a small machine.
-"""
+"""The real thing: a server with the demo's cameras on a free port and a data folder of its own, and a real Chromium."""
 
 import json
 import os
@@ -11,20 +8,20 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
 import requests
 from playwright.sync_api import Page, expect
 
-from app.cli.server import DEMO_CAMERAS
 from app.core.field_json import field_from_json
 from app.sources import SourceContext, source_from_url
 from tests.support.chromium import ARGUMENTS, FIX, chromium_path
+from tests.support.demo_cameras import CAMERAS
 from tests.support.paths import CLICKS, ROOT
 from tests.support.sim_clicks import border_clicks
 from tests.support.waiting import until
 
-FPS = 3
 SOON_MS = 60_000  # what is there at once on a quiet machine
 LONG_MS = 180_000  # what has to be computed, or fetched from a camera that is only starting
 START_S = 120  # a loaded machine imports OpenCV for many seconds
@@ -58,6 +55,27 @@ def browser_context_args(browser_context_args):
     return {**browser_context_args, "viewport": {"width": 1280, "height": 800}, "color_scheme": "dark"}
 
 
+@pytest.fixture(scope="session")
+def standing_context(browser, browser_context_args):
+    """One for all tests of a worker, since its cache keeps the page's two hundred modules."""
+    context = browser.new_context(**browser_context_args)
+    yield context
+    context.close()
+
+
+@pytest.fixture
+def page(standing_context):
+    """A tab, with nothing that another test has stored."""
+    page = standing_context.new_page()
+    yield page
+    standing_context.set_offline(False)
+    for tab in standing_context.pages:
+        origin = urlsplit(tab.url)._replace(path="", query="", fragment="").geturl()
+        stored = {"origin": origin, "storageTypes": "cookies,indexeddb,local_storage"}
+        standing_context.new_cdp_session(tab).send("Storage.clearDataForOrigin", stored)
+        tab.close()
+
+
 class Server:
     """A server with the demo's cameras that can be stopped and started again on the same port and data."""
 
@@ -70,8 +88,7 @@ class Server:
         touchline = ([sys.executable, str(ROOT / "tests" / "support" / "late_answers.py"), late_ms] if late_ms else
                      [str(Path(sys.executable).parent / "touchline")])
         settings = self.data / "e2e.yaml"
-        cameras = [{**camera, "source": camera["source"].replace("fps=10", f"fps={FPS}")} for camera in DEMO_CAMERAS]
-        settings.write_text(json.dumps({"cameras": cameras}))  # JSON is YAML
+        settings.write_text(json.dumps({"cameras": CAMERAS}))  # JSON is YAML
         command = [*touchline, "serve", "--config", str(settings), "--port", str(self.port),
                    "--data", str(self.data)]
         self.process = subprocess.Popen(command, cwd=self.data, stdout=subprocess.PIPE,
@@ -118,12 +135,17 @@ class Operator:
         self.page, self.server = page, server
         page.set_default_timeout(LONG_MS)  # a button that waits for a fit
         page.set_default_navigation_timeout(LONG_MS)
+        self.snap("off")  # most tests mean the very pixels that they click
+
+    def snap(self, state: str) -> None:
+        """Whether clicks are drawn to lines, "on" or "off", from the next load on."""
+        nowhere = "/* a picture that is a document of its own has none */"
+        self.page.add_init_script(f"try {{ localStorage.setItem('touchline.snap', '{state}') }} catch {{ {nowhere} }}")
 
     def visit(self, snap: bool = False) -> "Operator":
-        """snap: whether clicks are drawn to lines. Most tests mean the very pixels that they click."""
-        said = f"localStorage.setItem('touchline.snap', '{'on' if snap else 'off'}')"
-        nowhere = "/* a picture that is a document of its own has none */"
-        self.page.add_init_script(f"try {{ {said} }} catch {{ {nowhere} }}")
+        """The start page. snap: whether clicks are drawn to lines."""
+        if snap:
+            self.snap("on")
         self.page.goto(self.server.url)
         expect(self.page.get_by_test_id("camera-overhead")).to_be_visible()
         return self
@@ -209,12 +231,18 @@ class Operator:
 
 
 @pytest.fixture
-def operator(page, server):
-    """At the start page of the shared server; an error in the page's own code fails the test."""
+def arriving(page, server):
+    """Nowhere yet: the address of any place is a way in. An error in the page's own code fails the test."""
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
-    yield Operator(page, server).visit()
+    yield Operator(page, server)
     assert not errors
+
+
+@pytest.fixture
+def operator(arriving):
+    """At the start page of the shared server."""
+    return arriving.visit()
 
 
 @pytest.fixture
@@ -245,12 +273,12 @@ def frame_points():
 
 
 @pytest.fixture
-def clicked(operator, server):
+def clicked(arriving, server):
     """A function that puts the operator before a fresh picture of the demo's camera with its borders clicked.
 
     painted: the name of the line under which the bottom border is clicked, where it is not as a border.
     """
-    settings = DEMO_CAMERAS[0]
+    settings = CAMERAS[0]
     field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
     camera = source_from_url(settings["source"], SourceContext(fields={field.name: field})).camera
     region = field.region(settings["region"])
@@ -264,6 +292,6 @@ def clicked(operator, server):
         snapshot = taken.json()["id"]
         draft = {"field": field.name, "region": region.name, "model": model, "options": options, "observations": [
             {"feature": name, "kind": "line", "points": found[1:-1].tolist()} for name, found in points.items()]}
-        return operator.go_on(snapshot, draft, step)
+        return arriving.go_on(snapshot, draft, step)
 
     return clicked

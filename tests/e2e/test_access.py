@@ -42,7 +42,7 @@ def at_rest(page, place: str = "", step: str = "") -> None:
     expect(page.locator(".stale")).to_have_count(0, timeout=LONG_MS)
 
 
-@pytest.mark.parametrize("scheme", ["dark", "light"])
+@pytest.mark.parametrize("scheme", ["dark", pytest.param("light", marks=pytest.mark.long)])
 def test_axe_finds_nothing_serious_on_any_page_or_step(browser, kept, server, scheme):
     context = browser.new_context(viewport={"width": 1280, "height": 800}, color_scheme=scheme)
     context.add_init_script(path=axe_path())
@@ -73,6 +73,7 @@ def test_axe_finds_nothing_serious_on_any_page_or_step(browser, kept, server, sc
     assert {name: said for name, said in found.items() if said} == {}
 
 
+@pytest.mark.long
 def test_colours_are_the_systems_until_the_operator_chooses_and_then_stay(page, server):
     page.emulate_media(color_scheme="dark")
     page.goto(server.url)
@@ -91,7 +92,8 @@ def test_colours_are_the_systems_until_the_operator_chooses_and_then_stay(page, 
     assert page.evaluate(background) == light
 
 
-@pytest.mark.parametrize(("width", "height"), [(360, 740), (768, 1024), (1280, 800), (1920, 1080)])
+@pytest.mark.parametrize(("width", "height"), [(360, 740), *(pytest.param(*size, marks=pytest.mark.long)
+                                                             for size in ((768, 1024), (1280, 800), (1920, 1080)))])
 def test_no_page_is_wider_than_its_screen_and_the_bright_button_is_in_sight(browser, kept, server, width, height):
     context = browser.new_context(viewport={"width": width, "height": height}, has_touch=width < 800)
     page = context.new_page()
@@ -110,6 +112,7 @@ def test_no_page_is_wider_than_its_screen_and_the_bright_button_is_in_sight(brow
     context.close()
 
 
+@pytest.mark.long
 def test_nothing_jumps_while_a_picture_is_opened_and_looked_at(browser, kept, server):
     context = browser.new_context(viewport={"width": 1280, "height": 800})
     context.add_init_script(JUMPS)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from app.cli.server import DEMO_CAMERAS
 from app.core.field_json import field_from_json
 from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS
+from tests.support.demo_cameras import CAMERAS, WIDTH
 from tests.support.waiting import until
 
 FACTORS = [1, 2, 5, 10, 20, 50, 100, 200]
@@ -96,7 +96,7 @@ def test_arrows_end_where_the_server_says_and_the_stray_is_in_the_warnings_colou
     fine = sorted((a for a in arrows if not a["outlier"]), key=lambda a: -a["px"])
     (stray,) = (a for a in arrows if a["outlier"])
     times = factor(page)
-    scale = operator.page.get_by_test_id("picture").bounding_box()["width"] / 1280
+    scale = operator.page.get_by_test_id("picture").bounding_box()["width"] / WIDTH
     assert 15 <= times * fine[0]["px"] * scale <= 120  # long enough to read, and not across the picture
     for arrow in fine[:6]:
         is_drawn(operator, arrow, times, lambda seen: seen["light"] > 3 and seen["warm"] == 0)
@@ -109,6 +109,7 @@ def test_arrows_end_where_the_server_says_and_the_stray_is_in_the_warnings_colou
     expect(page.get_by_test_id("arrow-legend")).to_have_count(0)
 
 
+@pytest.mark.long
 def test_the_magnification_is_set_by_keys_and_slider_and_the_ruler_goes_with_it(astray):
     operator = astray()
     page = operator.page
@@ -124,7 +125,7 @@ def test_the_magnification_is_set_by_keys_and_slider_and_the_ruler_goes_with_it(
     ruler = page.get_by_test_id("ruler")
     drawn_px = ruler.locator("i").bounding_box()["width"]
     true_px = float(ruler.get_attribute("data-px"))
-    scale = page.get_by_test_id("picture").bounding_box()["width"] / 1280
+    scale = page.get_by_test_id("picture").bounding_box()["width"] / WIDTH
     assert drawn_px == pytest.approx(true_px * scale, abs=1.5)  # at ×1 a ruler of so many pixels is as long as they
     assert "mm" in ruler.inner_text()
     page.keyboard.press("End")
@@ -134,6 +135,7 @@ def test_the_magnification_is_set_by_keys_and_slider_and_the_ruler_goes_with_it(
     says(page, by_itself)
 
 
+@pytest.mark.long
 def test_raw_and_corrected_pictures_both_have_their_arrows(astray, server, tmp_path):
     operator = astray().next("compare")
     page = operator.page
@@ -162,7 +164,7 @@ def test_raw_and_corrected_pictures_both_have_their_arrows(astray, server, tmp_p
 
 @pytest.mark.long  # a minute, most of it a fit of two thousand points: pytest -m long tests/e2e/test_arrows.py
 def test_two_thousand_arrows_are_drawn_and_keep_up_with_zooming(operator, server, tmp_path):
-    settings = DEMO_CAMERAS[0]
+    settings = CAMERAS[0]
     field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
     camera = source_from_url(settings["source"], SourceContext(fields={field.name: field})).camera
     region, rng = field.region(settings["region"]), np.random.default_rng(0)

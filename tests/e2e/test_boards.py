@@ -89,6 +89,7 @@ def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(desk, operat
     expect(desk.get_by_test_id("held-next")).to_have_count(0)
 
 
+@pytest.mark.long
 def test_a_search_says_how_far_it_is_and_can_be_stopped(desk, server, snow):
     before = jobs_so_far(server)
     desk.get_by_test_id("file").set_input_files(snow)
@@ -119,6 +120,7 @@ def test_the_form_asks_for_what_a_charuco_board_has_more(desk):
     expect(desk.get_by_test_id("board-dictionary")).to_be_visible()
 
 
+@pytest.mark.long
 def test_a_desk_that_is_gone_to_while_lists_are_on_their_way_has_its_address_at_once(page, server):
     with holding(page, "**/api/v1/snapshots?*", "GET") as held:
         page.goto(server.url)
@@ -129,6 +131,7 @@ def test_a_desk_that_is_gone_to_while_lists_are_on_their_way_has_its_address_at_
     expect(page.get_by_test_id("board-desk")).to_be_visible()
 
 
+@pytest.mark.long
 def test_pictures_of_a_board_are_not_among_the_earlier_pictures_of_a_field(desk, server, straight_picture):
     before = server.api("GET", "/snapshots?purpose=picture").json()["items"]
     desk.get_by_test_id("file").set_input_files(straight_picture)

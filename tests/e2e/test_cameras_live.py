@@ -119,6 +119,7 @@ def test_a_dead_camera_says_what_to_do_and_the_others_go_on(operator, added, tmp
     page.screenshot(path=tmp_path / "dead.png")
 
 
+@pytest.mark.long
 def test_a_camera_that_may_be_another_is_confirmed_by_one_click(operator, server, added, tmp_path):
     page, id = operator.page, added("swap")
     snapshot = server.api("POST", "/snapshots", json={"camera": id}).json()
@@ -141,6 +142,7 @@ def test_a_camera_that_may_be_another_is_confirmed_by_one_click(operator, server
     expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=LONG_MS)
 
 
+@pytest.mark.long
 def test_eight_live_cameras_leave_the_page_room_to_ask(operator, server, added):
     page = operator.page
     for number in range(7):
@@ -159,6 +161,7 @@ def test_eight_live_cameras_leave_the_page_room_to_ask(operator, server, added):
         return answers; }""", LONG_MS) == [True] * 10
 
 
+@pytest.mark.long
 def test_streams_go_on_by_themselves_when_the_server_is_back(page, own_server):
     page.goto(own_server.url)
     is_live(page, "overhead")
@@ -168,6 +171,7 @@ def test_streams_go_on_by_themselves_when_the_server_is_back(page, own_server):
     is_live(page, "overhead")
 
 
+@pytest.mark.long
 def test_a_picture_is_taken_without_what_moves(operator, server, added):
     page, id = operator.page, added("still", SMALL + "&seed=9")
     page.goto(f"{server.url}/#/live/{id}")

@@ -5,8 +5,8 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from app.cli.server import DEMO_CAMERAS
 from tests.e2e.conftest import LONG_MS
+from tests.support.demo_cameras import CAMERAS, WIDTH
 from tests.support.waiting import until
 
 
@@ -16,7 +16,7 @@ def live(clicked, server):
     operator = clicked("brown-conrady", height_mm={"value": 3000.0, "sigma": 30.0}).next("compare")
     saved = operator.saved()["id"]
     server.api("POST", f"/calibrations/{saved}/activate")
-    camera = DEMO_CAMERAS[0]["id"]
+    camera = CAMERAS[0]["id"]
     with operator.page.expect_response(lambda told: told.url.endswith("/status") and saved in told.text(),
                                        timeout=LONG_MS):  # until then the version before is the active one
         operator.page.goto(f"{server.url}/#/live/{camera}")  # from a picture, by its address alone
@@ -43,6 +43,7 @@ def boxes(page):
     return [page.get_by_test_id(name).bounding_box() for name in ("live-raw", "live-corrected")]
 
 
+@pytest.mark.long
 def test_live_pictures_stand_side_by_side_and_zoom_together(live, tmp_path):
     page = compared(live, "side")
     # Half of 1600, and the gap; with the frames of that size the pictures lie where they stay.
@@ -62,6 +63,7 @@ def test_live_pictures_stand_side_by_side_and_zoom_together(live, tmp_path):
     until(lambda: boxes(page)[0]["width"], lambda width: width == pytest.approx(before[0]["width"], abs=1))
 
 
+@pytest.mark.long
 def test_live_pictures_are_wiped_with_field_lines_and_grid_over_both(live, tmp_path):
     page = compared(live, "wipe")
     page.get_by_test_id("look-lines").click()
@@ -79,6 +81,7 @@ def test_live_pictures_are_wiped_with_field_lines_and_grid_over_both(live, tmp_p
     page.screenshot(path=tmp_path / "wipe.png")
 
 
+@pytest.mark.long
 def test_live_pictures_blink(live):
     page = compared(live, "blink")
     first = page.get_by_test_id("blink-legend").get_attribute("data-showing")
@@ -97,7 +100,7 @@ def test_the_active_calibration_is_checked_against_the_picture_of_now_by_one_key
     expect(page.get_by_test_id("line-touch-line-top")).to_contain_text("%")
     expect(page.get_by_test_id("checked-picture").locator("circle.expected").first).to_be_attached()
     checked = page.get_by_test_id("checked-picture")
-    expect(checked.locator("img")).to_have_js_property("naturalWidth", 1280, timeout=LONG_MS)
+    expect(checked.locator("img")).to_have_js_property("naturalWidth", WIDTH, timeout=LONG_MS)
     checked.scroll_into_view_if_needed()
     page.screenshot(path=tmp_path / "checked.png")
     page.get_by_test_id("close-check").click()

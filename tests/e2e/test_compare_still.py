@@ -30,6 +30,7 @@ def middle(box):
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
+@pytest.mark.long
 def test_side_by_side_both_pictures_go_together_when_zoomed_and_panned(compared, tmp_path):
     page = compared.page
     page.keyboard.press("s")
@@ -89,6 +90,7 @@ def test_side_by_side_the_pointers_place_is_marked_in_the_other_picture(compared
         until(mark.bounding_box, lambda box, wanted=wanted: box and middle(box) == wanted)
 
 
+@pytest.mark.long
 def test_a_stage_that_is_higher_than_wide_has_the_two_one_above_the_other(compared, tmp_path):
     page = compared.page
     page.set_viewport_size({"width": 1000, "height": 1250})
@@ -113,6 +115,7 @@ def changes(page, for_ms):
     })""", for_ms)
 
 
+@pytest.mark.long
 def test_blinking_swaps_by_itself_at_two_a_second_at_most_and_pauses(compared, tmp_path):
     page = compared.page
     page.keyboard.press("k")
@@ -131,6 +134,7 @@ def test_blinking_swaps_by_itself_at_two_a_second_at_most_and_pauses(compared, t
     page.screenshot(path=tmp_path / "blink.png")
 
 
+@pytest.mark.long
 def test_who_asks_for_less_motion_swaps_by_hand(compared):
     page = compared.page
     page.emulate_media(reduced_motion="reduce")
@@ -228,6 +232,7 @@ def test_the_worst_place_says_what_to_do_there_and_the_button_goes_to_do_it(comp
     until(lambda: compared.spot(*next_click["point"]), lambda at: at == pytest.approx(middle(stage), abs=2))
 
 
+@pytest.mark.long
 def test_two_fingers_zoom_both_pictures(compared):
     page = compared.page
     page.keyboard.press("s")

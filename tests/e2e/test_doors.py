@@ -24,7 +24,8 @@ DROP = """async ([data, type]) => {
 NO_PICTURES = [b"", b"GIF89a not a picture", b"\x89PNG\r\n\x1a\n" + b"\x00" * 40, b"<svg onload='alert(1)'/>"]
 
 
-@pytest.mark.parametrize("content", NO_PICTURES)
+@pytest.mark.parametrize("content", [NO_PICTURES[0], *(pytest.param(content, marks=pytest.mark.long)
+                                                       for content in NO_PICTURES[1:])])
 def test_a_file_that_is_no_picture_is_refused_with_its_fix(operator, content):
     file = {"name": "holiday.png", "mimeType": "image/png", "buffer": content}
     operator.page.get_by_test_id("file").set_input_files(file)
@@ -148,8 +149,9 @@ def test_the_page_asks_nobody_but_its_own_server(page, server):
     assert elsewhere == []
 
 
-@pytest.mark.parametrize("size", [(1280, 800), (1024, 768)], ids=["laptop", "tablet"])
-@pytest.mark.parametrize("scheme", ["dark", "light"])
+@pytest.mark.parametrize("size", [pytest.param((1280, 800), id="laptop", marks=pytest.mark.long),
+                                  pytest.param((1024, 768), id="tablet")])
+@pytest.mark.parametrize("scheme", ["dark", pytest.param("light", marks=pytest.mark.long)])
 def test_nothing_is_cut_off(browser, server, straight_picture, frame_points, tmp_path, size, scheme):
     context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
     operator = Operator(context.new_page(), server).visit().open(straight_picture, "table", "full")

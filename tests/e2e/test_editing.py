@@ -41,6 +41,7 @@ def test_undo_and_redo_go_through_every_change(editing, frame_points):
     assert editing.points("left") == frame_points["left"]
 
 
+@pytest.mark.long
 def test_undo_takes_back_another_field_and_its_region(editing):
     page = editing.page
     before = editing.draft()
@@ -118,6 +119,7 @@ def test_the_wheel_zooms_about_the_pointer_and_space_pans(editing):
     assert len(editing.points("left")) == 6
 
 
+@pytest.mark.long
 def test_the_curve_is_redrawn_in_the_frame_of_the_move(operator, straight_picture, frame_points):
     page = operator.page
     # A parabola through three points follows each; among many, one far off would be a stray and bend nothing.
@@ -136,6 +138,7 @@ def test_the_curve_is_redrawn_in_the_frame_of_the_move(operator, straight_pictur
     assert not late, f"{len(late)} of {len(moves)} moves missed their frame"
 
 
+@pytest.mark.long
 def test_an_answer_about_clicks_that_have_gone_is_not_shown(editing):
     page, held = editing.page, []
     expect(page.get_by_test_id("missing")).to_be_visible()  # one border is no fit

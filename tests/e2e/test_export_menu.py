@@ -1,5 +1,6 @@
 """Files for other programs, by the page: every format with what it holds and what the version loses in it."""
 
+import pytest
 import yaml
 from playwright.sync_api import expect
 
@@ -33,6 +34,7 @@ def test_every_format_is_offered_with_what_it_costs_and_can_be_had(clicked, serv
     assert coming.value.suggested_filename.endswith(".pb") and coming.value.path().read_bytes()[:1] == b"\x12"
 
 
+@pytest.mark.long
 def test_another_version_is_asked_anew(clicked):
     operator = clicked("polynomial").next("compare")
     page = operator.page

@@ -33,6 +33,7 @@ def test_found_lines_stand_in_the_draft_beside_the_clicks_and_one_undo_takes_the
         c["snapshot"] for c in operator.server.api("GET", "/calibrations").json()["items"]}
 
 
+@pytest.mark.long
 def test_where_nobody_has_clicked_the_model_that_fits_comes_with_the_lines_and_goes_with_them(operator, picture):
     operator.open(picture, "ssl-div-b", "full")
     page, before = operator.page, operator.draft()["model"]

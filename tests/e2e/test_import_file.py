@@ -58,6 +58,7 @@ def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_acti
     assert server.api("GET", f"/calibrations/{kept['id']}").json()["active"]
 
 
+@pytest.mark.long
 def test_a_file_that_is_dropped_is_kept_and_one_that_is_none_says_what_to_do(exported, server, page, tmp_path):
     data = exported("json")
     start(page, server)

@@ -30,6 +30,7 @@ def left(draft):
     return next(o for o in draft["observations"] if o["feature"] == "left")
 
 
+@pytest.mark.long
 def test_too_few_points_on_a_border_take_the_operator_to_that_border(changed):
     page = changed("polynomial", lambda d: left(d).update(points=left(d)["points"][:2])).page
     page.get_by_test_id("border-top").click()
@@ -38,6 +39,7 @@ def test_too_few_points_on_a_border_take_the_operator_to_that_border(changed):
     expect(page.get_by_test_id("border-left")).to_have_attribute("aria-pressed", "true")
 
 
+@pytest.mark.long
 def test_a_point_clicked_twice_is_one_point_and_stops_nothing(changed):
     operator = changed("polynomial", lambda d: left(d)["points"].append(left(d)["points"][2]))
     page = operator.page
@@ -61,6 +63,7 @@ def test_a_stray_click_is_shown_and_removed(changed):
     assert len(operator.points("left")) == 6
 
 
+@pytest.mark.long
 def test_a_stray_of_a_saved_version_is_removed_from_the_compare_step(changed):
     def shift(draft):
         left(draft)["points"][4][0] += 30
@@ -71,6 +74,7 @@ def test_a_stray_of_a_saved_version_is_removed_from_the_compare_step(changed):
     assert len(operator.points("left")) == 6
 
 
+@pytest.mark.long
 def test_a_border_whose_end_is_a_guess_is_clicked_there(changed):
     page = changed("polynomial", lambda d: left(d).update(points=left(d)["points"][:5])).page
     page.get_by_test_id("border-top").click()
@@ -80,6 +84,7 @@ def test_a_border_whose_end_is_a_guess_is_clicked_there(changed):
     expect(page.get_by_test_id("border-left")).to_have_attribute("aria-pressed", "true")
 
 
+@pytest.mark.long
 def test_an_inside_that_nobody_clicked_takes_the_operator_to_a_line_inside(clicked):
     page = clicked("polynomial", "borders").page
     warning = page.locator('[data-reason="inside-not-checked"]')
@@ -89,6 +94,7 @@ def test_an_inside_that_nobody_clicked_takes_the_operator_to_a_line_inside(click
     expect(page.get_by_test_id("inside-centre-circle")).to_have_attribute("aria-pressed", "true")
 
 
+@pytest.mark.long
 def test_a_map_that_a_model_cannot_have_leads_to_the_models(clicked):
     page = clicked("polynomial").next("compare").page
     page.keyboard.press("e")

@@ -22,6 +22,7 @@ def column(page, number):
     return [float(text.split()[0].replace("\u202f", "")) for text in cells if text.strip() not in ("", "–")]
 
 
+@pytest.mark.long
 def test_a_click_on_a_heading_sorts_and_another_turns_it_round(ranked, tmp_path):
     page = ranked.page
     assert column(page, 2) == sorted(column(page, 2))  # by error on the field, unasked
@@ -41,6 +42,7 @@ def test_a_click_on_a_heading_sorts_and_another_turns_it_round(ranked, tmp_path)
     page.screenshot(path=tmp_path / "by-name.png")
 
 
+@pytest.mark.long
 def test_every_models_worth_stands_in_the_servers_figures_and_in_a_plain_word(ranked):
     page, server = ranked.page, ranked.server
     draft = ranked.draft()

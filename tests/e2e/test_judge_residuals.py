@@ -51,6 +51,7 @@ def test_what_is_pointed_at_in_the_plot_is_ringed_in_the_picture_and_a_click_sel
     expect(ring).to_have_count(0)
 
 
+@pytest.mark.long
 def test_what_is_pointed_at_in_the_picture_stands_in_the_plot(astray):
     page = astray.page
     x, y = astray.spot(*astray.points("top")[2])
@@ -61,6 +62,7 @@ def test_what_is_pointed_at_in_the_picture_stands_in_the_plot(astray):
     expect(page.get_by_test_id("residuals")).to_have_attribute("data-at", "-1")
 
 
+@pytest.mark.long
 def test_the_keyboard_goes_from_click_to_click_and_selects(astray):
     page = astray.page
     page.get_by_test_id("residuals").focus()
@@ -75,6 +77,7 @@ def test_the_keyboard_goes_from_click_to_click_and_selects(astray):
     expect(page.locator(f'[data-point="{of}"]')).to_have_class("point picked")
 
 
+@pytest.mark.long
 def test_a_key_is_not_undone_by_figures_that_came_just_before_it(astray):
     """The plot takes new figures over after the page is painted: on a busy machine that is after the next key."""
     page, plot = astray.page, astray.page.get_by_test_id("residuals")
@@ -112,6 +115,7 @@ def test_residuals_are_told_in_px_and_in_mm_as_the_server_has_them(astray):
     expect(page.get_by_role("region", name="Residuals").get_by_role("heading")).to_have_text("Residuals, mm")
 
 
+@pytest.mark.long
 def test_the_histogram_counts_every_click_but_strays_and_rings_those_of_a_bar(astray, tmp_path):
     page = astray.page
     page.get_by_test_id("plot-histogram").click()
@@ -130,6 +134,7 @@ def test_the_histogram_counts_every_click_but_strays_and_rings_those_of_a_bar(as
     page.screenshot(path=tmp_path / "histogram.png")
 
 
+@pytest.mark.long
 def test_a_saved_versions_residuals_and_distortion_stand_in_the_compare_step(astray):
     operator = astray.next("model").next("compare")
     page = operator.page

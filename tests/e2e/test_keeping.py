@@ -2,12 +2,14 @@
 
 import re
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.old_answer import OldAnswer
 
 
+@pytest.mark.long
 def test_a_picture_opened_before_the_lists_are_there_stays(page, server, straight_picture):
     """On a slow network somebody is quicker than the page: late lists neither close the picture nor lose its field."""
     held = []
@@ -24,6 +26,7 @@ def test_a_picture_opened_before_the_lists_are_there_stays(page, server, straigh
     expect(page.get_by_test_id("field")).to_be_visible()
 
 
+@pytest.mark.long
 def test_a_reload_goes_on_where_the_operator_stood(operator, straight_picture, frame_points):
     operator.open(straight_picture, "table", "full")
     operator.click("left", frame_points["left"]).click("top", frame_points["top"])
@@ -81,6 +84,7 @@ def test_two_tabs_that_disagree_are_asked_and_either_answer_loses_nothing(operat
     assert other.points("right") == frame_points["right"][:1]
 
 
+@pytest.mark.long
 def test_of_two_changes_by_another_hand_the_later_one_is_shown(operator, server, straight_picture, frame_points):
     """However late the page hears what the first one was."""
     page, told, held, late = operator.page, [], [], [True]
@@ -137,6 +141,7 @@ def test_work_goes_on_while_the_server_is_away(page, own_server, straight_pictur
     expect(page.get_by_test_id("curve-left")).to_be_attached()
 
 
+@pytest.mark.long
 def test_of_two_pictures_that_are_opened_the_one_asked_for_last_stays(operator, server, straight_picture, frame_points):
     page = operator.page
     first = operator.open(straight_picture, "table", "full").click("left", frame_points["left"][:3]).snapshot

@@ -1,5 +1,6 @@
 """Maps over the picture: expected error of a version, and the difference between two, as REST tells them."""
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
@@ -43,6 +44,7 @@ def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, ser
     expect(page.get_by_test_id("heat-corrected")).to_have_count(0)
 
 
+@pytest.mark.long
 def test_under_the_pointer_stands_the_error_that_the_map_shows_there(clicked, server):
     operator = clicked("division").next("compare")
     page = operator.page
@@ -59,6 +61,7 @@ def test_under_the_pointer_stands_the_error_that_the_map_shows_there(clicked, se
     expect(page.get_by_test_id("read-out")).to_contain_text(f"Expected error there {there} mm")
 
 
+@pytest.mark.long
 def test_a_model_that_knows_no_expected_error_says_why(clicked):
     operator = clicked("polynomial").next("compare")
     operator.page.get_by_test_id("do-heat").first.click()
@@ -66,6 +69,7 @@ def test_a_model_that_knows_no_expected_error_says_why(clicked):
     expect(operator.page.get_by_test_id("heat-corrected")).to_have_count(0)
 
 
+@pytest.mark.long
 def test_the_difference_between_two_versions_is_a_map_with_its_figures(clicked, server, tmp_path):
     operator = clicked("division").next("compare")
     page, first = operator.page, operator.saved()["id"]

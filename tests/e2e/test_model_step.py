@@ -31,6 +31,7 @@ def test_models_stand_in_the_order_of_their_error_and_the_recommended_one_is_a_c
     assert operator.draft()["model"] != "polynomial"
 
 
+@pytest.mark.long
 def test_a_comparison_can_be_stopped_and_begun_again(clicked, server):
     before = jobs_so_far(server)
     page = clicked("division").page
@@ -42,6 +43,7 @@ def test_a_comparison_can_be_stopped_and_begun_again(clicked, server):
     expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG_MS)
 
 
+@pytest.mark.long
 def test_who_leaves_the_step_stops_the_comparison_though_it_is_only_being_asked_for(page, clicked, server):
     before = jobs_so_far(server)
     with holding(page, COMPARE, "POST") as asked:
@@ -52,6 +54,7 @@ def test_who_leaves_the_step_stops_the_comparison_though_it_is_only_being_asked_
     newest_job(server, "comparison", "cancelled", besides=before)
 
 
+@pytest.mark.long
 def test_a_model_that_cannot_be_fitted_is_listed_with_what_to_do(clicked, tmp_path):
     page = clicked("division", painted="halfway-line").page
     failed = page.get_by_test_id("failed-polynomial")
@@ -60,6 +63,7 @@ def test_a_model_that_cannot_be_fitted_is_listed_with_what_to_do(clicked, tmp_pa
     page.screenshot(path=tmp_path / "failed.png")
 
 
+@pytest.mark.long
 def test_straight_lines_are_said_to_have_no_significant_distortion(operator, straight_picture, frame_points, tmp_path):
     operator.open(straight_picture, "table", "full")
     for border in BORDERS:
@@ -69,6 +73,7 @@ def test_straight_lines_are_said_to_have_no_significant_distortion(operator, str
     page.screenshot(path=tmp_path / "straight.png")
 
 
+@pytest.mark.long
 def test_a_taped_height_stays_when_another_model_is_chosen(clicked):
     operator = clicked("brown-conrady", height_mm={"value": 3000.0, "sigma": 30.0}, terms=["k1"])
     operator.page.get_by_test_id("model-division").click()
@@ -77,6 +82,7 @@ def test_a_taped_height_stays_when_another_model_is_chosen(clicked):
     assert operator.draft()["options"] == {}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("size", [(1280, 800), (1024, 768)], ids=["laptop", "tablet"])
 @pytest.mark.parametrize("scheme", ["dark", "light"])
 def test_nothing_of_maps_and_models_is_cut_off(clicked, tmp_path, size, scheme):

@@ -91,6 +91,7 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
     assert re.search("Heard from 127.0.0.1", own_server.api("GET", "/calibrations").json()["items"][0]["note"])
 
 
+@pytest.mark.long
 def test_an_interface_that_is_not_there_is_told_on_the_page(page, own_server):
     page.goto(own_server.url)
     assert own_server.api("PUT", "/publishing", json={"interface": "gone0"}).ok

@@ -13,6 +13,7 @@ from app.core.field import BORDERS
 from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.board_film import film
 from tests.support.old_answer import OldAnswer
+from tests.support.pictures import encoded, gradient
 from tests.support.waiting import until
 
 
@@ -62,7 +63,8 @@ def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(operato
     expect(page.get_by_test_id("at-work")).to_have_count(0, timeout=LONG_MS)
     assert server.api("GET", f"/jobs/{id}").json()["state"] == "cancelled"
 
-    snapshot = until(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda a: a.ok).json()
+    picture = encoded("png", gradient(780, 580))  # of the clicks' size
+    snapshot = server.api("POST", "/snapshots", files={"file": picture}).json()
     body = {**clicks("ssl_2008_half"), "snapshot": snapshot["id"], "image_size": None, "model": "homography"}
     made = server.api("POST", "/calibrations?job=true", json={k: v for k, v in body.items() if v}).json()["id"]
     expect(job(page, made)).to_have_attribute("data-state", "done", timeout=LONG_MS)
@@ -71,6 +73,7 @@ def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(operato
     expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
 
 
+@pytest.mark.long
 def test_a_reload_in_the_middle_of_a_comparison_goes_on_watching_it(clicked, server):
     page = clicked("division").page
     # In the middle of it: the page knows which job it is.
@@ -81,6 +84,7 @@ def test_a_reload_in_the_middle_of_a_comparison_goes_on_watching_it(clicked, ser
     assert (ours[0]["id"], ours[0]["state"]) == (asked["job"], "done")
 
 
+@pytest.mark.long
 def test_work_goes_on_when_the_server_was_killed_in_the_middle_of_it(page, own_server, clicks, tmp_path):
     page.set_default_navigation_timeout(LONG_MS)
     Operator(page, own_server).visit()
@@ -155,6 +159,7 @@ def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, se
     page.screenshot(path=tmp_path / "versions.png")
 
 
+@pytest.mark.long
 def test_a_version_that_was_deleted_is_put_back(operator, server, versions):
     page, gone = operator.page, versions[2]
     page.goto(f"{server.url}/#/versions/table")
@@ -166,6 +171,7 @@ def test_a_version_that_was_deleted_is_put_back(operator, server, versions):
     assert server.api("GET", f"/calibrations/{gone['id']}").json()["version"] == gone["version"]
 
 
+@pytest.mark.long
 def test_a_page_is_left_to_the_picture_it_was_opened_from(operator, straight_picture, frame_points):
     page = operator.open(straight_picture, "table", "full").click("left", frame_points["left"]).page
     operator.draft()
@@ -189,6 +195,7 @@ def test_every_step_can_be_looked_at_and_says_what_is_missing(operator, straight
     assert not [border for border in BORDERS if operator.points(border)]
 
 
+@pytest.mark.long
 def test_a_board_before_a_live_camera_is_taken_by_itself_and_gives_a_lens(operator, server, tmp_path):
     page, folder = operator.page, server.data / "shown"
     folder.mkdir(exist_ok=True)

@@ -138,6 +138,7 @@ def matched(desk, seen):
     return desk
 
 
+@pytest.mark.long
 def test_things_clicked_in_both_pictures_tell_the_geometry_and_its_lines(desk, seen, tmp_path):
     desk.match_all(seen, range(24))
     matched, page, told = desk, desk.page, desk.settled()
@@ -184,6 +185,7 @@ def test_a_mistake_is_named_coloured_removed_and_brought_back(matched, seen, tmp
     assert np.allclose(matched.kept()["matches"][19]["b"], seen.b[19], atol=2)
 
 
+@pytest.mark.long
 def test_two_calibrations_agree_in_millimetres_and_a_moved_camera_is_found(matched, seen, tmp_path):
     page = matched.page
     good = [matched.calibrate(which) for which in (0, 1)]
@@ -223,6 +225,7 @@ def test_two_calibrations_agree_in_millimetres_and_a_moved_camera_is_found(match
     expect(page.get_by_test_id("calibration-b")).to_have_value(good[1])
 
 
+@pytest.mark.long
 def test_calibrations_alone_foretell_where_to_click_before_the_first_match(desk, seen):
     for which in (0, 1):
         desk.calibrate(which)
@@ -239,6 +242,7 @@ def test_calibrations_alone_foretell_where_to_click_before_the_first_match(desk,
     assert away(seen.b[4], desk.line("b")) < 3
 
 
+@pytest.mark.long
 def test_a_reload_and_a_second_tab_go_on_with_every_click_even_a_half_match(desk, seen, context):
     desk.match_all(seen, range(3))
     desk.click("a", seen.a[3])
@@ -290,6 +294,7 @@ def test_all_of_it_can_be_done_by_keyboard(desk):
     expect(page.get_by_test_id("read-out-b")).not_to_have_text(before)
 
 
+@pytest.mark.long
 def test_fingers_tap_matches_and_pinch_one_picture(browser, server, seen):
     context = browser.new_context(viewport={"width": 900, "height": 1200}, has_touch=True, color_scheme="dark")
     page = context.new_page()
@@ -303,6 +308,7 @@ def test_fingers_tap_matches_and_pinch_one_picture(browser, server, seen):
     context.close()
 
 
+@pytest.mark.long
 def test_things_on_the_carpet_alone_are_refused_with_what_to_do(desk, seen, tmp_path):
     desk.load(seen, range(11))
     expect(desk.page.get_by_test_id("sentence")).to_have_text("Match 1 more thing, some of them above the carpet.")
@@ -313,6 +319,7 @@ def test_things_on_the_carpet_alone_are_refused_with_what_to_do(desk, seen, tmp_
     desk.page.screenshot(path=tmp_path / "plane.png")
 
 
+@pytest.mark.long
 def test_corners_of_a_real_board_are_one_plane_too(operator, server, real_data):
     files = [real_data(f"boards/opencv_left_right/{side}01.jpg") for side in ("left", "right")]
     pictures = [cv2.imread(str(file)) for file in files]
@@ -323,6 +330,7 @@ def test_corners_of_a_real_board_are_one_plane_too(operator, server, real_data):
     expect(desk.page.get_by_test_id("pair-refusal")).to_contain_text("plane", timeout=LONG_MS)
 
 
+@pytest.mark.long
 def test_while_the_server_is_silent_clicks_are_kept_and_asked_when_it_is_back(page, own_server, seen):
     page.set_viewport_size({"width": 1500, "height": 900})
     page.goto(own_server.url)
@@ -338,6 +346,7 @@ def test_while_the_server_is_silent_clicks_are_kept_and_asked_when_it_is_back(pa
     expect(page.get_by_test_id("fundamental")).to_be_visible(timeout=LONG_MS)
 
 
+@pytest.mark.long
 def test_the_newest_question_is_the_one_that_is_answered(matched, seen):
     page, asked = matched.page, []
     matched.settled()
@@ -359,6 +368,7 @@ def test_the_newest_question_is_the_one_that_is_answered(matched, seen):
     expect(page.get_by_test_id("match-3")).to_contain_text(f"{told['fundamental']['epipolar_px'][2]:.2f} px")
 
 
+@pytest.mark.long
 def test_a_picture_that_is_chosen_while_the_last_ones_come_stays(desk):
     page, (left, right) = desk.page, desk.ids
     page.goto(f"{desk.server.url}/#/")
@@ -373,6 +383,7 @@ def test_a_picture_that_is_chosen_while_the_last_ones_come_stays(desk):
     expect(page.get_by_test_id("choice-b")).to_be_visible()
 
 
+@pytest.mark.long
 def test_a_cameras_active_calibration_is_proposed(operator, server):
     taken = server.api("POST", "/snapshots", json={"camera": "east"}).json()
     body = {**calibration_body(1, taken["id"]), "camera": "east"}
@@ -389,6 +400,7 @@ def test_a_cameras_active_calibration_is_proposed(operator, server):
     assert second != first
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scheme, width, height", [("dark", 1280, 800), ("light", 1280, 800), ("light", 1024, 768),
                                                    ("dark", 360, 740), ("light", 360, 740)])
 def test_it_fits_every_screen_in_both_themes(desk, seen, tmp_path, scheme, width, height):

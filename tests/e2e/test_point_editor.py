@@ -63,6 +63,7 @@ def test_a_click_beside_a_line_lands_on_its_middle_and_says_how_far(snapping, tm
     assert x == pytest.approx(MIDDLE, abs=0.1)
 
 
+@pytest.mark.long
 def test_a_point_snaps_though_the_next_one_is_pressed_already_when_the_answer_comes(snapping):
     """A quick hand on a slow network."""
     page, held = snapping.page, []
@@ -83,6 +84,7 @@ def test_a_point_snaps_though_the_next_one_is_pressed_already_when_the_answer_co
     left(snapping, (MIDDLE, 150), (MIDDLE, 300))
 
 
+@pytest.mark.long
 def test_undo_takes_a_snapped_point_back_to_where_it_was_put(snapping):
     page = snapping.page
     page.mouse.click(*snapping.spot(83, 200))
@@ -98,6 +100,7 @@ def test_undo_takes_a_snapped_point_back_to_where_it_was_put(snapping):
     assert abs(x - MIDDLE) < 0.1
 
 
+@pytest.mark.long
 def test_with_alt_a_point_stays_where_it_is_put(snapping):
     page = snapping.page
     page.keyboard.down("Alt")
@@ -107,12 +110,14 @@ def test_with_alt_a_point_stays_where_it_is_put(snapping):
     left(snapping, (84, 200))
 
 
+@pytest.mark.long
 def test_away_from_lines_a_point_stays_and_the_reason_is_said(snapping):
     snapping.page.mouse.click(*snapping.spot(300, 250))
     said(snapping.page, "Not snapped: no line within reach")
     left(snapping, (300, 250))
 
 
+@pytest.mark.long
 def test_a_drag_shows_the_free_point_and_snaps_when_it_is_let_go(snapping):
     page = snapping.page
     page.mouse.click(*snapping.spot(82, 200))
@@ -130,6 +135,7 @@ def test_a_drag_shows_the_free_point_and_snaps_when_it_is_let_go(snapping):
     assert abs(x - MIDDLE) < 0.1
 
 
+@pytest.mark.long
 def test_points_that_were_placed_freely_snap_by_a_key_and_come_back_by_undo(snapping):
     page = snapping.page
     page.keyboard.press("s")
@@ -146,6 +152,7 @@ def test_points_that_were_placed_freely_snap_by_a_key_and_come_back_by_undo(snap
     left(snapping, *placed, within=0.01)
 
 
+@pytest.mark.long
 def test_the_keyboard_alone_puts_a_point_on_the_line(snapping):
     page = snapping.page
     page.mouse.move(*snapping.spot(82, 150))
@@ -155,6 +162,7 @@ def test_the_keyboard_alone_puts_a_point_on_the_line(snapping):
     assert abs(x - MIDDLE) < 0.1
 
 
+@pytest.mark.long
 def test_a_line_that_the_fit_sees_is_chosen_by_clicking_it(fitted, tmp_path):
     page = fitted.page
     page.get_by_test_id("border-left").click()
@@ -196,6 +204,7 @@ def test_points_along_a_line_are_proposed_and_added_as_one_change(fitted, tmp_pa
     expect(page.locator("[data-point^='top:']")).to_have_count(3)
 
 
+@pytest.mark.long
 def test_proposals_are_discarded_by_escape(fitted):
     page = fitted.page
     page.get_by_test_id("border-left").click()
@@ -208,7 +217,8 @@ def test_proposals_are_discarded_by_escape(fitted):
     assert fitted.points("left") == before
 
 
-@pytest.mark.parametrize("model", ["polynomial", "division", "brown-conrady"])
+@pytest.mark.parametrize("model", ["brown-conrady", *(pytest.param(model, marks=pytest.mark.long)
+                                                      for model in ("polynomial", "division"))])
 def test_the_fit_follows_a_point_while_it_is_dragged(clicked, model):
     operator = clicked(model, "borders")
     page = operator.page
@@ -229,6 +239,7 @@ def test_the_fit_follows_a_point_while_it_is_dragged(clicked, model):
     assert answer.value.status == 200
 
 
+@pytest.mark.long
 def test_the_little_field_says_what_has_been_done(fitted):
     page = fitted.page
     expect(page.get_by_test_id("field-left")).to_have_attribute("aria-label", re.compile("6 points, used by the fit"))

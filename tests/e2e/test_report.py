@@ -33,6 +33,7 @@ def calibration(server) -> dict:
     return answer.json()
 
 
+@pytest.mark.long
 def test_the_file_opens_and_prints_without_a_network(page: Page, server, calibration, tmp_path):
     html = server.api("GET", f"/calibrations/{calibration['id']}/report.html")
     file = tmp_path / "report.html"

@@ -92,6 +92,7 @@ def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, se
     expect(page.get_by_test_id("rig-hall")).to_be_visible(timeout=LONG_MS)
 
 
+@pytest.mark.long
 def test_cameras_with_other_rectangles_are_refitted_by_one_button_and_not_activated(page, server, two_cameras):
     body = {"field": "ssl-div-b", "cameras": [{"camera": "rig-north"}], "w_max_rectangle_px": 90,
             "h_max_rectangle_px": 80, "n_rectangles_x": 9, "n_rectangles_y": 12}
@@ -106,6 +107,7 @@ def test_cameras_with_other_rectangles_are_refitted_by_one_button_and_not_activa
     assert server.api("GET", "/cameras/rig-north").json()["active_calibration"] == before
 
 
+@pytest.mark.long
 def test_ball_and_robots_of_all_cameras_stand_on_the_field_once_each_with_the_seam(page, server, tmp_path):
     """The same play before two cameras whose pictures overlap at the middle."""
     plays = [Before(name, 8, region, "field", 20, 0.8)

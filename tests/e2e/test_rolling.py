@@ -57,6 +57,7 @@ def test_each_roll_has_its_number_and_a_reload_loses_none(rolling, server, tmp_p
     assert not server.api("GET", "/cameras/rolling/rolls").json()["items"][0]["left_out"]
 
 
+@pytest.mark.long
 def test_the_lens_of_the_rolls_is_kept_and_chosen_for_the_next_picture(rolling, server):
     page = rolling
     expect(page.locator(AGREEING).nth(5)).to_be_visible(timeout=LONG_MS)  # of the first three, one may disagree

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from app.cli.server import DEMO_CAMERAS
 from tests.e2e.conftest import LONG_MS
+from tests.support.demo_cameras import CAMERAS
 from tests.support.scene_calibrations import border_and_circle_clicks
 from tests.support.waiting import until
 
@@ -20,7 +20,7 @@ NEAR, STILL = 40, 0.5  # of 255
 @pytest.fixture(scope="module")
 def kept(server):
     """Two versions from one picture of the demo's tilted camera: one with rays, one of a model that knows no camera."""
-    source = next(camera["source"] for camera in DEMO_CAMERAS if camera["id"] == "east")
+    source = next(camera["source"] for camera in CAMERAS if camera["id"] == "east")
     taken = until(lambda: server.api("POST", "/snapshots", json={"camera": "east"}), lambda answer: answer.ok)
     picture = taken.json()["id"]
     observations = border_and_circle_clicks(source, "half-right")
@@ -62,6 +62,7 @@ def until_drawn(page) -> None:
                seconds=LONG_MS / 1000)
 
 
+@pytest.mark.long
 def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept):
     page, server = operator.page, operator.server
     page.set_viewport_size({"width": 1100, "height": 560})  # fewer pixels for a processor to shade

@@ -122,6 +122,7 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
     until(lambda: not kept(server)["publish"], bool)
 
 
+@pytest.mark.long
 def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_camera(page, server, play, tmp_path):
     press(page, " ", "hold-frame")
     expect(page.get_by_test_id("held-frame")).to_be_visible(timeout=LONG_MS)
@@ -158,6 +159,7 @@ def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_c
     expect(page.get_by_test_id("learned")).to_contain_text("north-hall, changed", timeout=LONG_MS)
 
 
+@pytest.mark.long
 def test_a_clip_is_recorded_stepped_and_a_colour_taught_in_it(page, server, play, tmp_path):
     count = len(held(server))
     press(page, "r", "record-clip")

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from app.cli.server import DEMO_CAMERAS
 from app.core.field import BORDERS
 from app.core.field_json import field_from_json
 from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS
+from tests.support.demo_cameras import CAMERAS
 from tests.support.sim_clicks import border_clicks
 from tests.support.waiting import until
 
@@ -22,7 +22,7 @@ REAL = {"ssl_2008_half": "fields/ssl_2008/ssl-field-2008.jpg", "unball_full": "f
 
 
 def test_the_demo_camera_from_opening_to_an_active_calibration(operator, server, tmp_path):
-    camera, region = _truth(server, DEMO_CAMERAS[0])
+    camera, region = _truth(server, CAMERAS[0])
     operator.take()
     for feature, points in border_clicks(camera, region, 9).items():
         operator.click(feature, points[1:-1])  # a corner belongs to two borders
@@ -38,6 +38,7 @@ def test_the_demo_camera_from_opening_to_an_active_calibration(operator, server,
     assert server.api("GET", "/cameras/overhead").json()["active_calibration"] == operator.saved()["id"]
 
 
+@pytest.mark.long
 def test_models_are_ranked_and_a_warning_leads_to_its_cure(operator, server):
     """From straight above nothing but a tape tells how high a camera hangs."""
     straight_down = {"id": "straight-down", "name": "Straight down", "field": "vsss-3v3", "region": "full",
@@ -62,7 +63,7 @@ def test_models_are_ranked_and_a_warning_leads_to_its_cure(operator, server):
     server.api("DELETE", "/cameras/straight-down")
 
 
-@pytest.mark.parametrize("name", REAL)
+@pytest.mark.parametrize("name", ["ssl_2008_half", pytest.param("unball_full", marks=pytest.mark.long)])
 def test_real_clicks_through_the_page_give_the_numbers_of_rest_and_shell(operator, server, clicks, real_data, tmp_path,
                                                                            name):
     picture, given = real_data(REAL[name]), clicks(name)
@@ -91,6 +92,7 @@ def test_real_clicks_through_the_page_give_the_numbers_of_rest_and_shell(operato
     operator.page.screenshot(path=tmp_path / "compare.png")
 
 
+@pytest.mark.long
 def test_saving_the_same_clicks_again_makes_no_new_version(operator, straight_picture, frame_points):
     operator.open(straight_picture, "table", "full")
     for feature in BORDERS:
@@ -102,6 +104,7 @@ def test_saving_the_same_clicks_again_makes_no_new_version(operator, straight_pi
     assert operator.saved()["id"] == first
 
 
+@pytest.mark.long
 def test_a_version_that_is_asked_for_twice_is_saved_once(operator, server, straight_picture, frame_points):
     """By a hand that is quicker than the server."""
     page, held = operator.page, []
@@ -121,6 +124,7 @@ def test_a_version_that_is_asked_for_twice_is_saved_once(operator, server, strai
     assert len(held) == 1
 
 
+@pytest.mark.long
 def test_every_download_is_the_saved_version(operator, straight_picture, frame_points):
     operator.open(straight_picture, "table", "full")
     for feature in BORDERS:
@@ -136,6 +140,7 @@ def test_every_download_is_the_saved_version(operator, straight_picture, frame_p
     assert files["png"].startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 def test_a_stray_click_is_named_and_can_be_removed(operator, straight_picture, frame_points):
     operator.open(straight_picture, "table", "full")
     for feature in BORDERS:

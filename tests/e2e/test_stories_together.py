@@ -63,6 +63,7 @@ def test_two_operators_see_each_other_and_each_others_clicks_at_once(two, straig
     expect(grace.page.get_by_test_id("presence")).to_have_count(0)
 
 
+@pytest.mark.long
 def test_what_the_other_did_is_taken_back_by_one_undo(two, straight_picture, frame_points):
     ada, grace = two["Ada"], two["Grace"]
     ada.open(straight_picture, "table", "full").click("left", frame_points["left"])
@@ -80,6 +81,7 @@ def test_what_the_other_did_is_taken_back_by_one_undo(two, straight_picture, fra
     expect(grace.page.get_by_test_id("border-left")).to_contain_text("6 points")
 
 
+@pytest.mark.long
 def test_a_server_that_is_killed_in_the_middle_costs_nothing(page, own_server, frame_points, straight_picture,
                                                              tmp_path):
     operator = Operator(page, own_server).visit()
@@ -106,6 +108,7 @@ def test_a_server_that_is_killed_in_the_middle_costs_nothing(page, own_server, f
     page.screenshot(path=tmp_path / "back.png")
 
 
+@pytest.mark.long
 def test_a_dead_camera_says_its_cure_and_the_rest_goes_on(operator, server, tmp_path):
     """Its picture is gone, as a network camera's may be."""
     answer = server.api("POST", "/cameras", json={"id": "dead", "name": "Dead camera", "source": "picture://gone.png"})

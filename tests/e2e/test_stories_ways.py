@@ -48,6 +48,7 @@ def test_by_mouse_on_a_real_picture_until_the_version_is_active(operator, server
     server.api("DELETE", "/cameras/hall")
 
 
+@pytest.mark.long
 def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_one_before(operator, server, tmp_path):
     page, made = operator.page, []
     for turn in (1, 2):
@@ -93,7 +94,8 @@ def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_
     page.screenshot(path=tmp_path / "rolled-back.png")
 
 
-@pytest.mark.parametrize("size", [(390, 844), (820, 1180)], ids=["telephone", "tablet"])
+@pytest.mark.parametrize("size", [pytest.param((390, 844), id="telephone"),
+                                  pytest.param((820, 1180), id="tablet", marks=pytest.mark.long)])
 def test_by_finger_on_a_small_screen(browser, server, straight_picture, frame_points, tmp_path, size):
     context = browser.new_context(viewport={"width": size[0], "height": size[1]}, has_touch=True, color_scheme="dark")
     page = context.new_page()

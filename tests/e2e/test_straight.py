@@ -102,6 +102,7 @@ def lies_on_the_picture(desk, chain):
     assert len(points) >= 5 and np.median(steep[y, x]) > 8
 
 
+@pytest.mark.long
 def test_a_straight_picture_is_said_to_be_straight_and_a_reload_goes_on(desk, drawn):
     judge(desk, [drawn("straight.png", bars_behind(STRAIGHT))])
     verdict = desk.get_by_test_id("straight-verdict")
@@ -116,6 +117,7 @@ def test_a_straight_picture_is_said_to_be_straight_and_a_reload_goes_on(desk, dr
     expect(desk.get_by_test_id("straight-lens-kind")).to_have_text("Brown–Conrady, two terms")
 
 
+@pytest.mark.long
 def test_judging_is_stopped_and_what_shows_no_edges_is_refused_with_what_to_do(desk, server, drawn, tmp_path):
     judge(desk, [drawn("grey.png", np.full((480, 640, 3), 128, np.uint8))])
     expect(desk.get_by_test_id("straight-refusal")).to_contain_text("more straight edges", timeout=LONG_MS)
@@ -131,6 +133,7 @@ def test_judging_is_stopped_and_what_shows_no_edges_is_refused_with_what_to_do(d
     expect(desk.get_by_test_id("straight-verdict")).to_have_count(0)
 
 
+@pytest.mark.long
 def test_the_desk_has_an_address_and_tabs_to_the_board_and_back(desk, server):
     expect(desk).to_have_url(re.compile("#/straight$"))
     desk.get_by_test_id("desk-board").click()
@@ -143,6 +146,7 @@ def test_the_desk_has_an_address_and_tabs_to_the_board_and_back(desk, server):
     expect(desk.get_by_test_id("straight-desk")).to_have_count(0)
 
 
+@pytest.mark.long
 def test_a_picture_is_taken_with_a_camera_and_its_lens_is_judged(desk, server, tmp_path):
     desk.get_by_test_id("straight-camera-overhead").click()
     expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(1, timeout=LONG_MS)
@@ -152,6 +156,7 @@ def test_a_picture_is_taken_with_a_camera_and_its_lens_is_judged(desk, server, t
     desk.screenshot(path=tmp_path / "camera.png")
 
 
+@pytest.mark.long
 def test_the_facade_of_a_published_picture(desk, server, real_data, tmp_path):
     judge(desk, [real_data("lines/ipol_alvarez/building.png")])
     expect(desk.get_by_test_id("straight-verdict")).to_be_visible(timeout=LONG_MS)

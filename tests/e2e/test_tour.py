@@ -2,9 +2,11 @@
 
 import re
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
+from tests.support.demo_cameras import HEIGHT, WIDTH
 
 
 def stops(page):
@@ -34,11 +36,12 @@ def test_the_tour_tells_the_numbers_of_the_picture_that_is_open(clicked, server)
     assert "Left\n7 points" in seen["borders"].replace("\t", "\n")
     assert f"{saved['report']['verdict']['mm']:.1f} mm" in seen["verdict"]
     assert f"{saved['report']['rms_px']:.2f} px" in seen["residuals"]
-    assert "1280 × 1024 px" in seen["picture"]
+    assert f"{WIDTH} × {HEIGHT} px" in seen["picture"]
     assert "%" in seen["distortion"]
     expect(page.get_by_test_id("tour")).to_have_count(0)
 
 
+@pytest.mark.long
 def test_the_tour_is_left_and_gone_on_with_where_it_was(operator):
     page = operator.page
     page.get_by_test_id("take-tour").click()
@@ -73,6 +76,7 @@ def test_a_question_mark_opens_the_manual_at_its_heading(clicked):
     expect(page.get_by_test_id("help-panel")).to_have_count(0)
 
 
+@pytest.mark.long
 def test_by_finger_on_a_telephone_the_tour_stands_below_the_picture(browser, clicked, server):
     operator = clicked("division", step="borders")
     context = browser.new_context(viewport={"width": 360, "height": 740}, has_touch=True)

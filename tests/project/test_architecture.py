@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,6 @@ from tests.support.import_graph import circles, imported_names, python_graph, py
 from tests.support.paths import ROOT
 
 APP, STATIC = ROOT / "app", ROOT / "static"
-MODULES = python_modules(APP)
 SCRIPTS = [path for path in sorted(STATIC.rglob("*.js")) if "vendor" not in path.parts]
 
 COMPUTING = ("core", "ssl_protocol", "models", "vision", "fitting", "imaging", "evaluate")
@@ -34,9 +34,14 @@ PRIVATE_CLASSES = {"Ear", "Hung", "Lying", "Standing", "Told", "Heard", "Sighted
                    "Seen", "Asked"}
 
 
+@cache
+def modules() -> dict[str, ast.Module]:
+    return python_modules(APP)
+
+
 def definitions(kind: type | tuple[type, ...]):
     """Each (module, node) of that kind in app/, inside classes and functions too."""
-    return ((module, node) for module, tree in MODULES.items() for node in ast.walk(tree) if isinstance(node, kind))
+    return ((module, node) for module, tree in modules().items() for node in ast.walk(tree) if isinstance(node, kind))
 
 
 def test_packages_import_only_packages_below_them():
@@ -52,7 +57,7 @@ def test_no_import_is_excepted_from_the_layers():
 
 
 def test_no_modules_import_each_other_in_a_circle():
-    assert circles(python_graph(MODULES)) == []
+    assert circles(python_graph(modules())) == []
 
 
 def test_a_circle_would_be_found():
@@ -61,7 +66,7 @@ def test_a_circle_would_be_found():
 
 @pytest.mark.parametrize("package", COMPUTING)
 def test_a_computing_package_uses_no_clock_file_socket_thread_or_web(package):
-    found = [f"{module}:{line} imports {name}" for module, tree in MODULES.items()
+    found = [f"{module}:{line} imports {name}" for module, tree in modules().items()
              if module.startswith(f"app.{package}.") or module == f"app.{package}"
              for name, line in imported_names(tree)
              if (top := name.split(".")[0]) in SIDE_EFFECTS and (module, top) not in PARSERS]
@@ -114,7 +119,7 @@ def test_limits_begin_with_min_and_max():
 def test_docstrings_name_files_that_are_there():
     """NAME.py stands for the one that somebody is to write."""
     known = {path.name for path in (*APP.rglob("*.py"), *(ROOT / "tests").rglob("*.py"))} | {"NAME.py"}
-    found = [f"{module}: {name}" for module, tree in MODULES.items() for node in ast.walk(tree)
+    found = [f"{module}: {name}" for module, tree in modules().items() for node in ast.walk(tree)
              if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef))
              for name in re.findall(r"\b\w+\.py\b", ast.get_docstring(node) or "") if name not in known]
     assert found == []

@@ -52,8 +52,11 @@ def built(build, tmp_path_factory):
 
 
 @pytest.fixture
-def copy(built, tmp_path):
-    return Path(shutil.copytree(built, tmp_path / "static"))
+def copy(tmp_path):
+    """One that is filled as the page that is served here is."""
+    static = bare(tmp_path / "static")
+    shutil.copytree(STATIC / "vendor", static / "vendor")
+    return static
 
 
 def files(vendor: Path) -> dict[str, bytes]:
@@ -69,6 +72,7 @@ def test_the_packages_are_pinned_to_one_version_each():
             assert lock[f"node_modules/{name}"]["version"] == version  # a number, not a range
 
 
+@pytest.mark.long
 def test_every_file_is_byte_for_byte_that_of_the_pinned_package(build, built, tmp_path):
     """Packed anew by `npm pack`, checked against the lock's sum here, and unpacked by us."""
     lock = json.loads((STATIC / "package-lock.json").read_text())["packages"]
@@ -90,6 +94,7 @@ def test_every_file_is_byte_for_byte_that_of_the_pinned_package(build, built, tm
                     assert vendor[goal] == inside.read(), goal
 
 
+@pytest.mark.long
 def test_the_page_that_is_served_here_has_these_very_files(built):
     assert files(STATIC / "vendor") == files(built / "vendor"), "build the package again: pip install -e ."
 
@@ -102,6 +107,7 @@ def test_what_is_complete_is_not_fetched_again(build, copy, monkeypatch):
     assert {p: p.stat().st_mtime_ns for p in (copy / "vendor").rglob("*")} == before
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("harm", ["lost", "old"])
 def test_what_is_not_complete_is_made_whole(build, built, copy, harm):
     if harm == "lost":
@@ -136,6 +142,7 @@ def test_a_package_that_is_not_the_pinned_one_is_refused_and_the_old_ones_stay(b
     assert sorted(p.name for p in copy.iterdir()) == sorted((*PINNED, "vendor"))
 
 
+@pytest.mark.long
 def test_the_wheel_carries_the_page_with_its_libraries_and_the_configs(built, tmp_path):
     """The whole way: a checkout without libraries, built by pip in its own room."""
     checkout = tmp_path / "checkout"

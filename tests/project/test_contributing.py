@@ -1,4 +1,7 @@
-"""static/help/contributing.md, followed word for word in a copy of the project: every recipe ends with a green run."""
+"""static/help/contributing.md, followed word for word in a copy of the project: every recipe ends with a green run.
+
+Always the files and lines of each recipe, and that the program finds what they add; its own commands with -m long.
+"""
 
 import os
 import re
@@ -27,10 +30,10 @@ def recipes() -> dict[str, str]:
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
-@pytest.fixture(scope="module")
-def copy(tmp_path_factory) -> Path:
+@pytest.fixture
+def copy(tmp_path) -> Path:
     """A copy of the project beside nothing: what a contributor has."""
-    folder = tmp_path_factory.mktemp("contributor") / "touchline"
+    folder = tmp_path / "touchline"
     folder.mkdir()
     for name in COPIED:
         if (ROOT / name).is_dir():
@@ -40,9 +43,19 @@ def copy(tmp_path_factory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("title", recipes())
-def test_whoever_follows_a_recipe_ends_with_a_green_run(copy, title):
-    text = recipes()[title]
+@pytest.fixture
+def done(copy):
+    """Runs a command of a contributor."""
+    def run(*words: str) -> str:
+        done = subprocess.run(words, cwd=copy, env={**os.environ, "PYTHONPATH": str(copy)}, text=True,
+                              capture_output=True)
+        assert done.returncode == 0, f"{words}\n{done.stdout[-4000:]}\n{done.stderr[-2000:]}"
+        return done.stdout
+    return run
+
+
+def follow(copy: Path, text: str) -> list[tuple[str, str, str]]:
+    """Write a recipe's files and its lines in tables; those: table, file, line."""
     files = re.findall(r"in\s+`(app/[\w/]+\.py)`[^`]*?:\n\n```python\n(.*?)```", text, re.DOTALL)
     assert files, "no file to write"
     for name, source in files:
@@ -55,15 +68,31 @@ def test_whoever_follows_a_recipe_ends_with_a_green_run(copy, title):
                               flags=re.MULTILINE | re.DOTALL)
         assert count == 1
         (copy / name).write_text(code)
+    return [(table, name, line) for (table, name), line in zip(tables, lines, strict=True)]
+
+
+def test_what_the_recipes_add_is_found_in_its_table(copy, done):
+    script = ""
+    for title, text in recipes().items():
+        for table, name, line in follow(copy, text):
+            module = name.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+            script += f"from {module} import {table}; print({title!r}, {table}[{line.split(chr(34))[1]!r}])\n"
+    found = done(sys.executable, "-c", script)
+    for added in ("InverseDivision'", "InverseDivisionFitter'", "GreySource'", "grey://128", "Corners (text)", "Dim'"):
+        assert added in found
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("title", recipes())
+def test_whoever_follows_a_recipe_ends_with_a_green_run(copy, done, title):
+    text = recipes()[title]
+    follow(copy, text)
     if "models.md" in text:
         with open(copy / "static" / "help" / "models.md", "a") as page:
             page.write(MODELS_SECTION)
     commands = re.findall(r"```sh\n(.*?)```", text, re.DOTALL)
     assert commands, "no command to run"
     for command in "".join(commands).splitlines():
-        words = command.replace(".venv/bin/python", sys.executable).split()
-        done = subprocess.run(words, cwd=copy, env={**os.environ, "PYTHONPATH": str(copy)}, text=True,
-                              capture_output=True)
-        assert done.returncode == 0, f"{command}\n{done.stdout[-4000:]}\n{done.stderr[-2000:]}"
+        told = done(*command.replace(".venv/bin/python", sys.executable).split())
         if "pytest" in command:
-            assert re.search(r"\d+ passed", done.stdout)
+            assert re.search(r"\d+ passed", told)

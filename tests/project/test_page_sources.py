@@ -81,6 +81,7 @@ def test_every_source_passes_the_type_checker(checked_copy):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.long
 def test_the_type_checker_would_notice_a_misspelt_name(checked_copy):
     misspelt = checked_copy / "misspelt.js"
     misspelt.write_text('import { stageSize } from "./canvas/viewport.js";\nconsole.log(stageSize.value.widht);\n')

@@ -86,9 +86,10 @@ def tallies(labels: dict) -> dict[str, Tally]:
     """By "ball" and each team's colour, over all frames that are tested."""
     kinds = {"ball": "orange"} | ({} if labels.get("only_ball") else {team: team for team in labels["teams"]})
     found = {kind: Tally() for kind in kinds}
+    sight = sight_for(labels)
     for entry in labels["test"]:
         pixels = picture(entry)
-        seen = sight_for(labels).process(pixels).detections.items
+        seen = StagePipeline(sight.config, sight.context).process(pixels).detections.items  # knows no frame before it
         for kind, colour in kinds.items():
             told = [d.pixel for d in seen if (d.kind == "ball") == (kind == "ball") and d.team in (kind, None)]
             _match(found[kind], told, entry.get(colour, []), labels["match_px"], entry.get("ignore", []))

@@ -1,6 +1,9 @@
 """Live cameras for tests: what their process must know, and a calibration of a simulated one."""
 
-from contextlib import asynccontextmanager
+import sys
+import threading
+from concurrent.futures import Future
+from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import asdict
 
 import numpy as np
@@ -8,10 +11,12 @@ import numpy as np
 from app.core.records import Calibration
 from app.images import ImageLimits
 from app.live import LiveCamera
+from app.live.capture import FrameCapture
 from app.sources import SourceContext, source_from_url
 from app.store.fields import load_fields
 from app.workflows.calibration_request import CalibrationRequest
 from tests.support.sim_clicks import border_observations
+from tests.support.waiting import LONG_S
 
 FIELDS = load_fields()
 FIELD_JSON = {name: FIELDS[name].to_json() for name in ("table", "vsss-3v3", "ssl-div-b")}
@@ -38,6 +43,26 @@ async def live(url: str, **around):
         yield camera
     finally:
         await camera.stop()
+
+
+@contextmanager
+def capturing(url: str):
+    """A camera read on a thread of its own. In the product that ends with its process; here between two frames."""
+    capture = FrameCapture(url, SourceContext(FIELDS))
+
+    def run() -> None:
+        with suppress(SystemExit):
+            capture.run()
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    try:
+        yield capture
+    finally:
+        with capture._changed:
+            capture._actions.append((lambda source: sys.exit(), Future()))
+            capture._wake()
+        thread.join(LONG_S)
 
 
 def calibrated(url: str, model: str = "polynomial", id: str = "made", region: str = "full") -> Calibration:

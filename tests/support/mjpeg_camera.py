@@ -1,6 +1,7 @@
 """A small HTTP camera for tests: MJPEG at /video, single pictures at /shot.jpg, and whatever it is told to do wrong."""
 
 import contextlib
+import itertools
 import socket
 import socketserver
 import ssl
@@ -44,6 +45,7 @@ class MjpegCamera:
         self.parts: Callable[[int], Iterable[bytes]] = lambda n: [coded(n, self.size)]  # what is sent for the n-th
         self.connections, self.requests = 0, []
         self._lines: set[socket.socket] = set()
+        self._closed = threading.Event()
         camera = self
 
         class Handler(socketserver.StreamRequestHandler):
@@ -89,6 +91,7 @@ class MjpegCamera:
                 line.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
+        self._closed.set()
         self._server.shutdown()
         self._server.server_close()
         self.drop()
@@ -124,10 +127,11 @@ class MjpegCamera:
         chunked = "Transfer-Encoding: chunked\r\n" if self.chunked else "Connection: close\r\n"
         say(f"HTTP/1.1 200 OK\r\nContent-Type: {self.announced}\r\n{chunked}\r\n".encode())
         start = time.monotonic()
-        for n in range(1_000_000):
-            while self.stalled:
-                time.sleep(0.02)
-            time.sleep(max(0, start + n / self.fps - time.monotonic()))
+        for n in itertools.count():
+            while self.stalled and not self._closed.wait(0.02):
+                pass
+            if self._closed.wait(max(0, start + n / self.fps - time.monotonic())):
+                return False
             for part in self.parts(n):
                 self._send(say, part)
         return False

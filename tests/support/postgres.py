@@ -14,6 +14,7 @@ import time
 from contextlib import closing
 from pathlib import Path
 
+FOLDER_PREFIX = "touchline-postgres-"
 START_S = 60
 QUICK = ("fsync=off", "full_page_writes=off", "max_connections=60", "shared_buffers=64MB", "log_min_messages=fatal")
 
@@ -34,7 +35,7 @@ class PostgresServer:
         self._bin = programs()
         assert self._bin is not None
         self._as = _unprivileged()
-        self._home = Path(tempfile.mkdtemp(prefix="touchline-postgres-"))  # pytest's folders are for their owner alone
+        self._home = Path(tempfile.mkdtemp(prefix=FOLDER_PREFIX))  # pytest's folders are for their owner alone
         self._folder = self._home / "cluster"
         if self._as:
             os.chown(self._home, *self._as)

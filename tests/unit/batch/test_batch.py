@@ -15,9 +15,15 @@ from app.jobs import JobEngine
 from tests.support import sample_jobs
 from tests.support.batch_pictures import clicks, folder_of, picture
 from tests.support.paths import CLICKS
-from tests.support.pictures import HOSTILE
+from tests.support.pictures import hostile
 
 BROWN = ("--model", "brown-conrady", "--option", 'height_mm={"value": 6500, "sigma": 30}')
+HOMOGRAPHY = ("--model", "homography", "--enough", "any")  # where it is not the fit that matters
+
+
+def batch(touchline, *words):
+    """By one worker: each imports for longer than it fits a few pictures."""
+    return touchline("batch", *words, "--workers", 1)
 
 
 @pytest.fixture
@@ -30,7 +36,7 @@ def table(path):
 
 
 def test_every_picture_is_calibrated_from_the_clicks_beside_it_as_calibrate_does_it(touchline, archive, tmp_path):
-    code, out, err = touchline("batch", archive, *BROWN, "-o", "table.json")
+    code, out, err = batch(touchline, archive, *BROWN, "-o", "table.json")
     assert (code, err) == (0, "")
     assert re.fullmatch(r"3 pictures: (\d (good|fair)(, )?)+\.\nWritten to table\.json\.\n", out), out
     rows = table(tmp_path / "table.json")
@@ -49,7 +55,7 @@ def test_every_picture_is_calibrated_from_the_clicks_beside_it_as_calibrate_does
 def test_a_broken_picture_is_a_row_with_its_problem_and_cure_and_stops_nobody(touchline, archive, tmp_path):
     whole = (archive / "north-1.png").read_bytes()
     (archive / "cut.png").write_bytes(whole[:len(whole) // 2])
-    (archive / "spoilt.png").write_bytes(HOSTILE["a PNG with fewer rows than it says"][0])  # only decoding tells
+    (archive / "spoilt.png").write_bytes(hostile("a PNG with fewer rows than it says")[0])  # only decoding tells
     (archive / "empty.jpg").write_bytes(b"")
     (archive / "text.bmp").write_text("no picture")
     (archive / "gone.png").symlink_to(archive / "nowhere.png")
@@ -64,7 +70,7 @@ def test_a_broken_picture_is_a_row_with_its_problem_and_cure_and_stops_nobody(to
     clicks(archive / "elsewhere.json", field="no-such-field")
     (archive / "folder.png").mkdir()
     (archive / "notes.txt").write_text("no picture and not called one")
-    code, out, err = touchline("batch", archive, *BROWN, "-o", "table.csv")
+    code, out, err = batch(touchline, archive, *BROWN, "-o", "table.csv")
     assert (code, err) == (1, "") and re.match(r"12 pictures: .*, 9 failed\.\n", out), out
     rows = table(tmp_path / "table.csv")
     said = {"cut.png": "too early", "spoilt.png": "decoded", "empty.jpg": "empty",
@@ -76,6 +82,18 @@ def test_a_broken_picture_is_a_row_with_its_problem_and_cure_and_stops_nobody(to
     assert [name for name in rows if name not in said] == ["north-1.png", "north-2.png", "north-3.png"]
 
 
+def test_a_kept_calibration_is_checked_by_edges_where_nothing_was_clicked(touchline, tmp_path):
+    folder = folder_of(tmp_path / "archive", 2)
+    touchline("calibrate", folder / "north-1.png", "--points", folder / "north-1.json", *BROWN, "-o", "cal.json")
+    (folder / "north-2.json").unlink()
+    assert batch(touchline, folder, "--calibration", "cal.json", "-o", "table.html")[0] == 0
+    clicked, seen = table(tmp_path / "table.html").values()
+    assert (clicked["judged_by"], seen["judged_by"]) == ("clicks and edges", "edges")
+    assert {row["verdict"] for row in (clicked, seen)} <= {"good", "fair"} and seen["rms_mm"] is None
+    assert abs(seen["distortion_before_pct"]) > 3 and abs(seen["distortion_after_pct"]) < 0.15
+
+
+@pytest.mark.long
 def test_a_kept_calibration_is_checked_by_clicks_and_by_edges(touchline, archive, tmp_path):
     """A knock turns the camera: edges stay straight and clicks tell. Another lens: edges tell without a click."""
     touchline("calibrate", archive / "north-1.png", "--points", archive / "north-1.json", *BROWN, "-o", "cal.json")
@@ -86,7 +104,7 @@ def test_a_kept_calibration_is_checked_by_clicks_and_by_edges(touchline, archive
     picture(archive / "turned-unclicked.png", 5, roll_deg=2.0)
     clicks(archive / "turned.json", 5, roll_deg=2.0)
     cv2.imwrite(str(archive / "grey.png"), cv2.imread(str(archive / "north-1.png")) // 255 + 100)
-    code, _, err = touchline("batch", archive, "--calibration", "cal.json", "-o", "table.html", "--enough", "good")
+    code, _, err = batch(touchline, archive, "--calibration", "cal.json", "-o", "table.html", "--enough", "good")
     assert (code, err) == (1, "")
     rows = table(tmp_path / "table.html")
     own, same, edges = (rows[f"north-{number}.png"] for number in (1, 2, 3))
@@ -109,7 +127,7 @@ def test_clicks_that_are_not_the_calibrations_are_told(touchline, archive, tmp_p
     given = json.loads((archive / "north-3.json").read_text())
     given["observations"][0]["points"][0] = [1e7, -1e7]
     (archive / "north-3.json").write_text(json.dumps(given))
-    assert touchline("batch", archive, "-c", "cal.json", "-o", "table.json")[0] == 1
+    assert batch(touchline, archive, "-c", "cal.json", "-o", "table.json")[0] == 1
     rows = list(table(tmp_path / "table.json").values())
     assert "half-left" in rows[0]["problem"] and "640 × 480" in rows[1]["problem"]
     assert rows[2]["verdict"] == "poor" and "1 of 45 clicks" in rows[2]["warnings"][0]
@@ -121,10 +139,10 @@ def test_one_file_or_a_folder_of_clicks_serves_all(touchline, archive, tmp_path)
     apart.mkdir()
     for path in archive.glob("*.json"):
         path.rename(apart / f"{path.stem}.png.json")
-    assert touchline("batch", archive, *BROWN)[0] == 1
-    code, out, _ = touchline("batch", archive, *BROWN, "--points", apart)
-    assert code == 0 and re.search("north-2.png: (good|fair), ", out), out
-    assert touchline("batch", archive, *BROWN, "--points", common)[0] == 0
+    assert batch(touchline, archive, *HOMOGRAPHY)[0] == 1
+    code, out, _ = batch(touchline, archive, *HOMOGRAPHY, "--points", apart)
+    assert code == 0 and re.search("north-2.png: poor, ", out), out
+    assert batch(touchline, archive, *HOMOGRAPHY, "--points", common)[0] == 0
 
 
 def test_the_command_line_that_cannot_be_meant_is_2_and_nothing_is_written(touchline, archive, tmp_path):
@@ -145,18 +163,18 @@ def test_the_command_line_that_cannot_be_meant_is_2_and_nothing_is_written(touch
 
 
 def test_what_is_the_same_is_not_computed_again(touchline, archive, tmp_path):
-    touchline("batch", archive, *BROWN, "-o", "table.csv")
+    batch(touchline, archive, *HOMOGRAPHY, "-o", "table.csv")
     first = table(tmp_path / "table.csv")
     (archive / "north-1.png").rename(archive / "south.png")
     (archive / "north-1.json").rename(archive / "south.json")
     clicks(archive / "north-2.json", 99)
-    assert touchline("batch", archive, *BROWN, "-o", "table.csv", "--resume")[0] == 0
+    assert batch(touchline, archive, *HOMOGRAPHY, "-o", "table.csv", "--resume")[0] == 0
     second = table(tmp_path / "table.csv")
     assert second["south.png"] == {**first["north-1.png"], "picture": "south.png"}
     assert second["north-3.png"] == first["north-3.png"] and len(second) == 3
     assert second["north-2.png"]["inputs"] != first["north-2.png"]["inputs"]
     assert second["north-2.png"]["rms_mm"] != first["north-2.png"]["rms_mm"]
-    touchline("batch", archive, "--model", "division", "-o", "table.csv", "--resume")
+    batch(touchline, archive, "--model", "division", "-o", "table.csv", "--resume")
     assert not {row["inputs"] for row in table(tmp_path / "table.csv").values()} & {
         row["inputs"] for row in second.values()}
 
@@ -207,6 +225,7 @@ def test_a_picture_whose_worker_dies_is_a_row_that_another_run_does_again():
     assert rows["slow.png"]["inputs"] == "cd"
 
 
+@pytest.mark.long
 def test_the_real_archive_beside_the_project_is_gone_through(touchline, real_data, tmp_path):
     """The half field of 2008: straight edges confirm what its clicks say; a picture of another camera is refused."""
     folder = tmp_path / "real"
@@ -215,7 +234,7 @@ def test_the_real_archive_beside_the_project_is_gone_through(touchline, real_dat
     points = CLICKS / "ssl_2008_half.json"
     touchline("calibrate", folder / "half.jpg", "--points", points, *BROWN, "-o", "cal.json")
     (folder / "other.jpg").write_bytes(real_data("fields/agh_mirosot/img/a_1.jpg").read_bytes())
-    code, _, _ = touchline("batch", folder, "-c", "cal.json", "--points", points, "-o", "table.json")
+    code, _, _ = batch(touchline, folder, "-c", "cal.json", "--points", points, "-o", "table.json")
     rows = table(tmp_path / "table.json")
     assert rows["half.jpg"]["held_out_mm"] is None and rows["half.jpg"]["rms_mm"] < 10 and code == 1
     assert rows["half.jpg"]["judged_by"] == "clicks and edges" and abs(rows["half.jpg"]["distortion_after_pct"]) < 0.6

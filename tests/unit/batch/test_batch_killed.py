@@ -11,13 +11,14 @@ from pathlib import Path
 import pytest
 
 from app.batch import read_table
+from app.jobs import dask_cluster as cluster_client
 from tests.support.batch_pictures import folder_of
 from tests.support.dask_cluster import dask_cluster
 from tests.support.paths import ROOT
 from tests.support.waiting import gone, until
 
 TOUCHLINE = [sys.executable, "-c", "from app.cli import main; main()"]
-PICTURES = 12
+PICTURES = 5
 NEVER_THE_SAME = ("seconds",)
 
 
@@ -34,10 +35,14 @@ def whole(archive, tmp_path_factory):
     return rows(path)
 
 
+def words_for(archive, table, *more):
+    return ["batch", str(archive), "--model", "brown-conrady", "--enough", "any", "--workers", "1", "-o", str(table),
+            *more]
+
+
 def run(archive, table, *words, **how):
     how = {"stderr": subprocess.DEVNULL, **how}
-    return subprocess.Popen([*TOUCHLINE, "batch", str(archive), "--model", "brown-conrady", "--enough", "any",
-                             "--workers", "1", "-o", str(table), *words], cwd=ROOT, stdin=subprocess.DEVNULL,
+    return subprocess.Popen([*TOUCHLINE, *words_for(archive, table, *words)], cwd=ROOT, stdin=subprocess.DEVNULL,
                             stdout=subprocess.DEVNULL, **how)
 
 
@@ -63,7 +68,8 @@ def children_of(pid):
     return below | {deeper for child in below for deeper in children_of(child)}
 
 
-def test_a_killed_run_leaves_a_whole_table_and_no_process_and_goes_on_where_it_was(archive, whole, tmp_path):
+def test_a_killed_run_leaves_a_whole_table_and_no_process_and_goes_on_where_it_was(archive, whole, touchline,
+                                                                                         tmp_path):
     table = tmp_path / "table.csv"
     process = run(archive, table)
     try:
@@ -76,15 +82,16 @@ def test_a_killed_run_leaves_a_whole_table_and_no_process_and_goes_on_where_it_w
     until(lambda: all(gone(pid) for pid in below))
     before = rows(table)
     assert 2 <= len(before) < PICTURES
-    assert run(archive, table, "--resume").wait(240) == 0
+    resume = words_for(archive, table, "--resume")
+    assert touchline(*resume)[0] == 0
     after = rows(table)
     assert list(after) == list(whole) and figures(after) == figures(whole)
     assert all(after[name] == row for name, row in before.items()), "a row that stood was computed again"
     again = table.read_bytes()
-    assert run(archive, table, "--resume").wait(240) == 0 and table.read_bytes() == again
+    assert touchline(*resume)[0] == 0 and table.read_bytes() == again
 
 
-@pytest.mark.parametrize("on_a_terminal", [False, True])
+@pytest.mark.parametrize("on_a_terminal", [pytest.param(False, marks=pytest.mark.long), True])
 def test_ctrl_c_ends_cleanly_with_the_table_so_far_and_a_bar_only_on_a_terminal(archive, tmp_path, on_a_terminal):
     table, told = tmp_path / "table.json", tmp_path / "stderr"
     ours, theirs = pty.openpty()
@@ -121,6 +128,7 @@ def read(terminal):
         return b""
 
 
+@pytest.mark.long
 def test_two_workers_of_a_cluster_one_killed_midway_and_every_row_is_right(archive, whole, tmp_path):
     table = tmp_path / "table.json"
     with dask_cluster(tmp_path) as cluster:
@@ -135,9 +143,9 @@ def test_two_workers_of_a_cluster_one_killed_midway_and_every_row_is_right(archi
     assert figures(rows(table)) == figures(whole)
 
 
-def test_a_cluster_that_is_not_there_ends_the_run_and_no_picture_is_blamed(archive, tmp_path):
+def test_a_cluster_that_is_not_there_ends_the_run_and_no_picture_is_blamed(archive, touchline, tmp_path, monkeypatch):
+    monkeypatch.setattr(cluster_client, "CONNECT_S", 0.2)
     table = tmp_path / "table.json"
-    process = run(archive, table, "--engine", "dask://127.0.0.1:9", stderr=subprocess.PIPE)
-    _, told = process.communicate(timeout=120)
-    assert process.returncode == 3 and b"does not answer" in told and b"fix: " in told
+    code, _, told = touchline(*words_for(archive, table, "--engine", "dask://127.0.0.1:9"))
+    assert code == 3 and "does not answer" in told and "fix: " in told
     assert json.loads(table.read_text())["rows"] == []

@@ -14,6 +14,7 @@ from app.core.field_json import field_from_json
 from app.core.strict_yaml import plain_from_yaml
 from app.store.fields import load_field, load_fields
 from tests.support.paths import SHARED_DATA
+from tests.support.tiers import rounds
 
 FIELDS = load_fields()
 every_field = pytest.mark.parametrize("field", FIELDS.values(), ids=FIELDS)
@@ -201,15 +202,18 @@ plain = st.recursive(st.none() | st.booleans() | st.integers() | st.floats() | s
                      | st.dictionaries(st.text(max_size=8), inner, max_size=3))
 
 
-@settings(max_examples=150, deadline=None)
-@given(path=st.sampled_from(["name", "length_mm", "lines", "lines/0", "lines/0/from", "arcs/0", "arcs/0/centre",
-                             "landmarks", "regions", "regions/full", "regions/full/x", "regions/half/left",
-                             "extras", "extras/marks", "extras/goal"]), value=plain)
-def test_any_other_data_is_a_field_or_a_refusal(path, value):
-    try:
-        assert isinstance(field_from_json(with_change(path, value)), Field)
-    except BadInput as refused:
-        assert refused.fix
+@rounds("examples", 25, 150)
+def test_any_other_data_is_a_field_or_a_refusal(examples):
+    @settings(max_examples=examples, deadline=None)
+    @given(path=st.sampled_from(["name", "length_mm", "lines", "lines/0", "lines/0/from", "arcs/0", "arcs/0/centre",
+                                 "landmarks", "regions", "regions/full", "regions/full/x", "regions/half/left",
+                                 "extras", "extras/marks", "extras/goal"]), value=plain)
+    def field_or_refusal(path, value):
+        try:
+            assert isinstance(field_from_json(with_change(path, value)), Field)
+        except BadInput as refused:
+            assert refused.fix
+    field_or_refusal()
 
 
 def test_borders_that_disagree_with_the_rectangle_are_refused():

@@ -1,6 +1,7 @@
 """Models on the same clicks, ranked by what they miss inside the field: the right one wins, for a reason it can say."""
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from app.workflows import calibration
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera
 from tests.support.paths import CLICKS
 from tests.support.sim_clicks import border_observations, known_grid, rms_mm
+from tests.support.tiers import long, rounds
 
 QUICK = ("polynomial", "homography", "division", "brown-conrady")
 
@@ -25,9 +27,14 @@ def clicks(lens, tilt=8, seed=0):
     return border_observations(reference_camera(lens, tilt), REGION, 9, 0.3, np.random.default_rng(seed))
 
 
-@pytest.mark.parametrize("lens", ["strong", "half", "pincushion"])
+@cache
+def compared(lens, seed=0):
+    return calibration.compare(clicks(lens, seed=seed), FIELD, REGION, SIZE, QUICK)
+
+
+@pytest.mark.parametrize("lens", ["strong", long("half"), "pincushion"])
 def test_under_a_lens_a_lens_model_wins_though_polynomials_fit_the_borders_as_well(lens):
-    found = calibration.compare(clicks(lens), FIELD, REGION, SIZE, QUICK)
+    found = compared(lens)
     by_name = {row["model"]: row for row in found["ranking"]}
     assert found["recommended"] in ("division", "brown-conrady")
     assert by_name["polynomial"]["rms_px"] < 1.1 * by_name[found["recommended"]]["rms_px"]
@@ -36,9 +43,9 @@ def test_under_a_lens_a_lens_model_wins_though_polynomials_fit_the_borders_as_we
     assert "mm inside the field" in found["reason"] and found["failed"] == []
 
 
-@pytest.mark.parametrize("seed", range(4))
+@rounds("seed", *range(4))
 def test_without_a_lens_it_says_so_and_takes_the_simplest(seed):
-    found = calibration.compare(clicks("none", seed=seed), FIELD, REGION, SIZE, QUICK)
+    found = compared("none", seed)
     assert found["no_significant_distortion"]
     assert found["reason"].startswith("No significant distortion.")
     chosen = next(row for row in found["ranking"] if row["model"] == found["recommended"])
@@ -50,7 +57,7 @@ def test_the_ranking_is_near_the_truth(lens):
     """Field error as told against the true one over the grid: within a factor of two, and the order of the far ones."""
     camera = reference_camera(lens, 8)
     raw, truth = known_grid(camera, REGION, 21, 17)
-    found = calibration.compare(clicks(lens), FIELD, REGION, SIZE, QUICK)
+    found = compared(lens)
     for row in found["ranking"]:
         model = FITTERS[row["model"]].fit(clicks(lens), FIELD, REGION, SIZE).model
         error = rms_mm(field_from_raw(model, raw), truth)
@@ -96,8 +103,8 @@ def test_lines_inside_are_left_out_whole_and_borders_in_thirds():
             (i, k) for i, o in enumerate(observations) for k in range(len(o.points)))
 
 
-@pytest.mark.parametrize("name, field_name, worse", [("ssl_2008_half", "ssl-2008", ["polynomial", "homography"]),
-                                                      ("unball_full", "vsss-3v3", ["polynomial"])])
+@pytest.mark.parametrize("name, field_name, worse", [
+    long("ssl_2008_half", "ssl-2008", ["polynomial", "homography"]), ("unball_full", "vsss-3v3", ["polynomial"])])
 def test_every_model_is_fitted_to_real_clicks_ranked_and_the_choice_explained(name, field_name, worse):
     """The pictures are not needed: the clicks on them are ours."""
     given = json.loads((CLICKS / f"{name}.json").read_text())

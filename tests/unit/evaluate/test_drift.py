@@ -12,11 +12,13 @@ from app.core.records import observations_from_json
 from app.evaluate.drift.alarm import ALARMS, DriftWatch, sentence, state_of
 from app.evaluate.drift.monitor import DriftReference, DriftSample
 from app.fitting.image_motion import MotionField, MotionSize, estimate_motion
+from app.sources import SourceContext, source_from_url
 from app.sources.sim.render import Rendering
 from app.workflows.calibration_request import CalibrationRequest
 from tests.support.drifting_cameras import bumped, fitted, followed, knocked, moved_by
 from tests.support.live_cameras import FIELDS
 from tests.support.paths import CLICKS, SHARED_DATA
+from tests.support.tiers import long, rounds
 
 HALF = "sim://ssl-div-b?cameras=2&camera=0&size=640x480&robots=6&k1=-0.25&tilt=10"
 WHOLE = "sim://ssl-div-b?size=640x480&robots=8&people=1"
@@ -25,6 +27,11 @@ WHOLE = "sim://ssl-div-b?size=640x480&robots=8&people=1"
 @pytest.fixture(scope="module")
 def half():
     return followed(HALF)
+
+
+@pytest.fixture(scope="module")
+def half_model():
+    return fitted(HALF)[1]
 
 
 @pytest.fixture(scope="module")
@@ -40,8 +47,8 @@ def looks(reference: DriftReference, rendering: Rendering, seconds, watch: Drift
         yield watch.add(sample, float(second)), sample
 
 
-@pytest.mark.parametrize("by", ["1 px", "3 mm"])
-@pytest.mark.parametrize("scene", ["half", "whole"])
+@pytest.mark.parametrize(("scene", "by"), [("half", "1 px"), ("whole", "3 mm"), long("half", "3 mm"),
+                                           long("whole", "1 px")])
 def test_a_small_knock_is_found_at_the_second_look(request, scene, by):
     rendering, reference = request.getfixturevalue(scene)
     other, (px, mm) = knocked(rendering, by, np.random.default_rng(3))
@@ -77,19 +84,20 @@ def test_a_model_without_rays_is_followed_as_well(model):
     assert found.px == pytest.approx(px, rel=0.25) and found.mm == pytest.approx(mm, rel=0.25)
 
 
+@rounds("last", 5, 15)
 @pytest.mark.parametrize("scene", [
     HALF + "&flicker=0.15&people=1", "sim://vsss-3v3?size=480x360&robots=6&people=1&glare=0.6&drift=0.6&noise=4"])
-def test_robots_people_and_light_are_no_knock(scene):
+def test_robots_people_and_light_are_no_knock(scene, last):
     rendering, reference = followed(scene)
-    told = list(looks(reference, rendering, range(1, 16)))
+    told = list(looks(reference, rendering, range(1, last + 1)))
     assert {one.state for one, _ in told} == {"steady"}
     assert max(sample.judged.px for _, sample in told) < 0.1  # px: a fifth of a knock
 
 
-def test_what_a_model_does_not_tell_exactly_is_no_drift(half):
+def test_what_a_model_does_not_tell_exactly_is_no_drift(half, half_model):
     rendering, _ = half
-    _, model = fitted(HALF)
-    wrong = replace(model, position_mm=(model.position_mm[0] + 40, *model.position_mm[1:]))  # some px
+    x, y, z = half_model.position_mm
+    wrong = replace(half_model, position_mm=(x + 40, y, z))  # some px
     reference = DriftReference.of([rendering.frame_at(0, 0.0)], wrong, rendering.field, rendering.region)
     assert reference.look(rendering.frame_at(1, 1.0)).judged.px < 0.05
 
@@ -104,18 +112,18 @@ def test_a_lens_bumped_out_of_focus_is_told_from_a_knock(half, blur_px, how):
     assert sample.softer_px == pytest.approx(np.sqrt(blur_px**2 - 0.65**2), rel=0.35)
 
 
-def test_a_lens_that_was_soft_and_is_sharp_has_another_focus_too(half):
+def test_a_lens_that_was_soft_and_is_sharp_has_another_focus_too(half, half_model):
     rendering, _ = half
     soft = Rendering.of(rendering.camera, rendering.field, rendering.region, rendering.motion,
                         sensor=replace(rendering.sensor, blur_px=2.4))
-    reference = DriftReference.of([soft.frame_at(0, 0.0)], fitted(HALF)[1], rendering.field, rendering.region)
+    reference = DriftReference.of([soft.frame_at(0, 0.0)], half_model, rendering.field, rendering.region)
     told, sample = list(looks(reference, rendering, range(1, 4)))[-1]
     assert told.state == "out-of-focus" and "sharper" in sentence(told.state, sample)
 
 
 def test_a_picture_of_something_else_is_a_replaced_camera(half):
     rendering, reference = half
-    other = followed("sim://vsss-3v3?size=640x480&robots=3")[0]
+    other = source_from_url("sim://vsss-3v3?size=640x480&robots=3", SourceContext(FIELDS)).rendering
     assert [told.state for told, _ in looks(reference, other, range(1, 5))][-2:] == ["learning", "replaced"]
     far = bumped(rendering, 9.0, 5.0)
     assert [told.state for told, _ in looks(reference, far, range(1, 5))][-2:] == ["learning", "replaced"]
@@ -162,10 +170,10 @@ def test_a_real_picture_compressed_anew_is_steady_and_a_turned_one_is_not():
     assert found.judged.px == pytest.approx(1.25, abs=0.15)  # 0.2° at 360 px from the middle
 
 
-def test_a_picture_without_lines_gives_nothing_to_follow(half):
+def test_a_picture_without_lines_gives_nothing_to_follow(half, half_model):
     rendering, _ = half
     blank = np.full((480, 640, 3), 90, np.uint8)
-    assert DriftReference.of([blank], fitted(HALF)[1], rendering.field, rendering.region) is None
+    assert DriftReference.of([blank], half_model, rendering.field, rendering.region) is None
 
 
 def seen(px: float = 0.0, **more) -> DriftSample:
@@ -201,13 +209,12 @@ def test_words_say_no_noughts():
     assert sentence("steady", seen(0.021)) == "Steady, 0.02 px (0.1 mm)."
 
 
-def test_strays_have_no_say_in_the_motion():
-    _, model = fitted(HALF)
+def test_strays_have_no_say_in_the_motion(half_model):
     rng = np.random.default_rng(2)
     places = rng.uniform((40, 40), (600, 440), (80, 2))
     angle = rng.uniform(0, np.pi, 80)
     normals = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    flow = MotionField(model, (640, 480))
+    flow = MotionField(half_model, (640, 480))
     across = np.einsum("ni,nik->nk", normals, flow.at(places))
     q = np.array([0.7, -0.4, 0.3, 0.1])
     off = np.sum(flow.shifts(places, q) * normals, axis=1) + rng.normal(0, 0.02, 80)

@@ -8,6 +8,7 @@ from app.evaluate.cameras.rig_agreement import agreement
 from app.models import model_from_json
 from app.sources import SourceContext, source_from_url
 from tests.support.rig_over_field import FIELD, FIELDS, sim_task
+from tests.support.tiers import rounds
 
 ADDRESS = "sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&robots=0&fps=10"
 KNOCK_MM = 50
@@ -26,7 +27,7 @@ def models():
     return made
 
 
-@pytest.mark.parametrize("frame", [7, 21])
+@rounds("frame", 7, 21)
 def test_a_knock_is_told_by_the_lines_of_two_pictures_and_not_exaggerated_between_them(models, frame):
     pictures = [source_from_url(ADDRESS.format(number), SourceContext(FIELDS)).rendering.frame(frame + number)
                 for number in range(2)]

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from app.core.errors import FitFailed
 from app.fitting.border import fit_curve
 from app.models.border_curve import Curve
+from tests.support.tiers import rounds
 
 SPAN = (-0.5, 1023.5)
 ROWS = np.linspace(40, 980, 9)
@@ -144,14 +145,17 @@ def test_points_that_cannot_do_are_refused_by_name(y, x, degree, reason):
     assert refusal.value.fix
 
 
-@settings(max_examples=300, deadline=1000)
-@given(st.lists(st.tuples(st.floats(-1e7, 1e7), st.floats(-1e7, 1e7)), max_size=24),
-       st.one_of(st.just("auto"), st.integers(1, 8)))
-def test_whatever_finite_points_come_it_answers_or_refuses(points, degree):
-    points = np.array(points, float).reshape(-1, 2)
-    try:
-        fit = fitted(points[:, 0], points[:, 1], degree)
-    except FitFailed as refusal:
-        assert refusal.fix
-    else:
-        assert np.isfinite(fit.curve.coefficients).all() and np.isfinite(fit.residuals).all()
+@rounds("examples", 60, 300)
+def test_whatever_finite_points_come_it_answers_or_refuses(examples):
+    @settings(max_examples=examples, deadline=None)
+    @given(st.lists(st.tuples(st.floats(-1e7, 1e7), st.floats(-1e7, 1e7)), max_size=24),
+           st.one_of(st.just("auto"), st.integers(1, 8)))
+    def answers_or_refuses(points, degree):
+        points = np.array(points, float).reshape(-1, 2)
+        try:
+            fit = fitted(points[:, 0], points[:, 1], degree)
+        except FitFailed as refusal:
+            assert refusal.fix
+        else:
+            assert np.isfinite(fit.curve.coefficients).all() and np.isfinite(fit.residuals).all()
+    answers_or_refuses()

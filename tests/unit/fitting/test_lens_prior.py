@@ -21,6 +21,7 @@ from app.models.lenses.kannala_brandt import KannalaBrandtLens
 from tests.support.board_views import SIZE as BOARD_SIZE
 from tests.support.board_views import TRUTH, views_of
 from tests.support.operator import REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
+from tests.support.tiers import long
 
 CAMERA = reference_camera("strong", 0)
 
@@ -137,17 +138,19 @@ def taken_over(fit) -> dict:
             "lens_sigma": "own"}
 
 
-@pytest.mark.parametrize(("centre", "hat_mm"), [({"centre_sigma_px": 0.0}, 2.2), ({}, 3.2)])
-def test_a_lens_calibrated_at_one_pose_is_held_at_another_with_an_honest_error(centre, hat_mm):
-    """Tilted by 15° first, straight down without a tape afterwards; on the carpet and at hat height, 40 seeds."""
+@pytest.mark.parametrize(("centre", "hat_mm", "seeds", "within"), [
+    ({}, 3.2, 8, 0.4),  # so few tell the error to 15 %
+    long({"centre_sigma_px": 0.0}, 2.2, 40, 0.15), long({}, 3.2, 40, 0.15)])
+def test_a_lens_calibrated_at_one_pose_is_held_at_another_with_an_honest_error(centre, hat_mm, seeds, within):
+    """Tilted by 15° first, straight down without a tape afterwards; on the carpet and at hat height."""
     there, here, terms = reference_camera("strong", 15), CAMERA, ("k1", "k2")
     places, seen, told = grid_over(REGION, 21, 17), [], []
-    for seed in range(40):
+    for seed in range(seeds):
         fit = fitted(here, 1000 + seed, tape=False, **taken_over(fitted(there, seed, terms=terms, **centre)))
         seen.append(carpet_and_hat_mm(fit, here))
         told.append([expected_error(fit, REGION, z, places).rms for z in (0.0, HAT_MM)])
     seen, told = (np.sqrt(np.mean(np.square(x), axis=0)) for x in (seen, told))
-    np.testing.assert_allclose(seen / told, 1, atol=0.15)
+    np.testing.assert_allclose(seen / told, 1, atol=within)
     assert seen[1] < hat_mm  # the clicks alone leave 9
 
 

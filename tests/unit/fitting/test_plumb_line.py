@@ -17,8 +17,9 @@ from app.models.lenses.even_division import EvenDivisionLens
 from app.workflows.straight_lines import straightness
 from tests.support.plumb_pictures import straightness_of
 from tests.support.straight_edges import FLOOR_PX, SIZE, arc, lens_of, lines_seen
+from tests.support.tiers import rounds
 
-SEEDS = range(8)
+FEW_OR_ALL = rounds("seeds", 3, 8)
 WORLDS = [("division", (-0.25,)), ("division", (0.08,)), ("division-even", (-0.3, -0.1)),
           ("brown-conrady", (-0.28, 0.09))]
 
@@ -32,28 +33,31 @@ def test_exact_points_give_the_lens_back(name, terms):
     np.testing.assert_allclose(fit.values[:len(terms)], terms, atol=2e-4)
 
 
+@FEW_OR_ALL
 @pytest.mark.parametrize(("name", "terms"), WORLDS)
-def test_lines_become_straight_to_the_noise_of_their_points(name, terms):
-    after = [fit_plumb_lines(lines_seen(lens_of(name, terms), seed), SIZE, name).after_px for seed in SEEDS]
+def test_lines_become_straight_to_the_noise_of_their_points(name, terms, seeds):
+    after = [fit_plumb_lines(lines_seen(lens_of(name, terms), seed), SIZE, name).after_px for seed in range(seeds)]
     assert max(after) <= 0.32  # px; the points err by 0.309
     assert min(after) > 0.9 * FLOOR_PX  # less would be following the noise
 
 
+@FEW_OR_ALL
 @pytest.mark.parametrize(("name", "terms"), WORLDS)
-def test_the_truth_lies_within_what_sigma_promises(name, terms):
+def test_the_truth_lies_within_what_sigma_promises(name, terms, seeds):
     lens = lens_of(name, terms, centre=(8, -5))
     truth = np.array([*terms, *lens.centre_px])
-    fits = [fit_plumb_lines(lines_seen(lens, seed), SIZE, name) for seed in SEEDS]
+    fits = [fit_plumb_lines(lines_seen(lens, seed), SIZE, name) for seed in range(seeds)]
     chance = np.array([np.abs(f.values - truth) / np.sqrt(np.diag(f.statistical_covariance)) for f in fits])
     assert 0.3 < np.sqrt(np.mean(chance**2)) < 1.1  # a σ that is far too large is no answer either
     assert chance.max() < 3
     assert all((f.sigma >= np.sqrt(np.diag(f.statistical_covariance))).all() for f in fits)
 
 
-def test_a_lens_of_another_kind_lies_within_the_sigma_that_allows_for_it():
+@FEW_OR_ALL
+def test_a_lens_of_another_kind_lies_within_the_sigma_that_allows_for_it(seeds):
     """The world is a division lens of two terms; its leading term must be within σ of what one term finds."""
     fits = [fit_plumb_lines(lines_seen(lens_of("division-even", (-0.4, -0.14)), seed), SIZE, "division")
-            for seed in SEEDS]
+            for seed in range(seeds)]
     off = np.array([abs(f.values[0] + 0.4) for f in fits])
     sigma = np.sqrt([f.statistical_covariance[0, 0] for f in fits])
     assert (off > 4 * sigma).mean() > 0.5  # chance alone does not explain it
@@ -194,8 +198,9 @@ def test_the_bow_of_a_known_lens_is_known():
     assert sag_px(lens, raw[[0, 2]]) == pytest.approx(raw[1, 1] - raw[0, 1], abs=1e-6)
 
 
-def test_a_straight_picture_has_no_significant_distortion():
-    for seed in SEEDS:
+@FEW_OR_ALL
+def test_a_straight_picture_has_no_significant_distortion(seeds):
+    for seed in range(seeds):
         chains = lines_seen(lens_of("division", (0.0,)), seed)
         assert sag_verdict(fit_plumb_lines(chains, SIZE, "division"), chains).answer == "none"
 

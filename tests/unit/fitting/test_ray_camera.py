@@ -21,6 +21,7 @@ from app.workflows import calibration
 from tests.support.fields import plain_field
 from tests.support.operator import FIELD, REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
 from tests.support.sim_clicks import border_observations, known_grid, landmark_observations, rms_mm
+from tests.support.tiers import long, rounds
 
 RAYS = [name for name in MODELS if issubclass(MODELS[name], RayModel)]
 SEEDS = range(8)
@@ -29,7 +30,7 @@ SEEDS = range(8)
 CENTRED = {"centre_sigma_px": 0.0, "aspect_sigma": 0.0}  # a camera whose principal point is known
 
 
-@pytest.mark.parametrize("tilt", [0, 8, 15])
+@pytest.mark.parametrize("tilt", [long(0), 8, long(15)])
 @pytest.mark.parametrize(("known", "limit_mm"), [(CENTRED, 2.8), ({}, 4.6)], ids=["centred", "as cameras are"])
 def test_36_clicks_anywhere_along_four_borders_reach_millimetres(known, limit_mm, tilt):
     """Median of 8 seeds; to beat: 25 to 38 mm (boundary polynomials), 46 to 68 mm (homography)."""
@@ -151,13 +152,14 @@ def test_a_known_lens_is_held():
         FITTERS["division"].fit(border_observations(camera, REGION, 9), FIELD, REGION, SIZE, {"lens": lens})
 
 
-def test_expected_error_is_the_observed_one():
+@pytest.mark.parametrize(("seeds", "within"), [(12, 0.35), long(60, 0.2)])  # twelve tell it to 15 %
+def test_expected_error_is_the_observed_one(seeds, within):
     """Mean square over 60 seeds; the 200-seed figure within 10 % is the benchmark's."""
     camera = reference_camera("strong", 8)
-    fits = [fitted(camera, seed, terms=["k1", "k2"]) for seed in range(60)]
+    fits = [fitted(camera, seed, terms=["k1", "k2"]) for seed in range(seeds)]
     observed = np.sqrt(np.mean([np.square(carpet_and_hat_mm(f, camera)) for f in fits], axis=0))
     expected = np.sqrt(np.mean([[expected_error(f, REGION, z).rms ** 2 for z in (0.0, HAT_MM)] for f in fits], axis=0))
-    np.testing.assert_allclose(observed, expected, rtol=0.2)
+    np.testing.assert_allclose(observed, expected, rtol=within)
 
 
 @pytest.mark.parametrize("line_sigma_mm", [0.0, 2.0, 6.0])
@@ -212,7 +214,7 @@ def test_a_field_with_wrong_dimensions_is_never_called_good():
 points = st.lists(st.tuples(st.floats(-2, 1300), st.floats(-2, 1100)), max_size=14)
 
 
-@settings(max_examples=60, deadline=5000)
+@settings(max_examples=60, deadline=None)
 @given(st.tuples(points, points, points, points), st.sampled_from(RAYS))
 def test_whatever_finite_clicks_come_it_answers_with_numbers_or_refuses(borders, model):
     observations = tuple(Observation(name, "line", np.array(p, float).reshape(-1, 2))
@@ -226,10 +228,11 @@ def test_whatever_finite_clicks_come_it_answers_with_numbers_or_refuses(borders,
         assert np.isfinite(made.covariance).all()
 
 
+@rounds("seeds", 8, 40)
 @pytest.mark.parametrize("model", RAYS)
-def test_a_camera_that_sees_nothing_of_its_region_is_refused_not_broken(model):
+def test_a_camera_that_sees_nothing_of_its_region_is_refused_not_broken(model, seeds):
     """Whatever a fit of clicks on one line ends at, judging it never meets a singular matrix."""
-    for seed in range(40):
+    for seed in range(seeds):
         rng = np.random.default_rng(seed)
         start, along = rng.uniform(100, 500, 2), rng.uniform(-1, 1, 2)
         clicks = tuple(Observation(name, "line", start + along * rng.uniform(0, 400, (9, 1)))
@@ -259,11 +262,12 @@ def test_hat_height_is_the_fields_own_everywhere_it_is_judged(hat_mm):
     assert f"{hat_mm:g} mm up" in flat.report["verdict"]["sentence"]
 
 
-def test_terms_that_the_clicks_do_not_tell_are_held_by_what_lenses_are():
+@rounds("seeds", 5, 16)
+def test_terms_that_the_clicks_do_not_tell_are_held_by_what_lenses_are(seeds):
     """36 clicks hardly tell k2, and k3 and decentring not at all: the fit with all of them loses next to nothing."""
     camera = reference_camera("strong", 0)
     given, own = (np.linalg.norm([carpet_and_hat_mm(fitted(camera, seed, **CENTRED, **terms), camera)[0]
-                                  for seed in range(16)]) for terms in ({"terms": ["k1", "k2"]}, {}))
+                                  for seed in range(seeds)]) for terms in ({"terms": ["k1", "k2"]}, {}))
     assert own < 1.2 * given
 
 

@@ -23,6 +23,7 @@ from app.models.homography import Homography
 from app.models.rotation import vector_from_matrix
 from tests.support.fields import FULL, plain_field
 from tests.support.pairs import KUSVOD2, PAIRS, eight_point, epipolar_error_px, ideal, labelled_matches, simulated
+from tests.support.tiers import rounds
 
 FIELD = plain_field()
 
@@ -31,10 +32,11 @@ def degrees_between(u, v):
     return float(np.degrees(np.arccos(np.clip(u @ v / np.linalg.norm(u) / np.linalg.norm(v), -1, 1))))
 
 
+@rounds("seeds", 2, 5)
 @pytest.mark.parametrize("uneven", [False, True])
-def test_mistakes_are_found_and_the_rest_tells_the_geometry(uneven):
+def test_mistakes_are_found_and_the_rest_tells_the_geometry(uneven, seeds):
     errors = []
-    for seed in range(5):
+    for seed in range(seeds):
         pair = simulated(seed, uneven=uneven)
         found = fundamental_matrix(pair.a, pair.b, seed)
         assert (found.good & ~pair.good).sum() <= 3  # a mistake may lie on its line by chance
@@ -88,9 +90,10 @@ def test_the_derivatives_are_those_of_the_distances(state, a, b):
     np.testing.assert_allclose(np.abs(r), np.abs(sampson_px(start.fundamental(), a, b)), atol=1e-9)
 
 
-def test_the_pose_is_told_as_well_as_it_says():
+@rounds("seeds", 4, 10)
+def test_the_pose_is_told_as_well_as_it_says(seeds):
     turned, aimed, told = [], [], []
-    for seed in range(10):
+    for seed in range(seeds):
         pair = simulated(seed, k=-0.2)
         found = relative_pose(pair.camera_a, pair.camera_b, pair.a, pair.b)
         rotation, centre = pose_between(pair.camera_a, pair.camera_b)
@@ -119,9 +122,10 @@ def test_points_on_one_plane_are_refused_not_fitted():
         assert refusal.value.reason == "one-plane"
 
 
-def test_mistakes_do_not_pass_for_points_off_the_carpet():
+@rounds("seeds", 1, 3)
+def test_mistakes_do_not_pass_for_points_off_the_carpet(seeds):
     """Of a hundred and fifty mistakes some lie on the lines of a geometry made from two others."""
-    for seed in range(3):
+    for seed in range(seeds):
         pair = simulated(seed, matches=300, flat=True, mistakes=0.5, noise_px=0.5)
         with pytest.raises(FitFailed) as refusal:
             fundamental_matrix(pair.a, pair.b, seed)
@@ -148,8 +152,9 @@ def test_a_camera_that_only_turned_is_refused():
     assert refusal.value.reason == "no-baseline"
 
 
-def test_matches_at_random_are_no_consensus():
-    for seed in range(4):
+@rounds("seeds", 1, 4)
+def test_matches_at_random_are_no_consensus(seeds):
+    for seed in range(seeds):
         rng = np.random.default_rng(seed)
         a, b = (rng.uniform([0, 0], [1280, 1024], (60, 2)) for _ in range(2))
         with pytest.raises(FitFailed) as refusal:
@@ -174,10 +179,11 @@ def test_too_few_one_line_and_what_is_no_match_are_refused_by_name():
             assert refusal.value.fix
 
 
-def test_what_is_not_refused_is_right():
+@rounds("worlds", 8, 32)
+def test_what_is_not_refused_is_right(worlds):
     """Few matches, up to nine mistakes in ten, one point repeated, the same view twice, and coordinates gone wild."""
     refused = 0
-    for seed in range(32):
+    for seed in range(worlds):
         rng = np.random.default_rng(seed)
         pair = simulated(seed % 4, matches=int(rng.integers(12, 40)), mistakes=float(rng.uniform(0, 0.9)))
         a, b = pair.a.copy(), pair.b.copy()
@@ -195,7 +201,7 @@ def test_what_is_not_refused_is_right():
             continue
         assert seed % 4 < 2
         assert np.median(epipolar_error_px(found.fundamental, pair.clean_a, pair.clean_b)) < 1.5
-    assert refused < 28  # some of the sound ones are taken
+    assert refused < 7 / 8 * worlds  # some of the sound ones are taken
 
 
 @pytest.mark.skipif(not KUSVOD2.is_dir(), reason="the kusvod2 pairs are not beside the project")

@@ -34,6 +34,7 @@ from tests.support.exported import (
 )
 from tests.support.fields import seen
 from tests.support.pictures import remapped_exactly
+from tests.support.tiers import long
 
 MODEL = next(iter(Polynomial.examples()))
 
@@ -63,6 +64,8 @@ def camera_in(data: bytes, name: str, index: int):
 
 HELD = [(f, *e) for f in LENS_FORMATS for e in EXAMPLES if holds(f, *e)]
 NOT_HELD = [(f, *e) for f in LENS_FORMATS for e in EXAMPLES if not holds(f, *e)]
+FIRST = {each[:2]: each for each in reversed(NOT_HELD)}  # of every format and model
+NEAREST = [each if each is FIRST[each[:2]] else long(*each) for each in NOT_HELD]
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
@@ -100,7 +103,7 @@ def test_what_a_format_cannot_hold_is_refused_with_what_to_do(format, name, inde
     assert refusal.value.reason == "format-cannot-hold" and "approximate=true" in refusal.value.fix
 
 
-@pytest.mark.parametrize("format, name, index", NOT_HELD)
+@pytest.mark.parametrize("format, name, index", NEAREST)
 def test_the_nearest_that_a_format_can_hold_errs_by_what_it_says(format, name, index):
     made = interchange.export(example(name, index), format, approximate=True)
     model, back = model_of(name, index), camera_in(made.data, name, index)

@@ -11,6 +11,7 @@ from app.core.errors import TouchlineError
 from app.formats import FORMATS
 from app.workflows import interchange
 from tests.support.exported import READABLE, example
+from tests.support.tiers import rounds
 from tests.unit.formats.test_imports import OUTSIDE
 
 SECONDS = 5.0  # of processor time; one is promised and 0.2 were measured, but a loaded machine is given more
@@ -49,28 +50,35 @@ def _fields():
     return load_fields()
 
 
-QUICK = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+def tried(examples: int):
+    return settings(max_examples=examples, deadline=None, suppress_health_check=list(HealthCheck))
 
 
+@rounds("examples", 20, 150)
 @pytest.mark.parametrize("format", READABLE)
-@QUICK
-@given(st.data())
-def test_a_mutated_file_is_read_or_refused(format, data):
-    text = bytearray(data.draw(st.sampled_from([written(format), OUTSIDE.get(format, "x").encode()])))
-    for _ in range(data.draw(st.integers(1, 3))):
-        start = data.draw(st.integers(0, len(text)))
-        end = data.draw(st.integers(start, min(len(text), start + 40)))
-        text[start:end] = data.draw(st.sampled_from(SCRAPS) | st.binary(max_size=8))
-    harmless(FORMATS[format].read, bytes(text))
-    harmless(all_of_it, bytes(text))
+def test_a_mutated_file_is_read_or_refused(format, examples):
+    @tried(examples)
+    @given(st.data())
+    def read_or_refused(data):
+        text = bytearray(data.draw(st.sampled_from([written(format), OUTSIDE.get(format, "x").encode()])))
+        for _ in range(data.draw(st.integers(1, 3))):
+            start = data.draw(st.integers(0, len(text)))
+            end = data.draw(st.integers(start, min(len(text), start + 40)))
+            text[start:end] = data.draw(st.sampled_from(SCRAPS) | st.binary(max_size=8))
+        harmless(FORMATS[format].read, bytes(text))
+        harmless(all_of_it, bytes(text))
+    read_or_refused()
 
 
+@rounds("examples", 20, 150)
 @pytest.mark.parametrize("format", READABLE)
-@QUICK
-@given(data=st.binary(max_size=300) | st.text(max_size=200).map(lambda t: t.encode("utf-8", "surrogatepass")))
-def test_anything_at_all_is_read_or_refused(format, data):
-    FORMATS[format].recognises(data)
-    harmless(FORMATS[format].read, data)
+def test_anything_at_all_is_read_or_refused(format, examples):
+    @tried(examples)
+    @given(data=st.binary(max_size=300) | st.text(max_size=200).map(lambda t: t.encode("utf-8", "surrogatepass")))
+    def read_or_refused(data):
+        FORMATS[format].recognises(data)
+        harmless(FORMATS[format].read, data)
+    read_or_refused()
 
 
 @pytest.mark.parametrize("format", READABLE)

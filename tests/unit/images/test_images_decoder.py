@@ -19,8 +19,8 @@ from app.core.errors import BadImage, BadInput, TouchlineError, Unavailable
 from app.images import DeclaredImage, ImageDecoder, ImageLimits, encode, frame_from_bytes
 from tests.support.child_processes import pids_of
 from tests.support.paths import SHARED_DATA
-from tests.support.pictures import HOSTILE, encoded, gradient, jpeg_of_many_scans
-from tests.support.waiting import gone, until
+from tests.support.pictures import HOSTILE, encoded, gradient, hostile, jpeg_of_many_scans
+from tests.support.waiting import LONG_S, gone, until
 
 SLOW_S = 1.5  # of processor time, which other work on the machine does not lengthen
 LARGE_MB = 300
@@ -70,7 +70,7 @@ def test_the_exif_orientation_is_left_alone(decoder):
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_a_hostile_picture_costs_little_and_is_refused(decoder, name):
-    data, reason = HOSTILE[name]
+    data, reason = hostile(name)
     cost = Cost.of(decoder, data)
     assert cost.outcome == reason
     assert cost.seconds <= SLOW_S and cost.child_mb <= LARGE_MB and cost.parent_mb <= LARGE_MB
@@ -145,14 +145,18 @@ def test_a_decoder_killed_while_idle_is_replaced_unseen():
         assert pids_of(decoder) != (pid,)
 
 
-def test_a_decoder_killed_amid_a_picture_refuses_it_and_the_next_one_decodes():
-    with ImageDecoder(workers=1) as decoder:
+def test_a_decoder_killed_amid_a_picture_refuses_it_and_the_next_one_decodes(monkeypatch):
+    with ImageDecoder(workers=1) as decoder, ThreadPoolExecutor(1) as thread:
         decoder.frame_from_bytes(encoded("png"))
         (pid,) = pids_of(decoder)
         os.kill(pid, signal.SIGSTOP)  # holds it in the middle, however fast the machine
-        threading.Timer(0.2, os.kill, (pid, signal.SIGKILL)).start()
+        (worker,), begun = decoder._all, threading.Event()
+        monkeypatch.setattr(worker, "decode", lambda *given, decode=worker.decode: (begun.set(), decode(*given))[1])
+        first = thread.submit(decoder.frame_from_bytes, encoded("png"))
+        assert begun.wait(LONG_S)
+        os.kill(pid, signal.SIGKILL)
         with pytest.raises(BadImage) as refusal:
-            decoder.frame_from_bytes(encoded("png"))
+            first.result()
         assert refusal.value.reason == "undecodable-image"
         assert np.array_equal(decoder.frame_from_bytes(encoded("png")).pixels, gradient())
 
@@ -239,7 +243,7 @@ def test_closing_ends_every_process_even_amid_a_picture():
         os.kill(pid, signal.SIGSTOP)
     with ThreadPoolExecutor(3) as threads:
         waiting = [threads.submit(decoder.frame_from_bytes, encoded("png")) for _ in range(3)]
-        time.sleep(0.2)
+        until(decoder._free.empty)
         decoder.close()
         for one in waiting:
             with pytest.raises(Unavailable):

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from app.core.errors import BadImage, ImageTooLarge, TouchlineError
 from app.images import DeclaredImage, ImageLimits, screen
-from tests.support.pictures import HOSTILE, encoded, gradient, jpeg_with_size, lossless_webp, png_bomb
+from tests.support.pictures import HOSTILE, encoded, gradient, hostile, jpeg_with_size, lossless_webp, png_bomb
+from tests.support.tiers import rounds
 
 FORMATS = {"png": "png", "jpg": "jpeg", "bmp": "bmp", "webp": "webp"}
 SEEDS = [*map(encoded, FORMATS),
@@ -38,7 +39,7 @@ def test_a_top_down_bmp_has_a_positive_height():
 
 @pytest.mark.parametrize("name", [n for n, (_, reason) in HOSTILE.items() if reason != "undecodable-image"])
 def test_a_hostile_picture_is_refused_by_name_with_a_fix(name):
-    data, reason = HOSTILE[name]
+    data, reason = hostile(name)
     with pytest.raises(BadImage) as refusal:
         screen(data)
     assert refusal.value.reason == reason
@@ -67,7 +68,7 @@ def test_a_flat_picture_of_a_common_size_is_no_bomb():
 
 def test_a_gif_is_called_a_gif():
     with pytest.raises(BadImage, match="GIF"):
-        screen(HOSTILE["a GIF that asks for gigabytes"][0])
+        screen(hostile("a GIF that asks for gigabytes")[0])
 
 
 def test_an_extended_webp_declares_one_size_only():
@@ -89,25 +90,31 @@ def test_a_jpeg_that_says_its_size_twice_is_damaged():
         screen(data[:at] + size + data[at:])
 
 
-@settings(max_examples=3000, deadline=500)  # ms; a screen is linear in a few kB
-@given(seed=st.sampled_from(SEEDS), edits=st.lists(EDITS, min_size=1, max_size=8))
-def test_a_mutated_header_is_declared_within_limits_or_refused(seed, edits):
-    data = bytearray(seed)
-    for at, how, with_bytes in edits:
-        at = min(at, len(data))
-        if how == "set":
-            data[at:at + len(with_bytes)] = with_bytes
-        elif how == "insert":
-            data[at:at] = with_bytes
-        else:
-            del data[at:None if how == "cut" else at + len(with_bytes)]
-    _declared_or_refused(bytes(data))
+@rounds("examples", 200, 3000)
+def test_a_mutated_header_is_declared_within_limits_or_refused(examples):
+    @settings(max_examples=examples, deadline=None)
+    @given(seed=st.sampled_from(SEEDS), edits=st.lists(EDITS, min_size=1, max_size=8))
+    def declared_or_refused(seed, edits):
+        data = bytearray(seed)
+        for at, how, with_bytes in edits:
+            at = min(at, len(data))
+            if how == "set":
+                data[at:at + len(with_bytes)] = with_bytes
+            elif how == "insert":
+                data[at:at] = with_bytes
+            else:
+                del data[at:None if how == "cut" else at + len(with_bytes)]
+        _declared_or_refused(bytes(data))
+    declared_or_refused()
 
 
-@settings(max_examples=1000)
-@given(beginning=st.sampled_from(BEGINNINGS), tail=st.binary(max_size=200))
-def test_any_bytes_are_declared_within_limits_or_refused(beginning, tail):
-    _declared_or_refused(beginning + tail)
+@rounds("examples", 100, 1000)
+def test_any_bytes_are_declared_within_limits_or_refused(examples):
+    @settings(max_examples=examples, deadline=None)
+    @given(beginning=st.sampled_from(BEGINNINGS), tail=st.binary(max_size=200))
+    def declared_or_refused(beginning, tail):
+        _declared_or_refused(beginning + tail)
+    declared_or_refused()
 
 
 def _declared_or_refused(data):

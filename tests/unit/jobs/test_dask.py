@@ -67,8 +67,8 @@ def test_refusals_mistakes_and_nan_come_back_as_from_a_process_of_this_machine(s
 
 def test_equal_jobs_are_done_each_for_itself_and_the_lens_is_the_one_found_here(standing):
     """Dask would merge equal calls into one."""
-    spec = {"task": BoardCalibrationRequest(None, options={"terms": ["k1", "k2"]}).to_json(),
-            "views": [view.to_json() for view in views_of(count=6)], "image_size": list(SIZE)}
+    spec = {"task": BoardCalibrationRequest(None, options={"terms": ["k1"]}).to_json(),
+            "views": [view.to_json() for view in views_of(count=4)], "image_size": list(SIZE)}
     jobs = [standing.start("board", run_views, spec) for _ in range(2)]
     here = run_views(spec, lambda fraction, message: None)
     for job in jobs:
@@ -90,6 +90,7 @@ def test_a_cancelled_job_that_listens_frees_its_worker_and_the_next_one_is_done(
         assert {jobs.get(job.id).state for job in pair} == {"cancelled"}
 
 
+@pytest.mark.long
 def test_a_job_that_does_not_listen_is_abandoned_and_its_result_thrown_away(cluster):
     with JobEngine(workers=1, engine=cluster.address) as jobs:
         kept = []
@@ -122,7 +123,7 @@ print("both run", flush=True)
 """
 
 
-@pytest.mark.parametrize("end", ["jobs.close()", "time.sleep(600)"])
+@pytest.mark.parametrize("end", [pytest.param("jobs.close()", marks=pytest.mark.long), "time.sleep(600)"])
 def test_a_server_that_is_stopped_or_killed_leaves_the_workers_free(cluster, standing, end):
     server = subprocess.Popen([sys.executable, "-c", SERVER.format(address=cluster.address, end=end)], cwd=ROOT,
                               env=ENVIRONMENT, stdout=subprocess.PIPE, text=True)
@@ -137,6 +138,7 @@ def test_a_server_that_is_stopped_or_killed_leaves_the_workers_free(cluster, sta
     assert [ended(standing, job).result["sum"] for job in more] == [1, 2]
 
 
+@pytest.mark.long
 def test_the_server_answers_the_same_with_a_cluster_as_without_and_pictures_are_read_there(cluster, tmp_path):
     board = {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 25.0}
     told = []
@@ -168,6 +170,7 @@ def test_another_version_of_touchline_on_the_workers_is_said(standing, monkeypat
     assert failed.problem["reason"] == "cluster-differs" and "0.0.1" in failed.problem["detail"]
 
 
+@pytest.mark.long
 def test_a_worker_killed_midway_costs_an_attempt_and_every_job_of_a_batch_ends_right(tmp_path):
     with dask_cluster(tmp_path) as cluster, JobEngine(workers=4, engine=cluster.address, kept=200) as jobs:
         long = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 8})
@@ -184,6 +187,7 @@ def test_a_worker_killed_midway_costs_an_attempt_and_every_job_of_a_batch_ends_r
         assert sorted(jobs.get(job.id).attempt for job in (long, other)) == [1, 2]
 
 
+@pytest.mark.long
 def test_a_job_that_kills_every_worker_has_failed_after_three_and_a_fourth_worker_lives(tmp_path):
     with dask_cluster(tmp_path, workers=4) as cluster, JobEngine(workers=1, engine=cluster.address) as jobs:
         failed = ended(jobs, jobs.start("dying", sample_jobs.dies, {"how": "SIGKILL"}))
@@ -192,6 +196,7 @@ def test_a_job_that_kills_every_worker_has_failed_after_three_and_a_fourth_worke
         assert ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1})).result["sum"] == 2
 
 
+@pytest.mark.long
 def test_the_only_worker_killed_is_seen_at_once_and_the_job_waits_for_another(tmp_path):
     with dask_cluster(tmp_path, workers=1) as cluster, JobEngine(workers=1, engine=cluster.address) as jobs:
         job = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 1})
@@ -203,6 +208,7 @@ def test_the_only_worker_killed_is_seen_at_once_and_the_job_waits_for_another(tm
         assert (ended(jobs, job).result, jobs.get(job.id).attempt) == ({"slept": 1}, 2)
 
 
+@pytest.mark.long
 def test_a_scheduler_that_is_not_there_is_a_problem_with_its_cure_and_one_that_comes_back_is_used(tmp_path,
                                                                                                  monkeypatch):
     cluster = DaskCluster(tmp_path)
@@ -238,6 +244,7 @@ def test_a_scheduler_that_is_not_there_is_a_problem_with_its_cure_and_one_that_c
             cluster.end()
 
 
+@pytest.mark.long
 def test_with_certificates_and_never_without(tmp_path, monkeypatch):
     certificate = str(TESTS / "support" / "camera_certificate.pem")  # its own authority, its key beside it
     names = {"CA_FILE": certificate} | {f"{who}__{what}": certificate for who in ("CLIENT", "SCHEDULER", "WORKER")
@@ -262,6 +269,7 @@ def test_with_certificates_and_never_without(tmp_path, monkeypatch):
         cluster.end()
 
 
+@pytest.mark.long
 def test_without_a_worker_a_job_fails_in_the_end_and_says_how_to_start_one(tmp_path):
     with dask_cluster(tmp_path, workers=0) as cluster, JobEngine(engine=cluster.address, wall_s=1.5) as jobs:
         failed = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1}))
@@ -270,7 +278,7 @@ def test_without_a_worker_a_job_fails_in_the_end_and_says_how_to_start_one(tmp_p
 
 @pytest.mark.parametrize("error", [AssertionError,  # two messages in one
                                    TimeoutError, OSError])
-def test_a_handshake_with_a_busy_scheduler_that_fails_is_made_again(tmp_path, monkeypatch, error):
+def test_a_handshake_with_a_busy_scheduler_that_fails_is_made_again(cluster, monkeypatch, error):
     connect, tries = distributed.Client, []
 
     def fails_first(*arguments, **named):
@@ -279,7 +287,7 @@ def test_a_handshake_with_a_busy_scheduler_that_fails_is_made_again(tmp_path, mo
             raise error
         return connect(*arguments, **named)
 
-    with dask_cluster(tmp_path) as cluster, JobEngine(engine=cluster.address) as jobs:
+    with JobEngine(engine=cluster.address) as jobs:
         monkeypatch.setattr(distributed, "Client", fails_first)
         done = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1}))
         assert done.state == "done" and done.result["sum"] == 2 and len(tries) == 2

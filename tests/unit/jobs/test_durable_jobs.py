@@ -1,10 +1,9 @@
 """Jobs that are rows of a database: they outlive their server, and what they make is kept whole or not at all."""
 
 import json
-import time
 from importlib import import_module
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
 
 import pytest
 from sqlalchemy import insert, text
@@ -17,7 +16,7 @@ from app.services.result_savers import result_savers
 from app.store.tables import JobRow
 from tests.support import sample_jobs
 from tests.support.child_processes import pids_of
-from tests.support.waiting import ended, running, until
+from tests.support.waiting import LONG_S, ended, running, until
 
 
 @pytest.fixture
@@ -43,7 +42,7 @@ def killed(jobs):
 
 def test_what_waits_and_what_runs_when_the_server_is_stopped_is_done_when_it_is_back(opener, store):
     jobs = server(store)
-    runs = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 1.0}, "lens", "runs")
+    runs = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 0.3}, "lens", "runs")
     waits = jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 2}, "lens", "waits")
     running(jobs, runs)
     jobs.close()
@@ -193,18 +192,18 @@ def test_readers_do_not_wait_for_the_disk(store, monkeypatch):
     with server(store) as jobs:
         job = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60})
         running(jobs, job)
-        cancel = type(store.jobs).cancel
+        cancel, writing, written = type(store.jobs).cancel, Event(), Event()
 
         def slow(self, *args):
-            time.sleep(1.5)
+            writing.set()
+            written.wait(LONG_S)
             return cancel(self, *args)
         monkeypatch.setattr(type(store.jobs), "cancel", slow)
         thread = Thread(target=jobs.cancel, args=(job.id,))
         thread.start()
-        looks, start = 0, time.monotonic()
-        while thread.is_alive() and time.monotonic() < start + 1.0:
-            jobs.get(job.id), jobs.all()
-            looks += 1
-        assert looks > 100 and jobs.get(job.id).state == "running"
+        assert writing.wait(LONG_S)
+        states = {found.state for found in (jobs.get(job.id), *jobs.all())}
+        assert states == {"running"} and thread.is_alive()
+        written.set()
         thread.join()
         assert jobs.get(job.id).state == "cancelled"

@@ -68,7 +68,7 @@ def test_a_job_that_kills_each_worker_has_failed_after_three_with_a_fix_and_the_
     assert ended(standing, standing.start("adding", sample_jobs.adds, {"a": 1, "b": 1})).result["sum"] == 2
 
 
-@pytest.mark.parametrize("how", ["SIGSTOP", "closed line"])
+@pytest.mark.parametrize("how", ["SIGSTOP", pytest.param("closed line", marks=pytest.mark.long)])
 def test_a_worker_that_answers_no_more_is_ended_when_its_time_is_up(how):
     with JobEngine(workers=1, wall_s=6) as jobs:
         failed = ended(jobs, jobs.start("hanging", sample_jobs.dies, {"how": how}))
@@ -84,9 +84,10 @@ def test_a_worker_killed_from_outside_while_idle_is_replaced(jobs):
     assert second["sum"] == 3 and second["pid"] != first
 
 
-def test_a_job_given_to_a_process_that_is_just_dying_is_done_by_a_new_one(jobs):
+@pytest.mark.parametrize("times", [2, pytest.param(20, marks=pytest.mark.long)])
+def test_a_job_given_to_a_process_that_is_just_dying_is_done_by_a_new_one(jobs, times):
     """A killed process cannot be waited for while its last threads end: it looks alive for a moment."""
-    for n in range(20):
+    for n in range(times):
         pid = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1})).result["pid"]
         os.kill(pid, signal.SIGKILL)
         again = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": n, "b": 2}))
@@ -156,7 +157,7 @@ def cancelled_at_random(jobs, times, seed=0):
         time.sleep(rng.uniform(0, 0.15))
         told = jobs.cancel(job.id)
         if told.state == "running":  # it was being kept: then it ends as done, and soon
-            told = ended(jobs, job, 2)
+            told = ended(jobs, job)
         time.sleep(0.02)
         assert told.state in ("done", "cancelled") and jobs.get(job.id) == told, (number, told)
         assert len(kept) == (told.state == "done"), (number, told)
@@ -164,9 +165,10 @@ def cancelled_at_random(jobs, times, seed=0):
     return states
 
 
-def test_cancelled_at_random_times_a_job_is_kept_whole_or_not_at_all(jobs):
-    states = cancelled_at_random(jobs, 30)
-    assert {"done", "cancelled"} == set(states)
+@pytest.mark.parametrize("times", [8, pytest.param(30, marks=pytest.mark.long)])
+def test_cancelled_at_random_times_a_job_is_kept_whole_or_not_at_all(jobs, times):
+    states = cancelled_at_random(jobs, times)
+    assert times < 30 or {"done", "cancelled"} == set(states)
 
 
 @pytest.mark.long

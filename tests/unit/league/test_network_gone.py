@@ -20,7 +20,7 @@ def allowed() -> bool:
 
 @pytest.mark.skipif(not allowed(), reason="this system lets nobody make a network namespace: a network that goes and "
                                           "comes back was not tried")
-@pytest.mark.parametrize("interface", ["127.0.0.1", "eth7"])
+@pytest.mark.parametrize("interface", ["127.0.0.1", pytest.param("eth7", marks=pytest.mark.long)])
 def test_a_network_that_goes_is_told_and_one_that_returns_is_used_again(interface):
     done = subprocess.run([*NAMESPACE, sys.executable, "-m", "tests.support.network_story", interface],
                           capture_output=True, text=True, timeout=200, cwd=ROOT)

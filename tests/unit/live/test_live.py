@@ -19,7 +19,9 @@ from app.core.errors import BadInput, Conflict, NotFound, Unavailable
 from app.core.geometry import ImageSize
 from app.imaging.correction import correction_map
 from app.live import LiveCamera, StreamSpec
+from app.live.capture import RETRY_S
 from app.live.picture import AppliedCalibration
+from app.live.state import KILL_AFTER_S, STALL_S
 from app.processes.framing import decode_body
 from app.sources import Identity, SourceContext, source_from_url
 from tests.support.live_cameras import FIELDS, SIM, calibrated, live, pid_of, spec
@@ -37,6 +39,12 @@ def run(story):
 
 def pixels_of(jpeg) -> np.ndarray:
     return cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+
+
+async def pictures_later(camera, count):
+    """Wait until so many more were taken."""
+    seq = camera.status()["seq"]
+    await until_async(lambda: camera.status()["seq"] >= seq + count)
 
 
 def test_a_viewer_gets_the_newest_pictures_with_what_they_are():
@@ -72,19 +80,18 @@ def test_who_is_slow_misses_pictures_and_gets_the_newest():
 def test_alike_viewers_share_one_encoding_and_nothing_is_encoded_for_nobody():
     async def story():
         async with live(SIM) as camera:
-            await until_async(lambda: camera.status()["state"] == "live")
-            await asyncio.sleep(1.0)
+            await until_async(lambda: camera.status()["state"] == "live" and camera.status()["seq"] > 3)
             assert camera.status()["encoded"] == 0
             with (camera.watching(StreamSpec.requested("raw", 150)) as one,
                   camera.watching(StreamSpec.requested("raw", 155)) as two):
-                for _ in range(10):
+                for _ in range(5):
                     a, b = await asyncio.gather(one.next(10), two.next(10))
-                await until_async(lambda: camera.status()["encoded"] >= 10)
+                await until_async(lambda: camera.status()["encoded"] >= 5)
                 seq = camera.status()["seq"]
                 assert camera.status()["encoded"] <= seq and a[-500:] and len(b) > 500
-            await asyncio.sleep(1.0)
+            await pictures_later(camera, 10)  # what was under way when they went is done
             after = camera.status()["encoded"]
-            await asyncio.sleep(1.0)
+            await pictures_later(camera, 10)
             return after, camera.status()["encoded"]
     after, later = run(story())
     assert later == after
@@ -102,7 +109,8 @@ def test_a_viewer_may_ask_for_fewer_pictures_a_second():
     assert took > 0.8  # six intervals of 0.2 s; at 25 a second they would take 0.24
 
 
-@pytest.mark.parametrize("deed", [signal.SIGSTOP, signal.SIGKILL, signal.SIGSEGV], ids=lambda s: s.name)
+@pytest.mark.parametrize("deed", [signal.SIGSTOP, pytest.param(signal.SIGKILL, marks=pytest.mark.long),
+                                  pytest.param(signal.SIGSEGV, marks=pytest.mark.long)], ids=lambda s: s.name)
 def test_a_process_that_stops_or_dies_is_replaced_and_its_viewers_go_on(deed):
     async def story():
         async with live(SIM) as camera, live(SIM) as neighbour:
@@ -129,8 +137,8 @@ def test_a_held_up_server_does_not_blame_its_cameras():
         async with live(SIM) as camera:
             await until_async(lambda: camera.status()["state"] == "live")
             pid = pid_of(camera)
-            time.sleep(4)  # the event loop itself stands still
-            await asyncio.sleep(1.5)
+            time.sleep(STALL_S + KILL_AFTER_S + 0.5)  # the event loop itself stands still
+            await pictures_later(camera, 5)
             return pid, pid_of(camera), camera.status()
     before, after, status = run(story())
     assert before == after and status["state"] == "live" and status["reconnects"] == 0
@@ -160,7 +168,7 @@ def test_a_film_that_is_not_to_be_shown_again_ends(tmp_path):
     async def story():
         async with live("folder://shots?fps=20&loop=false", pictures=tmp_path) as camera:
             ended = await until_async(lambda: (s := camera.status())["state"] == "offline" and s)
-            await asyncio.sleep(1.5)
+            await asyncio.sleep(2.5 * RETRY_S)  # it would be opened anew after one
             return ended, camera.status()
     ended, after = run(story())
     assert ended["problem"]["reason"] == "source-ended" and after["reopened"] == 1 and after["state"] == "offline"
@@ -261,7 +269,7 @@ def test_a_corrected_view_needs_a_calibration_and_says_so():
 
 @pytest.mark.parametrize(("changes", "confirmed", "reason"), [
     ({}, Identity("sim://table", serial="another"), "other-camera"),
-    ({"image_size": ImageSize(640, 512)}, None, "other-size"),
+    pytest.param({"image_size": ImageSize(640, 512)}, None, "other-size", marks=pytest.mark.long),
 ])
 def test_a_calibration_of_another_camera_or_size_is_never_applied(changes, confirmed, reason):
     calibration = replace(calibrated(SIM), **changes)
@@ -275,7 +283,7 @@ def test_a_calibration_of_another_camera_or_size_is_never_applied(changes, confi
                 with pytest.raises(Conflict) as refused:
                     camera.require_view("corrected")
                 with pytest.raises(TimeoutError):
-                    await viewer.next(1.5)
+                    await viewer.next(0.4)
                 head = decode_body(await raw.next(10))[0]
                 camera.show(calibrated(SIM), camera.identity)  # what confirming, or calibrating anew, does
                 applied = decode_body(await viewer.next(10))[0]
@@ -325,7 +333,8 @@ def test_too_many_different_sizes_are_refused_and_the_others_go_on():
     assert run(story()) == ("too-many-channels", 0)
 
 
-def test_opening_and_closing_leaves_no_process_no_descriptor_and_no_thread_behind():
+@pytest.mark.parametrize("times", [1, pytest.param(4, marks=pytest.mark.long)])
+def test_opening_and_closing_leaves_no_process_no_descriptor_and_no_thread_behind(times):
     def held():
         return len(os.listdir("/proc/self/fd")), threading.active_count()
 
@@ -338,7 +347,7 @@ def test_opening_and_closing_leaves_no_process_no_descriptor_and_no_thread_behin
         pids = []
         await cycle(pids)
         before = held()
-        for _ in range(4):
+        for _ in range(times):
             await cycle(pids)
         await asyncio.sleep(0.1)
         return before, held(), pids

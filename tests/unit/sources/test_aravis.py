@@ -60,6 +60,13 @@ def test_settings_reach_the_camera_and_stay_there(gv):
         again.set_control("width", 256)
 
 
+def test_a_camera_that_is_in_use_is_said_to_be(gv):
+    with closing(opened("aravis://127.0.0.1")), pytest.raises(TouchlineError) as refused:
+        source_from_url("aravis://127.0.0.1", SourceContext())
+    assert refused.value.reason in ("camera-busy", "bad-control") and "other program" in refused.value.fix
+
+
+@pytest.mark.long
 def test_a_camera_that_another_program_uses_is_said_to_be_and_is_free_soon_after_that_one_died(gv):
     program = ("import sys; from app.sources import SourceContext, source_from_url as source\n"
                "camera = source('aravis://127.0.0.1', SourceContext()); camera.read(); print('has it', flush=True)\n"

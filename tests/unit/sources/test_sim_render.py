@@ -115,7 +115,7 @@ def test_noise_is_as_strong_as_asked_and_new_in_every_frame():
     assert abs(np.corrcoef((first - second)[:, :-1].ravel(), (first - second)[:, 1:].ravel())[0, 1]) < 0.05
 
 
-@pytest.mark.parametrize("pose", [{}, {"tilt_deg": 20}])
+@pytest.mark.parametrize("pose", [pytest.param({}, marks=pytest.mark.long), {"tilt_deg": 20}])
 def test_a_robots_pattern_is_seen_at_the_height_of_its_hat(pose):
     """Robots are 150 mm high: their middle dot is seen farther out than they stand."""
     shown = rendering(region="quarter-top-left", play=Motion(robots=8, seed=5), height_mm=4000, **pose)

@@ -15,7 +15,7 @@ from app.sources import SourceContext, source_from_url
 from app.sources.network.multipart import MAX_PART, MultipartParser, PartTooLarge, boundary_of
 from tests.support.mjpeg_camera import BOUNDARY, MjpegCamera, coded
 from tests.support.paths import SHARED_DATA
-from tests.support.pictures import HOSTILE, jpeg_of_many_scans, jpeg_with_size
+from tests.support.pictures import HOSTILE, hostile, jpeg_of_many_scans, jpeg_with_size
 from tests.support.waiting import until
 
 AROUND = SourceContext(decode=decode_in_process, hosts=("127.0.0.1",))
@@ -204,14 +204,10 @@ def test_a_part_of_nine_megabytes_is_not_taken_in(camera):
             assert 5 not in seen and seen[-1] >= 12 and source.skipped >= 2
 
 
-BOMBS = {**{what: data for what, (data, _) in HOSTILE.items() if 0 < len(data) < MAX_PART},
-         "60,000 px a side": jpeg_with_size(60_000, 60_000), "another size than it has": jpeg_with_size(64, 4000),
-         "a thousand scans": jpeg_of_many_scans(1000)}
-
-
 def test_bombs_and_damaged_pictures_in_the_stream_do_not_end_it(camera, real_data):
     """Ours, and those beside the project where they are."""
-    bombs = list(BOMBS.values())
+    bombs = [data for data, _ in map(hostile, HOSTILE) if 0 < len(data) < MAX_PART]
+    bombs += [jpeg_with_size(60_000, 60_000), jpeg_with_size(64, 4000), jpeg_of_many_scans(1000)]
     folder = SHARED_DATA / "hostile_images"
     if folder.is_dir():
         bombs += [path.read_bytes() for path in sorted(folder.iterdir())

@@ -26,6 +26,7 @@ from app.store.fields import load_fields
 from app.workflows import interchange
 from tests.support import ssl_listener as listener
 from tests.support.exported import example, model_of, of_model, seen_places
+from tests.support.tiers import rounds
 
 FIELDS = load_fields()
 SSL_EXAMPLES = range(3)
@@ -184,27 +185,35 @@ def test_a_detection_goes_there_and_back():
     assert decode(WrapperPacket, encode(packet)) == packet
 
 
-@settings(max_examples=300, deadline=None)
-@given(st.binary(max_size=200))
-def test_any_bytes_are_a_packet_or_refused(data):
-    try:
-        decode(WrapperPacket, data)
-    except TouchlineError as refused:
-        assert refused.reason == "bad-protobuf" and refused.fix
+@rounds("examples", 60, 300)
+def test_any_bytes_are_a_packet_or_refused(examples):
+    @settings(max_examples=examples, deadline=None)
+    @given(st.binary(max_size=200))
+    def packet_or_refused(data):
+        try:
+            decode(WrapperPacket, data)
+        except TouchlineError as refused:
+            assert refused.reason == "bad-protobuf" and refused.fix
+    packet_or_refused()
 
 
-@settings(max_examples=300, deadline=None)
-@given(st.data())
-def test_a_packet_with_wrong_bytes_is_read_as_google_reads_it_or_refused(data):
-    good = bytearray(interchange.export(example("ssl", 1), "ssl-vision").data)
-    for _ in range(data.draw(st.integers(1, 4))):
-        good[data.draw(st.integers(0, len(good) - 1))] = data.draw(st.integers(0, 255))
-    try:
-        ours = decode(WrapperPacket, bytes(good))
-    except TouchlineError:
-        return
-    heard = listener.Packet.FromString(bytes(good))
-    assert len(ours.geometry.calib) == len(heard.geometry.calib) if ours.geometry else True
+@rounds("examples", 60, 300)
+def test_a_packet_with_wrong_bytes_is_read_as_google_reads_it_or_refused(examples):
+    sent = interchange.export(example("ssl", 1), "ssl-vision").data
+
+    @settings(max_examples=examples, deadline=None)
+    @given(st.data())
+    def read_alike_or_refused(data):
+        spoilt = bytearray(sent)
+        for _ in range(data.draw(st.integers(1, 4))):
+            spoilt[data.draw(st.integers(0, len(spoilt) - 1))] = data.draw(st.integers(0, 255))
+        try:
+            ours = decode(WrapperPacket, bytes(spoilt))
+        except TouchlineError:
+            return
+        heard = listener.Packet.FromString(bytes(spoilt))
+        assert len(ours.geometry.calib) == len(heard.geometry.calib) if ours.geometry else True
+    read_alike_or_refused()
 
 
 def test_a_long_packet_and_numbers_that_do_not_fit_are_refused():

@@ -19,9 +19,10 @@ FORMER = TESTS / "golden" / "former_version"
 KNOWN = json.loads((FORMER / "answers.json").read_text())
 
 
-@pytest.fixture(params=["folder", "archive"])
-def restored(request, tmp_path):
+@pytest.fixture(params=["folder", "archive"], scope="module")
+def restored(request, tmp_path_factory):
     """The data folder, as it was written or as the archive brings it; jobs are not archived."""
+    tmp_path = tmp_path_factory.mktemp(request.param)
     if request.param == "archive":
         restore_into(FORMER / "archive.zip", tmp_path / "data", None)
     else:

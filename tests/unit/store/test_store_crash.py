@@ -32,8 +32,9 @@ def writer(tmp_path):
     process.stdout.close()
 
 
-def test_a_hundred_killed_writers_lose_nothing_and_leave_nothing_half_written(writer):
-    killed_writers_lose_nothing(writer, kills=100)
+@pytest.mark.parametrize("kills", [5, pytest.param(100, marks=pytest.mark.long)])
+def test_a_hundred_killed_writers_lose_nothing_and_leave_nothing_half_written(writer, kills):
+    killed_writers_lose_nothing(writer, kills)
 
 
 @pytest.mark.long
@@ -53,10 +54,10 @@ def killed_writers_lose_nothing(writer, kills):
         acknowledged += len(calls)
         inside += interrupted is not None
         with Store(writer.folder) as store:
-            expected.check(store, only={call.get("id") for call in calls} if seed % 20 else None)
+            expected.check(store, only={call.get("id") for call in calls} if seed % 20 and seed < kills - 1 else None)
     print(f"{kills} kills, {inside} inside a save, {acknowledged} acknowledged saves, 0 lost")
-    assert inside >= kills / 2, "the kills must hit the saves, or this shows nothing"
-    assert acknowledged >= kills / 4
+    # The kills must hit the saves, or this shows nothing; of a few, one.
+    assert inside >= (kills / 2 if kills >= 100 else 1) and acknowledged >= kills / 4
 
 
 def one_life(writer, seed, count, share):

@@ -12,10 +12,11 @@ from app.store.fields import load_fields
 from app.vision.motion.background import MAX_FRAMES, Background
 from tests.support.line_centres import centroids, clear_of_others
 from tests.support.sim_truth import truth_at
+from tests.support.tiers import rounds
 
 FIELDS = load_fields()
 FIELD = FIELDS["ssl-div-b"]
-seeds = pytest.mark.parametrize("seed", [1, 2, 3])
+seeds = rounds("seed", 1, 2, 3)
 
 
 @lru_cache(maxsize=6)

@@ -15,6 +15,7 @@ from app.vision.colour.table import CODES, cells, in_light, table_of
 from app.vision.stage_pipeline import StagePipeline
 from app.vision.stages import StageContext
 from tests.support.sim_truth import truth_at
+from tests.support.tiers import rounds
 from tests.support.watched_field import colour_clicks, world
 
 LEAGUE = ColourProfile("league", {name: (ColourSample(NAMES[name]),) for name in ("orange", "yellow", "blue", "pink")},
@@ -101,12 +102,13 @@ def test_light_is_measured_without_what_is_burnt_out():
     np.testing.assert_allclose(mean_light(pixels // 2), (20, 50, 30), atol=0.5)
 
 
-def test_without_a_click_colours_are_found_in_the_picture():
+@rounds("count", 2, 4)
+def test_without_a_click_colours_are_found_in_the_picture(count):
     """Robots are found nearly as well as with clicks, in a picture that is bluer than the leagues' colours."""
     from tests.support.watched_field import exact_view
     match = world(drift=0.0, noise=3.0)
     tint = np.array([1.1, 0.95, 0.8])
-    frames = [np.clip(match.frame_at(i, 2.0 * i) * tint, 0, 255).astype(np.uint8) for i in range(4)]
+    frames = [np.clip(match.frame_at(i, 2.0 * i) * tint, 0, 255).astype(np.uint8) for i in range(count)]
     profile = automatic_profile("found", frames[0])
     assert not profile.notes and profile.background
     sight = StagePipeline(load_plans()["ssl"], StageContext(match.camera.image_size, profile, exact_view(match.camera)))

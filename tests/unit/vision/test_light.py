@@ -17,11 +17,12 @@ from app.vision.quality.flicker import measure_flicker, row_means
 from app.vision.quality.light import measure_light
 from app.vision.quality.sharpness import measure_sharpness
 from app.vision.quality.zones import MIDDLE, ZONES, field_mask, zone_names, zone_slices
+from tests.support.tiers import rounds
 
 FIELDS = load_fields()
 BIG = "ssl-div-b?size=1280x720"
 SMALL = "ssl-div-b?size=640x360"
-seeds = pytest.mark.parametrize("seed", [1, 2, 3])
+seeds = rounds("seed", 1, 2, 3)
 
 
 @lru_cache(maxsize=12)

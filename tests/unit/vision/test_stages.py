@@ -18,9 +18,9 @@ from app.vision.stage_pipeline import StageConfig, StagePipeline
 from app.vision.stages import STAGES, FrameState, Stage, StageContext
 from app.vision.stages.localisation import FieldLocator
 from tests.support.sim_truth import truth_at
+from tests.support.tiers import long
 from tests.support.watched_field import Score, colour_clicks, scored, sight_of, world
 
-FRAMES = 36  # over a whole coming and going of the light
 PLANS = load_plans()
 
 
@@ -30,17 +30,23 @@ def match():
     return world()
 
 
+@pytest.fixture(scope="module", params=[6, long(36)])
+def frames(request):
+    """So many over a whole coming and going of the light."""
+    return request.param
+
+
 @pytest.fixture(scope="module")
-def watched(match):
+def watched(match, frames):
     sight, score = sight_of(match), Score.fresh()
-    for i in range(FRAMES):
-        time_s = i * 60.0 / FRAMES
+    for i in range(frames):
+        time_s = i * 60.0 / frames
         scored(score, sight.process(match.frame_at(i, time_s)), truth_at(match, time_s))
     return score
 
 
-def test_no_robot_is_missed_and_none_is_taken_for_another(watched):
-    assert watched.robots == 16 * FRAMES
+def test_no_robot_is_missed_and_none_is_taken_for_another(watched, frames):
+    assert watched.robots == 16 * frames
     assert (watched.missed, watched.wrong, watched.unnamed, watched.invented) == (0, 0, 0, 0)
 
 
@@ -52,8 +58,8 @@ def test_fronts_are_within_two_degrees(watched):
     assert np.quantile(watched.turned_deg, 0.99) < 1.5 and max(watched.turned_deg) < 2.5
 
 
-def test_the_ball_is_found_wherever_it_can_be_seen(watched):
-    assert watched.balls > 0.7 * FRAMES and watched.balls_missed <= 0.02 * FRAMES and watched.balls_invented == 0
+def test_the_ball_is_found_wherever_it_can_be_seen(watched, frames):
+    assert watched.balls > 0.7 * frames and watched.balls_missed <= 0.02 * frames and watched.balls_invented == 0
     assert np.median(watched.ball_mm) < 1.5 and np.quantile(watched.ball_mm, 0.99) < 8
 
 
@@ -95,15 +101,15 @@ def test_covariance_is_as_large_as_the_error(match):
     assert 0.2 < np.median(squares) < 4
 
 
-def test_the_lookup_table_follows_the_light(match):
+@pytest.mark.parametrize("gain", [long((0.5, 0.5, 0.5)), (0.45, 0.6, 0.9), long((1.3, 0.9, 0.6))])
+def test_the_lookup_table_follows_the_light(match, gain):
     """Learned in one light, used in half of it, under warmer and under colder lamps: nothing loses its number."""
     sight = sight_of(match)
     bright = match.frame_at(1, 1.0)
-    for gain in ((0.5, 0.5, 0.5), (0.45, 0.6, 0.9), (1.3, 0.9, 0.6)):
-        pixels = np.clip(np.rint(bright * np.array(gain)), 0, 255).astype(np.uint8)
-        for _ in range(30):  # slowly: the light is measured now and then, and believed little by little
-            seen = sight.process(pixels).detections
-        assert len([d for d in seen.of("robot") if d.id is not None]) == 16 and len(seen.of("ball")) == 1
+    pixels = np.clip(np.rint(bright * np.array(gain)), 0, 255).astype(np.uint8)
+    for _ in range(30):  # slowly: the light is measured now and then, and believed little by little
+        seen = sight.process(pixels).detections
+    assert len([d for d in seen.of("robot") if d.id is not None]) == 16 and len(seen.of("ball")) == 1
 
 
 # Laws of every stage

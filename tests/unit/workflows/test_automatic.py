@@ -9,6 +9,7 @@ from app.models import field_from_raw, model_from_json
 from app.models.restored import Restored
 from app.workflows.automatic_request import AutomaticRequest, median_frame
 from tests.support.auto_scenes import SceneSpec, SeenScene, carpet_error_mm, fields, scene_of
+from tests.support.tiers import long
 
 RIGHT_MM = 3.0  # a wrong assignment is off by decimetres
 PLAIN = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 6, 0)
@@ -34,6 +35,9 @@ SCENES = {
                                        blur_px=0.92, noise=3.0, robots=12, seed=193),
     "glare and noise": spec(field="table", glare=0.6, noise=5.0, lens="fisheye", robots=2),
 }
+QUICK = ("a half, as a camera above it sees it", "a quarter, of which three lines and arcs are seen",
+         "straight down through a pincushion", "white on black, half of it, turned by 35°",
+         "far lines behind a fisheye", "glare and noise")
 
 
 def answered(scene: SeenScene, field: str | None = None, **more):
@@ -52,7 +56,15 @@ def plain() -> SeenScene:
     return scene_of(PLAIN)
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.fixture(scope="module")
+def plain_answer(plain):
+    """What is found in the plain scene, and what was told meanwhile."""
+    heard = []
+    request = AutomaticRequest(plain.field, plain.region)
+    return request.answer(Frame(plain.pixels), lambda share, words: heard.append((share, words)))[0], heard
+
+
+@pytest.mark.parametrize("name", [name if name in QUICK else long(name) for name in SCENES])
 def test_the_camera_is_found_without_a_click(name):
     scene = scene_of(SCENES[name])
     told, made = answered(scene)
@@ -84,18 +96,17 @@ def test_a_mirrored_picture_is_no_view_of_a_field(plain):
         assert np.cross(b - a, c - b) < 0  # y runs up on the field, down in the picture
 
 
-@pytest.mark.parametrize("other", ["ssl-div-a", "ssl-2008", "vsss-3v3", "table"])
+@pytest.mark.parametrize("other", [long("ssl-div-a"), "ssl-2008", long("vsss-3v3"), "table"])
 def test_another_field_is_declined_and_the_points_are_given_all_the_same(plain, other):
     told, made = answered(plain, other)
     assert made is None and told["verdict"]["level"] in ("unsure", "nothing")
     assert told["doubts"] and told["verdict"]["fix"] and told["lines"]
 
 
-def test_a_field_that_is_the_same_turned_round_offers_both_where_the_region_does_not_tell(plain):
+def test_a_field_that_is_the_same_turned_round_offers_both_where_the_region_does_not_tell(plain, plain_answer):
     told, _ = answered(plain, rough={"turn_deg": 183.0})
     assert abs(abs(told["candidates"][0]["turn_deg"]) - 180) < 25
-    told, _ = answered(plain)
-    assert abs(told["candidates"][0]["turn_deg"]) < 25
+    assert abs(plain_answer[0]["candidates"][0]["turn_deg"]) < 25
 
 
 def blank(value=90):
@@ -148,8 +159,8 @@ def test_what_is_roughly_known_must_be_possible(plain, rough):
     assert refused.value.reason == "bad-rough"
 
 
-def test_the_same_picture_gives_the_same_answer(plain):
-    assert answered(plain)[0] == answered(plain)[0]
+def test_the_same_picture_gives_the_same_answer(plain, plain_answer):
+    assert answered(plain)[0] == plain_answer[0]
 
 
 def test_cancelling_stops_between_two_steps(plain):
@@ -164,9 +175,8 @@ def test_cancelling_stops_between_two_steps(plain):
         AutomaticRequest(plain.field, plain.region).answer(Frame(plain.pixels), stop)
 
 
-def test_progress_only_grows_and_says_what_is_done(plain):
-    heard = []
-    AutomaticRequest(plain.field, plain.region).answer(Frame(plain.pixels), lambda f, words: heard.append((f, words)))
+def test_progress_only_grows_and_says_what_is_done(plain_answer):
+    heard = plain_answer[1]
     shares = [f for f, _ in heard]
     assert shares == sorted(shares) and shares[0] >= 0 and shares[-1] <= 1 and all(words for _, words in heard)
 

@@ -13,6 +13,7 @@ from app.fitting.board.fit import fit_board
 from app.models import MODELS
 from app.vision.board.detection import find_board
 from app.workflows.board_request import calibrate_board
+from tests.support.tiers import long, rounds
 
 PLAIN = {"terms": ["k1", "k2", "p1", "p2", "k3"]}
 CHESS = Board("chessboard", 9, 6, 30.0)
@@ -24,7 +25,7 @@ def seen(real_data):
     kept = {}
 
     def look(folder: str, pattern: str, board: Board, most: int = 100):
-        key = (folder, pattern)
+        key = (folder, pattern, most)
         if key not in kept:
             views = []
             for path in sorted(real_data(f"boards/{folder}").glob(pattern))[:most]:
@@ -60,8 +61,9 @@ def test_a_wide_action_camera_needs_k3_and_gets_it(seen):
     assert fit.tried["k1 k2 k3"] < 0.6 * fit.tried["k1 k2"]
 
 
-def test_a_fisheye_is_flagged_as_a_wrong_model_for_plain_terms_and_fits_its_own(seen):
-    views, size = seen("camodocal_fisheye", "*.png", Board("chessboard", 9, 6, 25.0))
+@rounds("most", 12, 100)
+def test_a_fisheye_is_flagged_as_a_wrong_model_for_plain_terms_and_fits_its_own(seen, most):
+    views, size = seen("camodocal_fisheye", "*.png", Board("chessboard", 9, 6, 25.0), most)
     plain = calibrate_board(views, None, size, "brown-conrady", PLAIN)["report"]
     own = calibrate_board(views, None, size, "fisheye")["report"]
     assert "wrong-model" in reasons(plain) and plain["rms_px"] > 2
@@ -91,16 +93,17 @@ def test_views_that_all_face_the_camera_leave_the_focal_length_open(seen):
     assert answer["report"]["next_view"]["worst_after_px"] < 0.5 * answer["report"]["next_view"]["worst_before_px"]
 
 
+@rounds("most", 6, 16)
 @pytest.mark.parametrize("folder, legacy", [("2024-05-07_lifecam_1280", False),
                                             ("2024-06-19_lifecam_480_Old_Pattern", True)])
-def test_charuco_boards_of_both_patterns(seen, folder, legacy):
+def test_charuco_boards_of_both_patterns(seen, folder, legacy, most):
     board = Board("charuco", 7, 7, 25.4, 19.05, "DICT_4X4_1000", legacy)
-    views, size = seen(f"photonvision/charuco/{folder}", "*", board)
+    views, size = seen(f"photonvision/charuco/{folder}", "*", board, most)
     fit = fit_board(views, size, MODELS["brown-conrady"], PLAIN)
-    assert len(views) == 16 and fit.sigma_px < 0.2
+    assert len(views) == most and fit.sigma_px < 0.2
 
 
-@pytest.mark.parametrize("folder", ["attempt1", "main"])
+@pytest.mark.parametrize("folder", ["attempt1", long("main")])
 def test_a_teams_own_pictures(seen, folder):
     views, size = seen(f"vsss_silentsammy/{folder}", "*.jpg", Board("chessboard", 8, 5, 30.0))
     report = calibrate_board(views, None, size)["report"]

@@ -1,0 +1,48 @@
+"""What a test leaves behind: child processes, threads, and files in the project's folder."""
+
+import sys
+import threading
+from pathlib import Path
+from types import ModuleType
+
+from tests.support.paths import ROOT
+from tests.support.postgres import FOLDER_PREFIX
+from tests.support.standing_decoder import standing_pids
+
+OF_LIBRARIES = ("Dask-Callback-Thread", "asyncio_")  # Dask's, and those of Playwright's loop: as long as Python runs
+
+
+def leftovers() -> set[str]:
+    """Everything that could have been left, each in a few words. Caches, whose names begin with a dot, do not count."""
+    threads = {f"thread {thread.ident}: {thread.name}" for thread in threading.enumerate()
+               if not thread.name.startswith(OF_LIBRARIES)}
+    files = {f"file {path}" for path in ROOT.iterdir() if not path.name.startswith(".")}
+    return _children() | threads | files
+
+
+def forget_cached(module: ModuleType) -> None:
+    """Empty the caches of a file of tests and of the helpers: the renderings in them take a hundred MB each."""
+    helpers = [helper for name, helper in sys.modules.items() if name.startswith("tests.support.")]
+    for place in (module, *helpers):
+        for value in list(vars(place).values()):
+            if hasattr(value, "cache_clear"):
+                value.cache_clear()
+
+
+def _children() -> set[str]:
+    """Direct children: what one of them has started ends with it, or is looked for by a test of its own."""
+    found = set()
+    for thread in Path("/proc/self/task").iterdir():
+        for pid in _read(thread / "children").split():
+            words = _read(Path("/proc", pid, "cmdline")).replace("\0", " ")
+            if words and FOLDER_PREFIX not in words and int(pid) not in standing_pids():  # those that serve all tests
+                found.add(f"process {pid}: {words[:100]}")
+    return found
+
+
+def _read(path: Path) -> str:
+    """What the system says of a thread or a process; nothing once it has ended."""
+    try:
+        return path.read_text(errors="replace")
+    except OSError:
+        return ""
