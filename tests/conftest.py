@@ -7,6 +7,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from app.cli import main
 from tests.support.leftovers import forget_cached, leftovers
@@ -14,6 +15,9 @@ from tests.support.paths import SHARED_DATA as DATA
 from tests.support.postgres import PostgresServer, programs
 from tests.support.store_opener import StoreOpener
 from tests.support.waiting import until
+
+settings.register_profile("same every time", derandomize=True, deadline=None)
+settings.load_profile("same every time")
 
 
 @pytest.fixture(scope="module", autouse=True)

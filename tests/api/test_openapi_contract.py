@@ -34,6 +34,7 @@ from schemathesis.specs.openapi.checks import (
 
 from tests.support.paths import ROOT
 from tests.support.pictures import encoded, gradient
+from tests.support.tiers import long
 from tests.support.waiting import LONG_S
 
 API = "/api/v1"
@@ -95,7 +96,7 @@ def effort(cases):
                     database=None)
 
 
-cases_each = pytest.mark.parametrize("cases", [FEW, pytest.param(MANY, marks=pytest.mark.long)], ids=["few", "many"])
+cases_each = pytest.mark.parametrize("cases", [FEW, long(MANY)], ids=["few", "many"])
 
 
 @cases_each

@@ -17,11 +17,12 @@ from app.sources import SourceContext, source_from_url
 from app.store.fields import FieldRepository
 from tests.support.refusals import API, without_size
 from tests.support.sim_clicks import border_observations
+from tests.support.tiers import long
 
 PICTURES = {"ssl_2008_half": "fields/ssl_2008/ssl-field-2008.jpg", "unball_full": "fields/unball/unball_path1.png"}
 
 
-@pytest.mark.parametrize("name", ["ssl_2008_half", pytest.param("unball_full", marks=pytest.mark.long)])
+@pytest.mark.parametrize("name", ["ssl_2008_half", long("unball_full")])
 def test_rest_and_shell_give_the_same_numbers_on_a_real_picture(
         client, clicks, real_data, tmp_path, monkeypatch, capsys, name):
     image, task = real_data(PICTURES[name]), clicks(name)
@@ -56,7 +57,7 @@ def test_rest_and_shell_give_the_same_numbers_on_a_real_picture(
     assert np.array_equal(cv2.imread(str(tmp_path / "out.png")), cv2.imdecode(np.frombuffer(picture, np.uint8), 1))
 
 
-@pytest.mark.parametrize("cameras", [DEMO_CAMERAS[-1:], pytest.param(DEMO_CAMERAS, marks=pytest.mark.long)],
+@pytest.mark.parametrize("cameras", [DEMO_CAMERAS[-1:], long(DEMO_CAMERAS)],
                          ids=["one", "all"])
 def test_every_camera_of_the_demo_can_be_calibrated_on_its_region(tmp_path, cameras):
     fields = FieldRepository(tmp_path / "fields")

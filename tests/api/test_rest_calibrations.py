@@ -10,6 +10,7 @@ import pytest
 from app import __version__
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, refusal, without_size
+from tests.support.tiers import long
 
 CAL = f"{API}/calibrations"
 BINARY = {"Content-Type": "application/octet-stream"}
@@ -245,7 +246,7 @@ def test_a_file_with_one_wrong_entry_is_refused(standing, standing_calibration):
     assert standing.get(CAL).json() == before
 
 
-@pytest.mark.parametrize("places", [4, pytest.param(40, marks=pytest.mark.long)])
+@pytest.mark.parametrize("places", [4, long(40)])
 def test_any_number_of_a_file_may_be_wrong_and_nothing_breaks(standing, standing_calibration, places):
     text = standing.get(f"{CAL}/{standing_calibration['id']}/export/json").text
     for wrong in ("NaN", "1e999", "-Infinity", "1e308", '"x"', "null", "[]", "9" * 400):

@@ -12,6 +12,7 @@ import pytest
 from app.api.file_headers import attachment
 from app.formats import FORMATS
 from tests.support.refusals import API, refusal
+from tests.support.tiers import long
 
 CAL = f"{API}/calibrations"
 LENS_FORMATS = [name for name in FORMATS if FORMATS[name].lenses]
@@ -209,7 +210,7 @@ COVARIANCES = (  # each absurd in its own way
 )
 
 
-@pytest.mark.parametrize("model", ["brown-conrady", *(pytest.param(model, marks=pytest.mark.long)
+@pytest.mark.parametrize("model", ["brown-conrady", *(long(model)
                                                      for model in ("homography", "thin-plate", "polynomial"))])
 def test_a_covariance_that_is_not_its_models_is_told_everywhere_and_never_becomes_a_number(standing, made, model):
     record = json.loads(exported(standing, made(model), "json").content)

@@ -22,6 +22,7 @@ from tests.support.child_processes import pids_of
 from tests.support.paths import ROOT
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
+from tests.support.tiers import long
 from tests.support.waiting import until
 
 CAL = f"{API}/calibrations"
@@ -102,7 +103,7 @@ def test_a_job_is_cancelled_as_often_as_one_likes_and_an_unknown_one_is_404(stan
     refusal(client.get(f"{API}/jobs/nobody/events"), 404, "unknown-job")
 
 
-@pytest.mark.parametrize("times", [2, pytest.param(15, marks=pytest.mark.long)])
+@pytest.mark.parametrize("times", [2, long(15)])
 def test_cancelled_at_random_times_a_version_is_there_whole_or_not_at_all(client, task, times):
     rng = random.Random(3)
     finished(client, accepted(client.post(f"{CAL}?job=true", json={**task, "camera": "north"})))  # starts the process

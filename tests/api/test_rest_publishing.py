@@ -16,6 +16,7 @@ from tests.support import ssl_listener as listener
 from tests.support.exported import example, model_of, of_model
 from tests.support.group_listener import Listener, free_group, said
 from tests.support.refusals import API, refusal
+from tests.support.tiers import long
 from tests.support.waiting import until
 
 HERE = "http://127.0.0.1:8000"
@@ -109,7 +110,7 @@ def test_settings_can_switch_it_on(tmp_path, way):
         assert ear.receive() is not None
 
 
-@pytest.mark.parametrize("damage", [b"{", *(pytest.param(more, marks=pytest.mark.long) for more in (
+@pytest.mark.parametrize("damage", [b"{", *(long(more) for more in (
     b"[]", b'{"enabled": "yes"}', b'{"group": "10.0.0.1"}', b"\xff\xfe", b'{"enabled": true, "nobody": 1}',
     b"[" * 100_000))])
 def test_kept_settings_that_are_damaged_publish_nothing_and_say_so(tmp_path, damage, way):

@@ -13,6 +13,7 @@ from tests.support.operator import FIELD, REGION, SIZE, reference_camera
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, refusal
 from tests.support.sim_clicks import border_observations
+from tests.support.tiers import long
 
 NAUGHTY = "<script>alert(1)</script>\"'><img src=http://evil.example/x onerror=alert(2)> & ${7*7} \u202e \U0001f600"
 MB = 1_000_000
@@ -191,7 +192,7 @@ def bomb(value, rng, depth=0):
     return [bomb(part, rng, depth + 1) for part in value] if isinstance(value, list) else value
 
 
-@pytest.mark.parametrize("bombs", [5, pytest.param(40, marks=pytest.mark.long)])
+@pytest.mark.parametrize("bombs", [5, long(40)])
 def test_a_strangers_report_breaks_neither_the_page_nor_the_json(standing, standing_kept, bombs):
     record = exported(standing, standing_kept()["id"])
     report, rng = record["report"], np.random.default_rng(1)

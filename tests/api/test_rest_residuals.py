@@ -9,6 +9,7 @@ from app.core.records import Observation
 from app.models import MODELS, RayModel
 from tests.support.operator import REGION, reference_camera
 from tests.support.sim_clicks import border_observations
+from tests.support.tiers import long
 
 FIELD = {"name": "round-4x3", "title": "With a circle", "length_mm": 4000, "width_mm": 3000, "line_sigma_mm": 0,
          "lines": [],
@@ -66,7 +67,7 @@ def off_its_place(feature, places):
     return np.hypot(*(places - ([-900, 400] if feature == "spot" else feature)).T)
 
 
-THIN_PLATE = pytest.param("thin-plate", marks=pytest.mark.long)
+THIN_PLATE = long("thin-plate")
 
 
 @pytest.mark.parametrize("model", [*(model for model in MODELS if model != "thin-plate"), THIN_PLATE])

@@ -21,6 +21,7 @@ from app.scene import scene_registry
 from app.settings import Settings
 from tests.support.rig_over_field import sim_task
 from tests.support.servers import served
+from tests.support.tiers import long
 from tests.support.waiting import until
 
 PROTOCOL = f"viser-v{viser.__version__}"
@@ -136,7 +137,7 @@ def test_a_refused_word_ends_the_line_in_words(standing):
         assert end.value.code == 4422
 
 
-@pytest.mark.parametrize("times", [2, pytest.param(10, marks=pytest.mark.long)])
+@pytest.mark.parametrize("times", [2, long(10)])
 def test_ten_scenes_opened_and_closed_leave_no_process_and_no_port(standing, kept, times):
     seen = []
     for _ in range(times):

@@ -19,6 +19,7 @@ import pytest
 
 from app.store import Store
 from tests.support.servers import ROOT, Line, form
+from tests.support.tiers import long
 
 LONGEST_S = 0.1  # a save over HTTP takes some ten ms
 
@@ -40,7 +41,7 @@ def zygote(tmp_path):
     process.stdout.close()
 
 
-@pytest.mark.parametrize("kills", [1, pytest.param(8, marks=pytest.mark.long)])
+@pytest.mark.parametrize("kills", [1, long(8)])
 def test_a_killed_server_has_lost_nothing_that_it_acknowledged(zygote, exported, kills):
     killed_servers_lose_nothing(zygote, exported, kills)
 

@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.axe import axe_path, grave
+from tests.support.tiers import long
 
 # Where, and what is there once it is open.
 PLACES = {"start": ("#/", "camera-overhead"), "camera": ("#/live/overhead", "live-desk"),
@@ -42,7 +43,7 @@ def at_rest(page, place: str = "", step: str = "") -> None:
     expect(page.locator(".stale")).to_have_count(0, timeout=LONG_MS)
 
 
-@pytest.mark.parametrize("scheme", ["dark", pytest.param("light", marks=pytest.mark.long)])
+@pytest.mark.parametrize("scheme", ["dark", long("light")])
 def test_axe_finds_nothing_serious_on_any_page_or_step(browser, kept, server, scheme):
     context = browser.new_context(viewport={"width": 1280, "height": 800}, color_scheme=scheme)
     context.add_init_script(path=axe_path())
@@ -92,7 +93,7 @@ def test_colours_are_the_systems_until_the_operator_chooses_and_then_stay(page, 
     assert page.evaluate(background) == light
 
 
-@pytest.mark.parametrize(("width", "height"), [(360, 740), *(pytest.param(*size, marks=pytest.mark.long)
+@pytest.mark.parametrize(("width", "height"), [(360, 740), *(long(*size)
                                                              for size in ((768, 1024), (1280, 800), (1920, 1080)))])
 def test_no_page_is_wider_than_its_screen_and_the_bright_button_is_in_sight(browser, kept, server, width, height):
     context = browser.new_context(viewport={"width": width, "height": height}, has_touch=width < 800)

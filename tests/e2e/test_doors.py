@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS, Operator
+from tests.support.tiers import long
 from tests.support.waiting import until
 
 BORDERS = ("left", "right", "top", "bottom")
@@ -24,8 +25,7 @@ DROP = """async ([data, type]) => {
 NO_PICTURES = [b"", b"GIF89a not a picture", b"\x89PNG\r\n\x1a\n" + b"\x00" * 40, b"<svg onload='alert(1)'/>"]
 
 
-@pytest.mark.parametrize("content", [NO_PICTURES[0], *(pytest.param(content, marks=pytest.mark.long)
-                                                       for content in NO_PICTURES[1:])])
+@pytest.mark.parametrize("content", [NO_PICTURES[0], *(long(content) for content in NO_PICTURES[1:])])
 def test_a_file_that_is_no_picture_is_refused_with_its_fix(operator, content):
     file = {"name": "holiday.png", "mimeType": "image/png", "buffer": content}
     operator.page.get_by_test_id("file").set_input_files(file)
@@ -149,9 +149,9 @@ def test_the_page_asks_nobody_but_its_own_server(page, server):
     assert elsewhere == []
 
 
-@pytest.mark.parametrize("size", [pytest.param((1280, 800), id="laptop", marks=pytest.mark.long),
+@pytest.mark.parametrize("size", [long((1280, 800), id="laptop"),
                                   pytest.param((1024, 768), id="tablet")])
-@pytest.mark.parametrize("scheme", ["dark", pytest.param("light", marks=pytest.mark.long)])
+@pytest.mark.parametrize("scheme", ["dark", long("light")])
 def test_nothing_is_cut_off(browser, server, straight_picture, frame_points, tmp_path, size, scheme):
     context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
     operator = Operator(context.new_page(), server).visit().open(straight_picture, "table", "full")

@@ -3,6 +3,7 @@
 import pytest
 
 from tests.support.held_requests import holding, wait_until_held
+from tests.support.tiers import long
 from tests.support.waiting import until
 
 # Edits as the tools make them, chosen by a small generator with a seed; after each the document as text.
@@ -50,8 +51,7 @@ EDIT = """async ([seed, count]) => {
 }"""
 
 
-@pytest.mark.parametrize(("seed", "edits"), [(1, 60), *(pytest.param(seed, 1000, marks=pytest.mark.long)
-                                                        for seed in (1, 20081))])
+@pytest.mark.parametrize(("seed", "edits"), [(1, 60), *(long(seed, 1000) for seed in (1, 20081))])
 def test_a_thousand_edits_undone_and_redone_give_identical_documents(operator, straight_picture, seed, edits):
     operator.open(straight_picture, "table", "full")
     done = operator.page.evaluate(EDIT, [seed, edits])

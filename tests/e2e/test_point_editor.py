@@ -7,6 +7,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
+from tests.support.tiers import long
 from tests.support.waiting import until
 
 MIDDLE = 80.0  # x of the drawn frame's left side
@@ -217,8 +218,7 @@ def test_proposals_are_discarded_by_escape(fitted):
     assert fitted.points("left") == before
 
 
-@pytest.mark.parametrize("model", ["brown-conrady", *(pytest.param(model, marks=pytest.mark.long)
-                                                      for model in ("polynomial", "division"))])
+@pytest.mark.parametrize("model", ["brown-conrady", *(long(model) for model in ("polynomial", "division"))])
 def test_the_fit_follows_a_point_while_it_is_dragged(clicked, model):
     operator = clicked(model, "borders")
     page = operator.page

@@ -15,6 +15,7 @@ from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS
 from tests.support.demo_cameras import CAMERAS
 from tests.support.sim_clicks import border_clicks
+from tests.support.tiers import long
 from tests.support.waiting import until
 
 STRAIGHT_PX = 1.0  # how straight a border must be in the corrected picture
@@ -63,7 +64,7 @@ def test_models_are_ranked_and_a_warning_leads_to_its_cure(operator, server):
     server.api("DELETE", "/cameras/straight-down")
 
 
-@pytest.mark.parametrize("name", ["ssl_2008_half", pytest.param("unball_full", marks=pytest.mark.long)])
+@pytest.mark.parametrize("name", ["ssl_2008_half", long("unball_full")])
 def test_real_clicks_through_the_page_give_the_numbers_of_rest_and_shell(operator, server, clicks, real_data, tmp_path,
                                                                            name):
     picture, given = real_data(REAL[name]), clicks(name)

@@ -5,6 +5,7 @@ from playwright.sync_api import expect
 
 from app.core.field import BORDERS
 from tests.e2e.conftest import LONG_MS, SOON_MS, Operator
+from tests.support.tiers import long
 
 REAL = "fields/ssl_2008/ssl-field-2008.jpg"
 
@@ -95,7 +96,7 @@ def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_
 
 
 @pytest.mark.parametrize("size", [pytest.param((390, 844), id="telephone"),
-                                  pytest.param((820, 1180), id="tablet", marks=pytest.mark.long)])
+                                  long((820, 1180), id="tablet")])
 def test_by_finger_on_a_small_screen(browser, server, straight_picture, frame_points, tmp_path, size):
     context = browser.new_context(viewport={"width": size[0], "height": size[1]}, has_touch=True, color_scheme="dark")
     page = context.new_page()

@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 
 
-def long(*values: Any):
+def long(*values: Any, id: str | None = None):
     """One set of parameters that is long."""
-    return pytest.param(*values, marks=pytest.mark.long)
+    return pytest.param(*values, marks=pytest.mark.long, id=id)
 
 
 def rounds(name: str, few: Any, *more: Any):

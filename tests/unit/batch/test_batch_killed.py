@@ -15,6 +15,7 @@ from app.jobs import dask_cluster as cluster_client
 from tests.support.batch_pictures import folder_of
 from tests.support.dask_cluster import dask_cluster
 from tests.support.paths import ROOT
+from tests.support.tiers import long
 from tests.support.waiting import gone, until
 
 TOUCHLINE = [sys.executable, "-c", "from app.cli import main; main()"]
@@ -91,7 +92,7 @@ def test_a_killed_run_leaves_a_whole_table_and_no_process_and_goes_on_where_it_w
     assert touchline(*resume)[0] == 0 and table.read_bytes() == again
 
 
-@pytest.mark.parametrize("on_a_terminal", [pytest.param(False, marks=pytest.mark.long), True])
+@pytest.mark.parametrize("on_a_terminal", [long(False), True])
 def test_ctrl_c_ends_cleanly_with_the_table_so_far_and_a_bar_only_on_a_terminal(archive, tmp_path, on_a_terminal):
     table, told = tmp_path / "table.json", tmp_path / "stderr"
     ours, theirs = pty.openpty()

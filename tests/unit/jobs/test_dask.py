@@ -22,6 +22,7 @@ from tests.support.child_processes import pids_of
 from tests.support.dask_cluster import ENVIRONMENT, DaskCluster, dask_cluster
 from tests.support.paths import ROOT, TESTS
 from tests.support.pictures import encoded, gradient
+from tests.support.tiers import long
 from tests.support.waiting import ended, until
 
 
@@ -123,7 +124,7 @@ print("both run", flush=True)
 """
 
 
-@pytest.mark.parametrize("end", [pytest.param("jobs.close()", marks=pytest.mark.long), "time.sleep(600)"])
+@pytest.mark.parametrize("end", [long("jobs.close()"), "time.sleep(600)"])
 def test_a_server_that_is_stopped_or_killed_leaves_the_workers_free(cluster, standing, end):
     server = subprocess.Popen([sys.executable, "-c", SERVER.format(address=cluster.address, end=end)], cwd=ROOT,
                               env=ENVIRONMENT, stdout=subprocess.PIPE, text=True)
@@ -173,9 +174,9 @@ def test_another_version_of_touchline_on_the_workers_is_said(standing, monkeypat
 @pytest.mark.long
 def test_a_worker_killed_midway_costs_an_attempt_and_every_job_of_a_batch_ends_right(tmp_path):
     with dask_cluster(tmp_path) as cluster, JobEngine(workers=4, engine=cluster.address, kept=200) as jobs:
-        long = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 8})
+        slow = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 8})
         other = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 8})
-        for job in (long, other):
+        for job in (slow, other):
             said(jobs, job, "sleeping")
         os.kill(cluster.workers[0].pid, signal.SIGKILL)  # each of the two has one of them
         batch = []
@@ -183,8 +184,8 @@ def test_a_worker_killed_midway_costs_an_attempt_and_every_job_of_a_batch_ends_r
             until(lambda: sum(job.state == "queued" for job in jobs.all()) < 15)
             batch.append(jobs.start("adding", sample_jobs.adds, {"a": number, "b": 1}))
         assert [ended(jobs, job).result["sum"] for job in batch] == [number + 1 for number in range(60)]
-        assert [ended(jobs, job).result for job in (long, other)] == [{"slept": 8}] * 2
-        assert sorted(jobs.get(job.id).attempt for job in (long, other)) == [1, 2]
+        assert [ended(jobs, job).result for job in (slow, other)] == [{"slept": 8}] * 2
+        assert sorted(jobs.get(job.id).attempt for job in (slow, other)) == [1, 2]
 
 
 @pytest.mark.long

@@ -15,6 +15,7 @@ from app.jobs import JobEngine
 from tests.support import sample_jobs
 from tests.support.child_processes import pids_of
 from tests.support.paths import ROOT
+from tests.support.tiers import long
 from tests.support.waiting import ended, gone, running, until
 
 
@@ -68,7 +69,7 @@ def test_a_job_that_kills_each_worker_has_failed_after_three_with_a_fix_and_the_
     assert ended(standing, standing.start("adding", sample_jobs.adds, {"a": 1, "b": 1})).result["sum"] == 2
 
 
-@pytest.mark.parametrize("how", ["SIGSTOP", pytest.param("closed line", marks=pytest.mark.long)])
+@pytest.mark.parametrize("how", ["SIGSTOP", long("closed line")])
 def test_a_worker_that_answers_no_more_is_ended_when_its_time_is_up(how):
     with JobEngine(workers=1, wall_s=6) as jobs:
         failed = ended(jobs, jobs.start("hanging", sample_jobs.dies, {"how": how}))
@@ -84,7 +85,7 @@ def test_a_worker_killed_from_outside_while_idle_is_replaced(jobs):
     assert second["sum"] == 3 and second["pid"] != first
 
 
-@pytest.mark.parametrize("times", [2, pytest.param(20, marks=pytest.mark.long)])
+@pytest.mark.parametrize("times", [2, long(20)])
 def test_a_job_given_to_a_process_that_is_just_dying_is_done_by_a_new_one(jobs, times):
     """A killed process cannot be waited for while its last threads end: it looks alive for a moment."""
     for n in range(times):
@@ -165,7 +166,7 @@ def cancelled_at_random(jobs, times, seed=0):
     return states
 
 
-@pytest.mark.parametrize("times", [8, pytest.param(30, marks=pytest.mark.long)])
+@pytest.mark.parametrize("times", [8, long(30)])
 def test_cancelled_at_random_times_a_job_is_kept_whole_or_not_at_all(jobs, times):
     states = cancelled_at_random(jobs, times)
     assert times < 30 or {"done", "cancelled"} == set(states)

@@ -26,6 +26,7 @@ from app.store.fields import load_fields
 from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said
 from tests.support.paths import ROOT
+from tests.support.tiers import long
 from tests.support.waiting import until
 
 FIELDS = load_fields()
@@ -97,7 +98,7 @@ def test_what_is_no_whole_packet_is_counted_and_left(there, kind):
         until(lambda: listener.get(id).geometries == 2)
 
 
-@pytest.mark.parametrize("examples", [50, pytest.param(300, marks=pytest.mark.long)])
+@pytest.mark.parametrize("examples", [50, long(300)])
 def test_any_bytes_are_told_as_they_are_or_refused(examples):
     listener = GeometryListener.__new__(GeometryListener)
     ours = published_cameras([example("ssl", 0)], PublishingConfig())

@@ -6,6 +6,7 @@ import sys
 import pytest
 
 from tests.support.paths import ROOT
+from tests.support.tiers import long
 
 NAMESPACE = ["unshare", "--user", "--net", "--map-root-user"]
 NO_TAP = 77
@@ -20,7 +21,7 @@ def allowed() -> bool:
 
 @pytest.mark.skipif(not allowed(), reason="this system lets nobody make a network namespace: a network that goes and "
                                           "comes back was not tried")
-@pytest.mark.parametrize("interface", ["127.0.0.1", pytest.param("eth7", marks=pytest.mark.long)])
+@pytest.mark.parametrize("interface", ["127.0.0.1", long("eth7")])
 def test_a_network_that_goes_is_told_and_one_that_returns_is_used_again(interface):
     done = subprocess.run([*NAMESPACE, sys.executable, "-m", "tests.support.network_story", interface],
                           capture_output=True, text=True, timeout=200, cwd=ROOT)

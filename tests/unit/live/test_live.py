@@ -27,6 +27,7 @@ from app.sources import Identity, SourceContext, source_from_url
 from tests.support.live_cameras import FIELDS, SIM, calibrated, live, pid_of, spec
 from tests.support.paths import ROOT
 from tests.support.pictures import encoded
+from tests.support.tiers import long
 from tests.support.waiting import gone, until, until_async
 
 STILL = "picture://frame.png?fps=20"
@@ -109,8 +110,7 @@ def test_a_viewer_may_ask_for_fewer_pictures_a_second():
     assert took > 0.8  # six intervals of 0.2 s; at 25 a second they would take 0.24
 
 
-@pytest.mark.parametrize("deed", [signal.SIGSTOP, pytest.param(signal.SIGKILL, marks=pytest.mark.long),
-                                  pytest.param(signal.SIGSEGV, marks=pytest.mark.long)], ids=lambda s: s.name)
+@pytest.mark.parametrize("deed", [signal.SIGSTOP, long(signal.SIGKILL), long(signal.SIGSEGV)], ids=lambda s: s.name)
 def test_a_process_that_stops_or_dies_is_replaced_and_its_viewers_go_on(deed):
     async def story():
         async with live(SIM) as camera, live(SIM) as neighbour:
@@ -269,7 +269,7 @@ def test_a_corrected_view_needs_a_calibration_and_says_so():
 
 @pytest.mark.parametrize(("changes", "confirmed", "reason"), [
     ({}, Identity("sim://table", serial="another"), "other-camera"),
-    pytest.param({"image_size": ImageSize(640, 512)}, None, "other-size", marks=pytest.mark.long),
+    long({"image_size": ImageSize(640, 512)}, None, "other-size"),
 ])
 def test_a_calibration_of_another_camera_or_size_is_never_applied(changes, confirmed, reason):
     calibration = replace(calibrated(SIM), **changes)
@@ -333,7 +333,7 @@ def test_too_many_different_sizes_are_refused_and_the_others_go_on():
     assert run(story()) == ("too-many-channels", 0)
 
 
-@pytest.mark.parametrize("times", [1, pytest.param(4, marks=pytest.mark.long)])
+@pytest.mark.parametrize("times", [1, long(4)])
 def test_opening_and_closing_leaves_no_process_no_descriptor_and_no_thread_behind(times):
     def held():
         return len(os.listdir("/proc/self/fd")), threading.active_count()

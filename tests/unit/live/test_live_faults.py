@@ -15,6 +15,7 @@ from tests.support.live_cameras import SIM, live, pid_of
 from tests.support.mjpeg_camera import MjpegCamera, coded
 from tests.support.pictures import jpeg_of_many_scans, jpeg_with_size, png_bomb
 from tests.support.rtsp_camera import RtspCamera
+from tests.support.tiers import long
 from tests.support.waiting import until_async
 
 
@@ -61,7 +62,7 @@ def heals(camera):
 
 
 @pytest.mark.parametrize(("kind", "fault"), [  # the others' sources see them: tests/unit/sources
-    (mjpeg, stalls), *(pytest.param(*more, marks=pytest.mark.long) for more in (
+    (mjpeg, stalls), *(long(*more) for more in (
         (mjpeg, trickles), (mjpeg, goes_mute), (mjpeg, is_cut), (rtsp, stalls), (rtsp, goes_mute)))],
     ids=lambda part: part.__name__)
 def test_a_fault_is_seen_the_neighbour_goes_on_and_the_camera_comes_back(kind, fault):
@@ -107,8 +108,7 @@ GARBAGE = {
 }
 
 
-@pytest.mark.parametrize("name", ["half a picture", *(pytest.param(name, marks=pytest.mark.long)
-                                                      for name in GARBAGE if name != "half a picture")])
+@pytest.mark.parametrize("name", ["half a picture", *(long(name) for name in GARBAGE if name != "half a picture")])
 def test_parts_that_are_no_pictures_are_left_out_and_the_others_shown(name):
     part = GARBAGE[name]()
 
@@ -126,7 +126,7 @@ def test_parts_that_are_no_pictures_are_left_out_and_the_others_shown(name):
     assert before == after and status["state"] == "live"
 
 
-@pytest.mark.parametrize("kind", [mjpeg, pytest.param(rtsp, marks=pytest.mark.long)])
+@pytest.mark.parametrize("kind", [mjpeg, long(rtsp)])
 def test_another_size_is_shown_as_it_is(kind):
     async def story(far):
         async with live(far.url) as camera:
@@ -159,7 +159,7 @@ def test_a_picture_that_never_changes_is_not_called_live(monkeypatch):
     assert frozen["problem"]["reason"] == "frozen" and frozen["problem"]["fix"]
 
 
-@pytest.mark.parametrize("pictures", [3, pytest.param(7, marks=pytest.mark.long)])
+@pytest.mark.parametrize("pictures", [3, long(7)])
 def test_a_slow_camera_is_not_called_stalled(pictures):
     async def story(far):
         async with live(far.url) as camera:
@@ -172,7 +172,7 @@ def test_a_slow_camera_is_not_called_stalled(pictures):
         assert asyncio.run(asyncio.wait_for(story(far), 60)) == ({"live"}, 0)
 
 
-@pytest.mark.parametrize("times", [1, pytest.param(6, marks=pytest.mark.long)])
+@pytest.mark.parametrize("times", [1, long(6)])
 def test_many_unpluggings_leave_nothing_behind(times):
     async def story(far):
         async with live(far.url) as camera:

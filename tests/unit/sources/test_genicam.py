@@ -17,6 +17,7 @@ from app.settings import Settings
 from app.sources import Identity, SourceContext, source_from_url
 from app.sources.industrial.genicam_producers import producers_in
 from tests.support.industrial import held, missing, viky, with_viky
+from tests.support.tiers import long
 
 RED = "genicam://VikyTL_DEV_red?producer=viky&fps=100"
 
@@ -204,7 +205,7 @@ def test_other_threads_run_while_it_waits(camera):
     assert turns > 20  # of some 500 where nothing else runs; were the lock held, there would be a few
 
 
-@pytest.mark.parametrize("times", [3, pytest.param(20, marks=pytest.mark.long)])
+@pytest.mark.parametrize("times", [3, long(20)])
 def test_opening_and_closing_leaves_nothing_behind(times):
     if not Path("/proc/self/fd").exists():
         missing("/proc", "run this on Linux")

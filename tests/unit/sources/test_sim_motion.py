@@ -13,11 +13,12 @@ from app.sources.sim.robot_shapes import moving
 from app.sources.sim.solids import Box, Capsule, CutDisc, Disc
 from app.store.fields import load_fields
 from tests.support.sim_truth import robots_in, truth_at
+from tests.support.tiers import long
 
 FIELD = load_fields()["ssl-div-b"]
 REGION = FIELD.regions["full"]
 SMALL = ImageSize(640, 480)
-seeds = pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.long) for seed in (2, 3))])
+seeds = pytest.mark.parametrize("seed", [1, *(long(seed) for seed in (2, 3))])
 
 
 def rendering(play: Motion, size=SMALL, region=REGION, noise=0.0, **pose) -> Rendering:
@@ -46,7 +47,7 @@ def test_a_robot_that_is_asked_to_stand_stands(seed):
 
 
 @pytest.mark.parametrize(("seed", "seconds"), [
-    (2, 80), *(pytest.param(seed, 400, marks=pytest.mark.long) for seed in (1, 2, 3))])
+    (2, 80), *(long(seed, 400) for seed in (1, 2, 3))])
 def test_the_ball_rolls_straight_between_kicks_and_bounces_and_stays_inside(seed, seconds):
     play, step_s = Motion(seed=seed, speed_mm_s=1000), 0.02
     path = np.array([ball_at(play, FIELD, REGION, t) for t in np.arange(0, seconds, step_s)])

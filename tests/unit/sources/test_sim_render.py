@@ -16,6 +16,7 @@ from app.sources.sim.render import Rendering, Sensor
 from app.store.fields import load_fields
 from tests.support.line_centres import centroids, clear_of_others
 from tests.support.sim_truth import robots_in
+from tests.support.tiers import long
 
 FIELD = load_fields()["ssl-div-b"]
 SIZE = ImageSize(1280, 1024)
@@ -115,7 +116,7 @@ def test_noise_is_as_strong_as_asked_and_new_in_every_frame():
     assert abs(np.corrcoef((first - second)[:, :-1].ravel(), (first - second)[:, 1:].ravel())[0, 1]) < 0.05
 
 
-@pytest.mark.parametrize("pose", [pytest.param({}, marks=pytest.mark.long), {"tilt_deg": 20}])
+@pytest.mark.parametrize("pose", [long({}), {"tilt_deg": 20}])
 def test_a_robots_pattern_is_seen_at_the_height_of_its_hat(pose):
     """Robots are 150 mm high: their middle dot is seen farther out than they stand."""
     shown = rendering(region="quarter-top-left", play=Motion(robots=8, seed=5), height_mm=4000, **pose)

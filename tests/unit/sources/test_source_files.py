@@ -11,6 +11,7 @@ from app.core.errors import BadInput, TouchlineError, Unavailable
 from app.images.in_process import decode_in_process
 from app.sources import SourceContext, source_from_url
 from tests.support.plugged_cameras import V4L2_PATHS
+from tests.support.tiers import long
 
 CANARY = 77  # the grey of the one picture that must not be seen
 FILM = "fields/robocin/static.mp4"
@@ -89,7 +90,7 @@ def test_a_folder_shown_once_ends_and_an_empty_one_is_refused(around):
         source_from_url("folder://.?fps=200", around).read()
 
 
-@pytest.mark.parametrize("name", [FILM, *(pytest.param(name, marks=pytest.mark.long) for name in FILMS)])
+@pytest.mark.parametrize("name", [FILM, *(long(name) for name in FILMS)])
 def test_real_films_are_read_from_the_first_frame_to_the_last(name, around, real_data):
     path = real_data(name)
     shutil.copy(path, around.pictures / path.name)
@@ -140,7 +141,7 @@ def test_a_film_as_fast_as_possible_does_not_wait_and_one_with_a_rate_keeps_it(a
     assert 0.45 < time.monotonic() - start < 20
 
 
-@pytest.mark.parametrize("loops", [30, pytest.param(100, marks=pytest.mark.long)])
+@pytest.mark.parametrize("loops", [30, long(100)])
 def test_a_hundred_loops_keep_no_memory_no_file_and_no_thread(around, loops):
     from pathlib import Path
 

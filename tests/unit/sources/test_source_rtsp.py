@@ -15,6 +15,7 @@ from app.sources import SourceContext, source_from_url
 from app.sources.network.rtp_sizes import SizeMonitor
 from tests.support.gst_camera import GstCamera, installed
 from tests.support.rtsp_camera import RtspCamera, packed, scene
+from tests.support.tiers import long
 from tests.support.waiting import LONG_S, until
 
 AROUND = SourceContext(hosts=("127.0.0.1",))
@@ -134,7 +135,7 @@ def test_a_camera_that_never_answers_holds_nobody(camera):
     assert refused.value.reason == "camera-unreachable"
 
 
-@pytest.mark.parametrize("times", [8, pytest.param(50, marks=pytest.mark.long)])
+@pytest.mark.parametrize("times", [8, long(50)])
 def test_fifty_openings_and_failures_keep_no_descriptor_and_no_thread(camera, times):
     def held() -> tuple[int, int]:
         return len(list(Path("/proc/self/fd").iterdir())), threading.active_count()

@@ -20,6 +20,7 @@ from app.core.records import Calibration
 from app.store import EMPTY, DamagedFile, Store
 from app.store.tables import ActiveRow, CalibrationRow, DraftRow, SnapshotRow
 from tests.support.store_opener import count_rows, damage_row
+from tests.support.tiers import long
 
 SIZE = ImageSize(640, 480)
 DRAFT = {**EMPTY, "field": "ssl-2008", "region": "half-left",
@@ -328,7 +329,7 @@ def test_a_data_folder_that_cannot_be_used_is_said_plainly(tmp_path):
     assert told.value.reason == "data-folder"
 
 
-@pytest.mark.parametrize("examples", [15, pytest.param(100, marks=pytest.mark.long)])
+@pytest.mark.parametrize("examples", [15, long(100)])
 def test_any_text_and_any_finite_number_come_back_exactly(store, examples):
     @settings(max_examples=examples, derandomize=True, deadline=None)
     @given(text=st.text(st.characters(), max_size=40), number=st.floats(allow_nan=False, allow_infinity=False))

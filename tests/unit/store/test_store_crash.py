@@ -14,6 +14,7 @@ from app.core.errors import NotFound
 from app.store import EMPTY, Store
 from tests.support.paths import ROOT
 from tests.support.store_writer import digest
+from tests.support.tiers import long
 
 MAX_CALLS = 12  # of one life; the writer does nothing but save
 CALL_S = 0.005  # about what the first one takes
@@ -32,7 +33,7 @@ def writer(tmp_path):
     process.stdout.close()
 
 
-@pytest.mark.parametrize("kills", [5, pytest.param(100, marks=pytest.mark.long)])
+@pytest.mark.parametrize("kills", [5, long(100)])
 def test_a_hundred_killed_writers_lose_nothing_and_leave_nothing_half_written(writer, kills):
     killed_writers_lose_nothing(writer, kills)
 

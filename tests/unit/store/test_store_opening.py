@@ -15,13 +15,14 @@ from app.store import EMPTY, DamagedFile, Store
 from app.store.tables import CalibrationRow, LensRow
 from tests.support.store_opener import damage_row
 from tests.support.store_writer import calibration
+from tests.support.tiers import long
 
 SIZE = ImageSize(640, 480)
 PAGE = 4096
 FILE = "touchline.db"
 MAX_TORN = int(os.environ.get("TOUCHLINE_TORN", "16"))  # images of a torn log; the figure is of many more
 EVERY = 9  # kinds of damage come in turns of five, so that this meets each
-some_or_all = pytest.mark.parametrize("every", [EVERY, pytest.param(1, marks=pytest.mark.long)], ids=["some", "all"])
+some_or_all = pytest.mark.parametrize("every", [EVERY, long(1)], ids=["some", "all"])
 
 
 @pytest.fixture
@@ -255,7 +256,7 @@ def test_a_kill_while_a_new_database_is_made_leaves_none_and_the_next_start_make
         store.calibrations.get("0" * 16)
 
 
-@pytest.mark.parametrize("images", [4, pytest.param(MAX_TORN, marks=pytest.mark.long)])
+@pytest.mark.parametrize("images", [4, long(MAX_TORN)])
 def test_no_image_of_a_torn_log_loses_what_was_acknowledged_before(full, tmp_path, images):
     """The last commit's log cut at any sector, or half of its sectors zeroed or garbled: all before it is there."""
     folder = tmp_path / "data"
