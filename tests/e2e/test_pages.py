@@ -120,6 +120,15 @@ def test_settings_are_read_without_secrets_and_a_name_is_kept(operator, server, 
     assert operator.draft()["updated_by"] == "Ada"
 
 
+def test_an_address_is_gone_to_by_itself_so_that_a_reload_or_the_way_back_meets_no_other(operator, straight_picture):
+    page = operator.open(straight_picture, "table", "full").page
+    written = """(hash) => { const written = window.written = [], write = history.pushState.bind(history);
+      history.pushState = (...to) => { written.push(to[2]); write(...to); }; location.hash = hash; }"""
+    page.evaluate(written, "#/live/overhead")
+    expect(page.get_by_test_id("look-corrected")).to_be_visible(timeout=LONG_MS)
+    assert page.evaluate("window.written") == []
+
+
 def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, server, versions, tmp_path):
     page = operator.page
     page.goto(f"{server.url}/#/versions/table")

@@ -9,14 +9,15 @@ from tests.support.paths import ROOT
 from tests.support.postgres import FOLDER_PREFIX
 from tests.support.standing_decoder import standing_pids
 
+CACHE = "build"  # the page's libraries and the type checker, fetched by the first test that needs them
 OF_LIBRARIES = ("Dask-Callback-Thread", "asyncio_")  # Dask's, and those of Playwright's loop: as long as Python runs
 
 
 def leftovers() -> set[str]:
-    """Everything that could have been left, each in a few words. Caches, whose names begin with a dot, do not count."""
+    """Everything that could have been left, each in a few words. Caches, most with a dot before, do not count."""
     threads = {f"thread {thread.ident}: {thread.name}" for thread in threading.enumerate()
                if not thread.name.startswith(OF_LIBRARIES)}
-    files = {f"file {path}" for path in ROOT.iterdir() if not path.name.startswith(".")}
+    files = {f"file {path}" for path in ROOT.iterdir() if not path.name.startswith((".", CACHE))}
     return _children() | threads | files
 
 

@@ -1,6 +1,6 @@
 // Addresses of the page (#/SNAPSHOT/STEP, #/lens, #/straight, #/live/CAMERA, #/pair/LEFT/RIGHT, #/rig/NAME …), and how
 // each is followed.
-import { computed } from "@preact/signals";
+import { batch, computed } from "@preact/signals";
 import { PAGE_NAMES, addressOf, page } from "../../core/page.js";
 import { atBoard, atLive, atPair, atStraight, snapshot, step } from "../../core/state.js";
 import { openBoard } from "../board/board.js";
@@ -54,20 +54,22 @@ export async function follow() {
     if (page.value?.name !== there || page.value.argument !== argument) openPage(there, argument);
     return;
   }
-  page.value = null;
   if (id === BOARD || id === PAIR || id === STRAIGHT || id === LIVE) {
-    const asked = location.hash,
-      names = asked.split("/").slice(2).map(decodeURIComponent),
+    const names = location.hash.split("/").slice(2).map(decodeURIComponent),
       name = names[0] ?? "";
-    closePicture(); // which writes another address for a moment
-    step.value = "camera";
-    if (id === LIVE) {
-      if (atLive.value !== name) openLive(name);
-    } else if (id === BOARD && !atBoard.value) void openBoard();
-    else if (id === STRAIGHT && !atStraight.value) void openStraight();
-    else if (id === PAIR && !(atPair.value && asked === pairAddress())) await openPair(...names);
-    return;
+    // At once: an address that is written on the way would be met by a reload, and by the way back.
+    return batch(() => {
+      page.value = null;
+      closePicture();
+      step.value = "camera";
+      if (id === LIVE) {
+        if (atLive.value !== name) openLive(name);
+      } else if (id === BOARD && !atBoard.value) void openBoard();
+      else if (id === STRAIGHT && !atStraight.value) void openStraight();
+      else if (id === PAIR && !(atPair.value && location.hash === pairAddress())) return openPair(...names);
+    });
   }
+  page.value = null;
   atLive.value = null;
   atBoard.value = false;
   atPair.value = false;
