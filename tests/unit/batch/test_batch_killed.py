@@ -16,10 +16,25 @@ from tests.support.batch_pictures import folder_of
 from tests.support.dask_cluster import dask_cluster
 from tests.support.paths import ROOT
 from tests.support.tiers import long
-from tests.support.waiting import gone, until
+from tests.support.waiting import LONG_S, gone, until
 
+PICTURES, BEFORE_IT_WAITS = 5, 2
 TOUCHLINE = [sys.executable, "-c", "from app.cli import main; main()"]
-PICTURES = 5
+# Writes the table with each row, and stops as by Ctrl-Z once there are two: in the middle, however fast the machine.
+WAITING = [sys.executable, "-c", f"""
+import os, signal
+from app.cli import main
+from app.cli.batch import _Table
+
+def add(table, place, row):
+    table.rows[place] = row
+    table.save()
+    if len(table.rows) == {BEFORE_IT_WAITS}:
+        os.kill(os.getpid(), signal.SIGSTOP)
+
+_Table.add = add
+main()
+"""]
 NEVER_THE_SAME = ("seconds",)
 
 
@@ -41,9 +56,9 @@ def words_for(archive, table, *more):
             *more]
 
 
-def run(archive, table, *words, **how):
+def run(archive, table, *words, program=TOUCHLINE, **how):
     how = {"stderr": subprocess.DEVNULL, **how}
-    return subprocess.Popen([*TOUCHLINE, *words_for(archive, table, *words)], cwd=ROOT, stdin=subprocess.DEVNULL,
+    return subprocess.Popen([*program, *words_for(archive, table, *words)], cwd=ROOT, stdin=subprocess.DEVNULL,
                             stdout=subprocess.DEVNULL, **how)
 
 
@@ -56,8 +71,8 @@ def figures(table):
             for name, row in table.items()}
 
 
-def some_rows(path, least=2):
-    return path.exists() and len(rows(path)) >= least
+def waits(process):
+    return Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()[0] == "T"
 
 
 def children_of(pid):
@@ -72,9 +87,9 @@ def children_of(pid):
 def test_a_killed_run_leaves_a_whole_table_and_no_process_and_goes_on_where_it_was(archive, whole, touchline,
                                                                                          tmp_path):
     table = tmp_path / "table.csv"
-    process = run(archive, table)
+    process = run(archive, table, program=WAITING)
     try:
-        until(lambda: some_rows(table))
+        until(lambda: waits(process))
         below = children_of(process.pid)
     finally:
         process.kill()
@@ -82,7 +97,7 @@ def test_a_killed_run_leaves_a_whole_table_and_no_process_and_goes_on_where_it_w
     assert below
     until(lambda: all(gone(pid) for pid in below))
     before = rows(table)
-    assert 2 <= len(before) < PICTURES
+    assert len(before) == BEFORE_IT_WAITS
     resume = words_for(archive, table, "--resume")
     assert touchline(*resume)[0] == 0
     after = rows(table)
@@ -97,24 +112,25 @@ def test_ctrl_c_ends_cleanly_with_the_table_so_far_and_a_bar_only_on_a_terminal(
     table, told = tmp_path / "table.json", tmp_path / "stderr"
     ours, theirs = pty.openpty()
     with told.open("wb") as file:
-        process = run(archive, table, stderr=theirs if on_a_terminal else file, start_new_session=True,
-                      env=os.environ | {"TERM": "xterm"})
+        process = run(archive, table, program=WAITING, stderr=theirs if on_a_terminal else file,
+                      start_new_session=True, env=os.environ | {"TERM": "xterm"})
     os.close(theirs)
     said = b""
     try:
-        until(lambda: some_rows(table))
+        until(lambda: waits(process))
         below = children_of(process.pid)
         process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGCONT)
         while on_a_terminal and (part := read(ours)):
             said += part
-        assert process.wait(60) == 130
+        assert process.wait(LONG_S) == 130
     finally:
         process.kill()
         process.wait()
         os.close(ours)
     said = said or told.read_bytes()
-    assert 2 <= len(rows(table)) < PICTURES and all(gone(pid) for pid in below)
-    last = f"Stopped after {len(rows(table))} of {PICTURES} pictures. --resume goes on."
+    assert len(rows(table)) == BEFORE_IT_WAITS and below and all(gone(pid) for pid in below)
+    last = f"Stopped after {BEFORE_IT_WAITS} of {PICTURES} pictures. --resume goes on."
     assert last in said.decode() and b"Traceback" not in said
     assert (f" of {PICTURES} pictures \x1b" in said.decode()) == on_a_terminal
     if not on_a_terminal:
@@ -133,10 +149,11 @@ def read(terminal):
 def test_two_workers_of_a_cluster_one_killed_midway_and_every_row_is_right(archive, whole, tmp_path):
     table = tmp_path / "table.json"
     with dask_cluster(tmp_path) as cluster:
-        process = run(archive, table, "--workers", "2", "--engine", cluster.address)
+        process = run(archive, table, "--workers", "2", "--engine", cluster.address, program=WAITING)
         try:
-            until(lambda: some_rows(table))
+            until(lambda: waits(process))
             cluster.workers[0].kill()
+            process.send_signal(signal.SIGCONT)
             assert process.wait(240) == 0
         finally:
             process.kill()

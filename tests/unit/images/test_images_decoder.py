@@ -151,7 +151,8 @@ def test_a_decoder_killed_amid_a_picture_refuses_it_and_the_next_one_decodes(mon
         (pid,) = pids_of(decoder)
         os.kill(pid, signal.SIGSTOP)  # holds it in the middle, however fast the machine
         (worker,), begun = decoder._all, threading.Event()
-        monkeypatch.setattr(worker, "decode", lambda *given, decode=worker.decode: (begun.set(), decode(*given))[1])
+        connection = worker._child.connection  # waits for the answer once the picture has been sent
+        monkeypatch.setattr(connection, "receive", lambda s, wait=connection.receive: (begun.set(), wait(s))[1])
         first = thread.submit(decoder.frame_from_bytes, encoded("png"))
         assert begun.wait(LONG_S)
         os.kill(pid, signal.SIGKILL)
