@@ -30,7 +30,7 @@ def above(lens: str = "strong", region: str = "full", size: ImageSize = SIZE, he
     return SimCamera.above(FIELD.regions[region], size, LENSES[lens], height_mm=height_mm, **pose)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=1)
 def rendering(lens: str = "strong", region: str = "full", play: Motion = EMPTY, light: Light = PLAIN,
               sensor: Sensor = QUIET, size: ImageSize = SIZE, **pose) -> Rendering:
     return Rendering.of(above(lens, region, size, **pose), FIELD, FIELD.regions[region], play, light, sensor)

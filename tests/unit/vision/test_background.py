@@ -19,7 +19,7 @@ FIELD = FIELDS["ssl-div-b"]
 seeds = rounds("seed", 1, 2, 3)
 
 
-@lru_cache(maxsize=6)
+@lru_cache(maxsize=2)
 def rendering(seed: int, robots: int = 0, people: int = 0, noise: float = 0, more: str = "") -> Rendering:
     url = f"sim://ssl-div-b?size=960x720&robots={robots}&people={people}&noise={noise}&seed={seed}{more}"
     return source_from_url(url, SourceContext(FIELDS)).rendering

@@ -25,7 +25,7 @@ SMALL = "ssl-div-b?size=640x360"
 seeds = rounds("seed", 1, 2, 3)
 
 
-@lru_cache(maxsize=12)
+@lru_cache(maxsize=2)
 def rendering(url: str) -> Rendering:
     return source_from_url(f"sim://{url}", SourceContext(FIELDS)).rendering
 
