@@ -272,26 +272,71 @@ def frame_points():
             "top": [[x, 60] for x in along_x], "bottom": [[x, 420] for x in along_x]}
 
 
-@pytest.fixture
-def clicked(arriving, server):
-    """A function that puts the operator before a fresh picture of the demo's camera with its borders clicked.
-
-    painted: the name of the line under which the bottom border is clicked, where it is not as a border.
-    """
+@pytest.fixture(scope="session")
+def border_draft(server):
+    """A function that takes a picture of the demo's camera and clicks its borders: the picture's id and the draft."""
     settings = CAMERAS[0]
     field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
     camera = source_from_url(settings["source"], SourceContext(fields={field.name: field})).camera
     region = field.region(settings["region"])
 
-    def clicked(model: str, step: str = "model", noise_px: float = 0.3, painted: str | None = None, **options):
+    def border_draft(model: str, noise_px: float = 0.3, painted: str | None = None, **options) -> tuple[str, dict]:
         points = border_clicks(camera, region, 9, noise_px)
         if painted is not None:
             points[painted] = points.pop("bottom")
         taken = until(lambda: server.api("POST", "/snapshots", json={"camera": settings["id"]}),
                       lambda answer: answer.status_code != 503)  # until then the camera's process is starting
-        snapshot = taken.json()["id"]
-        draft = {"field": field.name, "region": region.name, "model": model, "options": options, "observations": [
-            {"feature": name, "kind": "line", "points": found[1:-1].tolist()} for name, found in points.items()]}
+        return taken.json()["id"], {
+            "field": field.name, "region": region.name, "model": model, "options": options, "observations": [
+                {"feature": name, "kind": "line", "points": found[1:-1].tolist()} for name, found in points.items()]}
+
+    return border_draft
+
+
+@pytest.fixture
+def clicked(arriving, border_draft):
+    """A function that puts the operator before a fresh picture of the demo's camera with its borders clicked.
+
+    change: of the draft, before the page sees it. painted: the name of the line under which the bottom border is
+    clicked, where it is not as a border.
+    """
+    def clicked(model: str, step: str = "model", change=lambda draft: None, **how) -> Operator:
+        snapshot, draft = border_draft(model, **how)
+        change(draft)
         return arriving.go_on(snapshot, draft, step)
 
     return clicked
+
+
+def clicks_left(draft: dict) -> list[list[float]]:
+    """The points on the left border, to be changed."""
+    return next(o for o in draft["observations"] if o["feature"] == "left")["points"]
+
+
+def shift_one(draft: dict) -> None:
+    """The fifth click on the left border is 30 px off."""
+    clicks_left(draft)[4][0] += 30
+
+
+@pytest.fixture(scope="session")
+def versions() -> dict[tuple[str, str], tuple[str, dict]]:
+    """The pictures of versions that are saved, and their drafts, by model and options."""
+    return {}
+
+
+@pytest.fixture
+def saved(arriving, border_draft, versions, server):
+    """A function that puts the operator before a saved version, at the compare step.
+
+    Every test of a worker that asks for the same gets the same version: none may change it.
+    """
+    def saved(model: str, **options) -> Operator:
+        key = model, json.dumps(options)
+        if key not in versions:
+            snapshot, draft = border_draft(model, **options)
+            answer = server.api("POST", "/calibrations", json={**draft, "snapshot": snapshot})
+            assert answer.ok, answer.text
+            versions[key] = snapshot, draft
+        return arriving.go_on(*versions[key], "compare")
+
+    return saved

@@ -23,14 +23,9 @@ JUMPS = """addEventListener("DOMContentLoaded", () => { window.jumps = [];
 
 
 @pytest.fixture
-def kept(clicked, server):
+def kept(saved):
     """A picture with its borders clicked and a version saved, and the page before it."""
-    operator = clicked("brown-conrady")
-    draft = operator.draft()
-    body = {name: draft[name] for name in ("field", "region", "model", "options", "observations")}
-    answer = server.api("POST", "/calibrations", json=body | {"snapshot": operator.snapshot})
-    assert answer.ok, answer.text
-    return operator
+    return saved("brown-conrady")
 
 
 def at_rest(page, place: str = "", step: str = "") -> None:

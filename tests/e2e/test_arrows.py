@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 
 from app.core.field_json import field_from_json
 from app.sources import SourceContext, source_from_url
-from tests.e2e.conftest import LONG_MS
+from tests.e2e.conftest import LONG_MS, shift_one
 from tests.support.demo_cameras import CAMERAS, WIDTH
 from tests.support.waiting import until
 
@@ -31,18 +31,8 @@ DRAWN_NEAR = """(canvas, [x, y, reach]) => {
 
 @pytest.fixture
 def astray(clicked):
-    """Division model on the demo's camera, clicked by a hand; the fifth click on the left border is 30 px off."""
-    def astray(step="model"):
-        operator = clicked("division", "borders")
-        draft = operator.draft()
-        left = next(o for o in draft["observations"] if o["feature"] == "left")
-        left["points"][4][0] += 30
-        kept = {key: draft[key] for key in ("field", "region", "model", "options", "observations")}
-        snapshot = operator.snapshot
-        operator.page.goto("about:blank")
-        return operator.go_on(snapshot, kept, step)
-
-    return astray
+    """Division model on the demo's camera, clicked by a hand, with a stray click; at a step."""
+    return lambda step="model": clicked("division", step, shift_one)
 
 
 def show(page):

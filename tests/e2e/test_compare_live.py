@@ -11,13 +11,13 @@ from tests.support.waiting import until
 
 
 @pytest.fixture
-def live(clicked, server):
+def live(saved, server):
     """The live page of the demo's first camera, with an active calibration."""
-    operator = clicked("brown-conrady", height_mm={"value": 3000.0, "sigma": 30.0}).next("compare")
-    saved = operator.saved()["id"]
-    server.api("POST", f"/calibrations/{saved}/activate")
+    operator = saved("brown-conrady", height_mm={"value": 3000.0, "sigma": 30.0})
+    version = operator.saved()["id"]
+    server.api("POST", f"/calibrations/{version}/activate")
     camera = CAMERAS[0]["id"]
-    with operator.page.expect_response(lambda told: told.url.endswith("/status") and saved in told.text(),
+    with operator.page.expect_response(lambda told: told.url.endswith("/status") and version in told.text(),
                                        timeout=LONG_MS):  # until then the version before is the active one
         operator.page.goto(f"{server.url}/#/live/{camera}")  # from a picture, by its address alone
     with operator.page.expect_request(f"**/cameras/{camera}/status", timeout=LONG_MS):

@@ -12,9 +12,9 @@ KNOWN_HEIGHT = {"value": 3000.0, "sigma": 30.0}
 
 
 @pytest.fixture
-def compared(clicked):
+def compared(saved):
     """The compare step of a saved version, its pictures in sight."""
-    operator = clicked("brown-conrady", height_mm=KNOWN_HEIGHT).next("compare")
+    operator = saved("brown-conrady", height_mm=KNOWN_HEIGHT)
     for picture in ("picture", "corrected"):  # one that is not there yet has the size of its words
         expect(operator.page.get_by_test_id(picture)).not_to_have_js_property("naturalWidth", 0)
         operator.page.get_by_test_id(picture).evaluate("picture => picture.decode()")

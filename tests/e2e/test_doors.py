@@ -149,9 +149,10 @@ def test_the_page_asks_nobody_but_its_own_server(page, server):
     assert elsewhere == []
 
 
-@pytest.mark.parametrize("size", [long((1280, 800), id="laptop"),
+@pytest.mark.parametrize("size", [pytest.param((1280, 800), id="laptop"),
                                   pytest.param((1024, 768), id="tablet")])
-@pytest.mark.parametrize("scheme", ["dark", long("light")])
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+@pytest.mark.long
 def test_nothing_is_cut_off(browser, server, straight_picture, frame_points, tmp_path, size, scheme):
     context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
     operator = Operator(context.new_page(), server).visit().open(straight_picture, "table", "full")

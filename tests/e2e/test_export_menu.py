@@ -9,9 +9,9 @@ from app.formats import FORMATS
 ELSEWHERE = {"json", "npz"}  # offered to everybody
 
 
-def test_every_format_is_offered_with_what_it_costs_and_can_be_had(clicked, server, tmp_path):
-    saved = clicked("brown-conrady").next("compare")
-    page, it = saved.page, saved.saved()
+def test_every_format_is_offered_with_what_it_costs_and_can_be_had(saved, server, tmp_path):
+    operator = saved("brown-conrady")
+    page, it = operator.page, operator.saved()
     menu = page.get_by_test_id("exports")
     menu.locator("summary").click()
     for name in FORMATS:

@@ -5,34 +5,22 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from tests.e2e.conftest import LONG_MS
+from tests.e2e.conftest import LONG_MS, clicks_left, shift_one
 
 KNOWN_HEIGHT = {"value": 3000.0, "sigma": 30.0}
 
 
-@pytest.fixture
-def changed(clicked):
-    """The demo's camera with its borders clicked, the clicks changed by a function, at a step."""
-    def changed(model, change, step="borders", **options):
-        operator = clicked(model, "borders", **options)
-        draft = operator.draft()
-        kept = {key: draft[key] for key in ("field", "region", "model", "options", "observations")}
-        change(kept)
-        snapshot = operator.snapshot
-        operator.page.goto(f"{operator.server.url}/#/")
-        expect(operator.page.get_by_test_id("camera-overhead")).to_be_visible()
-        return operator.go_on(snapshot, kept, step)
+def with_left(count):
+    """A change of the draft: no more than so many points on the left border."""
+    def change(draft):
+        del clicks_left(draft)[count:]
 
-    return changed
-
-
-def left(draft):
-    return next(o for o in draft["observations"] if o["feature"] == "left")
+    return change
 
 
 @pytest.mark.long
-def test_too_few_points_on_a_border_take_the_operator_to_that_border(changed):
-    page = changed("polynomial", lambda d: left(d).update(points=left(d)["points"][:2])).page
+def test_too_few_points_on_a_border_take_the_operator_to_that_border(clicked):
+    page = clicked("polynomial", "borders", with_left(2)).page
     page.get_by_test_id("border-top").click()
     expect(page.get_by_test_id("missing")).to_contain_text("left border", timeout=LONG_MS)
     page.get_by_test_id("cure-click").click()
@@ -40,19 +28,16 @@ def test_too_few_points_on_a_border_take_the_operator_to_that_border(changed):
 
 
 @pytest.mark.long
-def test_a_point_clicked_twice_is_one_point_and_stops_nothing(changed):
-    operator = changed("polynomial", lambda d: left(d)["points"].append(left(d)["points"][2]))
+def test_a_point_clicked_twice_is_one_point_and_stops_nothing(clicked):
+    operator = clicked("polynomial", "borders", lambda draft: clicks_left(draft).append(clicks_left(draft)[2]))
     page = operator.page
     expect(page.get_by_test_id("verdict")).to_be_visible(timeout=LONG_MS)
     expect(page.get_by_test_id("missing")).to_have_count(0)
     assert len(operator.points("left")) == 8  # as clicked
 
 
-def test_a_stray_click_is_shown_and_removed(changed):
-    def shift(draft):
-        left(draft)["points"][4][0] += 30
-
-    operator = changed("division", shift, height_mm=KNOWN_HEIGHT)
+def test_a_stray_click_is_shown_and_removed(clicked):
+    operator = clicked("division", "borders", shift_one, height_mm=KNOWN_HEIGHT)
     page = operator.page
     warning = page.locator('[data-reason="stray-click"]')
     expect(warning).to_be_visible(timeout=LONG_MS)
@@ -64,19 +49,16 @@ def test_a_stray_click_is_shown_and_removed(changed):
 
 
 @pytest.mark.long
-def test_a_stray_of_a_saved_version_is_removed_from_the_compare_step(changed):
-    def shift(draft):
-        left(draft)["points"][4][0] += 30
-
-    operator = changed("division", shift, "model", height_mm=KNOWN_HEIGHT).next("compare")
+def test_a_stray_of_a_saved_version_is_removed_from_the_compare_step(clicked):
+    operator = clicked("division", "model", shift_one, height_mm=KNOWN_HEIGHT).next("compare")
     operator.page.locator('[data-reason="stray-click"]').get_by_test_id("remove-stray").click()
     expect(operator.page.get_by_test_id("step-borders")).to_have_attribute("aria-current", "step")
     assert len(operator.points("left")) == 6
 
 
 @pytest.mark.long
-def test_a_border_whose_end_is_a_guess_is_clicked_there(changed):
-    page = changed("polynomial", lambda d: left(d).update(points=left(d)["points"][:5])).page
+def test_a_border_whose_end_is_a_guess_is_clicked_there(clicked):
+    page = clicked("polynomial", "borders", with_left(5)).page
     page.get_by_test_id("border-top").click()
     warning = page.locator('[data-reason="border-extrapolated"]').first
     expect(warning).to_contain_text("left border", timeout=LONG_MS)

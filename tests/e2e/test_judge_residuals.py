@@ -3,21 +3,14 @@
 import pytest
 from playwright.sync_api import expect
 
-from tests.e2e.conftest import LONG_MS
+from tests.e2e.conftest import LONG_MS, shift_one
 from tests.support.waiting import until
 
 
 @pytest.fixture
 def astray(clicked):
-    """Division model on the demo's camera, clicked by a hand; the fifth click on the left border is 30 px off."""
-    operator = clicked("division", "borders")
-    draft = operator.draft()
-    next(o for o in draft["observations"] if o["feature"] == "left")["points"][4][0] += 30
-    kept = {key: draft[key] for key in ("field", "region", "model", "options", "observations")}
-    snapshot = operator.snapshot
-    operator.page.goto(f"{operator.server.url}/#/")
-    expect(operator.page.get_by_test_id("camera-overhead")).to_be_visible()
-    operator.go_on(snapshot, kept, "borders")
+    """Division model on the demo's camera, clicked by a hand, with a stray click."""
+    operator = clicked("division", "borders", shift_one)
     expect(operator.page.get_by_test_id("residuals")).to_be_visible(timeout=LONG_MS)
     expect(operator.page.get_by_test_id("residual-said")).to_contain_text("1 stray", timeout=LONG_MS)
     # The whole fit is there.

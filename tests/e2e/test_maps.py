@@ -45,8 +45,8 @@ def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, ser
 
 
 @pytest.mark.long
-def test_under_the_pointer_stands_the_error_that_the_map_shows_there(clicked, server):
-    operator = clicked("division").next("compare")
+def test_under_the_pointer_stands_the_error_that_the_map_shows_there(saved, server):
+    operator = saved("division")
     page = operator.page
     page.keyboard.press("e")
     page.keyboard.press("r")

@@ -20,15 +20,14 @@ def snapping(operator, straight_picture):
 
 
 @pytest.fixture
-def fitted(snapping, frame_points):
-    """All four borders clicked a few px off and snapped, so that there is a fit."""
-    for border, points in frame_points.items():
-        snapping.page.get_by_test_id(f"border-{border}").click()
-        for x, y in points:
-            snapping.page.mouse.click(*snapping.spot(x + 2, y + 2))
-            said(snapping.page, re.compile(r"^Snapped 2\.0 px$"))
-    fit_is_there(snapping.page)
-    return snapping
+def fitted(arriving, server, straight_picture, frame_points):
+    """Before that frame, its four borders clicked, so that there is a fit."""
+    kept = server.api("POST", "/snapshots", files={"file": straight_picture.read_bytes()}).json()
+    arriving.snap("on")
+    arriving.go_on(kept["id"], {"field": "table", "region": "full", "model": "polynomial", "observations": [
+        {"feature": border, "kind": "line", "points": points} for border, points in frame_points.items()]}, "borders")
+    fit_is_there(arriving.page)
+    return arriving
 
 
 def fit_is_there(page):

@@ -18,6 +18,7 @@ def patience():
     expect.set_options(timeout=SOON_MS)
 
 
+@pytest.mark.long
 def test_by_mouse_on_a_real_picture_until_the_version_is_active(operator, server, clicks, real_data, tmp_path):
     picture, given, page = real_data(REAL), clicks("ssl_2008_half"), operator.page
     shown = server.data / "shown"
