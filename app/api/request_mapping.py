@@ -9,7 +9,7 @@ from app.core.errors import BadInput, Conflict, NotFound
 from app.core.geometry import ImageSize
 from app.core.records import observations_from_json
 from app.services.container import Services
-from app.store import Store
+from app.store.store import Store
 from app.workflows.calibration_request import CalibrationRequest
 
 

@@ -10,7 +10,7 @@ from app.core.progress import Progress
 from app.core.records import Calibration, Frame, observations_from_json
 from app.images import ImageDecoder
 from app.models.restored import Restored
-from app.store.snapshots import read_checked
+from app.store.files import read_checked
 from app.workflows.calibration_request import CalibrationRequest
 
 

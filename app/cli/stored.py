@@ -10,7 +10,7 @@ import typer
 from app.cli.console import FileTrouble
 from app.services.open_store import open_store
 from app.settings import Settings, load_settings
-from app.store import Store
+from app.store.store import Store
 
 ConfigOption = Annotated[Path | None, typer.Option("--config", metavar="FILE", help="Settings, the form of "
                                                    "configs/touchline.yaml.")]

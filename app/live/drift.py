@@ -18,7 +18,7 @@ from app.images import ImageLimits, decode_in_process
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.picture import AppliedCalibration
 from app.processes.limits import give_way
-from app.store.snapshots import read_checked
+from app.store.files import read_checked
 
 EVERY_S = 1.0
 DOUBTFUL_S = 0.35  # an alarm comes two looks after the knock

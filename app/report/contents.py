@@ -16,7 +16,7 @@ from app.evaluate.fit.uncertainty import GRID
 from app.models import RayModel
 from app.models.restored import Restored
 from app.report.figures import figures
-from app.store import DamagedFile
+from app.store.quarantine import DamagedFile
 from app.workflows import calibration as workflow
 
 FORMAT, FORMAT_VERSION = "touchline-report", 1

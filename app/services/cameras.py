@@ -13,8 +13,8 @@ from app.images import ImageLimits
 from app.live import LiveCamera
 from app.settings import CameraSettings, Settings
 from app.sources import SOURCES, Identity, SourceContext, read_query, split_address, without_password
-from app.store import Store
 from app.store.fields import FieldRepository
+from app.store.store import Store
 
 TEST_S = 15.0  # a camera that is tried out gets so long to show a picture
 

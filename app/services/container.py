@@ -26,8 +26,9 @@ from app.services.presence import Presence
 from app.services.publishing import PublishingService
 from app.services.result_savers import result_savers
 from app.settings import Settings
-from app.store import Snapshot, Store
 from app.store.fields import FieldRepository
+from app.store.snapshots import Snapshot
+from app.store.store import Store
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")

@@ -19,9 +19,9 @@ from app.formats.ssl_geometry import camera_number
 from app.live.detection_feed import OFF
 from app.services.cameras import CameraService
 from app.services.publishing import PublishingService
-from app.store import Store
 from app.store.fields import FieldRepository
 from app.store.stages import named_plan
+from app.store.store import Store
 from app.vision.colour.automatic import automatic_profile
 from app.vision.colour.separability import colour_health
 from app.vision.stage_pipeline import StageConfig

@@ -14,7 +14,8 @@ from app.live import LiveCamera, LiveCameras
 from app.services.cameras import CameraService
 from app.services.detection import DetectionService
 from app.sources import Identity
-from app.store import Snapshot, Store
+from app.store.snapshots import Snapshot
+from app.store.store import Store
 
 T = TypeVar("T")
 FIRST_FRAME_S = 5.0  # a camera that was asleep gets so long to show its first frame

@@ -1,8 +1,8 @@
 """The store that settings describe."""
 
 from app.settings import Settings
-from app.store import Store
 from app.store.quota import MB
+from app.store.store import Store
 
 
 def open_store(settings: Settings) -> Store:

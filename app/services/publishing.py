@@ -12,8 +12,8 @@ from app.league.config import PublishingConfig
 from app.league.publishing import Publishing
 from app.services.cameras import CameraService
 from app.settings import Settings
-from app.store import Store
 from app.store.files import translate_disk_errors, write_atomically
+from app.store.store import Store
 
 FILE = "publishing.json"
 MERGED = ("numbers", "approved")  # by camera: those not named stay, null removes one

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from app.core.records import Calibration
-from app.store import Store
+from app.store.store import Store
 
 
 def result_savers(store: Store) -> dict[str, Callable[[Any, Any], Any]]:

@@ -10,7 +10,7 @@ from app.evaluate.cameras.rectangles import NAMES, Rectangles
 from app.imaging.mosaic import FieldView, Stitcher, stitcher_of
 from app.services.container import Services
 from app.services.live import TakenFrame, take_frame
-from app.store import Document
+from app.store.documents import Document
 from app.workflows.rig import rig_status
 
 Pictures = Mapping[str, Mapping[str, Any]]

@@ -4,7 +4,7 @@ What a Store returns is a contract; that it is SQLite or PostgreSQL is not. Ever
 checksum and is checked whenever it is read; a damaged one is put into quarantine/ and named in `damaged`. What a call
 has saved survives a killed process and a power cut. One process at a time opens a data folder.
 
-    with Store(folder) as store:
+    with Store(folder) as store:  # store.py
         snapshot = store.snapshots.add(data, frame.size, declared.format, camera="north")
         draft = store.drafts.save(snapshot.id, body, etag=store.drafts.get(snapshot.id).etag)
         calibration = store.calibrations.add(calibration)
@@ -19,121 +19,6 @@ has saved survives a killed process and a power cut. One process at a time opens
     archive.py     everything as one zip, and back; restore.py fills an empty folder with it
     files.py, quarantine.py, lock.py    atomic files, what is damaged, one server a folder
 
-Fields and stage plans are YAML files, written by people too: fields.py, stages.py.
+Fields and stage plans are YAML files, written by people too: fields.py, stages.py. These, files.py and quarantine.py
+need no database: processes that only compute import them alone.
 """
-
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from pathlib import Path
-from typing import Any, Self
-
-from app.core.errors import Unavailable
-from app.core.records import Warning
-from app.store.archive import archive_pieces
-from app.store.backups import Backups
-from app.store.calibrations import CalibrationRepository
-from app.store.cameras import CameraRepository, IdentityRepository
-from app.store.clips import ClipRepository
-from app.store.disk_usage import disk_usage
-from app.store.documents import ColourProfileRepository, DetectionPlanRepository, Document, RigRepository
-from app.store.drafts import EMPTY, Draft, DraftRepository
-from app.store.files import make_folder
-from app.store.jobs import JobRepository
-from app.store.lenses import LensRepository
-from app.store.lock import FolderLock
-from app.store.opening import FILE, open_postgresql, open_sqlite
-from app.store.quarantine import Damage, DamagedFile, Quarantine
-from app.store.quota import BACKUPS_BYTES, UPLOADS_BYTES, PictureQuota, free_bytes
-from app.store.repository import Clock, Page, utc_now
-from app.store.restore import refuse_unfinished
-from app.store.rolls import RollRepository
-from app.store.snapshots import Snapshot, SnapshotRepository
-
-__all__ = ["EMPTY", "Damage", "DamagedFile", "Document", "Draft", "Page", "Snapshot", "Store"]
-
-
-class Store:
-    """Everything in one data folder; thread-safe. Close it, or use it as a context.
-
-    database: None for SQLite in the folder, or the address of a PostgreSQL database.
-    clock: for the dates that people read; no order and no number rests on it.
-    uploads_bytes, backups_bytes: what pictures and backups may take of the disk. free: how much of it is left, bytes.
-    """
-
-    def __init__(self, folder: Path, clock: Clock = utc_now, *, database: str | None = None,
-                 uploads_bytes: int = UPLOADS_BYTES, backups_bytes: int = BACKUPS_BYTES,
-                 free: Callable[[Path], int] = free_bytes) -> None:
-        self.folder = Path(folder).absolute()
-        self._clock = clock
-        self._backups: Backups | None = None
-        with _usable(self.folder), ExitStack() as undo:
-            make_folder(self.folder)
-            lock = FolderLock(self.folder)
-            undo.callback(lock.close)
-            refuse_unfinished(self.folder)
-            self._quarantine = Quarantine(self.folder / "quarantine")
-            self._quota = PictureQuota(self.folder, uploads_bytes, free)
-            if database is None:
-                self._backups = Backups(self.folder / "backups", self.folder / FILE, backups_bytes)
-                self._database = open_sqlite(self.folder, self._backups, self._quarantine)
-            else:
-                self._database, database_lock = open_postgresql(database, self.folder, self._quarantine)
-                undo.callback(database_lock.close)
-            undo.callback(self._database.close)
-            shared = (self._database, self._quarantine, clock)
-            self.snapshots = SnapshotRepository(*shared, self.folder, self._quota)
-            self.drafts = DraftRepository(*shared, self.snapshots)
-            self.calibrations = CalibrationRepository(*shared)
-            self.lenses = LensRepository(*shared)
-            self.cameras = CameraRepository(*shared)
-            self.identities = IdentityRepository(*shared)
-            self.rigs = RigRepository(*shared)
-            self.rolls = RollRepository(*shared)
-            self.colour_profiles = ColourProfileRepository(*shared)
-            self.detection_plans = DetectionPlanRepository(*shared)
-            self.clips = ClipRepository(self.folder, self._quota, clock)
-            self.jobs = JobRepository(self._database, clock)
-            if self._backups is not None:
-                self._backups.start()
-                undo.callback(self._backups.close)
-                self._database.on_commit = self._backups.request
-                self._backups.request()
-            self._undo = undo.pop_all()
-
-    def close(self) -> None:
-        """Close everything, so that another process can open the folder."""
-        self._undo.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def archive(self, fields: Path | None = None) -> Iterator[bytes]:
-        """Yield everything as one zip, piece by piece. fields: the folder of the operator's own."""
-        return archive_pieces(self._database, self.folder, fields, self._clock)
-
-    @property
-    def disk_usage(self) -> dict[str, Any]:
-        """How much of the disk is used, bytes, and how old the newest backup is; plain JSON."""
-        return disk_usage(self.folder, self._quota, self._backups)
-
-    @property
-    def warnings(self) -> tuple[Warning, ...]:
-        """What an operator should know: a disk that is nearly full, backups that fail."""
-        return (*self._quota.warnings(), *(self._backups.warnings() if self._backups else ()))
-
-    @property
-    def damaged(self) -> tuple[Damage, ...]:
-        """Every damaged file in the quarantine."""
-        return self._quarantine.all()
-
-
-@contextmanager
-def _usable(folder: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise Unavailable(f"The data folder {folder} cannot be used: {error.strerror or error}.",
-                          "Name another with --data, or let this user write there.", reason="data-folder") from None

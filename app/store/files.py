@@ -1,10 +1,11 @@
-"""Files written atomically: under another name, flushed, moved into place, and the folder flushed as well.
+"""Files written atomically: under another name, flushed, moved into place, and the folder flushed as well; and read.
 
 A reader therefore sees the old file or the new one, also after a power cut in between. Without the last flush
 the new name could be lost again although its content was safe.
 """
 
 import errno
+import hashlib
 import os
 import secrets
 from collections.abc import Callable, Iterator
@@ -110,3 +111,15 @@ def read_yaml(path: Path, parse: Callable[[Any], T], what: str, reason: str) -> 
         return parse(plain_from_yaml(raw, f"The file {path.name}"))
     except BadInput as error:
         raise BadInput(f"{path.name}: {error.what}", error.fix, reason=error.reason) from None
+
+
+def read_checked(name: str, path: str, sha256: str) -> bytes:
+    """Return a stored picture's bytes in another process than the one that opened the store. name: for the error."""
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise Unavailable(f"{name.capitalize()} cannot be read: {error.strerror}.", "Upload it again.",
+                          reason="damaged-file") from None
+    if hashlib.sha256(data).hexdigest() != sha256:
+        raise Unavailable(f"{name.capitalize()} is damaged.", "Upload it again.", reason="damaged-file")
+    return data

@@ -14,7 +14,6 @@ from typing import Any
 from sqlalchemy import ColumnElement, delete, func, select
 from sqlalchemy.orm import Session
 
-from app.core.errors import Unavailable
 from app.core.geometry import ImageSize
 from app.store.checksummed import checksummed, content
 from app.store.database import Database
@@ -168,18 +167,6 @@ def _unneeded(rows: Session) -> list[ColumnElement[bool]]:
         boards.update(content(lens).get("snapshots") or ())
     return [SnapshotRow.damaged.is_(None), SnapshotRow.id.not_in(used), SnapshotRow.id.not_in(begun),
             SnapshotRow.id.not_in(boards)]
-
-
-def read_checked(name: str, path: str, sha256: str) -> bytes:
-    """Return a stored picture's bytes in another process than the one that opened the store. name: for the error."""
-    try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise Unavailable(f"{name.capitalize()} cannot be read: {error.strerror}.", "Upload it again.",
-                          reason="damaged-file") from None
-    if hashlib.sha256(data).hexdigest() != sha256:
-        raise Unavailable(f"{name.capitalize()} is damaged.", "Upload it again.", reason="damaged-file")
-    return data
 
 
 def _read(row: SnapshotRow) -> Snapshot:

@@ -7,7 +7,7 @@ from typing import Any
 
 from app.core.records import Frame
 from app.images import ImageDecoder
-from app.store.snapshots import read_checked
+from app.store.files import read_checked
 
 Read = Callable[[], Frame]
 Pictures = Sequence[tuple[str, Read]]  # each one's name, and how to read it

@@ -25,7 +25,7 @@ from app.images import ImageDecoder
 from app.models import CameraModel, RayModel, field_from_raw, parameters_json, raw_from_field
 from app.models.ray_camera import RayCamera
 from app.models.restored import Restored
-from app.store.snapshots import read_checked
+from app.store.files import read_checked
 from app.workflows import calibration as workflow
 from app.workflows.calibration import CalibrationResult, subprogress
 from app.workflows.calibration_request import CalibrationRequest

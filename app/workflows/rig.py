@@ -26,7 +26,7 @@ from app.evaluate.cameras.rig_agreement import agreement
 from app.images import ImageDecoder
 from app.models import CameraModel, RayModel
 from app.models.restored import model_of
-from app.store.snapshots import read_checked
+from app.store.files import read_checked
 from app.workflows.calibration import subprogress
 from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.pair import evaluate_pair

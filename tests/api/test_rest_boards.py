@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from app.core.board import Board
-from app.store import Store
+from app.store.store import Store
 from app.store.tables import LensRow
 from tests.support.board_views import BOARD, SIZE, TRUTH, picture_of, views_of
 from tests.support.lens_over_field import FIELD, clicks_through_the_lens

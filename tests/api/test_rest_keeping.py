@@ -7,8 +7,8 @@ import zipfile
 from starlette.testclient import TestClient
 
 from app.main import create_app
-from app.store import Store
 from app.store.restore import restore_into
+from app.store.store import Store
 from app.store.tables import CalibrationRow
 from tests.support.refusals import API
 from tests.support.store_opener import damage_row

@@ -17,7 +17,7 @@ from threading import Thread
 
 import pytest
 
-from app.store import Store
+from app.store.store import Store
 from tests.support.servers import ROOT, Line, form
 from tests.support.tiers import long
 

@@ -21,8 +21,8 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from app.core.records import Calibration  # noqa: E402
-from app.store import Store  # noqa: E402
 from app.store.calibrations import calibration_row  # noqa: E402
+from app.store.store import Store  # noqa: E402
 from tests.support.servers import Line, an_export, form, served  # noqa: E402
 
 COUNT = int(os.environ.get("COUNT", "100000"))

@@ -10,7 +10,7 @@ import pytest
 
 from app.cli.files import read_calibration
 from app.core.geometry import ImageSize
-from app.store import Store
+from app.store.store import Store
 from tests.support.paths import CLICKS as CLICKS_FOLDER
 from tests.support.pictures import encoded, gradient
 

@@ -9,7 +9,7 @@ import pytest
 from app.core.records import Calibration
 from app.formats import FORMATS
 from app.images import encode
-from app.store import Store
+from app.store.store import Store
 from tests.support.rig_over_field import sim_rig, sim_source, sim_task
 
 

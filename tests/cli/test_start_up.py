@@ -9,6 +9,7 @@ import pytest
 import typer
 
 from app.cli import COMMANDS
+from app.main import MODULES
 from tests.support.paths import ROOT
 
 # Runs the command line with the words given, and prints which packages were imported.
@@ -33,6 +34,15 @@ def test_help_and_version_import_no_command(word):
 def test_a_command_for_files_imports_no_server_and_no_other_command():
     loaded = imported_by("transform", "--help")
     assert "app.cli.calibration" in loaded and not {"fastapi", "uvicorn", "viser", "app.cli.evaluation"} & loaded
+
+
+def test_a_process_that_only_computes_imports_no_database():
+    """Each camera and each job has one: it starts with them, and keeps what it has imported."""
+    modules = ("app.live.worker_main", "app.images.decoder_worker", "app.jobs.worker_main", *MODULES)
+    code = f"import sys\nfrom importlib import import_module\nfor m in {modules}: import_module(m)\nprint(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True,
+                            timeout=300).stdout.split()
+    assert "numpy" in loaded and not {"sqlalchemy", "alembic", "fastapi", "uvicorn"} & set(loaded)
 
 
 @pytest.mark.parametrize("name", COMMANDS)

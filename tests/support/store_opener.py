@@ -4,7 +4,7 @@ from pathlib import Path
 
 from sqlalchemy import select, text, update
 
-from app.store import Store
+from app.store.store import Store
 
 
 class StoreOpener:

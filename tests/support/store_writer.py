@@ -14,7 +14,8 @@ from pathlib import Path
 
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
-from app.store import EMPTY, Store
+from app.store.drafts import EMPTY
+from app.store.store import Store
 
 SIZE = ImageSize(640, 480)
 CAMERAS = (None, "north", "south")

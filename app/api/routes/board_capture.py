@@ -17,7 +17,7 @@ from app.live.board_capture import MAX_VIEWS, BoardCapture
 from app.services.container import Services
 from app.services.forms import Number, Strict
 from app.services.live import TakenFrame, when_awake
-from app.store import Snapshot
+from app.store.snapshots import Snapshot
 
 router = APIRouter(prefix="/cameras", tags=["lenses"])
 

@@ -18,7 +18,7 @@ from app.core.errors import TouchlineError
 from app.services.forms import Note, Strict
 from app.services.import_file import MAX_IMPORT_BYTES, OPTIONS, import_file
 from app.services.result_savers import save_new_version
-from app.store import Store
+from app.store.store import Store
 from app.workflows.calibration_request import run_compare, run_fit
 from app.workflows.interchange import export, formats
 

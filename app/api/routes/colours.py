@@ -15,7 +15,7 @@ from app.core.errors import BadInput, Conflict
 from app.services.container import Services
 from app.services.detection import health_json, learn_profile
 from app.services.live import take_frame
-from app.store import Document
+from app.store.documents import Document
 from app.vision.stage_pipeline import StageConfig
 
 router = APIRouter(tags=["colours"])

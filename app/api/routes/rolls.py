@@ -20,7 +20,7 @@ from app.services.container import Services
 from app.services.forms import Name, Note, Number, Pair, Size, Strict
 from app.services.live import when_awake
 from app.sources.local.files import file_within
-from app.store import Store
+from app.store.store import Store
 from app.workflows.rolling_request import check, check_refinable, run_motion, stored_rolls_json
 
 router = APIRouter(tags=["rolls"])

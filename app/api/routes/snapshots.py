@@ -18,7 +18,7 @@ from app.images import screen
 from app.services.container import Services
 from app.services.forms import FittedModelForm, Name, Pair, Rotate, Strict
 from app.services.snapping import points_along, snap_clicks
-from app.store import Snapshot
+from app.store.snapshots import Snapshot
 from app.vision.lines.snap import REACH_PX
 
 router = APIRouter()

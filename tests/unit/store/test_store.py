@@ -17,7 +17,9 @@ from sqlalchemy import update
 from app.core.errors import BadInput, Conflict, NotFound, Stale, Unavailable
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
-from app.store import EMPTY, DamagedFile, Store
+from app.store.drafts import EMPTY
+from app.store.quarantine import DamagedFile
+from app.store.store import Store
 from app.store.tables import ActiveRow, CalibrationRow, DraftRow, SnapshotRow
 from tests.support.store_opener import count_rows, damage_row
 from tests.support.tiers import long
@@ -313,7 +315,7 @@ def damage_file(path):
 
 
 def test_a_second_process_is_kept_out_and_told_who_is_in(opener, store):
-    code = ("import sys; from pathlib import Path; from app.store import Store\n"
+    code = ("import sys; from pathlib import Path; from app.store.store import Store\n"
             "try: Store(Path(sys.argv[1]))\nexcept Exception as e: print(e.reason, e)")
     told = subprocess.run([sys.executable, "-c", code, str(store.folder)], capture_output=True, text=True).stdout
     assert told.startswith("data-folder-in-use") and str(os.getpid()) in told

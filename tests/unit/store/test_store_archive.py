@@ -7,8 +7,9 @@ import pytest
 
 from app.core.errors import BadInput, Conflict, Unavailable
 from app.core.geometry import ImageSize
-from app.store import EMPTY, Store
+from app.store.drafts import EMPTY
 from app.store.restore import restore_into
+from app.store.store import Store
 from tests.support.store_opener import StoreOpener, count_rows
 from tests.support.store_writer import calibration
 

@@ -11,7 +11,8 @@ import time
 import pytest
 
 from app.core.errors import NotFound
-from app.store import EMPTY, Store
+from app.store.drafts import EMPTY
+from app.store.store import Store
 from tests.support.paths import ROOT
 from tests.support.store_writer import digest
 from tests.support.tiers import long

@@ -8,8 +8,9 @@ import pytest
 
 from app.core.errors import DiskFull, TouchlineError, Unavailable
 from app.core.geometry import ImageSize
-from app.store import EMPTY, Store
+from app.store.drafts import EMPTY
 from app.store.files import write_atomically
+from app.store.store import Store
 from tests.support.failing_disk import Disk, FailingSqlite, can_fail, failing
 from tests.support.store_writer import calibration
 

@@ -11,7 +11,9 @@ from sqlalchemy import update
 
 from app.core.errors import NotFound, TouchlineError, Unavailable
 from app.core.geometry import ImageSize
-from app.store import EMPTY, DamagedFile, Store
+from app.store.drafts import EMPTY
+from app.store.quarantine import DamagedFile
+from app.store.store import Store
 from app.store.tables import CalibrationRow, LensRow
 from tests.support.store_opener import damage_row
 from tests.support.store_writer import calibration

@@ -9,9 +9,10 @@ import pytest
 
 from app.core.errors import DiskFull, Unavailable
 from app.core.geometry import ImageSize
-from app.store import EMPTY, Store
 from app.store.backups import MAX_HOURS, MAX_NEWEST, Backups
+from app.store.drafts import EMPTY
 from app.store.integrity import find_damage
+from app.store.store import Store
 from tests.support.store_writer import calibration
 from tests.support.waiting import until
 
