@@ -4,10 +4,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from app import jobs, store
+from app import jobs
 from app.api.schemas.base import JsonObject, Point, Points, page_of, response
 from app.core.jobs import INTERNAL
 from app.league.config import PublishingConfig
+from app.store import snapshots
 
 Level = Literal["good", "fair", "poor"] | None
 Texts = dict[str, str] | None
@@ -107,7 +108,7 @@ PairLines = response("PairLines", in_a=list[Points | None] | None, in_b=list[Poi
     place_in_a=Points | None, place_in_b=Points | None)
 
 # --- cameras and their pictures
-Snapshot = response("Snapshot", record=store.Snapshot)
+Snapshot = response("Snapshot", record=snapshots.Snapshot)
 Snapshots = page_of("Snapshots", Snapshot)
 Camera = response("Camera", id=str, name=str, field=str | None, region=str | None, source=str, editable=bool,
     active_calibration=str | None, updated_at=str | None, updated_by=str | None)
