@@ -116,6 +116,9 @@ class DaskCluster:
         from distributed import Client, Security
         try:
             security = Security(require_encryption=True) if self._tls else None
+            # Asked here, since a client that has failed leaves the thread of its loop behind.
+            if security is not None and security.get_connection_args("client")["ssl_context"] is None:
+                raise ValueError("no certificate is named.")
             return Client(f"{'tls' if self._tls else 'tcp'}://{self._host}:{self._port}", timeout=HANDSHAKE_S,
                           security=security, set_as_default=False, name="touchline")
         except (RuntimeError, TypeError, ValueError) as error:

@@ -199,3 +199,12 @@ def test_a_rig_of_which_nothing_can_be_shown_says_so(client):
 
 def test_regions_are_those_of_the_field():
     assert set(REGIONS[4]) <= set(FIELD.regions)
+
+
+def test_another_region_of_a_camera_changes_the_stitched_picture_at_once(client, rig):
+    def shares():
+        return [one["share"] for one in client.get(f"{rig}/stitched.json?width=600").json()["cameras"]]
+    before, etag = shares(), client.get(rig).headers["etag"]
+    cameras = [{"camera": "cam0", "region": "half-left"}, {"camera": "cam1", "region": "quarter-top-right"}]
+    assert client.put(rig, json={**BODY, "cameras": cameras}, headers={"If-Match": etag}).status_code == 200
+    assert shares() != before

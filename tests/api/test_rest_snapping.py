@@ -104,3 +104,15 @@ def test_a_fit_of_another_picture_size_is_refused(standing, scene):
 def test_a_landmark_is_no_line(standing, scene):
     _, id, _, fit = scene
     refused(standing, f"{id}/along", {"fit": fit, "feature": "centre"}, "not-a-line")
+
+
+def test_a_direction_in_degrees_tells_which_of_two_crossing_lines_is_meant(standing, scene):
+    camera, id, clicks, _ = scene
+    corner = clicks["left"][0]
+    point = (corner + 0.04 * (clicks["left"][-1] - corner) + 0.02 * (clicks["top"][-1] - corner)).tolist()
+    for feature in ("left", "top"):
+        x, y = clicks[feature][1] - clicks[feature][0]
+        [found] = standing.post(f"{API}/snapshots/{id}/snap", json={
+            "points": [point], "direction_deg": float(np.degrees(np.arctan2(y, x))), "reach_px": 40}).json()["points"]
+        assert found["state"] == "snapped"
+        assert off_the_line(camera, [found["point"]], feature)[0] < 0.5

@@ -426,3 +426,13 @@ def test_it_fits_every_screen_in_both_themes(desk, seen, tmp_path, scheme, width
     for name in ("pair-report", "matches"):
         page.get_by_test_id(name).scroll_into_view_if_needed()
         page.screenshot(path=tmp_path / f"{name}.png")
+
+
+def test_the_last_match_removed_leaves_the_one_before_chosen(desk, seen):
+    for i in range(2):
+        desk.match(seen.a[i], seen.b[i])
+    matches = desk.page.get_by_test_id("matches").locator("li")
+    expect(matches).to_have_count(2)
+    for left in (1, 0):
+        desk.page.keyboard.press("Delete")
+        expect(matches).to_have_count(left)

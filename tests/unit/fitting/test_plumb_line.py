@@ -268,3 +268,14 @@ def test_unknown_lenses_are_refused():
             bad()
     with pytest.raises(FitFailed, match="There are 0 lines"):
         straightness_of(np.zeros((40, 60, 3), np.uint8))
+
+
+def test_what_a_line_along_the_pictures_own_edge_bows_is_told():
+    chains = lines_seen(lens_of("division", (-0.25,)), 0)
+    fit = fit_plumb_lines(chains, SIZE, "division")
+    right, bottom = SIZE.width - 1, SIZE.height - 1
+    corners = np.array([[0, 0], [right, 0], [right, bottom], [0, bottom]], float)
+    bows = sag_px(fit.lens, np.stack([corners, np.roll(corners, -1, axis=0)], axis=1))
+    border = sag_verdict(fit, chains).border
+    which = int(np.argmin(np.abs(bows - border.px)))
+    assert border.px == pytest.approx(bows[which]) and border.length_px == (right, bottom)[which % 2]

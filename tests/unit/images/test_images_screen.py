@@ -129,3 +129,11 @@ def _declared_or_refused(data):
 
 def test_an_overwritten_size_is_what_the_screen_reports():
     assert screen(jpeg_with_size(640, 480)) == DeclaredImage("jpeg", 640, 480)
+
+
+def test_a_webp_part_of_odd_length_is_padded():
+    still = encoded("webp")[12:]
+    canvas = b"VP8X" + struct.pack("<I4B", 10, 0x20, 0, 0, 0) + (63).to_bytes(3, "little") + (47).to_bytes(3, "little")
+    profile = b"ICCP" + struct.pack("<I", 3) + b"abc\0"
+    body = b"WEBP" + canvas + profile + still
+    assert screen(b"RIFF" + struct.pack("<I", len(body)) + body) == DeclaredImage("webp", 64, 48)

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -18,7 +19,7 @@ import pytest
 from app.core.errors import BadInput, Conflict, NotFound, Unavailable
 from app.core.geometry import ImageSize
 from app.imaging.correction import correction_map
-from app.live import LiveCamera, StreamSpec
+from app.live import LiveCamera, StreamSpec, frame_buffer
 from app.live.capture import RETRY_S
 from app.live.picture import AppliedCalibration
 from app.live.state import KILL_AFTER_S, STALL_S
@@ -28,7 +29,7 @@ from tests.support.live_cameras import FIELDS, SIM, calibrated, live, pid_of, sp
 from tests.support.paths import ROOT
 from tests.support.pictures import encoded
 from tests.support.tiers import long
-from tests.support.waiting import gone, until, until_async
+from tests.support.waiting import LONG_S, gone, until, until_async
 
 STILL = "picture://frame.png?fps=20"
 SHOWN = AppliedCalibration.of
@@ -378,3 +379,30 @@ def test_wishes_that_differ_little_are_one_channel():
     assert StreamSpec.requested("raw", 950, 78) == StreamSpec.requested("raw", 960, 80)
     assert StreamSpec.requested("raw", 960) != StreamSpec.requested("raw", 961)
     assert StreamSpec.requested("raw", 0).width == 0
+
+
+def test_a_clip_that_could_not_be_had_records_nothing_more(monkeypatch):
+    asked = []
+
+    class Silent:
+        def after(self, seq, timeout_s):
+            asked.append(seq)
+            raise SystemExit  # only so does the thread end
+
+    monkeypatch.setattr(frame_buffer, "SILENT_S", 0.1)
+    monkeypatch.setattr(frame_buffer, "IDLE_S", 0.05)
+    buffer = frame_buffer.FrameBuffer(Silent())
+    with pytest.raises(Unavailable):
+        buffer.clip(1.0)
+
+    def record():
+        with suppress(SystemExit):
+            buffer.run()
+
+    recording = threading.Thread(target=record, daemon=True)
+    recording.start()
+    recording.join(0.3)  # in which it would have asked
+    assert not asked
+    buffer.keep(True)
+    recording.join(LONG_S)
+    assert asked

@@ -229,3 +229,8 @@ def test_a_long_packet_and_numbers_that_do_not_fit_are_refused():
 
 def _calib():
     return decode(WrapperPacket, interchange.export(example("ssl", 0), "ssl-vision").data).geometry.calib[0]
+
+
+@pytest.mark.parametrize(("name", "mm"), [("ssl-div-a", 8000), ("ssl-div-b", 6000)])
+def test_the_penalty_mark_is_as_far_from_the_goal_as_the_rules_say(name, mm):
+    assert field_to_wire(FIELDS[name]).goal_center_to_penalty_mark == mm
