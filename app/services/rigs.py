@@ -1,6 +1,7 @@
 """A saved rig with all that belongs to it: its cameras, their active calibrations, and pictures of them."""
 
 import asyncio
+import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -89,7 +90,8 @@ def stitcher_for(services: Services, rig: Mapping[str, Any], cameras: Iterable[s
                  width: int) -> tuple[Stitcher, list[str]]:
     """Return the maps for those cameras at that width, and their names in order; made once while nothing changes."""
     cameras = set(cameras)
-    key = (width, rig["field"]["name"], *((c["camera"], c["region"], c["calibration"]["id"]) for c in rig["cameras"]
-                                          if c["camera"] in cameras and c["calibration"] is not None))
+    shown = ((c["camera"], c["region"], c["calibration"]["id"]) for c in rig["cameras"]
+             if c["camera"] in cameras and c["calibration"] is not None)
+    key = (width, json.dumps(rig["field"]), *shown)  # the whole field: one's own may change under its name
     return services.stitchers.get_or_make(
         key, lambda: stitcher_of(rig, cameras, FieldView(field_from_json(rig["field"]), width)))

@@ -33,9 +33,10 @@ def client(tmp_path_factory):
         yield opened
 
 
-def activate(client, number, model="brown-conrady", options=None):
+def activate(client, number, model="brown-conrady", options=None, field="ssl-div-b"):
     task = sim_task(2, number, model=model, options=options)
     data = FORMATS["json"].write(task.record(task.run(cross_validate=False)))
+    data = data.replace(b'"ssl-div-b"', f'"{field}"'.encode())
     made = client.post(f"{API}/calibrations/import", files={"file": data})
     assert made.status_code == 201, made.text
     answer = client.post(f"{API}/calibrations/{made.json()['id']}/activate")
@@ -199,6 +200,23 @@ def test_a_rig_of_which_nothing_can_be_shown_says_so(client):
 
 def test_regions_are_those_of_the_field():
     assert set(REGIONS[4]) <= set(FIELD.regions)
+
+
+def test_a_field_that_changed_under_its_name_changes_the_stitched_picture_at_once(client):
+    def height():
+        answer = client.get(f"{RIGS}/own/stitched.json?width=600")
+        assert answer.status_code == 200, answer.text
+        return answer.json()["height"]
+    before_that = client.get(f"{API}/cameras/cam0").json()["active_calibration"]
+    field = {**client.get(f"{API}/fields/ssl-div-b").json(), "name": "own"}
+    assert client.put(f"{API}/fields/own", json=field).status_code == 200
+    activate(client, 0, field="own")
+    assert client.put(f"{RIGS}/own", json={**BODY, "field": "own"}).status_code == 201
+    before = height()
+    assert client.put(f"{API}/fields/own", json={**field, "width_mm": field["width_mm"] + 1000}).status_code == 200
+    assert height() > before
+    client.delete(f"{RIGS}/own")
+    client.post(f"{API}/calibrations/{before_that}/activate")
 
 
 def test_another_region_of_a_camera_changes_the_stitched_picture_at_once(client, rig):

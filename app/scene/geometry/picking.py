@@ -47,11 +47,11 @@ def _in_camera(place: NDArray[np.float64], camera: SceneCamera) -> dict[str, Any
 
 def _sigma(camera: SceneCamera, place: NDArray[np.float64], z_mm: float) -> float | None:
     model = camera.model
-    unknown = camera.calibration.covariance is None or sensitivity_of(model)
-    if unknown is None or (z_mm and camera.frustum is None):
+    covariance = camera.calibration.covariance
+    if covariance is None or sensitivity_of(model) is None or (z_mm and camera.frustum is None):
         return None
     try:
-        names, matrix = covariance_from_json(camera.calibration.covariance, model)
+        names, matrix = covariance_from_json(covariance, model)
         fit = Fit(model, (), (), covariance=matrix, parameter_names=names)
         return float(expected_error(fit, camera.region, z_mm, place.reshape(1, 1, 2)).sigma_mm[0, 0])
     except TouchlineError:  # the model does not see the place, or its covariance is another's
