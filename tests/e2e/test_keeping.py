@@ -50,14 +50,14 @@ def test_a_click_that_was_not_saved_yet_survives_a_reload(operator, straight_pic
     assert operator.points("left") == frame_points["left"][:4]
 
 
-def test_two_tabs_that_disagree_are_asked_and_either_answer_loses_nothing(operator, context, server, straight_picture,
+def test_two_tabs_that_disagree_are_asked_and_either_answer_loses_nothing(operator, server, straight_picture,
                                                                          frame_points):
     """Behind a proxy that passes no sockets, so that neither hears of the other before it saves."""
     no_line = ("**/drafts/*/stream*", lambda line: line.close())
     operator.page.route_web_socket(*no_line)
     operator.open(straight_picture, "table", "full").click("left", frame_points["left"][:2])
     operator.draft()
-    other = Operator(context.new_page(), server)
+    other = Operator(operator.page.context.new_page(), server)
     other.page.route_web_socket(*no_line)
     other.page.goto(operator.page.url)
     expect(other.page.get_by_test_id("border-left")).to_contain_text("2 points")

@@ -243,7 +243,7 @@ def test_calibrations_alone_foretell_where_to_click_before_the_first_match(desk,
 
 
 @pytest.mark.long
-def test_a_reload_and_a_second_tab_go_on_with_every_click_even_a_half_match(desk, seen, context):
+def test_a_reload_and_a_second_tab_go_on_with_every_click_even_a_half_match(desk, seen):
     desk.match_all(seen, range(3))
     desk.click("a", seen.a[3])
     expect(desk.page.get_by_test_id("mark-a-4")).to_have_attribute("data-waits", "true")
@@ -256,7 +256,7 @@ def test_a_reload_and_a_second_tab_go_on_with_every_click_even_a_half_match(desk
     desk.click("b", seen.b[3])
     expect(desk.page.get_by_test_id("mark-b-4")).to_have_attribute("data-waits", "false")
 
-    second = Desk(context.new_page(), desk.server)
+    second = Desk(desk.page.context.new_page(), desk.server)
     second.page.goto(desk.page.url)
     second.wait_for_pictures()
     expect(second.page.get_by_test_id("matches").locator("li")).to_have_count(4)
@@ -384,15 +384,15 @@ def test_a_picture_that_is_chosen_while_the_last_ones_come_stays(desk):
 
 
 @pytest.mark.long
-def test_a_cameras_active_calibration_is_proposed(operator, server):
-    taken = server.api("POST", "/snapshots", json={"camera": "east"}).json()
-    body = {**calibration_body(1, taken["id"]), "camera": "east"}
+def test_a_cameras_active_calibration_is_proposed(operator, server, border_draft):
+    snapshot, draft = border_draft("brown-conrady")
+    body = {**draft, "snapshot": snapshot, "camera": "overhead"}
     first, second = (server.api("POST", "/calibrations", json=body).json()["id"] for _ in range(2))
     assert server.api("POST", f"/calibrations/{first}/activate").ok
     page = operator.page
     page.reload()
     page.get_by_test_id("do-pair").click()
-    page.get_by_test_id("take-b-east").click()
+    page.get_by_test_id("take-b-overhead").click()
     expect(page.get_by_test_id("calibration-b")).to_have_value(first, timeout=LONG_MS)
     expect(page.get_by_text("The active one, proposed.")).to_be_visible()
     page.get_by_test_id("calibration-b").select_option("")
