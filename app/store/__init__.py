@@ -4,12 +4,13 @@ What a Store returns is a contract; that it is SQLite or PostgreSQL is not. Ever
 checksum and is checked whenever it is read; a damaged one is put into quarantine/ and named in `damaged`. What a call
 has saved survives a killed process and a power cut. One process at a time opens a data folder.
 
-    with Store(folder) as store:  # store.py
+    with Store(folder) as store:
         snapshot = store.snapshots.add(data, frame.size, declared.format, camera="north")
         draft = store.drafts.save(snapshot.id, body, etag=store.drafts.get(snapshot.id).etag)
         calibration = store.calibrations.add(calibration)
         store.calibrations.activate(calibration.id)
 
+    store.py       the Store, one folder with all of it
     opening.py     check, restore or refuse; schema.py and migrations/ bring the tables to their newest form
     database.py    one writer and many readers, on SQLite or PostgreSQL; tables.py: the rows, checksummed.py: checksums
     repository.py  what the repositories share: snapshots, drafts, calibrations, lenses, rolls; documents.py: named

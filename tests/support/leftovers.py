@@ -1,7 +1,6 @@
 """What a test leaves behind: child processes, threads, files in the project's folder, and memory."""
 
 import ctypes
-import gc
 import sys
 import threading
 from pathlib import Path
@@ -30,7 +29,6 @@ def forget_cached(module: ModuleType) -> None:
         for value in list(vars(place).values()):
             if hasattr(value, "cache_clear"):
                 value.cache_clear()
-    gc.collect()
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # of the GNU library: what is free goes back to the system
     if trim is not None:
         trim(0)

@@ -43,10 +43,20 @@ def _pauses(seconds: float) -> Iterator[float]:
 
 def gone(pid: int) -> bool:
     """Whether a process has ended, reaped or not."""
+    return _state(pid) == "Z"
+
+
+def stopped(pid: int) -> bool:
+    """Whether a process stands still, as after Ctrl-Z."""
+    return _state(pid) == "T"
+
+
+def _state(pid: int) -> str:
+    """As the system names it in a letter; "Z", ended, also for one that has been reaped."""
     try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
     except (FileNotFoundError, ProcessLookupError):  # reaped before or between opening and reading
-        return True
+        return "Z"
 
 
 def ended(jobs, job, seconds: float = LONG_S):

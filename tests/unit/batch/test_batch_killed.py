@@ -16,7 +16,7 @@ from tests.support.batch_pictures import folder_of
 from tests.support.dask_cluster import dask_cluster
 from tests.support.paths import ROOT
 from tests.support.tiers import long
-from tests.support.waiting import LONG_S, gone, until
+from tests.support.waiting import LONG_S, gone, stopped, until
 
 PICTURES, BEFORE_IT_WAITS = 5, 2
 TOUCHLINE = [sys.executable, "-c", "from app.cli import main; main()"]
@@ -71,10 +71,6 @@ def figures(table):
             for name, row in table.items()}
 
 
-def waits(process):
-    return Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()[0] == "T"
-
-
 def children_of(pid):
     """Every process below it."""
     found = [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
@@ -89,7 +85,7 @@ def test_a_killed_run_leaves_a_whole_table_and_no_process_and_goes_on_where_it_w
     table = tmp_path / "table.csv"
     process = run(archive, table, program=WAITING)
     try:
-        until(lambda: waits(process))
+        until(lambda: stopped(process.pid))
         below = children_of(process.pid)
     finally:
         process.kill()
@@ -117,7 +113,7 @@ def test_ctrl_c_ends_cleanly_with_the_table_so_far_and_a_bar_only_on_a_terminal(
     os.close(theirs)
     said = b""
     try:
-        until(lambda: waits(process))
+        until(lambda: stopped(process.pid))
         below = children_of(process.pid)
         process.send_signal(signal.SIGINT)
         process.send_signal(signal.SIGCONT)
@@ -151,7 +147,7 @@ def test_two_workers_of_a_cluster_one_killed_midway_and_every_row_is_right(archi
     with dask_cluster(tmp_path) as cluster:
         process = run(archive, table, "--workers", "2", "--engine", cluster.address, program=WAITING)
         try:
-            until(lambda: waits(process))
+            until(lambda: stopped(process.pid))
             cluster.workers[0].kill()
             process.send_signal(signal.SIGCONT)
             assert process.wait(240) == 0
