@@ -22,6 +22,8 @@ from app.models.lenses.projection import (
 )
 
 TERMS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+SHORT_OF_POLE = 1 - 1e-12  # where the divisor is 0 there is no value
+SHORT_OF_SIDEWAYS = 20.0  # a tangent: 87° from the axis
 NEWTON_STEPS = 50  # five are usual; near the horizon a few more
 
 
@@ -39,8 +41,12 @@ class BrownConradyLens(PowerTerms):
         if p1 or p2:
             plane = plane + np.stack([2 * p1 * x * y + p2 * (rr + 2 * x * x),
                                       p1 * (rr + 2 * y * y) + 2 * p2 * x * y], axis=-1)
-        limit = _horizon(tuple(np.real(terms)))
-        return plane if limit == np.inf else np.where((rr.real < limit**2)[..., None], plane, np.nan)
+        known = tuple(np.real(terms))
+        if np.max(rr.real, initial=0.0) < _unfolded(known) ** 2:
+            return plane
+        gain, slope, _ = _gain_and_slope(terms, rr)
+        rising = _rises(radial_jacobian(xy, gain, slope) + _tangential_jacobian(p1, p2, x, y))
+        return np.where((rising & (rr.real < _horizon(known) ** 2))[..., None], plane, np.nan)
 
     @staticmethod
     def distort_jacobian(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
@@ -52,13 +58,9 @@ class BrownConradyLens(PowerTerms):
         plane = xy * gain[..., None]
         plane[..., 0] += 2 * p1 * x * y + p2 * (rr + 2 * x * x)
         plane[..., 1] += p1 * (rr + 2 * y * y) + 2 * p2 * x * y
-        # The radius must rise here; whether it rose from the centre on only distort checks: too slow for a fit.
-        plane = np.where((np.real(gain + 2 * rr * slope) > 0)[..., None], plane, np.nan)
-        by_xy = radial_jacobian(xy, gain, slope)
-        by_xy[..., 0, 0] += 2 * p1 * y + 6 * p2 * x
-        by_xy[..., 0, 1] += 2 * p1 * x + 2 * p2 * y
-        by_xy[..., 1, 0] += 2 * p1 * x + 2 * p2 * y
-        by_xy[..., 1, 1] += 6 * p1 * y + 2 * p2 * x
+        by_xy = radial_jacobian(xy, gain, slope) + _tangential_jacobian(p1, p2, x, y)
+        inside = rr.real < _horizon(tuple(np.real(terms))) ** 2
+        plane = np.where((inside & _rises(by_xy))[..., None], plane, np.nan)
         by_terms = np.empty((*xy.shape, 8), xy.dtype)
         powers = np.stack([rr, rr**2, rr**3], axis=-1) / below[..., None]
         by_powers = xy[..., :, None] * powers[..., None, :]
@@ -113,11 +115,38 @@ def _gain_and_slope(terms: Array, rr: Array) -> tuple[Array, Array, Array]:
     return gain, ((k1 + rr * (2 * k2 + 3 * rr * k3)) - gain * (k4 + rr * (2 * k5 + 3 * rr * k6))) / below, below
 
 
+def _tangential_jacobian(p1: float, p2: float, x: Array, y: Array) -> Array:
+    """Return d(tangential part)/d(x, y) (…, 2, 2)."""
+    both = 2 * (p1 * x + p2 * y)
+    return np.stack([np.stack([2 * p1 * y + 6 * p2 * x, both], -1), np.stack([both, 6 * p1 * y + 2 * p2 * x], -1)], -2)
+
+
+def _rises(by_xy: Array) -> Array:
+    """Return where the picture has not folded, that is, both eigenvalues of the symmetric by_xy are positive.
+
+    With a tangential part that is a little less far than the radius rises.
+    """
+    m = np.real(by_xy)
+    a, b, d = m[..., 0, 0], m[..., 0, 1], m[..., 1, 1]
+    return (a + d > 0) & (a * d > b * b)
+
+
+@lru_cache(maxsize=256)
+def _unfolded(terms: tuple[float, ...]) -> float:
+    """Return an r up to which nothing folds whatever the direction: there the radial part outweighs the tangential."""
+    r = np.linspace(0, min(_horizon(terms), SHORT_OF_SIDEWAYS), 200)
+    gain, slope, _ = _gain_and_slope(terms, r * r)
+    folds = np.minimum(gain, gain + 2 * r * r * slope) <= 8 * np.hypot(terms[2], terms[3]) * r
+    return float(r[max(int(np.argmax(folds)) - 1, 0)] if folds.any() else r[-1])
+
+
 @lru_cache(maxsize=256)
 def _horizon(terms: tuple[float, ...]) -> float:
     """Return the r at which the radial part stops rising; infinity if never."""
     k1, k2, _, _, k3, k4, k5, k6 = terms
-    above, below = np.polynomial.Polynomial([1, k1, k2, k3]), np.polynomial.Polynomial([1, k4, k5, k6])
-    s = np.polynomial.Polynomial([0, 1])  # r²
-    rising = above * below + 2 * s * (above.deriv() * below - above * below.deriv())  # (r·L)' · below²
-    return float(np.sqrt(smallest_root(rising.coef, below.coef)))
+    if not (k4 or k5 or k6):
+        return float(np.sqrt(smallest_root(np.array([1, 3 * k1, 5 * k2, 7 * k3]))))
+    above, below, order = np.array([1, k1, k2, k3]), np.array([1, k4, k5, k6]), np.arange(4)
+    # (r L)' below² in r²; s a'(s) has the coefficients n aₙ
+    rising = np.convolve(above, below) + 2 * (np.convolve(order * above, below) - np.convolve(above, order * below))
+    return float(np.sqrt(smallest_root(rising, below))) * SHORT_OF_POLE

@@ -67,7 +67,8 @@ def radial_jacobian(xy: Array, gain: Array, slope: Array) -> Array:
 def invert_radius(value: Array, function: Callable[[Array], tuple[Array, Array]], limit: float) -> Array:
     """Solve function(r)[0] = value for 0 ≤ r ≤ limit, where it rises; function returns the value and its derivative.
 
-    Newton's method kept inside by bisection. NaN where value lies beyond function(limit).
+    Newton's method, and bisection where a step would leave or is no shorter than half of the one before, so that it
+    cannot go to and fro (W. Press et al., Numerical Recipes, "rtsafe"). NaN where value lies beyond function(limit).
     """
     with np.errstate(all="ignore"):
         top = function(np.asarray(limit))[0] if np.isfinite(limit) else np.inf
@@ -75,27 +76,36 @@ def invert_radius(value: Array, function: Callable[[Array], tuple[Array, Array]]
         goal = np.where(reachable, value, 0.0)
         low, high = np.zeros_like(goal), np.full_like(goal, limit)
         r = np.minimum(goal, limit)
+        before = np.full_like(goal, np.inf)
         for _ in range(UNDISTORT_STEPS):
             found, slope = function(r)
             error = found - goal
             low, high = np.where(error < 0, r, low), np.where(error > 0, r, high)
             step = r - error / slope
             halfway = np.where(np.isfinite(high), (low + high) / 2, 2 * r + 1)
-            following = np.where((step >= low) & (step <= high), step, halfway)
-            moved = np.abs(following - r).max(initial=0.0)
-            r = following
-            if moved < UNDISTORT_TOLERANCE:
+            newton = (step >= low) & (step <= high) & (np.abs(step - r) <= np.maximum(before / 2, UNDISTORT_TOLERANCE))
+            following = np.where(newton, step, halfway)
+            before, r = np.abs(following - r), following
+            if before.max(initial=0.0) < UNDISTORT_TOLERANCE:
                 break
         return np.where(reachable, r, np.nan)
 
 
 def smallest_root(*polynomials: Array) -> float:
-    """Return the smallest positive real root of polynomials with ascending coefficients; infinity if there is none."""
+    """Return the smallest positive real root of polynomials with ascending coefficients; infinity if there is none.
+
+    NaN where a coefficient is not finite. One so small that the others cannot be divided by it counts as 0.
+    """
     found = []
     for coefficients in polynomials:
-        coefficients = np.trim_zeros(np.asarray(coefficients), "b")
+        coefficients = np.asarray(coefficients, float)
+        if not np.isfinite(coefficients).all():
+            return np.nan
+        with np.errstate(all="ignore"):
+            while len(coefficients) > 1 and not np.isfinite(coefficients / coefficients[-1]).all():
+                coefficients = coefficients[:-1]
         if len(coefficients) > 1:
-            roots = np.polynomial.polynomial.polyroots(coefficients)
+            roots = np.roots(coefficients[::-1])
             near_real = np.abs(roots.imag) < 1e-9 * np.maximum(1, np.abs(roots.real))
             found += [float(v) for v in roots[near_real & (roots.real > 0)].real]
     return min(found, default=np.inf)

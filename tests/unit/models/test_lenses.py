@@ -84,6 +84,54 @@ def test_a_pixel_beyond_the_horizon_has_no_ray(lens, terms, plane):
     assert np.isnan(lens.undistort(np.array(terms), np.array([[plane, 0.0]]))).all()
 
 
+def random_lenses():
+    """Yield lenses that fold within sight, most of them: terms as fits of few clicks find them, and worse."""
+    rng = np.random.default_rng(0)
+    for number in range(120):
+        tangential = rng.normal(0, 0.01, 2) * (number % 3 > 0)
+        yield BrownConradyLens, np.array([*rng.normal([-0.25, 0.08], [0.2, 0.1]), *tangential, rng.normal(-0.01, 0.05),
+                                          *(rng.normal(0, 0.1, 3) * (number % 5 == 0))])
+        yield KannalaBrandtLens, rng.normal(0, [0.1, 0.1, 0.05, 0.02])
+        yield DivisionLens, rng.normal(0, 0.3, 1)
+        yield SslLens, rng.normal(0, 0.5, 1)
+
+
+def test_a_lens_maps_one_branch_only():
+    """Where it maps at all no picture is folded or mirrored, what lies beyond is NaN, and pixels lead back there."""
+    r, turn = np.meshgrid(np.linspace(0, 3.0, 240)[1:], np.linspace(0, 2 * np.pi, 25), indexing="ij")
+    there = np.stack([r * np.cos(turn), r * np.sin(turn), np.ones_like(r)], axis=-1)
+    for lens, terms in [*CASES, *random_lenses()]:
+        terms = np.array(terms)
+        plane = lens.distort(terms, there)
+        seen = np.isfinite(plane).all(axis=-1)
+        assert (seen[1:] <= seen[:-1]).all(), (lens, terms)  # never again further out
+        outwards, around = plane[1:, :-1] - plane[:-1, :-1], plane[:-1, 1:] - plane[:-1, :-1]
+        area = outwards[..., 0] * around[..., 1] - outwards[..., 1] * around[..., 0]
+        assert np.nanmin(area) > 0, (lens, terms)
+        back = lens.undistort(terms, plane[seen])
+        known = np.isfinite(back).all(axis=-1)
+        assert known.mean() > 0.97, (lens, terms)  # right at the fold Newton's method may not come there
+        np.testing.assert_allclose(back[known, :2] / back[known, 2:], there[seen][known, :2], rtol=1e-5, atol=1e-9)
+        # a fit may not move on a branch that nothing else sees
+        np.testing.assert_array_equal(np.isfinite(lens.distort_jacobian(terms, there)[0]).all(axis=-1), seen)
+
+
+@pytest.mark.parametrize("term", [np.nan, np.inf, 1e300, -1e300, 5e-324, -1e-320])
+@pytest.mark.parametrize("lens", [BrownConradyLens, KannalaBrandtLens])
+def test_terms_that_no_lens_has_place_nothing_and_break_nothing(lens, term):
+    """A search may come by them, and a file may hold them."""
+    terms = np.zeros(len(lens.TERMS))
+    terms[-1] = term
+    with np.errstate(all="ignore"):
+        plane = lens.distort(terms, rays())
+        lens.distort_jacobian(terms, rays())
+        lens.undistort(terms, np.array([[0.1, 0.2], [0.5, 0.0]]))
+    if 0 < abs(term) < 1e-300:  # as if there were none
+        np.testing.assert_array_equal(plane, lens.distort(np.zeros(len(terms)), rays()))
+    else:
+        assert not np.isfinite(plane[2:]).all()
+
+
 @pytest.mark.parametrize("lens, terms", [(lens, terms) for lens, terms in CASES if lens is not KannalaBrandtLens])
 def test_what_is_behind_the_camera_is_nan(lens, terms):
     assert np.isnan(lens.distort(np.array(terms), np.array([[0.1, 0.1, -1.0], [0.1, 0.1, 0.0]]))).all()
