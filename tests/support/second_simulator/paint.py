@@ -14,7 +14,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PaintErrors:
-    """line_sigma_mm: of each marking's place. gross_mm: how far one of them is off besides. wear: 0 to 1.
+    """line_sigma_mm: of each line's place, and of an arc's radius and of its centre each way. wear: 0 to 1.
+
+    gross_mm: how far one line, or one arc's centre, is off besides.
 
     gaps: interruptions of a marking, of 0.5 to 3 % of the field each. width_mm: of the paint; None as the rules say.
     """
@@ -29,30 +31,41 @@ class PaintErrors:
 
 @dataclass(frozen=True, eq=False)
 class PaintedField:
-    """markings: as painted, in the order of `names`; offsets_mm: across each line (along its normal) or of radius."""
+    """markings: as painted, in the field's order. offsets_mm: across each line (along its normal) or of radius.
+
+    centres_mm: how far each arc's centre is off.
+    """
 
     markings: tuple[Line | Arc, ...]
     offsets_mm: dict[str, float]
+    centres_mm: dict[str, tuple[float, float]]
     gaps: tuple[tuple[tuple[float, float], ...], ...]  # along each, mm from its start
     wear: float
 
     def as_json(self) -> dict[str, Any]:
-        return {"offsets_mm": self.offsets_mm, "markings": [m.to_json() for m in self.markings], "wear": self.wear}
+        return {"offsets_mm": self.offsets_mm, "centres_mm": self.centres_mm, "wear": self.wear,
+                "markings": [m.to_json() for m in self.markings]}
 
 
 def painted(field: Field, errors: PaintErrors, rng: np.random.Generator) -> PaintedField:
     """Paint a field's lines and arcs. Lines that lie on one another, as region borders do, are painted once."""
     markings: list[Line | Arc] = []
     offsets: dict[str, float] = {}
+    centres: dict[str, tuple[float, float]] = {}
     every = [*field.lines.values(), *field.arcs.values()]
     gross = rng.integers(len(every)) if errors.gross_mm else -1
     for number, marking in enumerate(every):
-        off = rng.normal(0, errors.line_sigma_mm) + (errors.gross_mm * rng.choice([-1, 1]) if number == gross else 0.0)
+        off, gross_mm = rng.normal(0, errors.line_sigma_mm), errors.gross_mm if number == gross else 0.0
         width = errors.width_mm or marking.width_mm
-        offsets[marking.name] = float(off)
         if isinstance(marking, Arc):
-            markings.append(replace(marking, radius_mm=marking.radius_mm + off, width_mm=width))
+            towards = rng.uniform(-np.pi, np.pi)
+            aside = rng.normal(0, errors.line_sigma_mm, 2) + gross_mm * np.array([np.cos(towards), np.sin(towards)])
+            offsets[marking.name], centres[marking.name] = float(off), tuple(map(float, aside))
+            markings.append(replace(marking, centre=tuple(map(float, np.add(marking.centre, aside))),
+                                    radius_mm=marking.radius_mm + off, width_mm=width))
             continue
+        off += gross_mm * rng.choice([-1, 1])
+        offsets[marking.name] = float(off)
         start, end = np.array(marking.start), np.array(marking.end)
         along = (end - start) / np.linalg.norm(end - start)
         normal = np.array([-along[1], along[0]])
@@ -61,7 +74,7 @@ def painted(field: Field, errors: PaintErrors, rng: np.random.Generator) -> Pain
                                 end=tuple(end + normal * (off + turn)), width_mm=width))
     gaps = tuple(tuple((float(at), float(at + rng.uniform(0.005, 0.03) * field.length_mm)) for at in
                        rng.uniform(0, m.length_mm, rng.poisson(errors.gaps))) for m in markings)
-    return PaintedField(tuple(markings), offsets, gaps, errors.wear)
+    return PaintedField(tuple(markings), offsets, centres, gaps, errors.wear)
 
 
 def coverage(paint: PaintedField, x: Array, y: Array, steps: tuple[Array, Array, Array, Array], texture: Array,

@@ -119,7 +119,7 @@ def _drawn(seed: int, rng: np.random.Generator) -> SceneSpec:
         mount_deg=float(rng.normal(0, 3) + (rng.choice([0, 180]) if rng.random() < 0.15 else 0)),
         height_mm=float(rng.uniform(*HEIGHTS_MM.get(name, HALL_MM))),
         fill=float(rng.uniform(0.85, 0.97)), mirrored=False,
-        paint=PaintErrors(3.0, 10.0 * (rng.random() < 0.5), float(rng.uniform(0, 4e-4)),
+        paint=PaintErrors(3.0, 10.0, float(rng.uniform(0, 4e-4)),
                           float(rng.uniform(0, 0.5) * (rng.random() < 0.4)), float(rng.uniform(0, 0.6)), width),
         optics=Optics(float(rng.uniform(0.5, 1.1)), float(rng.uniform(0, 0.8)), float(rng.uniform(0, 8e-4)),
                       float(rng.uniform(0, 0.35))),

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
+from app.core.field import Arc
 from tests.support.second_simulator import render, scene_spec
 from tests.support.second_simulator.lenses import REAL_LENSES
 from tests.support.second_simulator.paint import PaintErrors
@@ -78,8 +79,12 @@ def test_paint_lies_beside_its_place_by_what_the_truth_says():
     field = fields()["ssl-div-b"]
     scene = render(scene_spec(5, field="ssl-div-b", region="full", size=(640, 480),
                               **{**CLEAN, "paint": PaintErrors(3.0, 10.0)}))
-    offsets = np.array([scene.paint.offsets_mm[name] for name in (*field.lines, *field.arcs)])
+    offsets = np.array([*(scene.paint.offsets_mm[name] for name in (*field.lines, *field.arcs)),
+                        *(np.linalg.norm(aside) for aside in scene.paint.centres_mm.values())])
     assert 6 < np.abs(offsets).max() < 22
+    circle = next(marking for marking in scene.paint.markings if isinstance(marking, Arc))
+    aside = np.subtract(circle.centre, field.arcs[circle.name].centre)
+    assert aside == pytest.approx(scene.paint.centres_mm[circle.name]) and np.abs(aside).min() > 0.01
     moved = scene.paint.markings[0]
     true = field.lines[moved.name].nearest(np.array([moved.start]))
     assert np.linalg.norm(true - moved.start) == pytest.approx(abs(scene.paint.offsets_mm[moved.name]))
