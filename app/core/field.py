@@ -48,8 +48,8 @@ class Line:
         along = self.tangents(points)
         return np.stack([-along[..., 1], along[..., 0]], axis=-1)
 
-    def shifted(self, offset_mm: float) -> Self:
-        """The same line so far to the left of it."""
+    def shifted(self, offset_mm: float, _centre_mm: Point = (0.0, 0.0)) -> Self:
+        """The same line so far to the left of it; it has no centre."""
         if not offset_mm:
             return self
         start, end = np.asarray(self.start), np.asarray(self.end)
@@ -97,9 +97,12 @@ class Arc:
         """Unit vectors outwards, likewise."""
         return (points - np.asarray(self.centre)) / self.radius_mm
 
-    def shifted(self, offset_mm: float) -> Self:
-        """The same arc with so much more of a radius."""
-        return replace(self, radius_mm=self.radius_mm + offset_mm) if offset_mm else self
+    def shifted(self, offset_mm: float, centre_mm: Point = (0.0, 0.0)) -> Self:
+        """The same arc with so much more of a radius, about a centre so far from its own."""
+        if not offset_mm and not any(centre_mm):
+            return self
+        x, y = self.centre
+        return replace(self, radius_mm=self.radius_mm + offset_mm, centre=(x + centre_mm[0], y + centre_mm[1]))
 
     def sample(self, count: int) -> Points:
         """(count, 2) evenly spaced points from start_deg to end_deg."""
@@ -199,7 +202,8 @@ class Field:
 
     hat_height_mm: how high above the carpet robots carry their patterns, where errors are evaluated as well.
     line_sigma_mm: how far its lines may lie beside their places, σ; 0 where they are exact.
-    line_offsets_mm: by feature, how far beside its place a fit found it: along a line's normal, of an arc's radius.
+    line_offsets_mm: by feature, how far beside its place a fit found it: along a line's normal, of an arc's radius;
+    arc_offsets_mm: of an arc's centre.
     """
 
     name: str
@@ -214,21 +218,28 @@ class Field:
     hat_height_mm: float = HAT_MM
     line_sigma_mm: float = LINE_SIGMA_MM
     line_offsets_mm: Mapping[str, float] = member(default_factory=dict)
+    arc_offsets_mm: Mapping[str, Point] = member(default_factory=dict)
 
-    def with_line_offsets(self, offsets_mm: Mapping[str, float], region: Region) -> Self:
-        """Return the same field with its lines where a fit found them, and those along the borders with these."""
-        every = dict(offsets_mm)
+    def as_painted(self, found: Mapping[str, Any], region: Region) -> Self:
+        """Return the same field with its markings where a fit found them, and lines along the borders with these.
+
+        found: the fit's notes or report, with "line_offsets_mm" and "arc_offsets_mm" where it knows them.
+        """
+        every = dict(found.get("line_offsets_mm") or {})
         for name, line in self.lines.items():
             border, side = _border_along(line, region)
             if name not in every and border in every:
                 every[name] = side * every[border]
-        return replace(self, line_offsets_mm=every)
+        return replace(self, line_offsets_mm=every, arc_offsets_mm=found.get("arc_offsets_mm") or {})
 
     @property
     def markings(self) -> tuple[Line | Arc, ...]:
         """All lines and arcs, where they lie."""
-        return tuple(marking.shifted(self.line_offsets_mm.get(marking.name, 0.0))
-                     for marking in (*self.lines.values(), *self.arcs.values()))
+        return tuple(self._painted(marking) for marking in (*self.lines.values(), *self.arcs.values()))
+
+    def _painted(self, marking: Line | Arc) -> Line | Arc:
+        return marking.shifted(self.line_offsets_mm.get(marking.name, 0.0),
+                               self.arc_offsets_mm.get(marking.name, (0.0, 0.0)))
 
     def observed_name(self, marking: str, region: Region) -> str:
         """Return the marking's name, or that of the region's border along it, which every model accepts."""
@@ -248,12 +259,11 @@ class Field:
         if not isinstance(name, str):
             x, y = as_points(name, "The landmark's field position")
             return Landmark(f"({x:g}, {y:g}) mm", (float(x), float(y)))
-        offset_mm = self.line_offsets_mm.get(name, 0.0)
         if name in BORDERS:
-            return region.border(name).shifted(offset_mm)
+            return self._painted(region.border(name))
         for table in (self.lines, self.arcs):
             if name in table:
-                return table[name].shifted(offset_mm)
+                return self._painted(table[name])
         if name in self.landmarks:
             return self.landmarks[name]
         known = (*BORDERS, *self.lines, *self.arcs, *self.landmarks)

@@ -51,6 +51,14 @@ def _offsets(value: Any) -> Any:
             if isinstance(name, str) and number(mm) is not None and abs(mm) <= MAX_OFFSET_MM}
 
 
+def _centres(value: Any) -> Any:
+    """How far arcs' centres lie beside their places, mm along x and y by name."""
+    if not isinstance(value, Mapping):
+        return None
+    return {name: pair for name, mm in value.items() if isinstance(name, str)
+            and (pair := _pair(mm)) is not None and max(map(abs, pair)) <= MAX_OFFSET_MM}
+
+
 _BORDER = {"before_pct": _number, "after_pct": _number}
 _SIGMA = {"rms": _number, "median": _number}
 _RESIDUAL = {"point": _pair, "px": _number, "mm": _number}
@@ -62,7 +70,7 @@ _FORM: dict[str, Any] = {
                    "per_border": dict.fromkeys(("left", "right", "top", "bottom"), _BORDER)},
     "per_feature": [{"feature": _feature, "kind": _string, "n": _whole, "rms_px": _number, "rms_mm": _number,
                      "max_mm": _number, "residuals": [_RESIDUAL]}],
-    "line_offsets_mm": _offsets,
+    "line_offsets_mm": _offsets, "arc_offsets_mm": _centres,
     "next_click": {"feature": _feature, "point": _pair, "worst_mm": _number, "worst_mm_then": _number,
                    "z_mm": _number},
     "warnings": [{"reason": _string, "text": _string, "fix": _string, "feature": _feature, "index": _whole}],

@@ -25,5 +25,4 @@ class Restored(NamedTuple):
         """Read them from the record; the field's lines lie where the fit found them."""
         field = field_from_json(calibration.field)
         region = field.region(calibration.region, calibration.rotate)
-        offsets_mm = calibration.report.get("line_offsets_mm") or {}
-        return cls(model_of(calibration), field.with_line_offsets(offsets_mm, region), region)
+        return cls(model_of(calibration), field.as_painted(calibration.report, region), region)

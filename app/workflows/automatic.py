@@ -153,7 +153,7 @@ def calibrate(found: LineAssignment, seen: DetectedLines, field: Field, region: 
     """
     first, begin = _most_probable(found, field, region, seen.size, models, options), {}
     if isinstance(first.model, RayCamera):
-        painted = field.with_line_offsets(first.notes["line_offsets_mm"], region)
+        painted = field.as_painted(first.notes, region)
         again = _measured(seen, RayCameraParameters.of(first.model), painted, region, found.searched, found.widths)
         found = again if again is not None and again.hits.sum() >= MIN_HITS_KEPT * found.hits.sum() else found
         begin = {name: first.notes["choices"][name] for name in ("start", "start_lines_mm")}

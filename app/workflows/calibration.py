@@ -1,7 +1,8 @@
 """The main flow: observations → fit → report, and what a model is used for: transforms, pictures, overlays, maps."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Literal
 
 import numpy as np
@@ -16,6 +17,7 @@ from app.core.records import Fit, Observations
 from app.evaluate.fit import residual_vectors as vectors
 from app.evaluate.fit.comparison import FittedModel, parameter_count
 from app.evaluate.fit.comparison import compare as compare_fits
+from app.evaluate.fit.contradiction import contradiction, freer_lens, is_rigid
 from app.evaluate.fit.covariance_json import covariance_from_json
 from app.evaluate.fit.cross_validation import held_out_mm
 from app.evaluate.fit.difference import difference_report
@@ -28,6 +30,7 @@ from app.imaging.correction import CorrectedView, correction_map
 from app.imaging.heat_map import heat_map
 from app.models import MODELS, CameraModel, RayModel, raw_from_field
 from app.models.border_curve import MAX_DEGREE
+from app.models.ray_camera import RayCamera
 
 Space = Literal["image", "corrected", "field"]
 SPACES = ("image", "corrected", "field")
@@ -50,14 +53,24 @@ class CalibrationResult:
 
 def calibrate(observations: Observations, field: Field, region: Region, image_size: ImageSize,
               model: str = "polynomial", options: Mapping[str, Any] | None = None,
-              progress: Progress = no_progress, *, cross_validate: bool = True) -> CalibrationResult:
-    """Fit a model to the observations and evaluate it. cross_validate=False is quick, for while a point is dragged."""
+              progress: Progress = no_progress, *, cross_validate: bool = True,
+              freer: Callable[[], RayCamera | None] | None = None) -> CalibrationResult:
+    """Fit a model to the observations and evaluate it. cross_validate=False is quick, for while a point is dragged.
+
+    freer: how to find the lens that a rigid one is held against, where that was done before.
+    """
     for observation in observations:
         field.feature(observation.feature, region)  # an unknown name is refused before anything is computed
     first, second = subprogress(progress, 0.0, 0.5), subprogress(progress, 0.5, 1.0)
     fit = FITTERS[model].fit(observations, field, region, image_size, options, first)
-    held_out = held_out_mm(fit, observations, field, region, image_size, options, second) if cross_validate else None
-    return CalibrationResult(fit, report(fit, observations, field, region, held_out))
+    if not cross_validate:
+        return CalibrationResult(fit, report(fit, observations, field, region, None))
+    held_out = held_out_mm(fit, observations, field, region, image_size, options, second)
+    other = None
+    if is_rigid(fit, options):
+        other = freer() if freer else freer_lens(observations, field, region, image_size, options)
+    apart = contradiction(fit.model, other, region, field.hat_height_mm) if other is not None else None
+    return CalibrationResult(fit, report(fit, observations, field, region, held_out, apart))
 
 
 def subprogress(progress: Progress, start: float, end: float, title: str = "") -> Progress:
@@ -74,13 +87,14 @@ def compare(observations: Observations, field: Field, region: Region, image_size
     "failed" with its reason and fix.
     """
     names = tuple(models or MODELS)
+    freer = cache(lambda: freer_lens(observations, field, region, image_size, options))
     fitted, failed = [], []
     for index, name in enumerate(names):
         title, known = MODELS[name].TITLE, {o.name for o in FITTERS[name].OPTIONS}
         mine = {key: value for key, value in (options or {}).items() if key in known}
         part = subprogress(progress, index / len(names), (index + 1) / len(names), f"{title}: ")
         try:
-            made = calibrate(observations, field, region, image_size, name, mine, part)
+            made = calibrate(observations, field, region, image_size, name, mine, part, freer=freer)
         except FitFailed as refusal:
             failed.append({"model": name, "title": title, **refusal.to_json()})
             continue

@@ -66,7 +66,7 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
         options = dict(calibration.options)
         observations = _moved_along(calibration, found, size)
         done = workflow.calibrate(observations, field, region, size, calibration.model_name, options, part)
-    off_px = _off_px(done.model, found, field.with_line_offsets(done.report.get("line_offsets_mm") or {}, region))
+    off_px = _off_px(done.model, found, field.as_painted(done.report, region))
     before_px = float(calibration.report.get("rms_px") or 0.0)
     if off_px > max(WORSE * before_px, WORSE_PX * max(size.width / 1280, 0.5)):
         if isinstance(model, RayModel):

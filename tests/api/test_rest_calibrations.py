@@ -70,10 +70,10 @@ def test_an_unknown_id_is_said_to_be_unknown(standing, call):
 
 
 def test_models_are_compared_on_the_same_clicks_and_nothing_is_kept(client, task):
-    found = client.post(f"{CAL}/compare", json={**task, "models": ["polynomial", "homography"]}).json()
-    assert {row["model"] for row in found["ranking"]} | {row["model"] for row in found["failed"]} == {
-        "polynomial", "homography"}
-    assert found["recommended"] == "polynomial" and found["reason"]
+    for models, recommended in ((["polynomial", "homography"], None), (["polynomial", "division"], "division")):
+        found = client.post(f"{CAL}/compare", json={**task, "models": models}).json()
+        assert {row["model"] for row in (*found["ranking"], *found["failed"])} == set(models)
+        assert found["recommended"] == recommended and found["reason"]  # of borders alone, only what has rays
     assert client.get(CAL).json()["items"] == []
     refusal(client.post(f"{CAL}/compare", json={**task, "models": ["no-such"]}), 404, "unknown-camera-model")
     refusal(client.post(f"{CAL}/compare", json={**task, "models": []}), 422)

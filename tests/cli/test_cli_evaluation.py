@@ -37,7 +37,7 @@ def calibration(touchline, picture, tmp_path):
 
 
 def test_compare_ranks_the_models_and_says_why_in_a_sentence(touchline, picture):
-    words = ("compare", picture, "--points", CLICKS, "--models", "polynomial,homography")
+    words = ("compare", picture, "--points", CLICKS, "--models", "polynomial,division")
     code, out, err = touchline(*words)
     assert (code, err) == (0, "")
     found = json.loads(touchline(*words, "--json")[1])

@@ -8,7 +8,8 @@ fit) among those that can bend as real lenses do, or the one with rays whose hel
 model could be fitted, the second part is missing, and the ranking says so.
 
 Recommended is the reference where its field error is within chance of the least. Where a model without a lens is as
-good, or the reference is not, it is the model with the fewest parameters within chance.
+good, or the reference is not, it is the model with the fewest parameters within chance. Where only borders were
+clicked, it is a camera with rays: held-out points of borders know nothing of the inside.
 """
 
 from collections.abc import Mapping
@@ -17,9 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from app.core.field import Region
+from app.core.field import BORDERS, Region
 from app.core.records import Fit
+from app.evaluate.fit.contradiction import MIN_TERMS
 from app.evaluate.fit.difference import difference_mm
+from app.evaluate.fit.reach import REASON as LENS_ENDS
 from app.evaluate.fit.residuals import rms
 from app.models import RayModel
 from app.models.ray_camera import RayCamera
@@ -28,7 +31,7 @@ WITHIN_CHANCE = 1.15  # held-out errors of a few dozen clicks are known to about
 SAME_MM = 0.3
 EXPLAINS, EXPLAINS_PX = 3.0, 1.0  # how much worse than the best of all a reference may fit the points
 UNKNOWN = "weakly-determined"  # the warning of a fit whose inside is a guess
-MIN_LENS_TERMS = 2  # with one, a lens bends as its formula says and not as glass does
+_NOTHING = "No model could be checked with points left out; click more points, also inside the field."
 BENDS = {"homography": False, "fisheye": True}  # a fisheye bends lines without any terms
 
 
@@ -49,12 +52,15 @@ def compare(candidates: list[FittedModel], region: Region) -> dict[str, Any]:
     rows = sorted((_row(c, reference, region) for c in candidates),
                   key=lambda row: np.inf if row["field_mm"] is None else row["field_mm"])
     known = [row for row in rows if row["field_mm"] is not None]
+    straight = _no_significant_distortion(candidates, known)
+    if _only_borders(candidates):  # then held-out points say nothing of the inside: only a camera's rays do
+        rays = {c.name for c in candidates if isinstance(c.fit.model, RayModel)}
+        known = [row for row in known if row["model"] in rays]
     if not known:
-        return {"ranking": rows, "recommended": None, "no_significant_distortion": None,
-                "reason": "No model could be checked with points left out; click more points."}
+        return {"ranking": rows, "recommended": None, "no_significant_distortion": None, "reason": _NOTHING}
     least = known[0]["field_mm"]
     close = [row for row in known if row["field_mm"] <= WITHIN_CHANCE * least + SAME_MM]
-    straight = _no_significant_distortion(candidates, known, least)
+    close = [row for row in close if LENS_ENDS not in row["warnings"]] or close
     simplest = min(close, key=lambda row: (row["parameters"], row["field_mm"]))
     chosen = next((row for row in close if not straight and reference and row["model"] == reference.name), simplest)
     return {"ranking": rows, "recommended": chosen["model"], "no_significant_distortion": straight,
@@ -71,14 +77,23 @@ def parameter_count(fit: Fit) -> int:
     return len(fit.parameter_names)
 
 
+def _warns(candidate: FittedModel, reason: str) -> bool:
+    return any(warning["reason"] == reason for warning in candidate.report["warnings"])
+
+
+def _only_borders(candidates: list[FittedModel]) -> bool:
+    return all(row["feature"] in BORDERS for c in candidates for row in c.report["per_feature"] if row["n"])
+
+
 def _reference(candidates: list[FittedModel]) -> FittedModel | None:
     known = [c for c in candidates if c.report["cv_rms_mm"] is not None]
     # Where no camera can be where the points are (a stretched picture), none is a reference.
     most_px = EXPLAINS * min((c.report["rms_px"] for c in known), default=0.0) + EXPLAINS_PX
-    with_rays = [c for c in known if isinstance(c.fit.model, RayModel) and c.report["rms_px"] <= most_px
-                 and all(warning["reason"] != UNKNOWN for warning in c.report["warnings"])]
+    with_rays = [c for c in known if isinstance(c.fit.model, RayModel) and c.report["rms_px"] <= most_px]
+    for reason in (LENS_ENDS, UNKNOWN):  # where none is free of it, the most probable is still the best guess
+        with_rays = [c for c in with_rays if not _warns(c, reason)] or with_rays
     lenses = [c for c in with_rays if "log_evidence" in c.fit.notes and isinstance(c.fit.model, RayCamera)
-              and len(c.fit.model.lens_terms) >= MIN_LENS_TERMS]
+              and len(c.fit.model.lens_terms) >= MIN_TERMS]
     if lenses:
         return max(lenses, key=lambda c: c.fit.notes["log_evidence"])
     return min(with_rays, key=lambda c: c.report["cv_rms_mm"], default=None)
@@ -101,7 +116,7 @@ def _row(candidate: FittedModel, reference: FittedModel | None, region: Region) 
             "verdict": candidate.report["verdict"], "warnings": [w["reason"] for w in candidate.report["warnings"]]}
 
 
-def _no_significant_distortion(candidates: list[FittedModel], known: list[dict[str, Any]], least: float) -> bool:
+def _no_significant_distortion(candidates: list[FittedModel], known: list[dict[str, Any]]) -> bool:
     """A model without any lens does as well as the best, or the best lens hardly bends a border."""
     def bends(c: FittedModel) -> bool:
         if c.name in BENDS:
@@ -109,7 +124,8 @@ def _no_significant_distortion(candidates: list[FittedModel], known: list[dict[s
         return not isinstance(c.fit.model, RayCamera) or any(c.fit.model.lens_terms)
 
     straight = {c.name for c in candidates if not bends(c)}
-    return any(row["model"] in straight and row["field_mm"] <= WITHIN_CHANCE * least + SAME_MM for row in known)
+    return any(row["model"] in straight and row["field_mm"] <= WITHIN_CHANCE * known[0]["field_mm"] + SAME_MM
+               for row in known)
 
 
 def _sentence(chosen: Mapping[str, Any], known: list[dict[str, Any]], straight: bool,

@@ -44,7 +44,7 @@ def held_out_mm(fit: Fit, observations: Observations, field: Field, region: Regi
             without = fitter.fit(rest, field, region, image_size, choices)
         except FitFailed:
             continue
-        painted = field.with_line_offsets(without.notes.get("line_offsets_mm", {}), region)
+        painted = field.as_painted(without.notes, region)
         for i, ks in left_out.items():
             original = np.flatnonzero(kept[i])[ks]  # clean counts without the strays
             held_out = replace(clean[i], points=clean[i].points[ks])

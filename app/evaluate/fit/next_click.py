@@ -4,11 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from app.core.field import BORDERS, Field, Region
+from app.core.field import BORDERS, Arc, Field, Region
 from app.core.geometry import Array, ImageSize, Points, inside_picture, with_z
 from app.core.records import Fit
 from app.evaluate.fit.uncertainty import expected_error, grid_over, knows_its_error
 from app.fitting import sensitivity_of
+from app.fitting.ray_camera.problem import PARTS, TILT_SHARE
 from app.models import RayModel
 
 CANDIDATES_PER_FEATURE = 25
@@ -21,7 +22,7 @@ def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSiz
     "worst_mm_then", "z_mm"}, or None for a model that does not know its error.
 
     A click adds one row j to the information: Σ' = Σ - Σ jᵀ j Σ / (σ² + j Σ jᵀ), so each candidate costs one product.
-    Where lines may lie beside their places, j has its line's offset in, or σ² that of a line without clicks.
+    Where lines may lie beside their places, j has the offsets of its line or arc in, or σ² that of one without clicks.
     """
     if not knows_its_error(fit):
         return None
@@ -50,10 +51,11 @@ def _candidates(fit: Fit, field: Field, region: Region, image_size: ImageSize):
     """Names, places (c, 2) px, rows (c, p), and σ px by which the lines of these may lie beside their places (c,)."""
     names, points, rows, line_px = [], [], [], []
     shapes = [(name, region.border(name)) for name in BORDERS]
-    shapes += [(s.name, s) for s in (*field.lines.values(), *field.arcs.values())]
+    shapes += [(s.name, s) for s in (*field.lines.values(), *field.arcs.values())
+               if field.observed_name(s.name, region) == s.name]  # else it is a border
     sensitivity = sensitivity_of(fit.model)
-    offsets = [f"line_{i}" for i in range(len(fit.notes.get("line_offsets_mm", ())))]
-    offset_of = dict(zip(fit.notes.get("line_offsets_mm", ()), offsets, strict=True))
+    offsets = {f"line_{i}": name for i, name in enumerate(fit.notes.get("offset_names", ()))}
+    column_of = {offsets[name]: k for k, name in enumerate(fit.parameter_names) if name in offsets}
     learned_mm = list(fit.notes.get("line_sigmas_mm", {}).values())
     for name, shape in shapes:
         samples = shape.sample(2 * CANDIDATES_PER_FEATURE + 1)
@@ -63,15 +65,19 @@ def _candidates(fit: Fit, field: Field, region: Region, image_size: ImageSize):
         if visible.any():
             places, ahead = places[visible], ahead[visible]
             row = sensitivity.click_jacobian(places, ahead, fit.parameter_names)
+            normals = shape.normals(places)
             px_per_mm = _across(_pixels(fit, places + ahead) - pixels[visible],
-                                _pixels(fit, places + shape.normals(places)) - pixels[visible])
-            offset = offset_of.get(field.observed_name(name, region))
-            if offset in fit.parameter_names:
-                row[:, fit.parameter_names.index(offset)] = px_per_mm
+                                _pixels(fit, places + normals) - pixels[visible])
+            lever = TILT_SHARE * np.linspace(-1, 1, len(samples))[1::2][visible]
+            for part, by in zip(PARTS, (1.0, lever, normals[:, 0], normals[:, 1]), strict=True):
+                if (name, part) in column_of:
+                    row[:, column_of[name, part]] = px_per_mm * by
             names += [name] * len(places)
             points.append(pixels[visible])
             rows.append(row)
-            line_px.append(px_per_mm * (float(np.median(learned_mm)) if learned_mm and offset is None else 0.0))
+            unknown_mm = float(np.median(learned_mm)) if learned_mm and (name, "across") not in column_of else 0.0
+            ways = np.sqrt(2) if isinstance(shape, Arc) else 1.0  # its radius and its centre may be off
+            line_px.append(px_per_mm * ways * unknown_mm)
     if not names:
         return [], np.empty((0, 2)), np.empty((0, 0)), np.empty(0)
     return names, np.concatenate(points), np.concatenate(rows), np.concatenate(line_px)

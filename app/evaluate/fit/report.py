@@ -7,17 +7,19 @@ import numpy as np
 
 from app.core.field import BORDERS, Field, Region
 from app.core.records import Fit, Observation, Observations, Warning
+from app.evaluate.fit.contradiction import Contradiction
 from app.evaluate.fit.distortion import distortion_report
 from app.evaluate.fit.folds import whole_lines
 from app.evaluate.fit.next_click import next_best_click
 from app.evaluate.fit.observability import observability_warnings
+from app.evaluate.fit.reach import reach_warnings
 from app.evaluate.fit.residuals import FeatureResiduals, feature_residuals, mm_per_px, residual_rows, rms
 from app.evaluate.fit.uncertainty import knows_its_error, sigma_report
 from app.fitting import FITTERS
 from app.models import RayModel
 
 REPORTED_NOTES = ("degree", "relation", "terms", "click_sigma_px", "degrees_of_freedom", "parameters",
-                  "line_offsets_mm")
+                  "line_offsets_mm", "arc_offsets_mm")
 GOOD_MM = 5.0  # a ball is 43 mm wide; strategy code does not notice less
 FAIR_MM = 15.0  # robots still meet the ball
 MAX_LINE_SIGMAS = 4.0
@@ -26,9 +28,12 @@ SURE = 1.5  # an expected error's level is that of what it keeps in 95 of 100 fi
 
 
 def report(fit: Fit, observations: Observations, field: Field, region: Region,
-           held_out: tuple[np.ndarray, ...] | None) -> dict[str, Any]:
-    """Put the figures together. held_out: mm per point from cross-validation, or None while dragging."""
-    painted = field.with_line_offsets(fit.notes.get("line_offsets_mm", {}), region)
+           held_out: tuple[np.ndarray, ...] | None, freer: Contradiction | None = None) -> dict[str, Any]:
+    """Put the figures together. held_out: mm per point from cross-validation, or None while dragging.
+
+    freer: what a lens that bends more freely makes of the points, where that was asked.
+    """
+    painted = field.as_painted(fit.notes, region)
     residuals = [feature_residuals(fit.model, o, painted, region) for o in observations]
     inside = [r.px[fine] for r, fine in zip(residuals, fit.inliers, strict=True)]
     inside_mm = [r.mm[fine] for r, fine in zip(residuals, fit.inliers, strict=True)]
@@ -41,7 +46,8 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
     lines_mm = _joined([np.full(np.isfinite(held_out[i]).sum(), _line_sigma_mm(fit, field, observations[i]))
                         * (i in spared) for i in rests] if held_out is not None else [])
     hat_mm = field.hat_height_mm
-    warnings = [*fit.warnings, *observability_warnings(fit, region, hat_mm)]
+    ends = reach_warnings(fit.model, region, hat_mm)
+    warnings = [*fit.warnings, *observability_warnings(fit, region, hat_mm), *ends]
     # a lens bends the inside as it bends the borders; curves of their own and splines know nothing between them
     knows_inside = (knows_its_error(fit) and not fit.model.INTERPOLATES) or any(
         o.feature not in BORDERS and len(o.points) for o in observations)
@@ -50,6 +56,11 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
             "inside-not-checked", "Only the borders were clicked; nothing tells how well the inside fits.",
             "Click a few points on a line or landmark inside the field, such as the centre circle."))
     sigma = sigma_report(fit, region, hat_mm)
+    apart_mm = 0.0 if freer is None else max(freer.carpet_mm, freer.hat_mm or 0.0)
+    if apart_mm > GOOD_MM:
+        warnings.append(Warning(
+            "another-lens", f"{freer.title} on the same points places the field {apart_mm:.0f} mm elsewhere: this "
+            "model may not bend as the lens does.", f"Use {freer.title}, or compare all models."))
     return {
         "rms_px": rms(_joined([inside[i] for i in rests])), "max_px": _max(_joined([inside[i] for i in rests])),
         "rms_mm": rms(_joined([inside_mm[i] for i in rests])), "max_mm": _max(_joined([inside_mm[i] for i in rests])),
@@ -61,7 +72,8 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
         "per_feature": [_feature_json(r, fine, used) for r, fine, used
                         in zip(residuals, fit.inliers, fit.used, strict=True)],
         "verdict": _verdict(_without(cv_rms_mm, rms(lines_mm)), check_mm, sigma, knows_inside=knows_inside,
-                            rays=isinstance(fit.model, RayModel), hat_height_mm=hat_mm),
+                            rays=isinstance(fit.model, RayModel), reaches=not ends, apart_mm=apart_mm,
+                            hat_height_mm=hat_mm),
         "next_click": next_best_click(fit, field, region, fit.model.image_size, fit.notes.get("click_sigma_px", 0.5)),
         "warnings": [w.to_json() for w in warnings],
         "covariance": {"names": list(fit.parameter_names), "matrix": fit.covariance.tolist()}
@@ -103,12 +115,13 @@ def _feature_json(r: FeatureResiduals, fine: np.ndarray, used: bool) -> dict[str
 
 
 def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, Any] | None,
-             knows_inside: bool, rays: bool, hat_height_mm: float) -> dict[str, Any]:
+             knows_inside: bool, rays: bool, reaches: bool, apart_mm: float, hat_height_mm: float) -> dict[str, Any]:
     """One length, one level, one sentence. The worst of the held-out figures and the expected error counts.
 
     Where a lens knows its error, points left out count only where they contradict it.
 
-    cv_mm: without what the lines themselves are off.
+    cv_mm: without what the lines themselves are off. reaches: whether the lens maps the whole field in sight.
+    apart_mm: how far a freer lens is from it, which is no part of the length, and caps the level.
 
     Expected error at hat height is no part of the length, which is one on the carpet, but it caps the level.
     """
@@ -126,8 +139,8 @@ def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, An
     carpet = 0.0 if sigma is None else sigma["rms_95"] / SURE
     hat = sigma["hat"]["rms"] if sigma and "hat" in sigma else 0.0
     hat_95 = sigma["hat"]["rms_95"] / SURE if sigma and "hat" in sigma else 0.0
-    worst = max(mm, carpet, hat_95)
-    level = "good" if worst <= GOOD_MM else "fair" if worst <= FAIR_MM else "poor"
+    worst = max(mm, carpet, hat_95, apart_mm)
+    level = "good" if worst <= GOOD_MM and reaches else "fair" if worst <= FAIR_MM else "poor"
     good = ("Good enough for ball and robots." if rays else
             f"Good enough for the ball; a robot's hat, {hat_height_mm:g} mm up, needs a model with rays.")
     words = {"good": good, "fair": "Robots will find the ball, with some play.",
@@ -137,4 +150,8 @@ def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, An
     if hat > mm and hat_95 > GOOD_MM:
         words = (f"The carpet fits, robots' hats may be {hat:.0f} mm off." if level == "fair" else
                  f"The carpet fits, but robots' hats may be {hat:.0f} mm off: too coarse for play.")
+    if apart_mm > max(GOOD_MM, mm):
+        words = f"{words} A freer lens contradicts it by {apart_mm:.0f} mm."
+    if not reaches:
+        words = f"{words} The lens ends before the field does."
     return {"mm": mm, "level": level, "sentence": f"{words} {mm:.1f} mm {where}."}

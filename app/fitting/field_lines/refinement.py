@@ -126,7 +126,8 @@ def _problem(state: RayCameraParameters, pattern: FieldPattern, points: Points, 
     base, way, radius = (np.array(column)[marking] for column in zip(*map(curve_of, pattern.markings), strict=True))
     count = len(points)
     problem = ClickResiduals(points, np.stack([np.zeros(count, int), np.arange(count)], axis=1), base, way, radius,
-                             np.zeros(count), np.full(count, -1), np.full(count, -1), np.empty((0, 3)), ())
+                             np.zeros(count), np.full(count, -1), np.full(count, -1), np.full((count, 2), -1),
+                             np.empty((0, 3)))
     problem.places = problem.first_places(state)  # near enough: they were matched by this camera
     return problem
 

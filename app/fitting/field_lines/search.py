@@ -176,7 +176,7 @@ class _Scorer:
     def ranked(self, candidates: list[CameraCandidate]) -> list[CameraCandidate]:
         """Sort, best first, without duplicates; of those that score alike, the one that shows the region best."""
         def worth(c: CameraCandidate) -> float:
-            return c.value + 0.05 * c.region_seen + 0.02 * float(np.cos(np.radians(c.turn_deg)))
+            return c.value + 0.15 * c.region_seen + 0.02 * float(np.cos(np.radians(c.turn_deg)))
         distinct: list[tuple[CameraCandidate, Array]] = []
         for c in sorted(candidates, key=lambda c: -worth(c)):
             at = c.refined.state.project(with_z(self.carpet))

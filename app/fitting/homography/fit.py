@@ -49,8 +49,8 @@ class HomographyFitter(Fitter):
             options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
         """Fit to points anywhere along lines and arcs, and to landmarks.
 
-        Options: OPTIONS; "start" (parameters), which begins near a known answer, with its "start_lines_mm" (offset and
-        tilt by line); with "line_sigmas_mm" (σ by line) the noise is known too."""
+        Options: OPTIONS; "start" (parameters), which begins near a known answer, with its "start_lines_mm" (offsets
+        by marking and part); with "line_sigmas_mm" (their σ likewise) the noise is known too."""
         given = dict(options or {})
         start, lines = given.pop("start", None), given.pop("start_lines_mm", {})
         learned = given.pop("line_sigmas_mm", None)
@@ -64,7 +64,7 @@ class HomographyFitter(Fitter):
             begin = _initial_parameters(problem, line_incidences(flat, field, region), region, image_size)
         else:
             begin = replace(HomographyParameters.of(Homography.from_parameters(start)),
-                            offsets_mm=problem.line_offsets_mm(lines))
+                            offsets_mm=problem.offsets_mm(lines))
         whole, visible = problem, _visible(problem, begin, settings["robust"])
         problem = whole.only(visible)
         rows = residual_count(problem)
@@ -84,12 +84,9 @@ class HomographyFitter(Fitter):
         inlier = visible.copy()
         inlier[visible] = found.inliers
         inliers = clicks.inlier_masks(observations, whole.owners, inlier)
-        sigmas_mm = dict(zip(problem.line_names, (p.sigma for p in found.task.priors), strict=False))
-        lines = problem.lines_mm(state.offsets_mm)
         notes = {"click_sigma_px": found.sigma_px, "degrees_of_freedom": found.freedom, "parameters": found.parameters,
-                 "line_offsets_mm": {name: offset for name, (offset, _) in lines.items()},
-                 "choices": {"start": parameters_json(model), "start_lines_mm": lines,
-                             "click_sigma_px": found.sigma_px, "line_sigmas_mm": sigmas_mm}}
+                 **found.offset_notes,
+                 "choices": {"start": parameters_json(model), **found.choices}}
         warnings = (*clicks.outlier_warnings(observations, problem.owners, found.inliers, found.pixels),
                     *(clicks.outlier_warning(observations, i, k, "lies beyond the horizon of the others")
                       for i, k in whole.owners[~visible]),
@@ -134,7 +131,7 @@ def _initial_parameters(problem: ClickResiduals, lines: Incidences, region: Regi
     if not views:
         raise refusal
     best = min(views, key=lambda view: float(np.sum(np.minimum(misses(view), SUSPECT_PX))))
-    return HomographyParameters.seeing(np.linalg.inv(best), region, problem.line_unknowns)
+    return HomographyParameters.seeing(np.linalg.inv(best), region, len(problem.offset_names))
 
 
 def _visible(problem: ClickResiduals, state: HomographyParameters, robust: bool) -> Array:

@@ -54,9 +54,9 @@ class RayFitter(Fitter):
             options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
         """Fit to points anywhere along lines and arcs, to landmarks, and to points at known heights.
 
-        Options: OPTIONS; also "start" (parameters), which begins near a known answer, with its "start_lines_mm" (offset
-        and tilt by line); and "line_sigmas_mm" (σ by line), which says that the noise is known, and each point an
-        inlier.
+        Options: OPTIONS; also "start" (parameters), which begins near a known answer, with its "start_lines_mm"
+        (offsets by marking and part); and "line_sigmas_mm" (their σ likewise), which says that the noise is known, and
+        each point an inlier.
         """
         given = dict(options or {})
         start, lines = given.pop("start", None), given.pop("start_lines_mm", {})
@@ -75,7 +75,7 @@ class RayFitter(Fitter):
             starts = start_states(cls.MODEL.LENS, cls.start_terms, problem,
                                   line_incidences(observations, field, region), image_size, height)
         else:
-            starts = [RayCameraParameters.of(cls.MODEL.from_parameters(start), problem.line_offsets_mm(lines))]
+            starts = [RayCameraParameters.of(cls.MODEL.from_parameters(start), problem.offsets_mm(lines))]
         if intrinsics is not None:
             starts = [with_lens(state, intrinsics) for state in starts]
         if distortion is not None:
@@ -102,19 +102,14 @@ class RayFitter(Fitter):
                             "Check which line each click belongs to, and the region; then click more points.",
                             reason="implausible-camera")
         inliers = inlier_masks(observations, problem.owners, best.inliers)
-        sigmas_mm = [p.sigma for p in best.task.priors if p.name.startswith("line_")]
-        sigma_of_line = dict(zip(problem.line_names, sigmas_mm, strict=False))
-        lines = problem.lines_mm(state.offsets_mm)
-        choices = {"start": parameters_json(model), "start_lines_mm": lines, "click_sigma_px": best.sigma_px,
-                   "line_sigmas_mm": sigma_of_line}
-        notes = {  # of the lines, their tilts follow their offsets and are left out
+        notes = {
             "terms": {"chosen": best.terms, "tried": {" ".join(best.terms): {
                 "rms_px": best.rms_px, "parameters": best.parameters}}},
             "click_sigma_px": best.sigma_px, "degrees_of_freedom": best.freedom,
             "parameters": best.parameters, "log_evidence": best.log_evidence,
-            "line_offsets_mm": {name: offset for name, (offset, _) in lines.items()},
-            "line_sigmas_mm": sigma_of_line,
-            "choices": choices,
+            **best.offset_notes,
+            "line_sigmas_mm": {name: sigma["across"] for name, sigma in best.offset_sigmas_mm.items()},
+            "choices": {"start": parameters_json(model), **best.choices},
         }
         warnings = (*outlier_warnings(observations, problem.owners, best.inliers, best.pixels),
                     *unusual_camera_warnings(state, best.task.priors, image_size, field))

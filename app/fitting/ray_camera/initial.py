@@ -18,7 +18,7 @@ PLAUSIBLE_FOCAL = (0.2, 20.0)  # of the picture's width
 def start_states(lens: type[Lens], start_terms: Callable[[float, float], Array], problem: ClickResiduals,
                  incidences: Incidences, image_size: ImageSize, height_mm: float | None) -> list[RayCameraParameters]:
     """Return candidates for the refinement. Raises FitFailed where no linear method sees a camera."""
-    centre, offsets_mm = np.array(image_size.centre), np.zeros(problem.line_unknowns)
+    centre, offsets_mm = np.array(image_size.centre), np.zeros(len(problem.offset_names))
 
     half_diagonal_px = float(np.hypot(*image_size)) / 2
 

@@ -6,7 +6,8 @@ The clicks tell each line's offset o with information S about b (all other unkno
 
 σ is averaged over its posterior (D. MacKay 1992, "Bayesian interpolation": the evidence). The weights w are those of
 Student's t with TAIL degrees of freedom (K. Lange, R. Little, J. Taylor 1989), so that one line painted wrong does
-not speak for the others.
+not speak for the others. They are means of the precision given the offset; the variance that stands for how well a line
+is known has the mean of the precision's inverse, which is (TAIL + 1) / (TAIL - 1) times as large.
 """
 
 from collections.abc import Sequence
@@ -18,6 +19,7 @@ from app.core.geometry import Array
 SIGMAS_MM = np.geomspace(0.05, 30.0, 28)
 SIGMA_SPREAD = 0.7  # σ of the logarithm of σ; its mean square is what the field says
 TAIL = 4.0
+SPREAD = (TAIL + 1) / (TAIL - 1)  # the precision has gamma's distribution
 ROUNDS = 4
 
 
@@ -41,6 +43,7 @@ def line_sigmas_mm(jacobian: Array, columns: Sequence[int], offsets_mm: Array, p
     values, vectors = np.linalg.eigh((schur + schur.T) / 2)
     schur = (vectors * np.maximum(values, 0)) @ vectors.T  # rounding must not make information negative
     pull = schur @ offsets_mm + offsets_mm / prior_sigmas_mm**2
+    usual_mm = usual_mm / np.sqrt(SPREAD)  # so that a line of which nothing is known has what the field says
     weights, sigma = np.ones(len(lines)), np.full(len(lines), usual_mm)
     for _ in range(ROUNDS):
         for one in np.unique(kind):
@@ -48,7 +51,7 @@ def line_sigmas_mm(jacobian: Array, columns: Sequence[int], offsets_mm: Array, p
         posterior = np.linalg.inv(schur + np.diag(weights / sigma**2))
         second_moment = (posterior @ pull) ** 2 + np.diag(posterior)
         weights = (TAIL + 1) / (TAIL + second_moment / sigma**2)
-    return sigma / np.sqrt(weights)
+    return sigma * np.sqrt(SPREAD / weights)
 
 
 def _posterior_sigma(schur: Array, pull: Array, precision: Array, weights: Array, own: Array, usual_mm: float,

@@ -19,7 +19,10 @@ from app.fitting.linear import Incidences, line_through
 from app.fitting.ray_camera.parameters import RayCameraParameters
 
 FOOT_STEPS, NEAR_ENOUGH = 12, 1e-3  # for the first places; mm or radians
+PARTS = ("across", "tilt", "centre_x", "centre_y")  # of a marking's offset, mm; "across" an arc is its radius
 TILT_SHARE = 0.4  # how far a line's end lies off by its tilt, of how far the line does as a whole: each end is measured
+
+Offsets = Mapping[str, Mapping[str, float]]  # mm by marking and part
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,35 +44,30 @@ class ClickResiduals:
     along: Array  # curves (c, 2): the line's direction; an arc's is found from its angle
     radius: Array  # curves (c,): 0 for a line
     half_mm: Array  # curves (c,): half of the line's length, 0 for an arc
-    line_of: Array  # curves (c,): which offset moves it, -1 none
+    line_of: Array  # curves (c,): which offset moves it across, or an arc outwards, -1 none
     tilt_of: Array  # curves (c,): which offset tilts it, -1 none
+    centre_of: Array  # curves (c, 2): which offsets move an arc's centre along x and y, -1 none
     marks: Array  # (s, 3) field mm
-    line_names: tuple[str, ...]
-    tilted: tuple[str, ...] = ()
+    offset_names: tuple[tuple[str, str], ...] = ()  # of a state's offsets: marking and part, see PARTS
     places: Array = member(default_factory=lambda: np.empty(0))  # along each curve: mm or radians
 
     @property
     def curves(self) -> int:
         return len(self.base)
 
-    @property
-    def line_unknowns(self) -> int:
-        """Return how many offsets a state has: first each line's own, then the tilts."""
-        return len(self.line_names) + len(self.tilted)
+    def offsets_mm(self, known_mm: Offsets) -> Array:
+        """Return a state's offsets; 0 where one is not known."""
+        return np.array([known_mm.get(name, {}).get(part, 0.0) for name, part in self.offset_names], float)
 
-    def line_offsets_mm(self, lines_mm: Mapping[str, tuple[float, float]]) -> Array:
-        """Return a state's offsets, of each line's offset and tilt by name; 0 where it is not named."""
-        offsets = [lines_mm.get(name, (0.0, 0.0))[0] for name in self.line_names]
-        return np.array([*offsets, *(lines_mm.get(name, (0.0, 0.0))[1] for name in self.tilted)], float)
-
-    def lines_mm(self, offsets_mm: Array) -> dict[str, tuple[float, float]]:
-        """Return each line's offset and tilt by name: the inverse of line_offsets_mm."""
-        tilts = dict(zip(self.tilted, map(float, offsets_mm[len(self.line_names):]), strict=True))
-        return {name: (float(offset), tilts.get(name, 0.0))
-                for name, offset in zip(self.line_names, offsets_mm, strict=False)}
+    def by_marking(self, values: Array) -> dict[str, dict[str, float]]:
+        """Return one value for each offset by marking and part: the inverse of offsets_mm."""
+        table: dict[str, dict[str, float]] = {}
+        for (name, part), value in zip(self.offset_names, values, strict=True):
+            table.setdefault(name, {})[part] = float(value)
+        return table
 
     def aside(self, places: Array, offsets_mm: Array) -> Array:
-        """Return how far each curve lies beside its place there (c,) mm."""
+        """Return how far each curve lies beside its place there (c,) mm, an arc about its moved centre."""
         known = np.append(offsets_mm, 0.0)  # -1 is none
         return known[self.line_of] + self._lever(places) * known[self.tilt_of]
 
@@ -88,7 +86,7 @@ class ClickResiduals:
         curves, spots = keep[:self.curves], keep[self.curves:]
         return ClickResiduals(self.pixels[keep], self.owners[keep], self.base[curves], self.along[curves],
                           self.radius[curves], self.half_mm[curves], self.line_of[curves], self.tilt_of[curves],
-                          self.marks[spots], self.line_names, self.tilted,
+                          self.centre_of[curves], self.marks[spots], self.offset_names,
                           self.places[curves] if len(self.places) else self.places)
 
     def residuals(self, state: RayCameraParameters) -> tuple[Array, Array]:
@@ -109,13 +107,13 @@ class ClickResiduals:
             r = ((self.pixels[:self.curves] - pixel) * across).sum(axis=1)
             j = np.zeros((len(r), parameters))
             j[:, :parameters - lines] = -(across[:, None, :] @ by)[:, 0]
-            moved = np.flatnonzero(self.line_of >= 0)
-            if lines and moved.size:
-                aside = -((across[:, None, :] @ by_point)[:, 0] * normals).sum(axis=1)[moved]
-                j[moved, parameters - lines + self.line_of[moved]] = aside
-                tilted = self.tilt_of[moved] >= 0
-                j[moved[tilted], parameters - lines + self.tilt_of[moved[tilted]]] = (
-                    aside * self._lever(places)[moved])[tilted]
+            if lines:
+                by_move = -(across[:, None, :] @ by_point)[:, 0]
+                aside = (by_move * normals).sum(axis=1)
+                for column, by_offset in ((self.line_of, aside), (self.tilt_of, aside * self._lever(places)),
+                                          (self.centre_of[:, 0], by_move[:, 0]), (self.centre_of[:, 1], by_move[:, 1])):
+                    has = np.flatnonzero(column >= 0)
+                    j[has, parameters - lines + column[has]] = by_offset[has]
             if len(self.marks):
                 pixel, _, by = state.project_jacobian(self.marks)
                 r = np.concatenate([r, (self.pixels[self.curves:] - pixel).ravel()])
@@ -154,7 +152,8 @@ class ClickResiduals:
         tangent = np.where(arc, np.stack([-cos_sin[:, 1], cos_sin[:, 0]], axis=1), self.along)
         normal = np.where(arc, cos_sin, np.stack([-self.along[:, 1], self.along[:, 0]], axis=1))
         out = np.where(arc[:, 0], self.radius, 0.0) + self.aside(places, state.offsets_mm)
-        xy = self.base[:, :2] + normal * out[:, None] + np.where(arc, 0.0, self.along * places[:, None])
+        centre = self.base[:, :2] + np.append(state.offsets_mm, 0.0)[self.centre_of]
+        xy = centre + normal * out[:, None] + np.where(arc, 0.0, self.along * places[:, None])
         tangent = tangent + normal * self._slope(state.offsets_mm)[:, None]
         flat = np.zeros((len(places), 1))
         return (np.concatenate([xy, self.base[:, 2:]], axis=1), np.concatenate([tangent, flat], axis=1),
@@ -170,13 +169,12 @@ def curve_of(feature: Line | Arc, z_mm: float = 0.0) -> tuple[tuple[float, ...],
 
 
 def gather_clicks(observations: Observations, field: Field, region: Region, with_offsets: bool) -> ClickResiduals:
-    """Gather observations into arrays. with_offsets: each line may lie beside its place and tilted, both unknown.
+    """Gather observations into arrays. with_offsets: each line and arc may lie beside its place, by unknown offsets.
 
     A second click on one place is left out.
     """
     curves, spots = [], []
-    names: list[str] = []
-    straight: list[str] = []
+    markings: dict[str, Line | Arc] = {}
     for i, observation in enumerate(observations):
         feature = field.feature(observation.feature, region)
         first = first_of_each_place(observation.points)
@@ -184,24 +182,23 @@ def gather_clicks(observations: Observations, field: Field, region: Region, with
         if isinstance(feature, Landmark):
             spots += [(observation.points[k], (i, k), (*feature.position, observation.z_mm)) for k in taken]
             continue
-        if with_offsets and taken.size and feature.name not in names:
-            names.append(feature.name)
-            straight += [feature.name] * isinstance(feature, Line)
+        if taken.size:
+            markings.setdefault(feature.name, feature)
         half_mm = feature.length_mm / 2 if isinstance(feature, Line) else 0.0
-        line = names.index(feature.name) if with_offsets and taken.size else -1
-        tilt = straight.index(feature.name) if with_offsets and taken.size and half_mm else -1
-        curve = (*curve_of(feature, observation.z_mm), half_mm, line, tilt)
+        curve = (*curve_of(feature, observation.z_mm), half_mm, feature.name)
         curves += [(observation.points[k], (i, k), *curve) for k in taken]
+    names = tuple((name, part) for part in PARTS for name, marking in markings.items()
+                  if part == "across" or (part == "tilt") == isinstance(marking, Line)) if with_offsets else ()
+    index = {name: number for number, name in enumerate(names)}
 
     def column(rows: list, index: int, width: int, kind: type = float) -> Array:
         return np.array([row[index] for row in rows], kind).reshape(len(rows), *([width] if width else []))
 
-    tilt_of = column(curves, 7, 0, int)
+    moved_by = np.array([[index.get((curve[6], part), -1) for part in PARTS] for curve in curves], int).reshape(-1, 4)
     return ClickResiduals(np.concatenate([column(curves, 0, 2), column(spots, 0, 2)]),
                           np.concatenate([column(curves, 1, 2, int), column(spots, 1, 2, int)]),
                           column(curves, 2, 3), column(curves, 3, 2), column(curves, 4, 0), column(curves, 5, 0),
-                          column(curves, 6, 0, int), np.where(tilt_of >= 0, len(names) + tilt_of, -1),
-                          column(spots, 2, 3), tuple(names), tuple(straight))
+                          moved_by[:, 0], moved_by[:, 1], moved_by[:, 2:], column(spots, 2, 3), names)
 
 
 def line_incidences(observations: Observations, field: Field, region: Region) -> Incidences:

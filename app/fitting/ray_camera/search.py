@@ -9,6 +9,7 @@ import numpy as np
 from app.core.errors import FitFailed
 from app.core.geometry import Array
 from app.fitting.least_squares import Minimum, minimise
+from app.fitting.options import CLICK_SIGMA
 from app.fitting.ray_camera.lens_prior import GaussianPrior
 from app.fitting.ray_camera.line_offsets import line_sigmas_mm
 from app.fitting.ray_camera.parameters import RayCameraParameters
@@ -114,6 +115,32 @@ class RayFitResult:
         return covariance_of(self.minimum.jacobian)
 
     @property
+    def choices(self) -> dict[str, Any]:
+        """Return what this fit has found, as options of the next one on some of its clicks."""
+        return {"start_lines_mm": self.offsets_mm, "line_sigmas_mm": self.offset_sigmas_mm,
+                "click_sigma_px": float(np.clip(self.sigma_px, *CLICK_SIGMA.range))}
+
+    @property
+    def offsets_mm(self) -> dict[str, dict[str, float]]:
+        """Return how far each marking lies beside its place, by its parts."""
+        return self.task.problem.by_marking(self.minimum.state.offsets_mm)
+
+    @property
+    def offset_sigmas_mm(self) -> dict[str, dict[str, float]]:
+        """Return σ of those, as learned or given."""
+        return self.task.problem.by_marking(np.array([p.sigma for p in self.task.priors
+                                                      if p.name.startswith("line_")]))
+
+    @property
+    def offset_notes(self) -> dict[str, Any]:
+        """Return a fit's notes of them. Lines' tilts follow their offsets and are left out."""
+        found = self.offsets_mm
+        return {"line_offsets_mm": {name: parts["across"] for name, parts in found.items()},
+                "arc_offsets_mm": {name: (parts["centre_x"], parts["centre_y"]) for name, parts in found.items()
+                                   if "centre_x" in parts},
+                "offset_names": self.task.problem.offset_names}
+
+    @property
     def log_evidence(self) -> float:
         """Return the logarithm of the clicks' probability under this lens, its unknowns integrated out, but a constant.
 
@@ -189,7 +216,8 @@ def solve(task: RayFitProblem, start: RayCameraParameters, settings: Mapping[str
             before = np.array([p.sigma for p in chosen.priors if p.name.startswith("line_")])
             chosen = chosen.with_line_sigmas(line_sigmas_mm(best.jacobian, columns, best.state.offsets_mm, before,
                                                             task.usual_line_mm,
-                                                            np.arange(len(before)) >= len(task.problem.line_names)))
+                                                            np.array([part == "tilt" for _, part in
+                                                                      task.problem.offset_names])))
         correlation = correlation_factor(pixels[:task.problem.curves][inliers[:task.problem.curves]],
                                          task.problem.owners[:task.problem.curves][inliers[:task.problem.curves]])
         best = _minimise(chosen, best.state, spread * np.sqrt(correlation), 0,

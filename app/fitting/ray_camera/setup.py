@@ -12,7 +12,7 @@ from app.fitting.ray_camera.camera_prior import camera_priors, centre_sigma_px
 from app.fitting.ray_camera.distortion_prior import CENTRE, DistortionEstimate, distortion_prior
 from app.fitting.ray_camera.lens_prior import lens_prior
 from app.fitting.ray_camera.parameters import RayCameraParameters
-from app.fitting.ray_camera.problem import ClickResiduals, ScalarPrior
+from app.fitting.ray_camera.problem import ClickResiduals, Offsets, ScalarPrior
 from app.fitting.ray_camera.search import RayFitProblem, residual_count
 from app.models.intrinsics import Intrinsics
 
@@ -20,7 +20,7 @@ from app.models.intrinsics import Intrinsics
 def fit_problem(state: RayCameraParameters, problem: ClickResiduals, terms: tuple[str, ...],
                 settings: Mapping[str, Any], field: Field, image_size: ImageSize, intrinsics: Intrinsics | None,
                 distortion: DistortionEstimate | None,
-                learned_lines: Mapping[str, float] | None = None) -> RayFitProblem:
+                learned_lines: Offsets | None = None) -> RayFitProblem:
     """Return the problem of a fit with those lens terms; FitFailed where there are too few clicks for it."""
     names, lens_terms = state.names, state.lens.TERMS
     free = np.array([name in terms if name in lens_terms else True for name in names])
@@ -55,15 +55,13 @@ def line_sigma_mm(settings: Mapping[str, Any], field: Field) -> float:
     return field.line_sigma_mm if given is None else given
 
 
-def line_priors(problem: ClickResiduals, settings: Mapping[str, Any],
-                field: Field, learned: Mapping[str, float] | None = None,
+def line_priors(problem: ClickResiduals, settings: Mapping[str, Any], field: Field, learned: Offsets | None = None,
                 ) -> tuple[tuple[ScalarPrior, ...], float | None]:
-    """Return the priors of the lines' offsets and tilts, and about which σ theirs are learned.
+    """Return the priors of the markings' offsets, and about which σ theirs are learned.
 
-    learned: σ by line, of an earlier fit; None is returned instead of the latter there, and where the options give it.
+    learned: σ of an earlier fit; None is returned instead of the latter there, and where the options give it.
     """
     sigma_mm = line_sigma_mm(settings, field)
-    lines = (*problem.line_names, *problem.tilted)
-    free = learned is None and settings["line_sigma_mm"] is None and lines
-    return (tuple(ScalarPrior(f"line_{i}", 0.0, (learned or {}).get(line, sigma_mm)) for i, line in enumerate(lines)),
-            sigma_mm if free else None)
+    sigmas = [(learned or {}).get(name, {}).get(part, sigma_mm) for name, part in problem.offset_names]
+    free = learned is None and settings["line_sigma_mm"] is None and sigmas
+    return tuple(ScalarPrior(f"line_{i}", 0.0, s) for i, s in enumerate(sigmas)), sigma_mm if free else None

@@ -273,7 +273,7 @@ def test_lines_lie_where_a_fit_found_them_whichever_way_their_border_runs(name):
     field = load_fields()["ssl-2008"]
     region = field.region(name)
     offsets = {"left": 3.0, "right": -4.0, "top": 5.0, "bottom": 6.0, "centre-circle": 2.0}
-    painted = field.with_line_offsets(offsets, region)
+    painted = field.as_painted({"line_offsets_mm": offsets, "arc_offsets_mm": {"centre-circle": (3.0, -1.0)}}, region)
     found = {marking.name: marking for marking in painted.markings}
     along = [line for line in field.lines if field.observed_name(line, region) != line]
     assert len(along) == 4
@@ -284,5 +284,9 @@ def test_lines_lie_where_a_fit_found_them_whichever_way_their_border_runs(name):
         assert painted.feature(line, region).nearest(middle) == pytest.approx(middle, abs=1e-9)
         assert np.linalg.norm(field.lines[line].nearest(middle) - middle) == pytest.approx(abs(offsets[
             field.observed_name(line, region)]))
-    assert found["centre-circle"].radius_mm == field.arcs["centre-circle"].radius_mm + 2.0
+    circle = field.arcs["centre-circle"]
+    assert found["centre-circle"].radius_mm == circle.radius_mm + 2.0
+    assert found["centre-circle"].centre == (circle.centre[0] + 3.0, circle.centre[1] - 1.0)
+    assert painted.feature("centre-circle", region) == found["centre-circle"]
+    assert field.as_painted({}, region).markings == field.markings  # a model that knows of none
     assert painted.lines == field.lines  # the rules' field, as it is published

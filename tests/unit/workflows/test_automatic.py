@@ -30,6 +30,8 @@ SCENES = {
         robots=10),
     "white on black, from far": spec(field="vsss-3v3", lens="crooked", height_mm=3000.0, tilt_deg=20.0),
     "white on black, half of it, turned by 35°": spec(field="vsss-5v5", region="half-right", roll_deg=35.0, robots=3),
+    "the half that is asked for, upside down": spec(region="half-right", roll_deg=180.0, height_mm=6500.0,
+                                                    size=(1224, 1024)),
     "division A with people": spec(field="ssl-div-a", size=(1224, 1024), height_mm=7000.0, people=2),
     "far lines behind a fisheye": spec(lens="fisheye", size=(1224, 1024), height_mm=4797.0, tilt_deg=3.7, pan_deg=-3.7,
                                        blur_px=0.92, noise=3.0, robots=12, seed=193),
@@ -37,7 +39,7 @@ SCENES = {
 }
 QUICK = ("a half, as a camera above it sees it", "a quarter, of which three lines and arcs are seen",
          "straight down through a pincushion", "white on black, half of it, turned by 35°",
-         "far lines behind a fisheye", "glare and noise")
+         "the half that is asked for, upside down", "far lines behind a fisheye", "glare and noise")
 
 
 def answered(scene: SeenScene, field: str | None = None, **more):
