@@ -124,7 +124,8 @@ def test_cancelled_at_random_times_a_version_is_there_whole_or_not_at_all(client
     assert times < 15 or 2 < made < 17
     items = client.get(f"{CAL}?limit=100").json()["items"]
     assert [item["version"] for item in items] == list(range(made, 0, -1))
-    assert not list(client.app.state.services.settings.data.rglob("*.tmp"))
+    data = client.app.state.services.settings.data
+    assert not [path for path in data.rglob("*.tmp") if path.parent.name != "backups"]  # where a copy may be under way
 
 
 @pytest.mark.long

@@ -155,6 +155,13 @@ def test_the_number_that_is_read_is_the_number_of_the_record(standing, standing_
             assert f">{it['value']:.2f} {it['unit']}<" in html, it
 
 
+def test_what_is_expected_on_the_carpet_and_at_hat_height_are_two_numbers(standing, standing_kept):
+    calibration = standing_kept()
+    expected, figures = calibration["report"]["sigma_mm"], both(standing, calibration["id"])[1]["figures"]
+    assert figures["expected_mm"]["value"] == expected["rms"] != expected["hat"]["rms"]
+    assert figures["expected_hat_mm"]["value"] == expected["hat"]["rms"]
+
+
 def test_names_and_notes_of_operators_are_text_and_nothing_else(client):
     a_field_that(client)
     camera = {"id": "evil", "name": NAUGHTY[:60], "source": "sim://table", "field": "table", "region": "full"}

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import msgspec
 import pytest
-import viser
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 from websockets.exceptions import InvalidStatus
@@ -22,9 +21,9 @@ from app.settings import Settings
 from tests.support.rig_over_field import sim_task
 from tests.support.servers import served
 from tests.support.tiers import long
+from tests.support.viser_page import LOOK, PROTOCOL
 from tests.support.waiting import until
 
-PROTOCOL = f"viser-v{viser.__version__}"
 HOST = {"host": "127.0.0.1:8000"}
 TOKEN = "a-token-that-is-long-enough"
 LAN = "http://10.0.0.5:8000"
@@ -87,10 +86,7 @@ def test_visers_line_goes_through_with_its_protocol_and_tells_what_was_clicked(s
         with standing.websocket_connect(address, subprotocols=[PROTOCOL], headers=HOST) as viewer:
             assert viewer.accepted_subprotocol == PROTOCOL
             assert len(viewer.receive_bytes()) > 100
-            viewer.send_bytes(msgspec.msgpack.encode({
-                "type": "ViewerCameraMessage", "wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.0, 0.0, 5.0), "fov": 1.0,
-                "near": 0.01, "far": 1000.0, "image_height": 600, "image_width": 900, "look_at": (0.0, 0.0, 0.0),
-                "up_direction": (0.0, 1.0, 0.0)}))
+            viewer.send_bytes(LOOK)
             [process] = processes(standing)
             until(lambda: process.viewers == 1)
             viewer.send_bytes(msgspec.msgpack.encode({

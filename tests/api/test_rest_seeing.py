@@ -1,6 +1,7 @@
 """REST of live seeing: a real camera's process finds robots and ball, by colours that are learned and kept."""
 
 import json
+import re
 import time
 from contextlib import contextmanager
 
@@ -18,6 +19,7 @@ from tests.support.live_play import Before
 from tests.support.refusals import API, refusal
 from tests.support.sim_truth import truth_at
 from tests.support.ssl_listener import Packet
+from tests.support.viser_page import LOOK, PROTOCOL, messages_of
 from tests.support.waiting import until
 
 HOST = {"host": "127.0.0.1:8000"}
@@ -251,6 +253,22 @@ def test_a_listener_to_the_leagues_group_hears_what_was_seen_once_it_is_switched
     ball = truth_at(play.rendering, 0.0).ball
     if ball.seen > 0.9:
         assert np.hypot(frame.balls[0].x - ball.x_mm, frame.balls[0].y - ball.y_mm) < 25
+
+
+def test_a_scene_draws_what_was_detected_by_its_own_calibration_and_by_no_other(client, taught):
+    record = client.get(f"{API}/calibrations/{taught['id']}/export/json").content
+    other = client.post(f"{API}/calibrations/import", files={"file": record}).json()
+    assert other["camera"] == "north"
+    with listening(client, "scene") as line:
+        address = line.receive_json()["address"].rstrip("/")
+        line.send_json({"set": {"layers": ["things"]}, "show": {"calibrations": [other["id"], taught["id"]]}})
+        assert line.receive_json()["shown"]
+        with client.websocket_connect(address, subprotocols=[PROTOCOL], headers=HOST) as viewer:
+            viewer.send_bytes(LOOK)
+            drawn = []  # whose detections, packet by packet
+            while drawn.count({taught["id"]}) < 3:
+                drawn.append(set(re.findall(r"/things/(\w+)/", messages_of(viewer.receive_bytes()))))
+                assert other["id"] not in drawn[-1]
 
 
 def test_publishing_that_leads_nowhere_is_said(client, taught):

@@ -198,6 +198,17 @@ def test_the_bow_of_a_known_lens_is_known():
     assert sag_px(lens, raw[[0, 2]]) == pytest.approx(raw[1, 1] - raw[0, 1], abs=1e-6)
 
 
+def test_a_bow_is_as_unsure_as_the_lenses_that_the_fit_allows_for_make_it():
+    chains = lines_seen(lens_of("division", (-0.25,), centre=(8, -5)), 7)
+    fit = fit_plumb_lines(chains, SIZE, "division", centre_sigma_px=30)
+    verdict = sag_verdict(fit, chains)
+    allowed = np.random.default_rng(0).multivariate_normal(fit.values, fit.statistical_covariance, 400)
+    for bow in (verdict.most, verdict.longest):
+        ends = chains[bow.index][[0, -1]]
+        bows = [sag_px(replace(fit.lens, terms=(k,), centre_px=(x, y)), ends) for k, x, y in allowed]
+        assert bow.sigma_px == pytest.approx(np.std(bows), rel=0.12)  # 3.4 times what chance does to 400
+
+
 @FEW_OR_ALL
 def test_a_straight_picture_has_no_significant_distortion(seeds):
     for seed in range(seeds):

@@ -18,9 +18,10 @@ import pytest
 
 from app.core.errors import BadInput, Conflict, NotFound, Unavailable
 from app.core.geometry import ImageSize
+from app.core.records import Frame
 from app.imaging.correction import correction_map
 from app.live import LiveCamera, StreamSpec, frame_buffer
-from app.live.capture import RETRY_S
+from app.live.capture import RETRY_S, CapturedFrame
 from app.live.picture import AppliedCalibration
 from app.live.state import KILL_AFTER_S, STALL_S
 from app.processes.framing import decode_body
@@ -381,6 +382,17 @@ def test_wishes_that_differ_little_are_one_channel():
     assert StreamSpec.requested("raw", 0).width == 0
 
 
+def recording(buffer) -> threading.Thread:
+    """Its thread, begun; a capture's SystemExit ends it."""
+    def record():
+        with suppress(SystemExit):
+            buffer.run()
+
+    thread = threading.Thread(target=record, daemon=True)
+    thread.start()
+    return thread
+
+
 def test_a_clip_that_could_not_be_had_records_nothing_more(monkeypatch):
     asked = []
 
@@ -394,15 +406,30 @@ def test_a_clip_that_could_not_be_had_records_nothing_more(monkeypatch):
     buffer = frame_buffer.FrameBuffer(Silent())
     with pytest.raises(Unavailable):
         buffer.clip(1.0)
-
-    def record():
-        with suppress(SystemExit):
-            buffer.run()
-
-    recording = threading.Thread(target=record, daemon=True)
-    recording.start()
-    recording.join(0.3)  # in which it would have asked
+    thread = recording(buffer)
+    thread.join(0.3)  # in which it would have asked
     assert not asked
     buffer.keep(True)
-    recording.join(LONG_S)
+    thread.join(LONG_S)
     assert asked
+
+
+def test_a_picture_whose_size_keeps_changing_is_recorded_up_to_the_limit(monkeypatch):
+    class Turned:
+        """Ten frames upright, ten across, and so on: sixty."""
+
+        def after(self, seq, timeout_s):
+            if seq == 60:
+                raise SystemExit
+            across = seq // 10 % 2
+            pixels = np.zeros((48, 64, 3) if across else (64, 48, 3), np.uint8)
+            return CapturedFrame(Frame(pixels), seq + 1, seq / frame_buffer.FPS, seq / frame_buffer.FPS)
+
+    monkeypatch.setattr(frame_buffer, "MAX_BYTES", 3000)  # four of these frames
+    monkeypatch.setattr(frame_buffer, "IDLE_S", 0.05)
+    buffer = frame_buffer.FrameBuffer(Turned())
+    buffer.keep(True)
+    recording(buffer).join(LONG_S)
+    clip, jpegs = buffer.clip(0.3)
+    assert [one["seq"] for one in clip["frames"]] == [57, 58, 59, 60] and (clip["width"], clip["height"]) == (64, 48)
+    assert len(jpegs) == sum(one["bytes"] for one in clip["frames"]) <= 3000

@@ -143,6 +143,11 @@ def test_a_size_between_the_cameras_steps_goes_to_the_nearest(camera):
     assert write_control(camera, "height", 1215.4).value == 1216
 
 
+def test_the_nearest_step_is_never_beyond_the_largest_size():
+    camera = nodes(number("Width", 1280, 64, 1930, kind="Integer", more="<Inc>16</Inc>"))
+    assert write_control(camera, "width", 1929).value == 64 + 116 * 16  # 1920; the next would be 1936
+
+
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -1, 1e9, 10**400, True, None, "5000", [5000], {},
                                    "AUTO"],
                          ids=lambda value: repr(value)[:12])

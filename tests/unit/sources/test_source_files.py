@@ -113,6 +113,13 @@ def test_a_film_loops_frame_by_frame(suffix, around):
     assert shown(source, 25) == [*range(10), *range(10), *range(5)]
 
 
+def test_the_first_frame_of_a_loop_is_one_interval_after_the_last_of_the_one_before(around):
+    film(around.pictures / "film.avi")
+    source = source_from_url("video://film.avi?pace=fast", around)
+    moments_s = [source.moment_s for _ in range(22) if source.read()]
+    np.testing.assert_allclose(np.diff(moments_s), 1 / 20, atol=1e-3)
+
+
 def test_a_film_begins_where_it_is_told(around):
     film(around.pictures / "film.avi")
     source = source_from_url("video://film.avi?start_s=0.25&pace=fast", around)

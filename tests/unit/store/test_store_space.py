@@ -2,6 +2,7 @@
 
 import os
 import sqlite3
+import threading
 from contextlib import closing
 from datetime import UTC, datetime, timedelta
 
@@ -11,10 +12,11 @@ from app.core.errors import DiskFull, Unavailable
 from app.core.geometry import ImageSize
 from app.store.backups import MAX_HOURS, MAX_NEWEST, Backups
 from app.store.drafts import EMPTY
+from app.store.files import write_atomically
 from app.store.integrity import find_damage
 from app.store.store import Store
 from tests.support.store_writer import calibration
-from tests.support.waiting import until
+from tests.support.waiting import LONG_S, until
 
 SIZE = ImageSize(640, 480)
 MB = 1_000_000
@@ -76,6 +78,30 @@ def test_a_file_that_a_kill_left_without_its_row_goes_first(opener, tmp_path):
             kept = again.snapshots.add(b"x" * 1800, SIZE, "png")
             again.snapshots.add(b"y" * 1800, SIZE, "png")
             assert again.snapshots.picture(kept.id) and len(list((again.folder / "pictures").iterdir())) == 2
+
+
+def test_a_file_that_is_about_to_get_its_row_is_not_one_without(opener, tmp_path, monkeypatch):
+    written, go_on = threading.Event(), threading.Event()
+
+    def write(path, data):
+        write_atomically(path, data)
+        if data == first:
+            written.set()
+            assert go_on.wait(LONG_S)
+
+    monkeypatch.setattr("app.store.snapshots.write_atomically", write)
+    first, second = b"x" * 1800, b"y" * 2000
+    with opener(tmp_path / "data", uploads_bytes=4000) as store:
+        store.snapshots.add(b"o" * 2100, SIZE, "png")  # makes room for the second
+        adding = [threading.Thread(target=store.snapshots.add, args=(data, SIZE, "png")) for data in (first, second)]
+        adding[0].start()
+        assert written.wait(LONG_S)
+        adding[1].start()
+        adding[1].join(0.3)  # in which it would have removed the first one's file
+        go_on.set()
+        for one in adding:
+            one.join(LONG_S)
+        assert {store.snapshots.picture(s.id) for s in store.snapshots.list().items} == {first, second}
 
 
 @pytest.mark.parametrize("free_mb, warned, refused", [(600, False, False), (400, True, False), (50, True, True)])
