@@ -22,7 +22,6 @@ from app.core.field import BORDERS, Region
 from app.core.records import Fit
 from app.evaluate.fit.contradiction import MIN_TERMS
 from app.evaluate.fit.difference import difference_mm
-from app.evaluate.fit.reach import REASON as LENS_ENDS
 from app.evaluate.fit.residuals import rms
 from app.models import RayModel
 from app.models.ray_camera import RayCamera
@@ -31,6 +30,7 @@ WITHIN_CHANCE = 1.15  # held-out errors of a few dozen clicks are known to about
 SAME_MM = 0.3
 EXPLAINS, EXPLAINS_PX = 3.0, 1.0  # how much worse than the best of all a reference may fit the points
 UNKNOWN = "weakly-determined"  # the warning of a fit whose inside is a guess
+LENS_ENDS, CONTRADICTED = "lens-ends", "another-lens"  # of those that are not recommended while there are others
 _NOTHING = "No model could be checked with points left out; click more points, also inside the field."
 BENDS = {"homography": False, "fisheye": True}  # a fisheye bends lines without any terms
 
@@ -60,7 +60,9 @@ def compare(candidates: list[FittedModel], region: Region) -> dict[str, Any]:
         return {"ranking": rows, "recommended": None, "no_significant_distortion": None, "reason": _NOTHING}
     least = known[0]["field_mm"]
     close = [row for row in known if row["field_mm"] <= WITHIN_CHANCE * least + SAME_MM]
-    close = [row for row in close if LENS_ENDS not in row["warnings"]] or close
+    # not one that another lens on the same points contradicts, or that ends before the field does
+    fine = [row for row in close if not {LENS_ENDS, CONTRADICTED} & {*row["warnings"]}]
+    close = fine or [row for row in known if reference and row["model"] == reference.name] or close
     simplest = min(close, key=lambda row: (row["parameters"], row["field_mm"]))
     chosen = next((row for row in close if not straight and reference and row["model"] == reference.name), simplest)
     return {"ranking": rows, "recommended": chosen["model"], "no_significant_distortion": straight,
@@ -90,7 +92,7 @@ def _reference(candidates: list[FittedModel]) -> FittedModel | None:
     # Where no camera can be where the points are (a stretched picture), none is a reference.
     most_px = EXPLAINS * min((c.report["rms_px"] for c in known), default=0.0) + EXPLAINS_PX
     with_rays = [c for c in known if isinstance(c.fit.model, RayModel) and c.report["rms_px"] <= most_px]
-    for reason in (LENS_ENDS, UNKNOWN):  # where none is free of it, the most probable is still the best guess
+    for reason in (LENS_ENDS, CONTRADICTED, UNKNOWN):  # if none is free of it, the most probable is the best guess
         with_rays = [c for c in with_rays if not _warns(c, reason)] or with_rays
     lenses = [c for c in with_rays if "log_evidence" in c.fit.notes and isinstance(c.fit.model, RayCamera)
               and len(c.fit.model.lens_terms) >= MIN_TERMS]

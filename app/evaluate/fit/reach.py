@@ -9,7 +9,6 @@ from app.evaluate.fit.uncertainty import grid_over
 from app.models import CameraModel
 from app.models.ray_camera import RayCamera
 
-REASON = "lens-ends"
 MARGIN = 0.01  # of the picture's diagonal: so much further out the lens must still reach
 HALVINGS = 20
 
@@ -23,9 +22,9 @@ def reach_warnings(model: CameraModel, region: Region, hat_height_mm: float) -> 
     share = float(np.mean(np.any(ends, axis=0)))
     if not share:
         return []
-    return [Warning(REASON, f"The lens that was found folds back inside the picture: {100 * share:.0f} % of the field, "
-                    "up to hat height, lies at its edge or beyond, where no place can be told.",
-                    "Use the fisheye model, or click more points near the picture's corners.")]
+    return [Warning("lens-ends", "The lens that was found folds back inside the picture: "
+                    f"{100 * share:.0f} % of the field, up to hat height, lies at its edge or beyond, where no place "
+                    "can be told.", "Use the fisheye model, or click more points near the picture's corners.")]
 
 
 def _ends(model: RayCamera, places: Array) -> Array:

@@ -79,6 +79,19 @@ def test_where_the_clicks_hardly_tell_any_lens_the_most_probable_one_is_recommen
     assert rows["homography"]["rms_px"] > 20  # more than a click's noise may be by the options, and listed all the same
 
 
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_lens_of_one_term_that_another_contradicts_is_not_recommended_for_being_simple(seed):
+    camera = reference_camera("half", 15)
+    seen = border_observations(camera, REGION, 9, 0.5, np.random.default_rng(seed))
+    found = calibration.compare(seen, FIELD, REGION, SIZE, ("division", "brown-conrady", "fisheye", "ssl"))
+    rows = {row["model"]: row for row in found["ranking"]}
+    assert "another-lens" in rows["ssl"]["warnings"] and "another-lens" not in rows[found["recommended"]]["warnings"]
+    raw, truth = known_grid(camera, REGION, 21, 17)
+    true_mm = {name: rms_mm(field_from_raw(FITTERS[name].fit(seen, FIELD, REGION, SIZE).model, raw), truth)
+               for name in ("ssl", found["recommended"])}
+    assert true_mm[found["recommended"]] < true_mm["ssl"]
+
+
 def test_a_model_that_only_borders_were_clicked_for_is_not_recommended():
     found = calibration.compare(clicks("strong"), FIELD, REGION, SIZE, ("polynomial", "homography"))
     assert found["recommended"] is None and "inside the field" in found["reason"]
