@@ -48,8 +48,8 @@ class Line:
         along = self.tangents(points)
         return np.stack([-along[..., 1], along[..., 0]], axis=-1)
 
-    def shifted(self, offset_mm: float, _centre_mm: Point = (0.0, 0.0)) -> Self:
-        """The same line so far to the left of it; it has no centre."""
+    def shifted(self, offset_mm: float) -> Self:
+        """The same line so far to the left of it."""
         if not offset_mm:
             return self
         start, end = np.asarray(self.start), np.asarray(self.end)
@@ -238,8 +238,10 @@ class Field:
         return tuple(self._painted(marking) for marking in (*self.lines.values(), *self.arcs.values()))
 
     def _painted(self, marking: Line | Arc) -> Line | Arc:
-        return marking.shifted(self.line_offsets_mm.get(marking.name, 0.0),
-                               self.arc_offsets_mm.get(marking.name, (0.0, 0.0)))
+        offset_mm = self.line_offsets_mm.get(marking.name, 0.0)
+        if isinstance(marking, Line):
+            return marking.shifted(offset_mm)
+        return marking.shifted(offset_mm, self.arc_offsets_mm.get(marking.name, (0.0, 0.0)))
 
     def observed_name(self, marking: str, region: Region) -> str:
         """Return the marking's name, or that of the region's border along it, which every model accepts."""

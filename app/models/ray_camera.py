@@ -62,8 +62,7 @@ class RayCamera(TopView, RayModel):
         """Map field mm (..., 3) to raw pixels; NaN behind the camera, past the horizon, or far outside the picture."""
         with np.errstate(all="ignore"):
             rays = (np.asarray(points_field_xyz, float) - np.array(self.position_mm)) @ self.camera_from_field.T
-            plane = self.LENS.distort(self._terms, rays)
-            pixels = plane * (self.focal_px * np.array([1, self.aspect])) + np.array(self.centre_px)
+            pixels = self.pixels_from_rays(rays)
             near = (np.abs(points_field_xyz) < MAX_COORDINATE).all(axis=-1)
         return unreachable_where(~near | self._beyond(pixels), pixels)
 
@@ -82,6 +81,12 @@ class RayCamera(TopView, RayModel):
         with np.errstate(all="ignore"):
             about = np.asarray(pixels, float) - np.array(self.centre_px)
             return self.LENS.undistort(self._terms, about / (self.focal_px * np.array([1, self.aspect])))
+
+    def pixels_from_rays(self, rays: Array) -> Points:
+        """Map rays (..., 3) in the camera's frame to raw pixels (..., 2); NaN behind it and beyond the horizon."""
+        with np.errstate(all="ignore"):
+            plane = self.LENS.distort(self._terms, rays)
+            return plane * (self.focal_px * np.array([1, self.aspect])) + np.array(self.centre_px)
 
     def _beyond(self, pixels: Points) -> Array:
         """Return where pixels are further than REACH outside the picture, or not numbers."""

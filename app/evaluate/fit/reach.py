@@ -18,8 +18,8 @@ def reach_warnings(model: CameraModel, region: Region, hat_height_mm: float) -> 
     if not isinstance(model, RayCamera):
         return []
     flat = grid_over(region).reshape(-1, 2)
-    ends = [_ends(model, with_z(flat, z_mm)) for z_mm in (0.0, hat_height_mm)]
-    share = float(np.mean(np.any(ends, axis=0)))
+    ends = _ends(model, np.concatenate([with_z(flat), with_z(flat, hat_height_mm)])).reshape(2, -1)
+    share = float(np.mean(ends.any(axis=0)))
     if not share:
         return []
     return [Warning("lens-ends", "The lens that was found folds back inside the picture: "
@@ -29,21 +29,24 @@ def reach_warnings(model: CameraModel, region: Region, hat_height_mm: float) -> 
 
 def _ends(model: RayCamera, places: Array) -> Array:
     """Return for each of the places (n, 3) mm whether the picture shows where it is, and the lens does not reach it."""
-    terms, size = np.array(model.lens_terms), model.image_size
+    size, middle = model.image_size, np.array(model.centre_px)
     rays = (places - np.array(model.position_mm)) @ model.camera_from_field.T
+    reached = np.isfinite(model.pixels_from_rays(rays)).all(axis=1)
+    if not reached.all():  # of a ray that is not, as far towards it as the lens reaches
+        low, high = reached.astype(float), np.ones(len(rays))
+        for _ in range(HALVINGS):
+            share = (low + high) / 2
+            fine = np.isfinite(model.pixels_from_rays(_bent(rays, share))).all(axis=1)
+            low, high = np.where(fine, share, low), np.where(fine, high, share)
+        rays = _bent(rays, low)
+    pixels = model.pixels_from_rays(rays)
     with np.errstate(all="ignore"):
-        reached = np.isfinite(model.LENS.distort(terms, rays)).all(axis=1)
-        # of a ray that is not, how far towards it the lens reaches
-        low, high = np.zeros(len(rays)), np.ones(len(rays))
-        for _ in range(0 if reached.all() else HALVINGS):
-            middle = (low + high) / 2
-            fine = np.isfinite(model.LENS.distort(terms, rays * np.stack([middle, middle, np.ones_like(middle)], 1)))
-            low, high = np.where(fine.all(axis=1), middle, low), np.where(fine.all(axis=1), high, middle)
-        share = np.where(reached, 1.0, low)
-        plane = model.LENS.distort(terms, rays * np.stack([share, share, np.ones_like(share)], axis=1))
-        pixels = plane * (model.focal_px * np.array([1, model.aspect])) + np.array(model.centre_px)
-        arm = pixels - np.array(model.centre_px)
-        further = pixels + arm / np.linalg.norm(arm, axis=1, keepdims=True) * MARGIN * np.hypot(*size)
-        further = np.clip(further, 0, np.array(tuple(size)) - 1.0)
-        beyond = ~np.isfinite(model.rays(further)).all(axis=1)
+        outwards = (pixels - middle) / np.linalg.norm(pixels - middle, axis=1, keepdims=True)
+    further = np.clip(pixels + outwards * MARGIN * np.hypot(*size), 0, np.array(tuple(size)) - 1.0)
+    beyond = ~np.isfinite(model.rays(further)).all(axis=1)
     return inside_picture(pixels, size) & (rays[:, 2] > 0) & (~reached | beyond)
+
+
+def _bent(rays: Array, share: Array) -> Array:
+    """Return rays (n, 3) turned towards the axis, their tangents a share (n,) of what they were."""
+    return rays * np.stack([share, share, np.ones_like(share)], axis=1)

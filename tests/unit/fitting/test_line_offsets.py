@@ -27,7 +27,7 @@ def test_straight_lines_may_lie_beside_their_places():
 
 def test_one_line_far_off_does_not_speak_for_the_others():
     sigmas = learned(np.array([0.3, -0.2, 0.4, -0.3, 0.1, 12.0]), [0] * 6)
-    assert sigmas[5] > 2 * sigmas[0] and sigmas[0] < 1.1 * USUAL_MM
+    assert sigmas[5] > 2 * sigmas[0] and sigmas[0] < USUAL_MM
 
 
 @pytest.mark.parametrize("painted", ["normal", "one far off"])
