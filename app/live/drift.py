@@ -6,13 +6,14 @@ the server was off, is seen too; where there is none, or none that shows them, f
 
 import threading
 import time
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import TouchlineError
 from app.evaluate.drift.alarm import DriftWatch
+from app.evaluate.drift.check_verdict import verdict_in
 from app.evaluate.drift.monitor import DriftReference, DriftSample
 from app.images import ImageLimits, decode_in_process
 from app.live.capture import CapturedFrame, FrameCapture
@@ -82,18 +83,19 @@ class CameraDriftMonitor:
                 if self._changed.wait(again_s):
                     return
                 again_s = min(2 * again_s, MAX_RETRY_S)
+        watch.misplaced(reference.misplaced)
         sample: DriftSample | None = None
         while not self._changed.is_set():
             taken = self._capture.after(seq, WAIT_S, in_passing=True)
-            if taken is not None and taken.frame.size == reference.size:
+            if taken is not None and taken.frame.size == reference.lines.size:
                 seq, begun = taken.seq, time.thread_time()
-                sample = reference.look(taken.frame.pixels, sample)
+                sample = reference.lines.look(taken.frame.pixels, sample)
                 watch.add(sample, taken.time)
                 report(source, time.thread_time() - begun)
             self._changed.wait(DOUBTFUL_S if watch.doubtful else EVERY_S)
 
     def _reference_of_picture(self, applied: AppliedCalibration,
-                              picture: dict[str, Any] | None) -> DriftReference | None:
+                              picture: dict[str, Any] | None) -> "_Reference | None":
         if picture is None:
             return None
         try:
@@ -102,7 +104,7 @@ class CameraDriftMonitor:
             return None
         return _reference([frame.pixels], applied)
 
-    def _learnt(self, applied: AppliedCalibration) -> DriftReference | None:
+    def _learnt(self, applied: AppliedCalibration) -> "_Reference | None":
         """Return a reference from some frames, in which what moves is not in the same place."""
         pictures: list[NDArray[np.uint8]] = []
         taken: CapturedFrame | None = None
@@ -117,11 +119,22 @@ class CameraDriftMonitor:
         return _reference(pictures, applied)
 
 
-def _reference(pictures: list[NDArray[np.uint8]], applied: AppliedCalibration) -> DriftReference | None:
+class _Reference(NamedTuple):
+    """What is followed, and in a sentence how far the calibration is from it; empty where it is not wrong."""
+
+    lines: DriftReference
+    misplaced: str
+
+
+def _reference(pictures: list[NDArray[np.uint8]], applied: AppliedCalibration) -> _Reference | None:
     height, width = pictures[0].shape[:2]
     if (width, height) != tuple(applied.record.image_size):
         return None
+    where = applied.model, applied.field, applied.region
     try:
-        return DriftReference.of(pictures, applied.model, applied.field, applied.region)
+        if (lines := DriftReference.of(pictures, *where)) is None:
+            return None
+        verdict = verdict_in(pictures[0], *where)
     except (TouchlineError, np.linalg.LinAlgError):
         return None
+    return _Reference(lines, verdict["sentence"] if verdict["level"] == "poor" else "")

@@ -74,7 +74,7 @@ async def take_frames(services: Services, cameras: Iterable[str]) -> tuple[dict[
         try:
             return await take_frame(services.live.get(id))
         except TouchlineError as error:
-            return {"camera": id, "reason": error.reason, "text": error.what, "fix": error.fix}
+            return {"camera": id, "reason": error.reason, "text": error.what, "fix": error.fix, "level": None}
     results = await asyncio.gather(*map(take, cameras))
     return ({frame.camera.id: frame for frame in results if isinstance(frame, TakenFrame)},
             [problem for problem in results if isinstance(problem, dict)])

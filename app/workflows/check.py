@@ -1,5 +1,6 @@
 """Check whether a calibration still holds in a new picture, line by line, in mm. Nothing is fitted or stored."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -7,17 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core import opencv
-from app.core.errors import Conflict, FitFailed
-from app.core.field import Field
+from app.core.errors import Conflict
 from app.core.geometry import ImageSize
 from app.core.json_values import number
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration
-from app.evaluate.cameras.offsets import fit_offset_field
-from app.evaluate.cameras.rig_agreement import agreement
-from app.evaluate.drift.check_verdict import INCONCLUSIVE, MIN_FOUND, CheckFigures, check_verdict
+from app.evaluate.drift.check_figures import CheckFigures
+from app.evaluate.drift.check_verdict import INCONCLUSIVE, check_verdict
 from app.evaluate.drift.line_check import LineMeasurements, line_deviations, measure_lines
-from app.models import CameraModel
+from app.evaluate.fit.verification import MIN_FOUND
 from app.models.restored import Restored
 from app.workflows.automatic import detect_lines
 from app.workflows.automatic_request import median_frame
@@ -45,8 +44,9 @@ def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_prog
     seen = measure_lines(model, gray, field, region)
     progress(0.7, "Judging")
     lines = [asdict(line) for line in line_deviations(seen)]
-    own_mm = number((calibration.report.get("verdict") or {}).get("mm"))  # none in an imported report
-    found = replace(_judged(model, gray, field, seen), own_mm=own_mm)
+    own_mm = _own_mm(calibration.report)
+    others = _other_lines_px(gray, seen) / max(float(seen.stands_for_px.sum()), 1e-9)
+    found = replace(CheckFigures.of(seen, model, size, field), own_mm=own_mm, others_share=others)
     verdict = check_verdict(found, lines)
     if verdict["reason"] in INCONCLUSIVE:  # what lies where a line is expected is then something else
         found = replace(found, rms_mm=None, p95_mm=None, rms_px=None, left_mm=None, carpet=None, hat=None)
@@ -57,27 +57,10 @@ def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_prog
             **found.to_json(), "points": _drawn(seen)}
 
 
-def _judged(model: CameraModel, gray: Pixels, field: Field, seen: LineMeasurements) -> CheckFigures:
-    of = seen.found
-    mm = np.abs(seen.off_mm[of])
-    carpet, hat, left = None, None, None
-    try:
-        evidence = seen.evidence()
-        moved = fit_offset_field(evidence)
-        rest = evidence.offset_mm - np.sum(moved.at(evidence.places)[0] * evidence.normals, axis=1)
-        left = float(np.sqrt(np.mean(rest[moved.good] ** 2))) if moved.good.any() else None
-        size = ImageSize(gray.shape[1], gray.shape[0])
-        figures = agreement(model, size, model, size, field, evidence, moved)
-        carpet, hat = figures["carpet"], figures["hat"]
-    except FitFailed:
-        pass  # too little was seen for a map; the lines speak for themselves
-    expected_px = float(seen.stands_for_px.sum())
-    return CheckFigures(
-        found_share=seen.share, lines_found=len(set(seen.marking[of].tolist())),
-        rms_mm=float(np.sqrt(np.mean(mm**2))) if len(mm) else None,
-        p95_mm=float(np.percentile(mm, 95)) if len(mm) else None,
-        rms_px=float(np.sqrt(np.mean(seen.off_px[of] ** 2))) if len(mm) else None,
-        left_mm=left, carpet=carpet, hat=hat, others_share=_other_lines_px(gray, seen) / max(expected_px, 1e-9))
+def _own_mm(report: Mapping[str, Any]) -> float | None:
+    """Return the worst figure that the calibration had when it was made; None in an imported report."""
+    told = [(report.get("verdict") or {}).get("mm"), *(row.get("rms_mm") for row in report.get("per_feature") or ())]
+    return max((mm for mm in map(number, told) if mm is not None), default=None)
 
 
 def _other_lines_px(gray: Pixels, seen: LineMeasurements) -> float:

@@ -17,6 +17,7 @@ from app.core.json_values import nullable, nullable_points
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
 from app.evaluate.cameras import pair_verdict
+from app.evaluate.cameras.own_accuracy import own_accuracy
 from app.evaluate.cameras.pair_agreement import CELLS, from_matches, from_observations
 from app.evaluate.cameras.shared_area import overlap
 from app.fitting.two_view.epipolar_lines import epipolar_curves, epipolar_segments
@@ -186,8 +187,10 @@ def _agreement(a: Calibration, b: Calibration, model_a: CameraModel, model_b: Ca
         found = from_observations(model_a, seen[0], model_b, seen[1], field, field.region(a.region, a.rotate),
                                   field.region(b.region, b.rotate))
     result = found.to_json(shared)
+    against = [own for own in (own_accuracy(a.camera or "The first camera", a.report),
+                               own_accuracy(b.camera or "The second camera", b.report)) if own is not None]
     return {**result, "from": "clicks" if apart is None else "matches", "apart_mm": apart,
-            "verdict": pair_verdict.of_agreement(found, result["covered"])}
+            "verdict": pair_verdict.of_agreement(found, result["covered"], against)}
 
 
 def lines_by_matrix(matrix: Any, points_a: Any, points_b: Any, size_a: ImageSize, size_b: ImageSize) -> dict[str, Any]:

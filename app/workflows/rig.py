@@ -21,11 +21,13 @@ from app.evaluate.cameras import rig_verdict
 from app.evaluate.cameras.epipolar_check import geometry
 from app.evaluate.cameras.evidence import OffsetMeasurements, from_clicks, from_matches
 from app.evaluate.cameras.image_evidence import from_pictures
+from app.evaluate.cameras.own_accuracy import own_accuracy
 from app.evaluate.cameras.rectangles import Rectangles, most_common
 from app.evaluate.cameras.rig_agreement import agreement
+from app.evaluate.drift.check_verdict import verdict_in
 from app.images import ImageDecoder
 from app.models import CameraModel, RayModel
-from app.models.restored import model_of
+from app.models.restored import Restored, model_of
 from app.store.files import read_checked
 from app.workflows.calibration import subprogress
 from app.workflows.calibration_request import CalibrationRequest
@@ -68,8 +70,22 @@ def check(rig: Mapping[str, Any], pictures: Mapping[str, Pixels], matches: Seque
         part(0.0, "Comparing")
         pairs.append({"a": a, "b": b, **_pair(rig, titles, (a, b), calibrations, pictures,
                                               _matches_of(matches, a, b), part)})
+    for camera in status["cameras"]:
+        name = camera["camera"]
+        if name in calibrations and name in pictures:
+            camera["troubles"] += _in_picture(camera, calibrations[name], pictures[name])
     troubles = [trouble for camera in status["cameras"] for trouble in camera["troubles"]]
     return {**status, "pairs": pairs, "verdict": rig_verdict.of_rig(pairs, troubles)}
+
+
+def _in_picture(camera: Mapping[str, Any], calibration: Calibration, pixels: Pixels) -> Iterator[dict[str, Any]]:
+    """Yield what the lines in a camera's picture say against its calibration, also where no other camera looks."""
+    if (pixels.shape[1], pixels.shape[0]) != tuple(calibration.image_size):
+        return
+    found = verdict_in(pixels, *Restored.of(calibration))
+    if found["level"] == "poor":
+        yield {"camera": camera["camera"], "reason": "lines-misplaced", "level": "poor",
+               "text": f"In its picture: {camera['title']}. {found['sentence']}", "fix": found["fix"]}
 
 
 def _pair(rig: Mapping[str, Any], titles: Mapping[str, str], names: tuple[str, str],
@@ -148,8 +164,8 @@ def _troubles(rig: Mapping[str, Any], camera: Mapping[str, Any], mine: Rectangle
               wanted: Rectangles | None) -> Iterator[dict[str, Any]]:
     calibration, title = camera["calibration"], camera["title"]
 
-    def trouble(reason: str, text: str, fix: str) -> dict[str, Any]:
-        return {"camera": camera["camera"], "reason": reason, "text": text, "fix": fix}
+    def trouble(reason: str, text: str, fix: str, level: str | None = None) -> dict[str, Any]:
+        return {"camera": camera["camera"], "reason": reason, "text": text, "fix": fix, "level": level}
 
     if calibration is None:
         yield trouble("not-calibrated", f"{title} has no active calibration.", f"Calibrate {title}, and activate it.")
@@ -158,6 +174,8 @@ def _troubles(rig: Mapping[str, Any], camera: Mapping[str, Any], mine: Rectangle
         yield trouble("other-field", f"{title} is calibrated on the field {calibration['field']}, the rig's is "
                       f"{rig['field']['name']}.", f"Calibrate {title} on {rig['field']['name']}.")
         return
+    if (own := own_accuracy(title, calibration["report"])) is not None:
+        yield trouble(own.reason, own.text, own.fix, own.level)
     if camera["region"] is not None and calibration["region"] != camera["region"]:
         yield trouble("other-region", f"{title} is calibrated on {calibration['region']}, the rig gives it "
                       f"{camera['region']}.", f"Calibrate {title} on {camera['region']}, or change the rig.")

@@ -26,7 +26,7 @@ export interface CameraStatus {
 }
 /** Whether it stands as it did; px and mm are not exceeded by 95 % of its region. since: unix, s. */
 export interface Drift {
-  state: "learning" | "unfollowed" | "steady" | "knocked" | "out-of-focus" | "replaced" | "covered" | "dark"; alarm: boolean; since: number;
+  state: "learning" | "unfollowed" | "steady" | "misplaced" | "knocked" | "out-of-focus" | "replaced" | "covered" | "dark"; alarm: boolean; since: number;
   px: number | null; mm: number | null; sigma_px: number | null; sigma_mm: number | null; softer_px: number | null; seen: number;
   sentence: string; fix: string; calibration: string; reference: "calibration" | "start" | null;
 }

@@ -6,9 +6,12 @@ from starlette.testclient import TestClient
 
 from app.main import create_app
 from app.settings import Settings
+from app.sources import SourceContext, source_from_url
+from app.store.fields import load_fields
 from tests.support.live_cameras import calibrated
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
+from tests.support.sim_clicks import border_observations
 from tests.support.waiting import until
 
 URL = "sim://table?size=480x384&fps=20&robots=3"
@@ -95,6 +98,21 @@ def test_without_a_picture_the_first_seconds_are_what_it_is_held_against(served)
     assert alarm["softer_px"] > 1 and "Focus" in alarm["fix"]
     set_on(served, softer=0)
     becomes(served, "steady")
+
+
+def test_a_calibration_that_was_never_right_inside_the_field_is_an_alarm_though_nothing_moved(tmp_path):
+    half = "sim://ssl-div-b?region=half&lens=strong&tilt=5&height=5000&size=640x512&robots=0&fps=20"
+    camera = {"id": "north", "name": "North", "source": half, "field": "ssl-div-b", "region": "half"}
+    with TestClient(create_app(Settings(data=tmp_path, cameras=[camera])), base_url="http://127.0.0.1:8000") as client:
+        taken = client.post(f"{API}/snapshots", json={"camera": "north"}).json()["id"]
+        source = source_from_url(half, SourceContext(load_fields()))
+        region = load_fields()["ssl-div-b"].region("half")
+        made = client.post(f"{API}/calibrations", json={
+            "camera": "north", "snapshot": taken, "field": "ssl-div-b", "region": "half", "model": "polynomial",
+            "observations": [o.to_json() for o in border_observations(source.camera, region, 9)]}).json()
+        assert client.post(f"{API}/calibrations/{made['id']}/activate").status_code == 200
+        told = becomes(client, "misplaced")
+    assert told["alarm"] is True and told["px"] < 0.1 and "Farthest off" in told["sentence"] and told["fix"]
 
 
 def test_without_a_calibration_nothing_is_followed_or_registered(served):

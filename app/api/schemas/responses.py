@@ -76,7 +76,7 @@ CalibrationReport = response("CalibrationReport", format=Literal["touchline-repo
     figures=dict[str, JsonObject], distortion=JsonObject, per_feature=list[JsonObject], outliers=list[JsonObject],
     uncertainty=JsonObject, warnings=list[JsonObject])
 CheckVerdict = response("CheckVerdict", level=described(Level, "null: the picture does not tell"), sentence=str,
-    fix=str, reason=described(str, "holds, moved, lens, as-made, elsewhere or not-seen"))
+    fix=str, reason=described(str, "holds, moved, lens, lines-missing, as-made, elsewhere or not-seen"))
 # mm is across the marking on the carpet, and null where nothing was found
 CheckedLine = response("CheckedLine", feature=str, places=int, found=int, found_share=float, mean_mm=float | None,
     rms_mm=float | None, worst_mm=float | None, rms_px=float | None)
@@ -88,7 +88,10 @@ CalibrationCheck = response("CalibrationCheck", calibration=str, version=int | N
     found_share=described(float, "of the length of the lines that should be seen"), lines_found=int,
     others_share=described(float, "length of other long lines, as a share of what should be seen; 0 where most of "
                                   "that was found"),
-    own_mm=described(float | None, "what the calibration said of itself when it was made"), rms_mm=float | None,
+    missing=described(list[str], "markings that should be in sight, are not covered, and are not there"),
+    missing_share=described(float, "of the expected length"),
+    missing_inside=described(float, "of the expected length inside the region's borders"),
+    own_mm=described(float | None, "the worst figure of its own report when it was made"), rms_mm=float | None,
     p95_mm=float | None, rms_px=float | None,
     left_mm=described(float | None, "rms of what no motion of the camera explains"),
     carpet=described(JsonObject | None, "z_mm, mean_mm, p95_mm, max_mm, where, and the map"), hat=JsonObject | None,
@@ -140,7 +143,8 @@ FrameDetections = response("FrameDetections", seq=int, time_s=float, items=list[
 Tracks = response("Tracks", time_s=float, items=list[JsonObject], seams=JsonObject, cameras=list[JsonObject])
 
 # --- rigs
-RigTrouble = response("RigTrouble", camera=str, reason=str, text=str, fix=str)
+RigTrouble = response("RigTrouble", camera=str, reason=str, text=str, fix=str,
+    level=described(Level, "no better than this can the rig be; null where it says nothing of accuracy"))
 CameraOfRig = response("CameraOfRig", camera=str, title=str, region=str | None, rotate=int | None,
     calibration=described(str | None, "its active one"), version=int | None, model=str | None,
     rectangles=JsonObject | None, troubles=list[RigTrouble])

@@ -1,11 +1,13 @@
 """Verdicts on the figures of a pair: a level, a sentence, and what to do."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from app.core.geometry import Array
 from app.core.text_format import format_mm
+from app.evaluate.cameras.own_accuracy import OwnAccuracy, capped_level
 from app.evaluate.cameras.pair_agreement import PointAgreement
 from app.evaluate.fit.report import FAIR_MM, GOOD_MM
 
@@ -18,8 +20,21 @@ SURE_SIGMAS = 3.0
 TURNED_DEG = 0.1  # less moves nothing by a pixel
 
 
-def of_agreement(found: PointAgreement, covered: float) -> dict[str, Any]:
-    """{"level", "sentence", "fix"}. covered: the share of the common part that lies near a measured place."""
+def of_agreement(found: PointAgreement, covered: float, against: Sequence[OwnAccuracy] = ()) -> dict[str, Any]:
+    """{"level", "sentence", "fix"}. covered: the share of the common part that lies near a measured place.
+
+    against: what the calibrations' own reports say against them.
+    """
+    agreed = _agreement_alone(found, covered)
+    level = capped_level(agreed["level"], [own.level for own in against])
+    if level == agreed["level"]:
+        return agreed
+    worst = [own for own in against if own.level == level]
+    return {"level": level, "sentence": " ".join([*(own.text for own in worst), agreed["sentence"]]),
+            "fix": " ".join(filter(None, [*(own.fix for own in worst), agreed["fix"]]))}
+
+
+def _agreement_alone(found: PointAgreement, covered: float) -> dict[str, Any]:
     apart = found.apart_mm
     median, worst = float(np.median(apart)), float(apart.max())
     usual = apart[apart <= max(STANDS_OUT * median, FAIR_MM)]  # a mistaken match says nothing about the cameras

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from app.core.text_format import format_mm
+from app.evaluate.cameras.own_accuracy import LEVELS, capped_level
 from app.evaluate.fit.report import FAIR_MM, GOOD_MM
 
-LEVELS = ("good", "fair", "poor")
 STANDS_OUT = 2.5  # times the other's error: then it is this camera
 COVERED = 0.25  # of the shared part: less near a measure speaks for a small piece of it
 FROM = {"pictures": "", "clicks": "It rests on the clicks of the calibrations: what has moved since, it cannot see. "
@@ -49,7 +49,10 @@ def _cure(a: str, b: str, found: Mapping[str, Any]) -> str:
 
 
 def of_rig(pairs: Sequence[Mapping[str, Any]], troubles: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """{"level", "sentence", "fix"} of all pairs and of what is wrong with single cameras; level None if unknown."""
+    """{"level", "sentence", "fix"} of all pairs and of what is wrong with single cameras; level None if unknown.
+
+    Cameras that agree can be wrong alike, or where only one of them looks: a trouble with a level caps the rig's.
+    """
     judged = [pair for pair in pairs if pair.get("verdict")]
     if not judged:
         first = troubles[0] if troubles else {"fix": "Give each camera a calibration, and let their pictures overlap."}
@@ -59,5 +62,9 @@ def of_rig(pairs: Sequence[Mapping[str, Any]], troubles: Sequence[Mapping[str, A
     words = {"good": "The cameras agree.", "fair": "A robot jumps a little where one camera takes over from another.",
              "poor": "The cameras put the same thing at different places."}[level]
     sentence = f"{words} Worst: {worst['verdict']['sentence']}"
+    capped = capped_level(level, [trouble["level"] for trouble in troubles])
+    if capped != level:
+        told = " ".join(trouble["text"] for trouble in troubles if trouble["level"] == capped)
+        sentence, level = f"{told} {sentence}", capped
     return {"level": level, "sentence": sentence,
             "fix": " ".join(filter(None, [worst["verdict"]["fix"], *(t["fix"] for t in troubles[:2])]))}

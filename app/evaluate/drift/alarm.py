@@ -5,8 +5,10 @@ from typing import Any, Literal
 
 from app.evaluate.drift.monitor import DriftSample
 
-State = Literal["learning", "unfollowed", "steady", "knocked", "out-of-focus", "replaced", "covered", "dark"]
-ALARMS = ("knocked", "out-of-focus", "replaced")
+State = Literal["learning", "unfollowed", "steady", "misplaced", "knocked", "out-of-focus", "replaced", "covered",
+                "dark"]
+ALARMS = ("misplaced", "knocked", "out-of-focus", "replaced")
+STAYS = ("steady", "misplaced")
 PASSING = ("covered", "dark", "replaced")
 
 KNOCKED_PX, KNOCKED_MM = 0.5, 1.5  # either is a knock: half of what must be found
@@ -21,6 +23,7 @@ FIXES: dict[State, str] = {
     "learning": "Wait some seconds.",
     "unfollowed": "Calibrate it from a picture that shows the field's lines.",
     "steady": "",
+    "misplaced": "Calibrate it again, with a lens model or with points on the lines inside the field.",
     "knocked": "Put it back, or register its pose anew: the lens is kept.",
     "out-of-focus": "Focus it again and lock the ring. Another focus is another lens: calibrate anew if it stays.",
     "replaced": "Look at its picture. Put the camera back, or calibrate it anew.",
@@ -52,12 +55,14 @@ class DriftStatus:
     """The state, since when (unix, s), and the newest sample that showed it.
 
     worded: the sample that the sentence is about; an alarm's sentence changes only with its figures.
+    misplaced: what is wrong with the calibration itself, in a sentence; empty for nothing.
     """
 
     state: State
     since: float
     sample: DriftSample | None = None
     worded: DriftSample | None = None
+    misplaced: str = ""
 
     def with_sample(self, sample: DriftSample) -> "DriftStatus":
         return replace(self, sample=sample, worded=self.worded if self.alarm and self._much_like(sample) else sample)
@@ -79,7 +84,8 @@ class DriftStatus:
                 "sigma_px": _rounded(judged and judged.sigma_px), "sigma_mm": _rounded(judged and judged.sigma_mm),
                 "softer_px": self.sample.softer_px if self.sample else None,
                 "seen": self.sample.seen if self.sample else 0,
-                "sentence": sentence(self.state, self.worded), "fix": FIXES[self.state]}
+                "sentence": self.misplaced if self.state == "misplaced" else sentence(self.state, self.worded),
+                "fix": FIXES[self.state]}
 
 
 class DriftWatch:
@@ -94,17 +100,23 @@ class DriftWatch:
         """Whether the last sample differs from the status: then the next should not wait."""
         return bool(self._row) and self._row[-1][0] != self.status.state
 
+    def misplaced(self, sentence: str) -> None:
+        """Note what is wrong with the calibration itself: a camera that stays is then as wrong as one knocked."""
+        self.status = replace(self.status, misplaced=sentence)
+
     def add(self, sample: DriftSample, now: float) -> DriftStatus:
         """now: unix, s, when the picture was taken."""
         state = state_of(sample, self.status.state == "knocked")
+        if state == "steady" and self.status.misplaced:
+            state = "misplaced"
         if self._row and not _same_kind(self._row[-1][0], state):
             self._row = []
         self._row = [*self._row, (state, now)][-LONGER:]
-        enough = LONGER if state in PASSING else 1 if (self.status.state, state) == ("learning", "steady") else HOLD
+        enough = LONGER if state in PASSING else 1 if self.status.state == "learning" and state in STAYS else HOLD
         if state == self.status.state:
             self.status = self.status.with_sample(sample)
         elif len(self._row) >= enough:
-            self.status = DriftStatus(state, self._row[-enough][1], sample, sample)
+            self.status = DriftStatus(state, self._row[-enough][1], sample, sample, self.status.misplaced)
         return self.status
 
     def unfollowed(self, now: float) -> DriftStatus:

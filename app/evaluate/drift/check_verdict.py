@@ -1,15 +1,24 @@
 """The verdict of a check against a new picture: a level, a sentence, and what to do."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
-from app.core.text_format import format_mm
-from app.evaluate.fit.report import FAIR_MM, GOOD_MM
+import numpy as np
+from numpy.typing import NDArray
 
-MIN_FOUND = 0.5  # of the length of the lines that should be seen: people may stand on a third of it
+from app.core import opencv
+from app.core.field import Field, Region
+from app.core.geometry import ImageSize
+from app.core.text_format import format_mm
+from app.evaluate.drift.check_figures import CheckFigures
+from app.evaluate.drift.line_check import MOST, line_deviations, measure_lines
+from app.evaluate.fit.report import FAIR_MM, GOOD_MM
+from app.evaluate.fit.verification import MARKING_FOUND, MAX_MISSING, MIN_FOUND, MISSING_SHOWN
+from app.models import CameraModel
+
 MIN_LINES = 3
-SEEN = 0.3  # of a marking: below it, it says nothing
+PAINT = 3.0  # times the level's bound: so far may one marking lie off alone, painted beside its place
 ELSEWHERE = 0.5  # of the length that is expected: so much of other lines, and the camera looks elsewhere
 INCONCLUSIVE = ("elsewhere", "not-seen")  # reasons for which no figure in mm means anything
 AS_MADE = 1.5  # times the error in the calibration's own report: then nothing has changed
@@ -18,36 +27,27 @@ WORDS = {"good": "The calibration still holds", "fair": "The calibration holds w
          "poor": "The calibration no longer holds"}
 
 
-@dataclass(frozen=True)
-class CheckFigures:
-    """How far off, mm: of the places (rms, p95), and carried over carpet and hats (p95, max). None where not known.
-
-    left_mm: rms of what is not a motion of the camera, as of a lens that was changed. others_share: length of long
-    lines that lie where none is expected, as a share of what is. own_mm: the error in its own report.
-    """
-
-    found_share: float
-    lines_found: int
-    rms_mm: float | None
-    p95_mm: float | None
-    rms_px: float | None
-    left_mm: float | None
-    carpet: Mapping[str, Any] | None
-    hat: Mapping[str, Any] | None
-    others_share: float
-    own_mm: float | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        return asdict(self)
+def verdict_in(picture: NDArray[np.uint8], model: CameraModel, field: Field, region: Region) -> dict[str, Any]:
+    """Return the verdict of a check in a picture (h, w[, 3]) of the model's size, for all that only asks for it."""
+    gray = opencv.to_grey(picture)
+    seen = measure_lines(model, gray, field, region)
+    size = ImageSize(gray.shape[1], gray.shape[0])
+    return check_verdict(CheckFigures.of(seen, model, size, field), [asdict(line) for line in line_deviations(seen)])
 
 
 def check_verdict(found: CheckFigures, lines: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """{"level": good, fair, poor or None, "sentence", "fix", "reason"}. None: inconclusive."""
-    if found.found_share < MIN_FOUND or found.lines_found < MIN_LINES or found.p95_mm is None:
+    judged = found.found_share + found.missing_share  # of the rest, something may stand on it
+    too_little = judged < MIN_FOUND or found.found_share < MOST or found.lines_found < MIN_LINES
+    if too_little or found.p95_mm is None or (found.found_share < MIN_FOUND and found.others_share > ELSEWHERE):
         return _inconclusive(found, lines)
+    far = max((line for line in lines if line["found_share"] >= MARKING_FOUND), key=lambda line: line["rms_mm"])
     worst = max(v["p95_mm"] for v in ({"p95_mm": found.p95_mm}, found.carpet, found.hat) if v is not None)
+    worst = max(worst, far["rms_mm"] / PAINT)
     level = "good" if worst <= GOOD_MM else "fair" if worst <= FAIR_MM else "poor"
-    far = max((line for line in lines if line["rms_mm"] is not None), key=lambda line: line["rms_mm"])
+    if found.missing:
+        many = found.missing_share > MAX_MISSING or found.missing_inside > MOST
+        level = "poor" if level == "poor" or many else "fair"
     whole = ""  # what lines that cross tell of the carpet between them
     if found.carpet is not None:
         whole = f"; the carpet as a whole is {_mm(found.carpet['mean_mm'])} off"
@@ -57,14 +57,21 @@ def check_verdict(found: CheckFigures, lines: Sequence[Mapping[str, Any]]) -> di
                 "were found.")
     if level == "good":
         return {"level": level, "sentence": sentence, "fix": "", "reason": "holds"}
-    sentence += f" Farthest off is {far['feature']}, by {_mm(far['rms_mm'])}."
+    if worst > GOOD_MM:
+        sentence += f" Farthest off is {far['feature']}, by {_mm(far['rms_mm'])}."
+    if found.missing:
+        named = ", ".join(found.missing[:MISSING_SHOWN])
+        return {"level": level, "sentence": f"{sentence} Not where it has them, and not covered: {named}.",
+                "reason": "lines-missing", "fix": "Look at the drawn field in the picture. If these lines are painted "
+                "there, calibrate again with a lens model, or with points on them; else choose the field that is."}
     if found.own_mm is not None and worst <= AS_MADE * found.own_mm:
         return {"level": level, "sentence": f"{sentence} It was no better when it was made: {_mm(found.own_mm)}.",
                 "fix": "Nothing has moved. Calibrate with a better model or more points.", "reason": "as-made"}
     bound = GOOD_MM if level == "fair" else FAIR_MM
     if found.left_mm is not None and found.left_mm > bound / LENS:
         return {"level": level, "sentence": sentence, "reason": "lens",
-                "fix": "More than a knock: the lens has changed, or the lines were laid anew. Calibrate it again."}
+                "fix": "More than a knock: the lens has changed, the lines were laid anew, or the model was never "
+                       "right between its points. Calibrate it again."}
     return {"level": level, "sentence": sentence, "reason": "moved",
             "fix": "The camera has moved. Register its pose again, with the lens kept, or calibrate it again."}
 
@@ -76,7 +83,7 @@ def _inconclusive(found: CheckFigures, lines: Sequence[Mapping[str, Any]]) -> di
                 "sentence": f"{share} where the calibration has them, but other lines are plain to see: the camera "
                 "looks elsewhere, or the picture shows another field.",
                 "fix": "Calibrate the camera again; check that the field and the region are the right ones."}
-    hidden = [line["feature"] for line in lines if line["found_share"] < SEEN]
+    hidden = [line["feature"] for line in lines if line["found_share"] < MARKING_FOUND]
     named = f"; not seen: {', '.join(hidden[:4])}" if hidden else ""
     return {"level": None, "reason": "not-seen", "sentence": f"{share}{named}. That is too little to judge by.",
             "fix": "Clear the lines, light them, or take several pictures so that people vanish; then check again. If "

@@ -2,12 +2,15 @@
 
 At even steps along every marking of the region the painted line is measured across its direction, where the model
 expects it. A camera that was knocked shows it elsewhere, so the search widens step by step; what was found far away
-first tells how the picture as a whole has moved, and is then measured again, near that place.
+first tells how the picture as a whole has moved, and is then measured again, near that place. A marking that is not
+there while others are is looked for by itself, further off: a model that was never right inside the field has its
+borders where they are, and nothing else.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +20,15 @@ from app.core.geometry import Array, ImageSize, Points, inside_picture
 from app.evaluate.cameras.evidence import OffsetMeasurements
 from app.evaluate.cameras.offsets import OffsetField, fit_offset_field
 from app.evaluate.drift.expected import expected_lines
+from app.evaluate.fit.verification import MARKING_FOUND
 from app.fitting.field_lines.line_samples import LineSamples, fine_pattern
 from app.fitting.field_lines.pattern import FieldPattern
 from app.models import CameraModel, field_from_raw
-from app.vision.lines.profiles import across_lines
+from app.vision.lines.profiles import GROUND_PX, STEP_PX, across_lines, brightness_across
 from app.vision.lines.strays import strays
 
 CAPTURES_PX = (4.0, 12.0, 32.0)  # in a picture of 1280 px, each about three times the last
+ALONE_PX = (12.0, 32.0, 64.0)  # for a single marking
 PLACES = 360  # in all
 APART_PX = 6.0
 CLEAR_PX = 4.0
@@ -31,6 +36,10 @@ BETTER = 0.04  # of the expected length: less gained by a wider search is chance
 PLENTY = 0.85  # of the expected length, found near by: nothing is looked for further off
 MIN_MARKING_POINTS = 3
 MIN_MOTION_POINTS = 12  # measures that tell how a picture has moved
+MOST = 0.5  # of the expected length
+BORDER_MM = 50.0  # nearer to a border, a line is the border
+SURELY = 0.7  # of a marking's length, in one course: it is this marking, further off, and no chance
+BARE = 0.12  # of the paint's usual contrast: what varies less is carpet
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +48,8 @@ class LineMeasurements:
 
     expected_px: (n, 2) where the model has it; normal_px: (n, 2) across it; raw: (n, 2) px found; off_px: signed, along
     the normal; foot: (n, 2) mm on the marking; normal_mm: (n, 2) across it on the carpet; off_mm: signed;
-    stands_for_px: the length of marking that a measurement represents.
+    stands_for_px: the length of marking that a measurement represents; bare: whether carpet is seen where the line
+    should be, with nothing in the way; inside: whether it is expected inside the region's borders, not on them.
     """
 
     names: tuple[str, ...]
@@ -52,6 +62,8 @@ class LineMeasurements:
     normal_mm: Points
     off_mm: Array
     stands_for_px: Array
+    bare: NDArray[np.bool_]
+    inside: NDArray[np.bool_]
 
     @property
     def found(self) -> NDArray[np.bool_]:
@@ -62,6 +74,47 @@ class LineMeasurements:
         """Of the expected length, what was found; 0 where nothing is expected."""
         return float(self.stands_for_px[self.found].sum() / max(self.stands_for_px.sum(), 1e-9))
 
+    def found_shares(self) -> Array:
+        """Return, for each of the names, the share of its expected length that was found; NaN for one not expected."""
+        expected, seen = (np.bincount(self.marking[of], self.stands_for_px[of], minlength=len(self.names))
+                          for of in (slice(None), self.found))
+        with np.errstate(invalid="ignore"):
+            return seen / np.where(expected > 0, expected, np.nan)
+
+    @property
+    def missing(self) -> NDArray[np.bool_]:
+        """Of each of the names: it should be in sight, nothing covers most of it, and it is not there."""
+        of = ~self.found
+        hidden, bare = (np.bincount(self.marking[some], self.stands_for_px[some], minlength=len(self.names))
+                        for some in (of, of & self.bare))
+        return (self.found_shares() < MARKING_FOUND) & (bare > hidden / 2)
+
+    @property
+    def missing_share(self) -> float:
+        """Of the expected length, what is in markings that are missing."""
+        return self._missing_of(np.ones_like(self.inside))
+
+    @property
+    def missing_inside(self) -> float:
+        """The same, of what is inside the region's borders."""
+        return self._missing_of(self.inside)
+
+    def _missing_of(self, some: NDArray[np.bool_]) -> float:
+        gone = some & self.missing[self.marking]
+        return float(self.stands_for_px[gone].sum() / max(self.stands_for_px[some].sum(), 1e-9))
+
+    def without(self, numbers: Array) -> Self:
+        """Return all but those of these markings."""
+        return self._of(~np.isin(self.marking, numbers))
+
+    def and_those_of(self, other: Self, numbers: Array) -> Self:
+        """Return these and the other's of these markings."""
+        more = other._of(np.isin(other.marking, numbers))
+        return replace(self, **{name: np.concatenate([getattr(self, name), getattr(more, name)]) for name in PER_PLACE})
+
+    def _of(self, some: NDArray[np.bool_]) -> Self:
+        return replace(self, **{name: getattr(self, name)[some] for name in PER_PLACE})
+
     def evidence(self) -> OffsetMeasurements:
         """Return what was found as offset measurements on the carpet; FitFailed where nothing was."""
         of = self.found
@@ -70,11 +123,14 @@ class LineMeasurements:
                                                                         self.off_mm[of])])
 
 
+PER_PLACE = tuple(member.name for member in fields(LineMeasurements) if member.name != "names")
+
+
 def measure_lines(model: CameraModel, gray: NDArray[np.uint8], field: Field, region: Region) -> LineMeasurements:
     """(h, w) grey. The narrowest search that finds plenty, or about as much as any."""
     size = ImageSize(gray.shape[1], gray.shape[0])
     search = _Search(model, gray, field, region, size)
-    best = search.near(None, CAPTURES_PX[0])
+    best, motion = search.near(None, CAPTURES_PX[0]), None
     for capture in CAPTURES_PX[1:]:
         if best.share > PLENTY:
             break
@@ -84,7 +140,21 @@ def measure_lines(model: CameraModel, gray: NDArray[np.uint8], field: Field, reg
             continue
         again = search.near(moved, CAPTURES_PX[0])
         if again.share > best.share + BETTER:
-            best = again
+            best, motion = again, moved
+    return _with_single_markings(search, best, motion)
+
+
+def _with_single_markings(search: "_Search", best: LineMeasurements, moved: OffsetField | None) -> LineMeasurements:
+    """Look for each marking that is missing by itself, where most of the others were found."""
+    if best.share < MOST:
+        return best
+    for capture in ALONE_PX:
+        alone = np.flatnonzero(best.missing)
+        if not len(alone):
+            break
+        far = search.near(moved, capture, alone)
+        found = np.flatnonzero(far.found_shares() > SURELY)
+        best = best.without(found).and_those_of(far, found)
     return best
 
 
@@ -109,12 +179,17 @@ class _Search:
     def pattern(self) -> FieldPattern:
         return fine_pattern(self.field)
 
-    def near(self, moved: OffsetField | None, capture_px: float) -> LineMeasurements:
-        """Measure lines within capture_px of where they are expected, after a motion of the whole picture."""
+    def near(self, moved: OffsetField | None, capture_px: float, only: Array | None = None) -> LineMeasurements:
+        """Measure lines within capture_px of where they are expected, after a motion of the whole picture.
+
+        only: of these markings, by number.
+        """
         pattern = self.pattern
         capture = capture_px * max(self.size.width / 1280, 0.8)
-        clear_px = max(CLEAR_PX, capture if moved is None else CLEAR_PX)
+        clear_px = max(CLEAR_PX, CLEAR_PX if moved is not None and only is None else capture)
         at = expected_lines(self.model, pattern, self.size, PLACES, APART_PX, clear_px, self.region)
+        if only is not None:
+            at = at.of(np.isin(at.marking, only))
         start = at.places if moved is None else at.places + np.nan_to_num(moved.at(at.places)[0])
         profiles = across_lines(self.gray, start, at.normals, at.width_px, at.marking, capture)
         hits = profiles.found & at.clear & inside_picture(start, self.size, 2)
@@ -123,9 +198,19 @@ class _Search:
             if (hits & (at.marking == number)).sum() < MIN_MARKING_POINTS:
                 hits &= at.marking != number
         raw = start + np.where(hits, profiles.middle, np.nan)[:, None] * at.normals
-        return self._measurements(pattern, at, raw)
+        usual = float(np.median(profiles.contrast[hits])) if hits.any() else 0.0
+        return self._measurements(pattern, at, raw, ~hits & self._bare(start, at, BARE * usual))
 
-    def _measurements(self, pattern: FieldPattern, at: LineSamples, raw: Points) -> LineMeasurements:
+    def _bare(self, places: Points, at: LineSamples, least_contrast: float) -> NDArray[np.bool_]:
+        """Return (n,) whether the brightness across each place is that of carpet alone."""
+        reach = at.width_px / 2 + GROUND_PX
+        away = np.arange(-reach.max(initial=1.0), reach.max(initial=1.0) + STEP_PX / 2, STEP_PX)
+        rows = brightness_across(self.gray, places, at.normals, away)
+        rows = np.where(np.abs(away) <= reach[:, None], rows, np.nan)
+        return inside_picture(places, self.size, 2) & (np.nanstd(rows, axis=1) < least_contrast)
+
+    def _measurements(self, pattern: FieldPattern, at: LineSamples, raw: Points, bare: NDArray[np.bool_],
+                      ) -> LineMeasurements:
         clear = at.clear
         spot, there = field_from_raw(self.model, raw), field_from_raw(self.model, at.places)
         foot, normal = np.full_like(spot, np.nan), np.full_like(spot, np.nan)
@@ -136,7 +221,11 @@ class _Search:
         off_px = np.sum((raw - at.places) * at.normals, axis=1)
         return LineMeasurements(tuple(m.name for m in pattern.markings), at.marking[clear], at.places[clear],
                                 at.normals[clear], raw[clear], off_px[clear], foot[clear], normal[clear], off_mm[clear],
-                                at.length_px[clear])
+                                at.length_px[clear], bare[clear], self._inside(there[clear]))
+
+    def _inside(self, places: Points) -> NDArray[np.bool_]:
+        low, high = np.transpose([self.region.x_mm, self.region.y_mm])
+        return ((places > low + BORDER_MM) & (places < high - BORDER_MM)).all(axis=1)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Where a camera should see each marking: samples a few pixels apart with their directions."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Self
 
 import numpy as np
 
@@ -26,6 +27,10 @@ class LineSamples:
     marking: Array
     length_px: Array
     clear: Array
+
+    def of(self, some: Array) -> Self:
+        """Return those of the samples, by index or mask."""
+        return type(self)(*(getattr(self, member.name)[some] for member in fields(self)))
 
 
 def fine_pattern(field: Field) -> FieldPattern:

@@ -187,6 +187,18 @@ def test_one_strange_look_is_no_alarm_and_two_are():
     assert states == ["steady", "steady", "steady", "steady", "steady", "steady", "knocked", "knocked", "steady"]
 
 
+def test_a_calibration_whose_lines_are_elsewhere_is_an_alarm_though_the_camera_stays_and_a_knock_comes_first():
+    watch = DriftWatch(0.0)
+    watch.misplaced("The lines lie elsewhere.")
+    told = watch.add(seen(), 1.0)
+    assert told.state == "misplaced" and told.alarm
+    assert told.to_json()["sentence"] == "The lines lie elsewhere." and told.to_json()["fix"]
+    watch.add(seen(3.0), 2.0)
+    assert watch.add(seen(3.0), 3.0).state == "knocked"
+    watch.add(seen(), 4.0)
+    assert watch.add(seen(), 5.0).state == "misplaced"
+
+
 def test_alarms_of_two_kinds_in_a_row_are_one():
     watch = DriftWatch(0.0)
     watch.add(seen(), 0.0)

@@ -7,13 +7,18 @@ import cv2
 import numpy as np
 import pytest
 
+from app.cli.server import DEMO_CAMERAS
 from app.core.errors import Conflict
 from app.core.records import Frame
 from app.models import field_from_raw, model_from_json
+from app.sources import SourceContext, source_from_url
 from app.workflows.automatic_request import AutomaticRequest
+from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.check import check
+from tests.support import auto_scenes as scenes
 from tests.support import second_simulator
 from tests.support.auto_scenes import SceneSpec, scene_of
+from tests.support.sim_clicks import border_observations
 from tests.support.tiers import long
 
 SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (640, 534), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 6, 0)
@@ -146,3 +151,49 @@ def test_paint_beside_its_place_is_no_moved_camera(seed, smaller):
     found = check(_found(scene, "fisheye"), scene.pixels)
     assert found["rms_mm"] < 0.5 and found["p95_mm"] < 1.0
     assert found["verdict"]["level"] == "good"
+
+
+@pytest.fixture(scope="module")
+def by_borders():
+    """A strong barrel lens, its borders clicked exactly, by the paper's method: the inside is 94 mm off, rms."""
+    camera = DEMO_CAMERAS[0]
+    source = source_from_url(camera["source"].replace("robots=7", "robots=0"), SourceContext(scenes.fields()))
+    field = scenes.fields()[camera["field"]]
+    region = field.region(camera["region"])
+    clicks = border_observations(source.camera, region, 9)
+    request = CalibrationRequest(clicks, field, region, source.camera.image_size, "polynomial")
+    return request.record(request.run()), source.read().pixels
+
+
+def test_lines_inside_that_are_elsewhere_count_also_where_every_border_fits(by_borders):
+    found = check(*by_borders)
+    assert found["verdict"]["level"] == "poor" and "defence" in found["verdict"]["sentence"]
+    off = {line["feature"]: line["rms_mm"] for line in found["lines"] if line["rms_mm"] is not None}
+    assert all(off[name] < 5 for name in ("touch-line-top", "goal-line-right", "halfway-line"))
+    assert max(off.values()) > 50
+    assert found["carpet"] is None  # no smooth map of the carpet explains both
+
+
+def without_line(scene, name, grey=None):
+    """The picture without one line: carpet beside it in its place, or something that covers it."""
+    places = scene.camera.raw_from_field(scene.field.lines[name].sample(400))
+    mask = np.zeros(scene.pixels.shape[:2], np.uint8)
+    cv2.polylines(mask, [places.round().astype(np.int32)], False, 255, 9)
+    if grey is None:
+        return cv2.inpaint(scene.pixels, mask, 5, cv2.INPAINT_TELEA)
+    blocks = np.random.default_rng(0).integers(0, 2, (*np.array(mask.shape) // 4 + 1, 1)) * np.array(grey)
+    covered = cv2.resize(blocks.astype(np.uint8), mask.shape[::-1], interpolation=cv2.INTER_NEAREST)
+    return np.where(mask[..., None] > 0, covered, scene.pixels)
+
+
+def test_a_line_of_which_only_carpet_is_seen_is_missing(calibration, scene):
+    found = check(calibration, without_line(scene, "centre-line"))
+    assert found["missing"] == ("centre-line",) and 0.05 < found["missing_share"] < 0.2
+    assert (found["verdict"]["level"], found["verdict"]["reason"]) == ("fair", "lines-missing")
+    assert "centre-line" in found["verdict"]["sentence"] and found["verdict"]["fix"]
+
+
+def test_a_line_that_something_covers_is_not_missing(calibration, scene):
+    found = check(calibration, without_line(scene, "centre-line", grey=(200, 60, 150)))
+    assert found["missing"] == () and found["verdict"]["level"] == "good"
+    assert next(line for line in found["lines"] if line["feature"] == "centre-line")["found_share"] < 0.3

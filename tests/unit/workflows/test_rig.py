@@ -1,0 +1,43 @@
+"""Cameras that agree can be wrong alike: a rig and a pair are no better than what is known of each camera."""
+
+import pytest
+
+from app.core.records import Calibration
+from app.workflows.pair import evaluate_pair
+from app.workflows.rig import check
+from tests.support.rig_over_field import sim_rig, sim_source
+
+
+@pytest.fixture(scope="module")
+def by_borders():
+    """The paper's method on borders alone, behind lenses that bend the inside by centimetres."""
+    return sim_rig(2, model="polynomial", cross_validate=True)
+
+
+def test_a_rig_whose_cameras_agree_by_their_clicks_is_not_good_while_the_inside_is_unknown(by_borders):
+    found = check(by_borders, {})
+    (pair,) = found["pairs"]
+    assert pair["from"] == "clicks" and pair["verdict"]["level"] == "good"
+    assert found["verdict"]["level"] == "fair" and "unknown" in found["verdict"]["sentence"]
+    assert {t["reason"] for camera in found["cameras"] for t in camera["troubles"]} == {"accuracy-unknown"}
+
+
+def test_with_pictures_it_is_poor_and_says_whose_lines_are_elsewhere(by_borders):
+    pictures = {f"cam{n}": sim_source(2, n).rendering.frame(3) for n in range(2)}
+    found = check(by_borders, pictures)
+    assert found["verdict"]["level"] == "poor"
+    told = [t for camera in found["cameras"] for t in camera["troubles"] if t["reason"] == "lines-misplaced"]
+    assert told and all("Farthest off" in t["text"] and t["fix"] for t in told)
+
+
+def test_cameras_with_a_lens_that_fits_keep_their_verdict():
+    pictures = {f"cam{n}": sim_source(2, n).rendering.frame(3) for n in range(2)}
+    found = check(sim_rig(2, cross_validate=True), pictures)
+    assert found["verdict"]["level"] == found["pairs"][0]["verdict"]["level"]
+    assert not [t for camera in found["cameras"] for t in camera["troubles"] if t["reason"] == "lines-misplaced"]
+
+
+def test_a_pair_is_no_better_than_its_calibrations(by_borders):
+    a, b = (Calibration.from_json(camera["calibration"]) for camera in by_borders["cameras"])
+    verdict = evaluate_pair(None, None, a, b)["agreement"]["verdict"]
+    assert verdict["level"] == "fair" and "cam0" in verdict["sentence"] and "cam1" in verdict["fix"]
