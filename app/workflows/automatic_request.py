@@ -21,9 +21,8 @@ from app.workflows import automatic
 from app.workflows.calibration import subprogress
 from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.job_pictures import Pictures, job_pictures
+from app.workflows.model_choice import AUTO, LADDER
 
-AUTO = "auto"
-LADDER = (("brown-conrady", "fisheye"), ("division",))  # of the first that can be fitted, the most probable
 PRIOR_RANGES = {"height_mm": (100.0, 100_000.0), "turn_deg": (-360.0, 360.0)}
 
 

@@ -2,22 +2,19 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.errors import BadInput, Conflict, FitFailed
+from app.core.errors import BadInput, Conflict
 from app.core.field import BORDERS, Arc, Field, Line, Region
 from app.core.geometry import ImageSize, Points, as_points
 from app.core.json_values import nullable, nullable_points
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations
 from app.evaluate.fit import residual_vectors as vectors
-from app.evaluate.fit.comparison import FittedModel, parameter_count
-from app.evaluate.fit.comparison import compare as compare_fits
-from app.evaluate.fit.contradiction import contradiction, freer_lens, is_rigid
+from app.evaluate.fit.contradiction import bends_otherwise, contradiction, freer_lens
 from app.evaluate.fit.covariance_json import covariance_from_json
 from app.evaluate.fit.cross_validation import held_out_mm
 from app.evaluate.fit.difference import difference_report
@@ -28,9 +25,8 @@ from app.fitting import FITTERS, sensitivity_of
 from app.fitting.border import fit_curve
 from app.imaging.correction import CorrectedView, correction_map
 from app.imaging.heat_map import heat_map
-from app.models import MODELS, CameraModel, RayModel, raw_from_field
+from app.models import CameraModel, RayModel, raw_from_field
 from app.models.border_curve import MAX_DEGREE
-from app.models.ray_camera import RayCamera
 
 Space = Literal["image", "corrected", "field"]
 SPACES = ("image", "corrected", "field")
@@ -54,10 +50,10 @@ class CalibrationResult:
 def calibrate(observations: Observations, field: Field, region: Region, image_size: ImageSize,
               model: str = "polynomial", options: Mapping[str, Any] | None = None,
               progress: Progress = no_progress, *, cross_validate: bool = True,
-              freer: Callable[[], RayCamera | None] | None = None) -> CalibrationResult:
+              freer: Callable[[], Fit | None] | None = None) -> CalibrationResult:
     """Fit a model to the observations and evaluate it. cross_validate=False is quick, for while a point is dragged.
 
-    freer: how to find the lens that a rigid one is held against, where that was done before.
+    freer: how to find the lens that another model is held against, where that was done before.
     """
     for observation in observations:
         field.feature(observation.feature, region)  # an unknown name is refused before anything is computed
@@ -67,41 +63,15 @@ def calibrate(observations: Observations, field: Field, region: Region, image_si
         return CalibrationResult(fit, report(fit, observations, field, region, None))
     held_out = held_out_mm(fit, observations, field, region, image_size, options, second)
     other = None
-    if is_rigid(fit, options):
+    if bends_otherwise(fit, options):
         other = freer() if freer else freer_lens(observations, field, region, image_size, options)
-    apart = contradiction(fit.model, other, region, field.hat_height_mm) if other is not None else None
+    apart = contradiction(fit, other, observations, field, region) if other is not None else None
     return CalibrationResult(fit, report(fit, observations, field, region, held_out, apart))
 
 
 def subprogress(progress: Progress, start: float, end: float, title: str = "") -> Progress:
     """Return the progress callback of one part of a longer work, mapped to [start, end] of the whole."""
     return lambda share, words: progress(start + share * (end - start), title + words)
-
-
-def compare(observations: Observations, field: Field, region: Region, image_size: ImageSize,
-            models: tuple[str, ...] | None = None, options: Mapping[str, Any] | None = None,
-            progress: Progress = no_progress) -> dict[str, Any]:
-    """Fit several models (all, if none are named) to the same observations and rank them; plain JSON.
-
-    options: those that a model does not know are not given to it. A model that cannot be fitted is listed under
-    "failed" with its reason and fix.
-    """
-    names = tuple(models or MODELS)
-    freer = cache(lambda: freer_lens(observations, field, region, image_size, options))
-    fitted, failed = [], []
-    for index, name in enumerate(names):
-        title, known = MODELS[name].TITLE, {o.name for o in FITTERS[name].OPTIONS}
-        mine = {key: value for key, value in (options or {}).items() if key in known}
-        part = subprogress(progress, index / len(names), (index + 1) / len(names), f"{title}: ")
-        try:
-            made = calibrate(observations, field, region, image_size, name, mine, part, freer=freer)
-        except FitFailed as refusal:
-            failed.append({"model": name, "title": title, **refusal.to_json()})
-            continue
-        fitted.append(FittedModel(name, title, made.fit, made.report, parameter_count(made.fit)))
-    if not fitted:
-        raise FitFailed("No model could be fitted to these points.", failed[0]["fix"], reason=failed[0]["reason"])
-    return {**compare_fits(fitted, region), "failed": failed}
 
 
 def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float = 0.0,

@@ -15,8 +15,9 @@ from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Observations, observations_from_json
 from app.models import MODELS, parameters_json
-from app.workflows import calibration
+from app.workflows import calibration, model_choice
 from app.workflows.calibration import CalibrationResult
+from app.workflows.model_choice import AUTO
 
 
 def run_fit(spec: Any, progress: Progress) -> dict[str, Any]:
@@ -32,7 +33,7 @@ def run_compare(spec: Any, progress: Progress) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class CalibrationRequest:
-    """The model and options to fit, to which observations, of which picture."""
+    """The model (or "auto") and options to fit, to which observations, of which picture."""
 
     observations: Observations
     field: Field
@@ -60,7 +61,8 @@ class CalibrationRequest:
     def check_names(self, models: Iterable[str]) -> None:
         """Refuse models and features that do not exist, before a job starts."""
         for name in models:
-            MODELS[name]
+            if name != AUTO:
+                MODELS[name]
         for observation in self.observations:
             self.field.feature(observation.feature, self.region)
 
@@ -80,23 +82,35 @@ class CalibrationRequest:
                    value["options"], value["camera"], value["snapshot"], value["image_sha256"], value["note"])
 
     def run(self, progress: Progress = no_progress, *, cross_validate: bool = True) -> CalibrationResult:
-        """Fit and evaluate; nothing is stored."""
-        return calibration.calibrate(self.observations, self.field, self.region, self.image_size, self.model,
-                                  self.options, progress, cross_validate=cross_validate)
+        """Fit and evaluate; nothing is stored. The model "auto" is the one that a comparison of all recommends."""
+        if self.model != AUTO or not cross_validate:
+            return self.preview(progress, cross_validate=cross_validate)
+        return model_choice.calibrate_recommended(self.observations, self.field, self.region, self.image_size,
+                                                  self.options, progress)
+
+    def preview(self, progress: Progress = no_progress, *, cross_validate: bool = True) -> CalibrationResult:
+        """Fit and evaluate while points are moved: the model "auto" is the most probable lens, at once."""
+        model, options = self.model, self.options
+        if model == AUTO:
+            model = model_choice.most_probable(self.observations, self.field, self.region, self.image_size, options)
+            options = model_choice.known_options(model, options)
+        return calibration.calibrate(self.observations, self.field, self.region, self.image_size, model, options,
+                                     progress, cross_validate=cross_validate)
 
     def compare(self, models: list[str] | None, progress: Progress = no_progress) -> dict[str, Any]:
         """Rank several models (all where none are named) on the same observations."""
-        return calibration.compare(self.observations, self.field, self.region, self.image_size,
-                                tuple(models) if models else None, self.options, progress)
+        return model_choice.compare(self.observations, self.field, self.region, self.image_size,
+                                    tuple(models) if models else None, self.options, progress).ranking
 
     def record(self, done: CalibrationResult, *, version: int = 1, parent: str | None = None) -> Calibration:
         """Return the result as one immutable version, with all that it came from."""
         return with_new_id(Calibration(
             id="", version=version, camera=self.camera, field=self.field.to_json(),
-            region=self.region.name, rotate=self.region.rotate_deg, model_name=self.model,
+            region=self.region.name, rotate=self.region.rotate_deg, model_name=done.model.NAME,
             model_parameters=parameters_json(done.model), image_size=self.image_size,
             corrected_size=done.model.corrected_size, observations=tuple(o.to_json() for o in self.observations),
-            options=dict(self.options), report=done.report, created_at="",
+            options=dict(self.options) if self.model != AUTO else model_choice.known_options(
+                done.model.NAME, self.options), report=done.report, created_at="",
             software=f"touchline {__version__}", snapshot=self.snapshot, image_sha256=self.image_sha256,
             parent=parent, note=self.note))
 

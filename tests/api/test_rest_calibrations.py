@@ -49,6 +49,17 @@ def test_versions_are_counted_for_each_camera_and_name_their_parent(client, task
     assert [c["id"] for c in page["items"] + rest["items"]] == [second["id"], other["id"], first["id"]]
 
 
+def test_a_brief_list_is_the_same_versions_without_what_lists_do_not_show(client, task):
+    made = client.post(CAL, json={**task, "camera": "north"}).json()
+    whole, brief = (client.get(CAL, params={"camera": "north", "brief": b}) for b in (False, True))
+    (listed,) = brief.json()["items"]
+    assert len(brief.content) < len(whole.content) / 3
+    assert listed["observations"] == [] and listed["field_definition"] == {} and listed["report"]["per_feature"] == []
+    bulk = ("observations", "field_definition", "report")
+    assert {k: v for k, v in listed.items() if k not in bulk} == {k: v for k, v in made.items() if k not in bulk}
+    assert listed["report"]["verdict"] == made["report"]["verdict"] and "covariance" not in listed["report"]
+
+
 def test_one_version_is_active_and_rolling_back_is_activating_the_former(client, task):
     first, second = (client.post(CAL, json={**task, "camera": "north"}).json()["id"] for _ in range(2))
     for id in (first, second, first):

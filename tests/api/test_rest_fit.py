@@ -78,3 +78,25 @@ def test_the_preview_draws_the_borders_through_the_clicks(standing, task):
         curve = np.array([p for p in drawn[observation["feature"]] if p])
         for point in observation["points"]:
             assert np.linalg.norm(curve - point, axis=1).min() < 12  # the polyline's corners are 50 mm apart
+
+
+def test_what_cannot_be_fitted_yet_is_an_answer_of_an_attempt_and_a_refusal_of_a_preview(standing, task):
+    few = {**task, "observations": [{**o, "points": o["points"][:1]} for o in task["observations"][:4]]}
+    refused, attempted = (standing.post(f"{API}/fit/{way}", json=few) for way in ("preview", "attempt"))
+    assert refused.status_code == 422 and attempted.status_code == 200
+    told = attempted.json()["refusal"]
+    assert (told["what"], told["fix"]) == (refused.json()["detail"], refused.json()["fix"])
+    assert told["reason"] and told["title"] and attempted.json()["preview"] is None
+    assert standing.post(f"{API}/fit/attempt", json={**few, "model": "no-such"}).status_code == 404
+    enough = standing.post(f"{API}/fit/attempt", json=task).json()
+    assert enough == {"preview": standing.post(f"{API}/fit/preview", json=task).json(), "refusal": None}
+
+
+def test_the_model_auto_is_a_lens_in_the_preview_and_saved_as_the_recommended_one(client, task):
+    body = {**task, "model": "auto"}
+    shown = client.post(f"{API}/fit/preview?quick=true", json=body).json()
+    assert shown["model"]["name"] in ("brown-conrady", "fisheye")
+    assert shown["report"]["camera"]["height_mm"] > 1000 and 0 <= shown["report"]["camera"]["tilt_deg"] < 90
+    made = client.post(f"{API}/calibrations", json=body).json()
+    choice = made["report"]["model_choice"]
+    assert made["model"]["name"] == choice["recommended"] and choice["reason"] and len(choice["ranking"]) > 3

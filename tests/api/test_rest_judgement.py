@@ -53,6 +53,8 @@ def test_two_versions_are_compared_as_numbers_and_as_a_picture(known_field):
     found = known_field.get(f"/api/v1/calibrations/{one}/difference/{other}.json").json()
     assert found["max_mm"] > 20 and found["median_mm"] < found["max_mm"] and found["rms_px"] > 1
     same = known_field.get(f"/api/v1/calibrations/{one}/difference/{one}.json").json()
+    vectors = np.array(found["grid"]["mm_vector"], float)
+    np.testing.assert_allclose(np.linalg.norm(vectors, axis=-1), np.array(found["grid"]["mm"], float))
     assert same["max_mm"] < 1e-6
     assert known_field.get(f"/api/v1/calibrations/{one}/difference/{other}.png").content[:4] == b"\x89PNG"
     assert known_field.get(f"/api/v1/calibrations/{one}/difference/nobody.json").status_code == 404

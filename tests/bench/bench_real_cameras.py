@@ -28,14 +28,14 @@ from app.core.errors import TouchlineError
 from app.core.field import BORDERS, Field, Region
 from app.core.geometry import ImageSize
 from app.core.records import Calibration, Fit, Frame, Observation
-from app.evaluate.fit.comparison import FittedModel, compare, parameter_count
+from app.evaluate.fit.comparison import FittedModel, compare_models, parameter_count
 from app.evaluate.fit.uncertainty import expected_error, grid_over, knows_its_error
 from app.fitting import FITTERS
 from app.models import MODELS, RayModel, field_from_raw
 from app.workflows import automatic
-from app.workflows.automatic_request import LADDER
 from app.workflows.calibration import CalibrationResult, calibrate
 from app.workflows.calibration_request import CalibrationRequest
+from app.workflows.model_choice import LADDER
 from app.workflows.reregister import reregister
 from tests.support.second_simulator import SceneSpec, render, scene_spec
 from tests.support.second_simulator.opencv_camera import OpenCvCamera
@@ -179,7 +179,7 @@ def click_rows(seed: int, options: Mapping[str, Any], scene: Mapping[str, Any], 
                      "level": done.report["verdict"]["level"],
                      "warnings": [warning["reason"] for warning in done.report["warnings"]],
                      **true_and_expected(done.fit, camera, field, region)})
-    chosen = compare(fitted, region)["recommended"] if fitted else None
+    chosen = compare_models(fitted, region)["recommended"] if fitted else None
     rows += [{**row, "model": "recommended", "of": chosen} for row in rows if row["model"] == chosen]
     return rows
 

@@ -11,10 +11,12 @@ from app.api.dependencies import OperatorDep, ServicesDep, in_thread
 from app.api.file_headers import attachment, error_header
 from app.api.request_mapping import fit_task
 from app.api.responses import Json, accepted, created, finished_or_queued
+from app.api.responses import page as json_page
 from app.api.schemas import responses
 from app.api.schemas.media import BINARY, BYTES, Responses, upload
 from app.api.schemas.requests import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
 from app.core.errors import TouchlineError
+from app.core.records import Calibration
 from app.services.forms import Note, Strict
 from app.services.import_file import MAX_IMPORT_BYTES, OPTIONS, import_file
 from app.services.result_savers import save_new_version
@@ -23,6 +25,9 @@ from app.workflows.calibration_request import run_compare, run_fit
 from app.workflows.interchange import export, formats
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
+
+BULKY_FIGURES = ("covariance", "model_choice")  # of a report
+
 
 class NoteChange(Strict):
     note: Note
@@ -105,11 +110,22 @@ async def import_calibration(request: Request, services: ServicesDep, by: Operat
 
 @router.get("", response_model=responses.Calibrations)
 def list_calibrations(services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None, limit: Limit = 50,
-                      cursor: Cursor = None) -> Response:
+                      cursor: Cursor = None, brief: Annotated[bool, Query(
+                          description="points, residuals and the field's definition empty, without covariance")] = False,
+                      ) -> Response:
     """List versions, newest first."""
+    if brief:
+        found = services.store.calibrations.list(camera, limit, cursor)
+        return json_page(map(_brief, found.items), found.next_cursor)
     page = services.store.calibrations.texts(camera, limit, cursor)
     text = f'{{"items":[{",".join(page.items)}],"next_cursor":{json.dumps(page.next_cursor)}}}'
     return Response(text, media_type="application/json")
+
+
+def _brief(calibration: Calibration) -> dict[str, Any]:
+    report = {key: value for key, value in calibration.report.items() if key not in BULKY_FIGURES}
+    return {**calibration.to_json(), "observations": [], "field_definition": {},
+            "report": {**report, "per_feature": []}}
 
 
 @router.get("/{id}", response_model=responses.Calibration)

@@ -9,13 +9,16 @@ from app.api.request_mapping import fit_task, image_size
 from app.api.responses import Json, page
 from app.api.schemas import responses
 from app.api.schemas.requests import BorderRequest, FitRequest, Id
+from app.core.errors import FitFailed
 from app.core.geometry import as_points
 from app.fitting import FITTERS
 from app.models import MODELS, parameters_json
 from app.workflows import calibration
+from app.workflows.calibration_request import CalibrationRequest
 
 router = APIRouter()
 
+Quick = Annotated[bool, Query(description="leave the cross-validation out")]
 FEW_POINTS = 100  # as many fit in a millisecond or two: quicker done at once than handed to a thread
 
 
@@ -61,11 +64,27 @@ async def fit_border(services: ServicesDep, body: BorderRequest) -> Json:
 
 @router.post("/fit/preview", tags=["fit"], response_model=responses.Preview)
 @in_thread
-def preview_calibration(services: ServicesDep, body: FitRequest, quick: Annotated[bool, Query(
-        description="leave the cross-validation out")] = False) -> Json:
-    """Return what POST /calibrations would save for the same body: model, report and the field in the picture."""
+def preview_calibration(services: ServicesDep, body: FitRequest, quick: Quick = False) -> Json:
+    """Return what POST /calibrations would save for the same body: model, report and the field in the picture.
+
+    With the model "auto", the most probable lens; which model is saved, a comparison of all of them decides.
+    """
+    return Json(_preview(fit_task(services, body, (body.model,)), quick))
+
+
+@router.post("/fit/attempt", tags=["fit"], response_model=responses.Attempt)
+@in_thread
+def attempt_calibration(services: ServicesDep, body: FitRequest, quick: Quick = False) -> Json:
+    """Return the preview, or why there is none yet: while points are still being placed, too few are no mistake."""
     task = fit_task(services, body, (body.model,))
-    fitted = task.run(cross_validate=not quick)
-    return Json({"model": {"name": task.model, "parameters": parameters_json(fitted.model)}, "report": fitted.report,
-                 "corrected_size": list(fitted.model.corrected_size),
-                 "overlay": calibration.overlay(fitted.model, task.field, task.region)})
+    try:
+        return Json({"preview": _preview(task, quick), "refusal": None})
+    except FitFailed as refusal:
+        return Json({"preview": None, "refusal": {**refusal.details, **refusal.to_json(), "title": refusal.title}})
+
+
+def _preview(task: CalibrationRequest, quick: bool) -> dict[str, Any]:
+    fitted = task.preview(cross_validate=not quick)
+    return {"model": {"name": fitted.model.NAME, "parameters": parameters_json(fitted.model)}, "report": fitted.report,
+            "corrected_size": list(fitted.model.corrected_size),
+            "overlay": calibration.overlay(fitted.model, task.field, task.region)}

@@ -42,7 +42,8 @@ class FitRequest(Strict):
     field: Name
     region: Name
     rotate: Rotate | None = None
-    model: Name = "polynomial"
+    model: Annotated[Name, Field(description='of GET /models; or "auto", the one that a comparison of all recommends, '
+                                 "whose reasons are in the report's model_choice")] = "polynomial"
     options: OptionValues = Field({})
     observations: Annotated[list[ObservationForm], Field(max_length=500)]
     note: Note = ""

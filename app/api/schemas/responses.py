@@ -49,6 +49,8 @@ Polyline = response("Polyline", feature=str, kind=Literal["border", "line", "arc
 Overlay = response("Overlay", features=list[Polyline])
 Arrows = response("Arrows", frame=Literal["raw", "corrected"], mm_per_px=float | None, arrows=list[JsonObject])
 Preview = response("Preview", model=FittedModel, report=Report, corrected_size=list[int], overlay=list[Polyline])
+Attempt = response("Attempt", preview=Preview | None,
+    refusal=described(JsonObject | None, "why it cannot be fitted yet: reason, title, what, fix, and which"))
 SnappedPoint = response("SnappedPoint", state=Literal["snapped", "kept"], point=Point)
 SnappedPoints = response("SnappedPoints", points=list[SnappedPoint])
 
@@ -70,7 +72,9 @@ Transformed = response("Transformed", points=Points)
 Uncertainty = response("Uncertainty", z_mm=float, median=float, rms=float, max=float, worst_place=Point,
     grid=JsonObject)
 Difference = response("Difference", rms_mm=float | None, median_mm=float | None, max_mm=float | None,
-    worst_place=Point | None, rms_px=float | None, max_px=float | None, grid=JsonObject | None)
+    worst_place=Point | None, rms_px=float | None, max_px=float | None,
+    grid=described(JsonObject | None, "places, mm, px, and mm_vector"),
+    lens=described(JsonObject | None, "focal_ratio; max_px: how far pixels move where the lenses may be turned"))
 CalibrationReport = response("CalibrationReport", format=Literal["touchline-report"], format_version=Literal[1],
     calibration=JsonObject, field=JsonObject, model=JsonObject, picture=JsonObject, verdict=JsonObject,
     figures=dict[str, JsonObject], distortion=JsonObject, per_feature=list[JsonObject], outliers=list[JsonObject],

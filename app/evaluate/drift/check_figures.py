@@ -23,8 +23,8 @@ class CheckFigures:
 
     left_mm: rms of what is not a motion of the camera, as of a lens that was changed. others_share: length of long
     lines that lie where none is expected, as a share of what is. own_mm: the error in its own report. missing:
-    markings that should be in sight, are not covered, and are not there; missing_share: of the expected length; missing_inside: of
-    that inside the borders.
+    markings that should be in sight, are not covered, and are not there; missing_share: of the expected length;
+    missing_inside: of that inside the borders.
     """
 
     found_share: float

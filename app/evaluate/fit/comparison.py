@@ -20,7 +20,7 @@ import numpy as np
 
 from app.core.field import BORDERS, Region
 from app.core.records import Fit
-from app.evaluate.fit.contradiction import MIN_TERMS
+from app.evaluate.fit.contradiction import EXPLAINS, EXPLAINS_PX, MIN_TERMS
 from app.evaluate.fit.difference import difference_mm
 from app.evaluate.fit.residuals import rms
 from app.models import RayModel
@@ -28,7 +28,6 @@ from app.models.ray_camera import RayCamera
 
 WITHIN_CHANCE = 1.15  # held-out errors of a few dozen clicks are known to about this factor
 SAME_MM = 0.3
-EXPLAINS, EXPLAINS_PX = 3.0, 1.0  # how much worse than the best of all a reference may fit the points
 UNKNOWN = "weakly-determined"  # the warning of a fit whose inside is a guess
 LENS_ENDS, CONTRADICTED = "lens-ends", "another-lens"  # of those that are not recommended while there are others
 _NOTHING = "No model could be checked with points left out; click more points, also inside the field."
@@ -46,7 +45,7 @@ class FittedModel:
     parameters: int
 
 
-def compare(candidates: list[FittedModel], region: Region) -> dict[str, Any]:
+def compare_models(candidates: list[FittedModel], region: Region) -> dict[str, Any]:
     """Ranked rows, best first, the recommended one's name, and why in a sentence; plain JSON."""
     reference = _reference(candidates)
     rows = sorted((_row(c, reference, region) for c in candidates),

@@ -1,5 +1,9 @@
-"""What a freer lens makes of the same points. A lens of one term, or none, bends as its formula says and not as glass
-does: its residuals and expected error cannot tell how far off that is between the points."""
+"""What a freer lens makes of the same points.
+
+A lens of one term, or none, bends as its formula says and not as glass does; curves and splines know nothing between
+the points. Neither residuals nor expected error can tell how far off that is; a lens that bends as real ones do can,
+where it explains the points as well.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,15 +17,15 @@ from app.core.geometry import ImageSize, with_z
 from app.core.records import Fit, Observations
 from app.evaluate.fit.difference import difference_mm
 from app.evaluate.fit.reach import reach_warnings
-from app.evaluate.fit.residuals import rms
+from app.evaluate.fit.residuals import feature_residuals, rms
 from app.evaluate.fit.uncertainty import grid_over
 from app.fitting import FITTERS
-from app.models import CameraModel, RayModel
-from app.models.homography import Homography
+from app.models import RayModel
 from app.models.ray_camera import RayCamera
 
 FREER = ("brown-conrady", "fisheye")
 MIN_TERMS = 2  # of a lens that can bend as real ones do
+EXPLAINS, EXPLAINS_PX = 3.0, 1.0  # how much worse than another model a reference may fit the points
 OWN = ("terms", "lens", "lens_sigma")  # options that are about one lens
 
 
@@ -34,15 +38,14 @@ class Contradiction:
     hat_mm: float | None
 
 
-def is_rigid(fit: Fit, options: Mapping[str, Any] | None) -> bool:
-    """Return whether the fit is of a lens of one term or of none, and found that lens by itself."""
-    model = fit.model
-    few = isinstance(model, Homography) or (isinstance(model, RayCamera) and len(model.lens_terms) < MIN_TERMS)
-    return few and (options or {}).get("lens") is None
+def bends_otherwise(fit: Fit, options: Mapping[str, Any] | None) -> bool:
+    """Return whether the fit's model cannot bend as real lenses do, and no lens was given to it."""
+    free = isinstance(fit.model, RayCamera) and len(fit.model.lens_terms) >= MIN_TERMS
+    return not free and (options or {}).get("lens") is None
 
 
 def freer_lens(observations: Observations, field: Field, region: Region, image_size: ImageSize,
-               options: Mapping[str, Any] | None) -> RayCamera | None:
+               options: Mapping[str, Any] | None) -> Fit | None:
     """Fit the lenses that bend freely to the points; return the most probable one, None where none can be fitted."""
     fits = []
     for name in FREER:
@@ -53,16 +56,31 @@ def freer_lens(observations: Observations, field: Field, region: Region, image_s
         except TouchlineError:
             continue
     reaching = [fit for fit in fits if not reach_warnings(fit.model, region, field.hat_height_mm)] or fits
-    return max(reaching, key=lambda fit: fit.notes["log_evidence"]).model if fits else None
+    return max(reaching, key=lambda fit: fit.notes["log_evidence"]) if fits else None
 
 
-def contradiction(model: CameraModel, freer: RayCamera, region: Region, hat_height_mm: float) -> Contradiction | None:
-    """Return how far apart the two are; None where they see nothing of the region both."""
+def contradiction(fit: Fit, reference: Fit, observations: Observations, field: Field, region: Region,
+                  ) -> Contradiction | None:
+    """Return how far apart the two are; None where they see nothing of the region both.
+
+    None as well where the reference explains the points much worse: no lens bends as a stretched picture does.
+    """
+    own_px, other_px = (_rms_px(one, observations, field, region) for one in (fit, reference))
+    if own_px is None or other_px is None or other_px > EXPLAINS * own_px + EXPLAINS_PX:
+        return None
+    model, freer, hat_height_mm = fit.model, reference.model, field.hat_height_mm
     carpet_mm = rms(difference_mm(freer, model, region)[1].ravel())
     if carpet_mm is None:
         return None
     return Contradiction(freer.TITLE, carpet_mm, _hat_mm(freer, model, region, hat_height_mm)
                          if isinstance(model, RayModel) else None)
+
+
+def _rms_px(fit: Fit, observations: Observations, field: Field, region: Region) -> float | None:
+    painted = field.as_painted(fit.notes, region)
+    return rms(np.concatenate([np.empty(0), *(
+        feature_residuals(fit.model, one, painted, region).px[fine] for one, fine, used in zip(
+            observations, fit.inliers, fit.used, strict=True) if used)]))
 
 
 def _hat_mm(freer: RayModel, model: RayModel, region: Region, hat_height_mm: float) -> float | None:

@@ -7,32 +7,52 @@ import numpy as np
 from app.core.field import Region
 from app.core.geometry import Points
 from app.core.json_values import nullable
+from app.evaluate.board.lens_difference import lens_difference
 from app.evaluate.fit.residuals import rms
 from app.evaluate.fit.uncertainty import grid_over
+from app.fitting.ray_camera.lens_prior import camera_intrinsics
 from app.models import CameraModel, field_from_raw, raw_from_field
+from app.models.ray_camera import RayCamera
 
 GRID = (25, 19)  # columns, rows over the region
 
 
-def difference_mm(one: CameraModel, other: CameraModel, region: Region) -> tuple[Points, np.ndarray, np.ndarray]:
-    """Over the region: places (rows, columns, 2) mm, and there the difference in mm and in raw px; NaN out of reach.
+def difference_vectors(one: CameraModel, other: CameraModel, region: Region) -> tuple[Points, Points, np.ndarray]:
+    """Over the region: places and differences (rows, columns, 2) mm, and distances in raw px; NaN out of reach.
 
     A place on the carpet goes through `one` to its pixel and through `other` back: mm. The same place through both to
     pixels: px.
     """
     places = grid_over(region, *GRID)
     pixels = raw_from_field(one, places)
-    return (places, np.linalg.norm(field_from_raw(other, pixels) - places, axis=-1),
+    return (places, field_from_raw(other, pixels) - places,
             np.linalg.norm(raw_from_field(other, places) - pixels, axis=-1))
 
 
+def difference_mm(one: CameraModel, other: CameraModel, region: Region) -> tuple[Points, np.ndarray, np.ndarray]:
+    """The same with distances (rows, columns) in mm."""
+    places, vectors, px = difference_vectors(one, other, region)
+    return places, np.linalg.norm(vectors, axis=-1), px
+
+
 def difference_report(one: CameraModel, other: CameraModel, region: Region) -> dict[str, Any]:
-    """The map as plain JSON, with its rms, median, largest, and where that is."""
-    places, mm, px = difference_mm(one, other, region)
+    """The map as plain JSON, with its rms, median, largest, and where that is; and how the lenses themselves differ."""
+    places, vectors, px = difference_vectors(one, other, region)
+    mm, lens = np.linalg.norm(vectors, axis=-1), _lens_json(one, other)
     if not np.isfinite(mm).any():
         return {"rms_mm": None, "median_mm": None, "max_mm": None, "worst_place": None, "rms_px": None, "max_px": None,
-                "grid": None}
+                "grid": None, "lens": lens}
     worst = np.unravel_index(np.nanargmax(mm), mm.shape)
     return {"rms_mm": rms(mm.ravel()), "median_mm": float(np.nanmedian(mm)), "max_mm": float(mm[worst]),
             "worst_place": places[worst].tolist(), "rms_px": rms(px.ravel()), "max_px": float(np.nanmax(px)),
-            "grid": {"places": places.tolist(), "mm": nullable(mm), "px": nullable(px)}}
+            "grid": {"places": places.tolist(), "mm": nullable(mm), "mm_vector": nullable(vectors), "px": nullable(px)},
+            "lens": lens}
+
+
+def _lens_json(one: CameraModel, other: CameraModel) -> dict[str, float] | None:
+    """The focal lengths' ratio, and how far pixels move where either lens may be turned; None without two lenses."""
+    if not (isinstance(one, RayCamera) and isinstance(other, RayCamera)):
+        return None
+    px = np.linalg.norm(lens_difference(camera_intrinsics(one), camera_intrinsics(other)), axis=-1)
+    return {"focal_ratio": other.focal_px / one.focal_px,
+            "max_px": float(np.nanmax(px)) if np.isfinite(px).any() else None}

@@ -16,7 +16,8 @@ from app.evaluate.fit.reach import reach_warnings
 from app.evaluate.fit.residuals import FeatureResiduals, feature_residuals, mm_per_px, residual_rows, rms
 from app.evaluate.fit.uncertainty import knows_its_error, sigma_report
 from app.fitting import FITTERS
-from app.models import RayModel
+from app.models import CameraModel, RayModel
+from app.models.ray_camera import RayCamera
 
 REPORTED_NOTES = ("degree", "relation", "terms", "click_sigma_px", "degrees_of_freedom", "parameters",
                   "line_offsets_mm", "arc_offsets_mm")
@@ -73,13 +74,22 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
                         in zip(residuals, fit.inliers, fit.used, strict=True)],
         "verdict": _verdict(_without(cv_rms_mm, rms(lines_mm)), check_mm, sigma, knows_inside=knows_inside,
                             rays=isinstance(fit.model, RayModel), reaches=not ends, apart_mm=apart_mm,
-                            hat_height_mm=hat_mm),
+                            freer="" if freer is None else freer.title, hat_height_mm=hat_mm),
         "next_click": next_best_click(fit, field, region, fit.model.image_size, fit.notes.get("click_sigma_px", 0.5)),
         "warnings": [w.to_json() for w in warnings],
+        "camera": _camera_json(fit.model),
         "covariance": {"names": list(fit.parameter_names), "matrix": fit.covariance.tolist()}
         if knows_its_error(fit) else None,
         **{key: value for key, value in fit.notes.items() if key in REPORTED_NOTES},
     }
+
+
+def _camera_json(model: CameraModel) -> dict[str, float] | None:
+    """Return how high the camera is and how far it looks from straight down; None for a model without rays."""
+    if not isinstance(model, RayCamera):
+        return None
+    down = -model.camera_from_field[2, 2]  # of the optical axis: its share straight down
+    return {"height_mm": float(model.position_mm[2]), "tilt_deg": float(np.degrees(np.arccos(np.clip(down, -1, 1))))}
 
 
 def _line_sigma_mm(fit: Fit, field: Field, observation: Observation) -> float:
@@ -115,13 +125,15 @@ def _feature_json(r: FeatureResiduals, fine: np.ndarray, used: bool) -> dict[str
 
 
 def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, Any] | None,
-             knows_inside: bool, rays: bool, reaches: bool, apart_mm: float, hat_height_mm: float) -> dict[str, Any]:
+             knows_inside: bool, rays: bool, reaches: bool, apart_mm: float, freer: str, hat_height_mm: float,
+             ) -> dict[str, Any]:
     """One length, one level, one sentence. The worst of the held-out figures and the expected error counts.
 
     Where a lens knows its error, points left out count only where they contradict it.
 
     cv_mm: without what the lines themselves are off. reaches: whether the lens maps the whole field in sight.
-    apart_mm: how far a freer lens is from it, which is no part of the length, and caps the level.
+    apart_mm: how far a freer lens, by its title, is from it: a part of the length where that is more than a good
+    one may be off.
 
     Expected error at hat height is no part of the length, which is one on the carpet, but it caps the level.
     """
@@ -132,14 +144,17 @@ def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, An
     if not known:
         return {"mm": None, "level": "unknown", "sentence": "Nothing was held out, so nothing is known of the error."}
     mm = max(known)
-    if not knows_inside:
+    contradicted = apart_mm > GOOD_MM
+    if contradicted:  # as in the comparison of all models: what it misses, and what it has elsewhere
+        mm = float(np.hypot(mm, apart_mm))
+    elif not knows_inside:
         return {"mm": mm, "level": "unknown",
                 "sentence": f"The borders hold to {mm:.1f} mm. Nothing inside the field was clicked, so the error "
                             "there is not known; a strong lens leaves centimetres."}
     carpet = 0.0 if sigma is None else sigma["rms_95"] / SURE
     hat = sigma["hat"]["rms"] if sigma and "hat" in sigma else 0.0
     hat_95 = sigma["hat"]["rms_95"] / SURE if sigma and "hat" in sigma else 0.0
-    worst = max(mm, carpet, hat_95, apart_mm)
+    worst = max(mm, carpet, hat_95)
     level = "good" if worst <= GOOD_MM and reaches else "fair" if worst <= FAIR_MM else "poor"
     good = ("Good enough for ball and robots." if rays else
             f"Good enough for the ball; a robot's hat, {hat_height_mm:g} mm up, needs a model with rays.")
@@ -150,8 +165,8 @@ def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, An
     if hat > mm and hat_95 > GOOD_MM:
         words = (f"The carpet fits, robots' hats may be {hat:.0f} mm off." if level == "fair" else
                  f"The carpet fits, but robots' hats may be {hat:.0f} mm off: too coarse for play.")
-    if apart_mm > max(GOOD_MM, mm):
-        words = f"{words} A freer lens contradicts it by {apart_mm:.0f} mm."
+    if contradicted:
+        where = f"inside the field: {freer} on the same points places it {apart_mm:.0f} mm elsewhere"
     if not reaches:
         words = f"{words} The lens ends before the field does."
     return {"mm": mm, "level": level, "sentence": f"{words} {mm:.1f} mm {where}."}

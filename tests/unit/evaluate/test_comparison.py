@@ -15,7 +15,7 @@ from app.evaluate.fit.folds import folds_for
 from app.fitting import FITTERS
 from app.models import MODELS, RayModel, field_from_raw
 from app.store.fields import load_fields
-from app.workflows import calibration
+from app.workflows import calibration, model_choice
 from tests.support.fields import plain_field
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera
 from tests.support.paths import CLICKS
@@ -32,7 +32,7 @@ def clicks(lens, tilt=8, seed=0):
 
 @cache
 def compared(lens, seed=0):
-    return calibration.compare(clicks(lens, seed=seed), FIELD, REGION, SIZE, QUICK)
+    return model_choice.compare(clicks(lens, seed=seed), FIELD, REGION, SIZE, QUICK).ranking
 
 
 @pytest.mark.parametrize("lens", ["strong", long("half"), "pincushion"])
@@ -53,7 +53,7 @@ def test_without_a_lens_it_says_so_and_takes_the_simplest_that_the_inside_was_as
     places = camera.raw_from_field(field.lines["at-x-1"].sample(9))
     line = Observation("at-x-1", "line", places + rng.normal(0, 0.3, (9, 2)))
     for more, rays in (((), True), ((line,), False)):
-        found = calibration.compare((*clicks("none", seed=seed), *more), field, REGION, SIZE, QUICK)
+        found = model_choice.compare((*clicks("none", seed=seed), *more), field, REGION, SIZE, QUICK).ranking
         assert found["reason"].startswith("No significant distortion.") and found["no_significant_distortion"]
         chosen = next(row for row in found["ranking"] if row["model"] == found["recommended"])
         assert issubclass(MODELS[chosen["model"]], RayModel) == rays
@@ -71,7 +71,8 @@ def test_where_the_clicks_hardly_tell_any_lens_the_most_probable_one_is_recommen
         chosen = raw[np.linspace(0, len(raw) - 1, 9).astype(int)]
         seen.append(Observation(name, "line", chosen + rng.normal(0, 0.4, (9, 2))))
     tape = {"height_mm": {"value": float(camera.position_mm[2]), "sigma": 30.0}}
-    found = calibration.compare(tuple(seen), field, region, ImageSize(*spec.size), (*QUICK, "fisheye", "ssl"), tape)
+    found = model_choice.compare(tuple(seen), field, region, ImageSize(*spec.size), (*QUICK, "fisheye", "ssl"),
+                                 tape).ranking
     rows = {row["model"]: row for row in found["ranking"]}
     assert all("weakly-determined" in row["warnings"] for row in rows.values() if row["expected_hat_mm"] is not None)
     assert found["recommended"] == "fisheye" and rows["fisheye"]["apart_mm"] is None
@@ -83,7 +84,7 @@ def test_where_the_clicks_hardly_tell_any_lens_the_most_probable_one_is_recommen
 def test_a_lens_of_one_term_that_another_contradicts_is_not_recommended_for_being_simple(seed):
     camera = reference_camera("half", 15)
     seen = border_observations(camera, REGION, 9, 0.5, np.random.default_rng(seed))
-    found = calibration.compare(seen, FIELD, REGION, SIZE, ("division", "brown-conrady", "fisheye", "ssl"))
+    found = model_choice.compare(seen, FIELD, REGION, SIZE, ("division", "brown-conrady", "fisheye", "ssl")).ranking
     rows = {row["model"]: row for row in found["ranking"]}
     assert "another-lens" in rows["ssl"]["warnings"] and "another-lens" not in rows[found["recommended"]]["warnings"]
     raw, truth = known_grid(camera, REGION, 21, 17)
@@ -93,7 +94,7 @@ def test_a_lens_of_one_term_that_another_contradicts_is_not_recommended_for_bein
 
 
 def test_a_model_that_only_borders_were_clicked_for_is_not_recommended():
-    found = calibration.compare(clicks("strong"), FIELD, REGION, SIZE, ("polynomial", "homography"))
+    found = model_choice.compare(clicks("strong"), FIELD, REGION, SIZE, ("polynomial", "homography")).ranking
     assert found["recommended"] is None and "inside the field" in found["reason"]
 
 
@@ -111,17 +112,17 @@ def test_the_ranking_is_near_the_truth(lens):
 
 def test_a_model_that_cannot_be_fitted_is_listed_with_its_fix():
     few = tuple(Observation(o.feature, "line", o.points[::4]) for o in clicks("half"))  # 3 points a border
-    found = calibration.compare(few, FIELD, REGION, SIZE, ("polynomial", "brown-conrady"), {"degree": 4})
+    found = model_choice.compare(few, FIELD, REGION, SIZE, ("polynomial", "brown-conrady"), {"degree": 4}).ranking
     assert [f["model"] for f in found["failed"]] == ["polynomial"]
     assert found["failed"][0]["fix"] and found["failed"][0]["reason"] == "too-few-points"
     with pytest.raises(FitFailed):
-        calibration.compare((), FIELD, REGION, SIZE, QUICK)
+        model_choice.compare((), FIELD, REGION, SIZE, QUICK)
 
 
 def test_progress_is_told_in_order_and_may_stop():
     told = []
-    calibration.compare(clicks("half"), FIELD, REGION, SIZE, ("polynomial", "homography"),
-                     progress=lambda share, words: told.append(share))
+    model_choice.compare(clicks("half"), FIELD, REGION, SIZE, ("polynomial", "homography"),
+                         progress=lambda share, words: told.append(share))
     assert told == sorted(told) and told[0] >= 0 and told[-1] <= 1
 
 
@@ -154,8 +155,8 @@ def test_every_model_is_fitted_to_real_clicks_ranked_and_the_choice_explained(na
     """The pictures are not needed: the clicks on them are ours."""
     given = json.loads((CLICKS / f"{name}.json").read_text())
     field = load_fields()[field_name]
-    found = calibration.compare(observations_from_json(given["observations"]), field, field.region(given["region"]),
-                             ImageSize.of(given["image_size"]))
+    found = model_choice.compare(observations_from_json(given["observations"]), field, field.region(given["region"]),
+                             ImageSize.of(given["image_size"])).ranking
     assert found["failed"] == []
     rows = {row["model"]: row for row in found["ranking"]}
     assert set(rows) == set(MODELS)
@@ -167,6 +168,6 @@ def test_every_model_is_fitted_to_real_clicks_ranked_and_the_choice_explained(na
 
 def test_a_fisheye_without_terms_is_a_lens_all_the_same():
     """An equidistant lens has no numbers of its own and still bends every border."""
-    found = calibration.compare(clicks("strong"), FIELD, REGION, SIZE, ("fisheye", "homography"))
+    found = model_choice.compare(clicks("strong"), FIELD, REGION, SIZE, ("fisheye", "homography")).ranking
     assert not found["no_significant_distortion"]
     assert found["recommended"] == "fisheye"

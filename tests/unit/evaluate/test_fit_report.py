@@ -93,19 +93,46 @@ def test_held_out_error_is_larger_than_the_residuals_and_near_the_truth_on_the_b
     assert held_out == pytest.approx(truth, rel=0.35)
 
 
-def test_borders_alone_are_never_called_good():
-    """A small residual on the borders proves nothing inside: 36 mm are there, and the report does not know it."""
+def test_borders_alone_say_nothing_of_the_inside_and_a_lens_on_the_same_points_does():
+    """A small residual on the borders proves nothing inside: 36 mm are there, and the headline has them."""
     camera, field = reference_camera("strong"), reference_field()
     region = field.regions["full"]
     clicks = border_observations(camera, region, 9, 0.3, np.random.default_rng(0))
     found = calibration.calibrate(clicks, field, region, SIZE)
     raw, truth = known_grid(camera, region, 21, 17)
-    assert rms_mm(field_from_raw(found.model, raw), truth) > 30
+    true_mm = rms_mm(field_from_raw(found.model, raw), truth)
+    assert true_mm > 30
     assert found.report["rms_mm"] < 3
-    assert found.report["verdict"]["level"] == "unknown"
-    assert "inside" in found.report["verdict"]["sentence"]
-    assert [w["reason"] for w in found.report["warnings"]] == ["inside-not-checked"]
-    assert "Click" in found.report["warnings"][0]["fix"]
+    assert found.report["verdict"]["level"] == "poor"
+    assert found.report["verdict"]["mm"] == pytest.approx(true_mm, rel=0.15)
+    assert "same points" in found.report["verdict"]["sentence"]
+    told = {w["reason"]: w["fix"] for w in found.report["warnings"]}
+    assert set(told) == {"inside-not-checked", "another-lens"} and "Click" in told["inside-not-checked"]
+
+
+def test_borders_alone_are_unknown_inside_where_no_lens_contradicts():
+    """A lens that bends the borders by next to nothing: its inside is fine, and nothing but a lens could know it."""
+    camera, field = reference_camera("none"), reference_field()
+    region = field.regions["full"]
+    clicks = border_observations(camera, region, 9, 0.3, np.random.default_rng(0))
+    verdict = calibration.calibrate(clicks, field, region, SIZE).report["verdict"]
+    assert verdict["level"] == "unknown" and "inside" in verdict["sentence"]
+
+
+def test_a_lens_that_explains_the_points_much_worse_contradicts_nothing():
+    """A picture that was bent by software as no lens bends: curves follow it, and a lens has no say."""
+    camera, field = reference_camera("none"), reference_field()
+    region = field.regions["full"]
+
+    def bent(raw):
+        x, y = ((raw - (640, 512)) / 600).T
+        return raw + 40 * np.stack([np.sin(3 * y), np.sin(3 * x)], axis=1)
+    clicks = [replace(o, points=bent(o.points)) for o in border_observations(camera, region, 25)]
+    inside, mm = known_grid(camera, region, 5, 4)
+    marks = [Observation(tuple(map(float, p)), "landmark", bent(r[None]))
+             for r, p in zip(inside.reshape(-1, 2), mm.reshape(-1, 2), strict=True)]
+    report = calibration.calibrate((*clicks, *marks), field, region, SIZE, "thin-plate").report
+    assert "another-lens" not in {w["reason"] for w in report["warnings"]}
 
 
 def test_a_mark_inside_that_fits_badly_makes_the_verdict_poor():

@@ -17,7 +17,7 @@ from app.fitting import FITTERS
 from app.fitting.ray_camera.camera_prior import camera_priors, unusual_camera_warnings
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, RayModel, field_from_raw, parameters_json
-from app.workflows import calibration
+from app.workflows import calibration, model_choice
 from tests.support.fields import plain_field
 from tests.support.operator import FIELD, REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
 from tests.support.sim_clicks import border_observations, known_grid, landmark_observations, rms_mm
@@ -288,7 +288,7 @@ def test_hat_height_is_the_fields_own_everywhere_it_is_judged(hat_mm):
     (told,) = [w["text"] for w in made.report["warnings"] if w["reason"] == "height-unknown"]
     assert f"at hat height ({hat_mm:g} mm)" in told
     assert weakest_direction(made.fit, REGION, hat_mm).hat_mm == expected_error(made.fit, REGION, hat_mm).rms
-    ranked = calibration.compare(observations, field, REGION, SIZE, ("division", "homography"))
+    ranked = model_choice.compare(observations, field, REGION, SIZE, ("division", "homography")).ranking
     by_name = {row["model"]: row for row in ranked["ranking"]}
     assert by_name["division"]["hat_height_mm"] == hat_mm and by_name["homography"]["hat_height_mm"] is None
     straight = reference_camera("none", 0)

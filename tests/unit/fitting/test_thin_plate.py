@@ -292,7 +292,7 @@ def test_its_expected_error_travels_with_its_report_and_is_ranked_by_the_numbers
 
 def test_borders_alone_are_told_to_be_a_guess_and_the_next_click_is_inside():
     made = calibration.calibrate(clicks(TILTED, inside=()), FIELD, FULL, SIZE, "thin-plate")
-    assert made.report["verdict"]["level"] == "unknown"
+    assert made.report["verdict"]["level"] == "poor"  # a lens on the same points bends the inside otherwise
     (said,) = observability_warnings(made.fit, FULL)
     assert "bends between" in said.text and "hat height" not in said.text
     following = made.report["next_click"]

@@ -1,5 +1,7 @@
 """Cameras that agree can be wrong alike: a rig and a pair are no better than what is known of each camera."""
 
+import json
+
 import pytest
 
 from app.core.records import Calibration
@@ -14,12 +16,17 @@ def by_borders():
     return sim_rig(2, model="polynomial", cross_validate=True)
 
 
-def test_a_rig_whose_cameras_agree_by_their_clicks_is_not_good_while_the_inside_is_unknown(by_borders):
-    found = check(by_borders, {})
+@pytest.mark.parametrize(("own", "best", "reason"), [("unknown", "fair", "accuracy-unknown"),
+                                                     ("poor", "poor", "not-accurate")])
+def test_a_rig_whose_cameras_agree_by_their_clicks_is_no_better_than_their_own_reports(by_borders, own, best, reason):
+    rig = json.loads(json.dumps(by_borders))
+    for camera in rig["cameras"]:
+        camera["calibration"]["report"]["verdict"]["level"] = own
+    found = check(rig, {})
     (pair,) = found["pairs"]
     assert pair["from"] == "clicks" and pair["verdict"]["level"] == "good"
-    assert found["verdict"]["level"] == "fair" and "unknown" in found["verdict"]["sentence"]
-    assert {t["reason"] for camera in found["cameras"] for t in camera["troubles"]} == {"accuracy-unknown"}
+    assert found["verdict"]["level"] == best and "Camera 0" in found["verdict"]["sentence"]
+    assert {t["reason"] for camera in found["cameras"] for t in camera["troubles"]} == {reason}
 
 
 def test_with_pictures_it_is_poor_and_says_whose_lines_are_elsewhere(by_borders):
@@ -40,4 +47,4 @@ def test_cameras_with_a_lens_that_fits_keep_their_verdict():
 def test_a_pair_is_no_better_than_its_calibrations(by_borders):
     a, b = (Calibration.from_json(camera["calibration"]) for camera in by_borders["cameras"])
     verdict = evaluate_pair(None, None, a, b)["agreement"]["verdict"]
-    assert verdict["level"] == "fair" and "cam0" in verdict["sentence"] and "cam1" in verdict["fix"]
+    assert verdict["level"] == "poor" and "cam0" in verdict["sentence"] and "cam1" in verdict["fix"]

@@ -1,0 +1,84 @@
+"""Which model: all of them on the same points, ranked, and the one that "auto" stands for."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from typing import Any, NamedTuple
+
+from app.core.errors import FitFailed
+from app.core.field import Field, Region
+from app.core.geometry import ImageSize
+from app.core.progress import Progress, no_progress
+from app.core.records import Observations
+from app.evaluate.fit.comparison import FittedModel, compare_models, parameter_count
+from app.evaluate.fit.contradiction import freer_lens
+from app.fitting import FITTERS
+from app.models import MODELS
+from app.workflows.calibration import CalibrationResult, calibrate, subprogress
+
+AUTO = "auto"
+LADDER = (("brown-conrady", "fisheye"), ("division",))  # of the first that can be fitted, the most probable
+
+
+class Ranked(NamedTuple):
+    """The comparison as plain JSON, and the calibrations by model that it rests on."""
+
+    ranking: dict[str, Any]
+    calibrations: Mapping[str, CalibrationResult]
+
+
+def compare(observations: Observations, field: Field, region: Region, image_size: ImageSize,
+            models: tuple[str, ...] | None = None, options: Mapping[str, Any] | None = None,
+            progress: Progress = no_progress) -> Ranked:
+    """Fit several models (all, if none are named) to the same observations and rank them.
+
+    options: those that a model does not know are not given to it. A model that cannot be fitted is listed under
+    "failed" with its reason and fix; FitFailed where none can.
+    """
+    names = tuple(models or MODELS)
+    freer = cache(lambda: freer_lens(observations, field, region, image_size, options))
+    fitted, failed = [], []
+    for index, name in enumerate(names):
+        title = MODELS[name].TITLE
+        part = subprogress(progress, index / len(names), (index + 1) / len(names), f"{title}: ")
+        try:
+            made = calibrate(observations, field, region, image_size, name, known_options(name, options), part,
+                             freer=freer)
+        except FitFailed as refusal:
+            failed.append({"model": name, "title": title, **refusal.to_json()})
+            continue
+        fitted.append(FittedModel(name, title, made.fit, made.report, parameter_count(made.fit)))
+    if not fitted:
+        raise FitFailed("No model could be fitted to these points.", failed[0]["fix"], reason=failed[0]["reason"])
+    return Ranked({**compare_models(fitted, region), "failed": failed},
+                  {one.name: CalibrationResult(one.fit, one.report) for one in fitted})
+
+
+def calibrate_recommended(observations: Observations, field: Field, region: Region, image_size: ImageSize,
+                          options: Mapping[str, Any] | None = None,
+                          progress: Progress = no_progress) -> CalibrationResult:
+    """Calibrate with the model that the comparison of all recommends; why stands in the report's "model_choice".
+
+    Where nothing can be recommended, with the most probable lens.
+    """
+    ranked = compare(observations, field, region, image_size, None, options, progress)
+    name = ranked.ranking["recommended"] or most_probable(observations, field, region, image_size, options)
+    made = ranked.calibrations[name]
+    choice = {key: ranked.ranking[key] for key in ("recommended", "reason", "ranking")}
+    return replace(made, report={**made.report, "model_choice": choice})
+
+
+def most_probable(observations: Observations, field: Field, region: Region, image_size: ImageSize,
+                  options: Mapping[str, Any] | None = None) -> str:
+    """Return the model that the recommended one most likely is, without a cross-validation: while points are moved.
+
+    Where no lens can be fitted, the first of the ladder, whose refusal says what is missing.
+    """
+    lens = freer_lens(observations, field, region, image_size, options)
+    return LADDER[0][0] if lens is None else lens.model.NAME
+
+
+def known_options(name: str, options: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return those of the options that a model has."""
+    known = {option.name for option in FITTERS[name].OPTIONS}
+    return {key: value for key, value in (options or {}).items() if key in known}
