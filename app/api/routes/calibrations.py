@@ -111,7 +111,7 @@ async def import_calibration(request: Request, services: ServicesDep, by: Operat
 @router.get("", response_model=responses.Calibrations)
 def list_calibrations(services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None, limit: Limit = 50,
                       cursor: Cursor = None, brief: Annotated[bool, Query(
-                          description="points, residuals and the field's definition empty, without covariance")] = False,
+                          description="without points, residuals, covariance and the field's definition")] = False,
                       ) -> Response:
     """List versions, newest first."""
     if brief:
