@@ -31,7 +31,7 @@ def calibrate(
     image: requests.ImageFile, points: requests.PointsFile,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="CAL.json", help="The calibration to write.")],
     field: requests.FieldName = None, region: requests.RegionName = None, rotate: requests.Rotate = None,
-    model: Annotated[str | None, typer.Option("--model", help="Camera model, or auto for the recommended one; polynomial "
+    model: Annotated[str | None, typer.Option("--model", help="Camera model, or auto for the recommended; polynomial "
                                               "when left out.")] = None,
     option: requests.Options = None, lens: requests.LensFile = None, lens_sigma: requests.LensSigma = None,
     height_mm: requests.HeightMm = None, height_sigma_mm: requests.HeightSigmaMm = None,
