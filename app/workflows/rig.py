@@ -72,15 +72,19 @@ def check(rig: Mapping[str, Any], pictures: Mapping[str, Pixels], matches: Seque
                                               _matches_of(matches, a, b), part)})
     for camera in status["cameras"]:
         name = camera["camera"]
-        if name in calibrations and name in pictures:
-            camera["troubles"] += _in_picture(camera, calibrations[name], pictures[name])
+        if name in calibrations:
+            camera["troubles"] += _of_accuracy(camera, calibrations[name], pictures.get(name))
     troubles = [trouble for camera in status["cameras"] for trouble in camera["troubles"]]
     return {**status, "pairs": pairs, "verdict": rig_verdict.of_rig(pairs, troubles)}
 
 
-def _in_picture(camera: Mapping[str, Any], calibration: Calibration, pixels: Pixels) -> Iterator[dict[str, Any]]:
-    """Yield what the lines in a camera's picture say against its calibration, also where no other camera looks."""
-    if (pixels.shape[1], pixels.shape[0]) != tuple(calibration.image_size):
+def _of_accuracy(camera: Mapping[str, Any], calibration: Calibration, pixels: Pixels | None,
+                 ) -> Iterator[dict[str, Any]]:
+    """Yield what its report and the lines in its picture say against a calibration, also where no other looks."""
+    own = own_accuracy(camera["title"], calibration.report)
+    if own is not None:
+        yield {"camera": camera["camera"], "reason": own.reason, "text": own.text, "fix": own.fix, "level": own.level}
+    if pixels is None or (pixels.shape[1], pixels.shape[0]) != tuple(calibration.image_size):
         return
     found = verdict_in(pixels, *Restored.of(calibration))
     if found["level"] == "poor":
@@ -164,8 +168,8 @@ def _troubles(rig: Mapping[str, Any], camera: Mapping[str, Any], mine: Rectangle
               wanted: Rectangles | None) -> Iterator[dict[str, Any]]:
     calibration, title = camera["calibration"], camera["title"]
 
-    def trouble(reason: str, text: str, fix: str, level: str | None = None) -> dict[str, Any]:
-        return {"camera": camera["camera"], "reason": reason, "text": text, "fix": fix, "level": level}
+    def trouble(reason: str, text: str, fix: str) -> dict[str, Any]:
+        return {"camera": camera["camera"], "reason": reason, "text": text, "fix": fix, "level": None}
 
     if calibration is None:
         yield trouble("not-calibrated", f"{title} has no active calibration.", f"Calibrate {title}, and activate it.")
@@ -174,8 +178,6 @@ def _troubles(rig: Mapping[str, Any], camera: Mapping[str, Any], mine: Rectangle
         yield trouble("other-field", f"{title} is calibrated on the field {calibration['field']}, the rig's is "
                       f"{rig['field']['name']}.", f"Calibrate {title} on {rig['field']['name']}.")
         return
-    if (own := own_accuracy(title, calibration["report"])) is not None:
-        yield trouble(own.reason, own.text, own.fix, own.level)
     if camera["region"] is not None and calibration["region"] != camera["region"]:
         yield trouble("other-region", f"{title} is calibrated on {calibration['region']}, the rig gives it "
                       f"{camera['region']}.", f"Calibrate {title} on {camera['region']}, or change the rig.")

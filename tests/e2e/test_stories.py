@@ -27,7 +27,7 @@ def test_the_demo_camera_from_opening_to_an_active_calibration(operator, server,
     operator.take()
     for feature, points in border_clicks(camera, region, 9).items():
         operator.click(feature, points[1:-1])  # a corner belongs to two borders
-    expect(operator.page.get_by_test_id("verdict")).to_have_attribute("data-level", "unknown")
+    expect(operator.page.get_by_test_id("verdict")).to_have_attribute("data-level", "poor")
     operator.page.screenshot(path=tmp_path / "borders.png")
     operator.next("model").next("compare")
     expect(operator.page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
