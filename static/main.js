@@ -8,6 +8,7 @@ import { startRouter } from "./core/router.js";
 import { startCapture } from "./features/board/capture.js";
 import { startLenses } from "./features/board/lenses.js";
 import { startSaving } from "./features/calibrate/draft.js";
+import { startDetecting } from "./features/calibrate/find_lines.js";
 import { startFitting } from "./features/calibrate/fitting.js";
 import { startLineSuggestions } from "./features/calibrate/line_suggestions.js";
 import { startRanking } from "./features/calibrate/model_ranking.js";
@@ -45,6 +46,7 @@ async function start() {
   startSaving();
   startSnapping();
   startLineSuggestions();
+  startDetecting();
   startRanking();
   startComparing();
   startGrid();

@@ -126,7 +126,7 @@ def pose_from_homography(plane_from_field: Array, focal_px: float) -> tuple[Arra
 
 def mirrored_error() -> FitFailed:
     return FitFailed("The field appears mirrored in the picture.",
-                     "Check which border is left and which is right, or turn the region; a mirrored picture must be "
+                     "Check which border is left and which is right; a mirrored picture must be "
                      "flipped back first.", reason="mirrored")
 
 

@@ -1,6 +1,6 @@
 // The tools above the picture: buttons of actions, nothing else.
 import { html } from "../core/html.js";
-import { comparing, step } from "../core/state.js";
+import { comparing, editing } from "../core/state.js";
 import { ActionButton } from "../ui/action_button.js";
 
 const EDIT = [
@@ -40,7 +40,7 @@ const LOOK = ["zoom-out", "zoom-in", "zoom-fit"];
 export function Toolbar() {
   const ids = comparing.value
     ? COMPARE
-    : step.value === "borders" || step.value === "model"
+    : editing.value
       ? EDIT
       : LOOK;
   return html`<div

@@ -17,7 +17,7 @@ export const EMPTY = {
   field: null,
   region: null,
   rotate: null,
-  model: "polynomial",
+  model: null, // automatic: the server chooses
   options: {},
   observations: [],
 };
@@ -57,6 +57,25 @@ export function withModel(document, next, before) {
   };
 }
 
+/** What is true of the camera, its clicks and its picture, whichever model describes it. */
+export const FACTS = ["height_mm", "line_sigma_mm", "click_sigma_px"];
+const OF_ANY_MODEL = new Set([
+  ...FACTS,
+  "w_max_rectangle_px",
+  "h_max_rectangle_px",
+  "n_rectangles_x",
+  "n_rectangles_y",
+]);
+
+/** The document with the model left to the server. @param {Doc} document @returns {Doc} */
+export const withAutomaticModel = (document) => ({
+  ...document,
+  model: null,
+  options: Object.fromEntries(
+    Object.entries(document.options).filter(([name]) => OF_ANY_MODEL.has(name)),
+  ),
+});
+
 /** @param {import("./types").Observation} o */
 function rank(o) {
   const at = BORDERS.indexOf(/** @type {Border} */ (o.feature));
@@ -68,7 +87,7 @@ export const fromDraft = (draft) => ({
   field: draft.field ?? null,
   region: draft.region ?? null,
   rotate: draft.rotate ?? null,
-  model: draft.model || EMPTY.model,
+  model: draft.model || null,
   options: draft.options ?? {},
   // On the carpet is what no height means: one form, so that equal drafts are equal text.
   observations: (draft.observations ?? []).map(

@@ -13,6 +13,7 @@ export const manualPage = signal({ name: "", text: "", heading: "", asked: 0 });
 export const EXPLAINED = {
   "without-clicks": "auto.md",
   check: "check.md",
+  checks: "start.md#verify-and-activate",
   tracks: "detection.md#tracks-of-a-rig",
   start: "start.md",
   cameras: "live.md#states",

@@ -22,6 +22,9 @@ effect(() => {
 export const addressOf = ({ name, argument }) =>
   `#/${name}${argument ? `/${argument.split("/").map(encodeURIComponent).join("/")}` : ""}`;
 
+/** The address of calibrating a picture. @param {string} picture @param {import("./types").StepId} at */
+export const calibrateAddress = (picture, at) => `#/${encodeURIComponent(picture)}/${at}`;
+
 /** Back to where the operator was. */
 export const backAddress = () =>
-  leftPicture.value ? `#/${leftPicture.value.id}/${leftPicture.value.at}` : "#/";
+  leftPicture.value ? calibrateAddress(leftPicture.value.id, leftPicture.value.at) : "#/";

@@ -46,10 +46,14 @@ export const region = computed(() => (doc.value.region && field.value?.regions[d
 /** How far the field is turned in the picture: the operator's choice, else the region's own. */
 export const rotation = computed(() => doc.value.rotate ?? region.value?.rotate ?? 0);
 export const camera = computed(() => cameras.value.find((c) => c.id === snapshot.value?.camera) ?? null);
-export const model = computed(() => models.value.find((m) => m.name === doc.value.model) ?? null);
-export const editing = computed(
-  () => snapshot.value !== null && (step.value === "borders" || step.value === "model"),
-);
+/** What the server chose for the present points, where the operator leaves the model to it. */
+export const automaticModel = signal(/** @type {string | null} */ (null));
+/** The name of the model that is used. */
+export const modelName = computed(() => doc.value.model ?? automaticModel.value);
+export const model = computed(() => models.value.find((m) => m.name === modelName.value) ?? null);
+export const editing = computed(() => snapshot.value !== null && step.value === "points");
+/** Whether the lens models and their options are unfolded, beside the points. */
+export const lensOpen = signal(false);
 
 /**
  * Whether a feature of the field is one spot, or anywhere along a line.
@@ -58,8 +62,8 @@ export const editing = computed(
  */
 export const kindOf = (feature) => (field.value && feature in field.value.landmarks ? "landmark" : "line");
 
-/** The steps that show raw and corrected. */
-export const comparing = computed(() => step.value === "compare" || step.value === "activate");
+/** Whether raw and corrected are shown. */
+export const comparing = computed(() => step.value === "verify");
 
 /** The selected points that still exist. */
 export const selectedPoints = computed(() =>

@@ -4,13 +4,13 @@ export type Point = [number, number];
 export type Border = "left" | "right" | "top" | "bottom";
 /** How raw and corrected are set against each other. */
 export type CompareMode = "raw" | "wipe" | "corrected" | "side" | "blink";
-export type StepId = "camera" | "picture" | "borders" | "model" | "compare" | "activate";
+export type StepId = "camera" | "field" | "points" | "verify";
 
 export interface Observation { feature: string | Point; kind: "line" | "landmark"; points: Point[]; z_mm?: number }
 /** The operator's document: small, copied whole at every change, so that undo is an earlier copy. */
 export interface Doc {
   field: string | null; region: string | null; rotate: number | null;
-  model: string; options: Record<string, unknown>; observations: Observation[];
+  model: string | null; options: Record<string, unknown>; observations: Observation[];
 }
 /** One clicked point: which border, line, arc or landmark, and which of its points. */
 export interface Pick { feature: string; index: number }
@@ -83,6 +83,7 @@ export interface Report {
   sigma_mm: { rms: number; max: number; hat?: { rms: number; max: number; z_mm: number } } | null;
   next_click?: { feature: string; point: Point; worst_mm: number; worst_mm_then: number; z_mm?: number } | null;
   warnings: Warning[];
+  camera?: { height_mm: number; tilt_deg: number } | null; // null: a model without rays; absent: an older version
 }
 /** One model among all, on the same clicks. field_mm: what it would miss inside the field. */
 export interface Ranked {
@@ -137,7 +138,8 @@ export interface Preview { model: { name: string; parameters: Record<string, unk
 export interface Calibration {
   id: string; version: number; camera: string | null; field: string; region: string; rotate: number; snapshot: string | null;
   image_size: Point; model: { name: string }; options: Record<string, unknown>; observations: Observation[]; report: Report;
-  corrected_size: Point; created_at: string; active: boolean; note: string; field_definition: { hat_height_mm?: number; regions: Record<string, Region> };
+  corrected_size: Point; created_at: string; active: boolean; note: string;
+  field_definition: { hat_height_mm?: number; lines: Line[]; arcs: Arc[]; regions: Record<string, Region> };
 }
 /** What a format of another program makes of a version; loss: mm over its region, null where it is exact. */
 export interface Format {

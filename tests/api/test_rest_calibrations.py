@@ -57,7 +57,17 @@ def test_a_brief_list_is_the_same_versions_without_what_lists_do_not_show(client
     assert listed["observations"] == [] and listed["field_definition"] == {} and listed["report"]["per_feature"] == []
     bulk = ("observations", "field_definition", "report")
     assert {k: v for k, v in listed.items() if k not in bulk} == {k: v for k, v in made.items() if k not in bulk}
-    assert listed["report"]["verdict"] == made["report"]["verdict"] and "covariance" not in listed["report"]
+    assert listed["report"]["verdict"] == made["report"]["verdict"]
+
+
+@pytest.mark.parametrize("covariance", ["nonsense", [], {"names": 5}, 7])
+def test_a_brief_list_bears_an_imported_covariance_that_is_none(client, task, covariance):
+    made = client.post(CAL, json={**task, "camera": "north"}).json()
+    made["report"]["covariance"] = covariance
+    exported = client.get(f"{CAL}/{made['id']}/export/json").json()
+    file = {"file": json.dumps({**exported, "report": made["report"]}).encode()}
+    assert client.post(f"{CAL}/import", files=file).status_code == 201
+    assert len(client.get(CAL, params={"brief": True}).json()["items"]) == 2
 
 
 def test_one_version_is_active_and_rolling_back_is_activating_the_former(client, task):

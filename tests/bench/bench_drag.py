@@ -36,7 +36,7 @@ new MutationObserver((all) => {
 }).observe(document, { subtree: true, attributes: true, attributeFilter: ["d"] });
 const original = window.fetch;
 window.fetch = async (...asked) => {
-  if (!String(asked[0]).includes("/fit/preview")) return original(...asked);
+  if (!String(asked[0]).includes("/fit/attempt")) return original(...asked);
   const at = watched.moves.length - 1, response = await original(...asked), json = response.json.bind(response);
   response.json = async () => {
     const answer = await json();

@@ -32,6 +32,8 @@ WHERE = """async (picture) => {
   const { left, top, width, height } = picture.getBoundingClientRect();
   return [left, top, width / picture.naturalWidth, height / picture.naturalHeight];
 }"""
+# The parts of a step that have a name of their own here.
+STEP_OF = {"picture": "field", "borders": "points", "model": "points", "compare": "verify", "activate": "verify"}
 expect.set_options(timeout=SOON_MS)
 
 
@@ -135,17 +137,20 @@ class Operator:
         self.page, self.server = page, server
         page.set_default_timeout(LONG_MS)  # a button that waits for a fit
         page.set_default_navigation_timeout(LONG_MS)
-        self.snap("off")  # most tests mean the very pixels that they click
+        self.prefer("snap", "off")  # most tests mean the very pixels that they click
+        self.prefer("detect", "off")  # and those points alone
 
-    def snap(self, state: str) -> None:
-        """Whether clicks are drawn to lines, "on" or "off", from the next load on."""
-        nowhere = "/* a picture that is a document of its own has none */"
-        self.page.add_init_script(f"try {{ localStorage.setItem('touchline.snap', '{state}') }} catch {{ {nowhere} }}")
+    def prefer(self, what: str, state: str) -> None:
+        """Whether clicks are drawn to lines ("snap"), and lines detected ("detect"): "on" or "off", from now on."""
+        keep = f"localStorage.setItem('touchline.{what}', '{state}')"
+        self.page.add_init_script(f"try {{ {keep} }} catch {{ /* a picture of its own has none */ }}")
 
-    def visit(self, snap: bool = False) -> "Operator":
-        """The start page. snap: whether clicks are drawn to lines."""
+    def visit(self, snap: bool = False, detect: bool = False) -> "Operator":
+        """The start page. snap: whether clicks are drawn to lines; detect: whether lines are detected unasked."""
         if snap:
-            self.snap("on")
+            self.prefer("snap", "on")
+        if detect:
+            self.prefer("detect", "on")
         self.page.goto(self.server.url)
         expect(self.page.get_by_test_id("camera-overhead")).to_be_visible()
         return self
@@ -160,8 +165,9 @@ class Operator:
     def take(self, camera: str = "overhead") -> "Operator":
         """A picture from one of the demo's cameras."""
         self.page.get_by_test_id(f"camera-{camera}").click()
-        expect(self.page.get_by_test_id("next")).to_have_text("Next: borders", timeout=LONG_MS)
-        return self.next("borders")
+        self.is_at("points")
+        self.wait_for_picture()
+        return self
 
     def go_on(self, snapshot: str, draft: dict, step: str) -> "Operator":
         """With a picture whose clicks were made elsewhere; the draft is what REST takes."""
@@ -177,15 +183,48 @@ class Operator:
         return self
 
     def next(self, step: str) -> "Operator":
-        """The bright button, and where it must lead."""
-        self.page.get_by_test_id("next").click()
+        """The primary button, and where it must lead; not pressed where that is another part of the same step."""
+        if re.search(rf"/{STEP_OF.get(step, step)}$", self.page.url) is None:
+            self.page.get_by_test_id("next").click()
         self.is_at(step)
-        if step in ("borders", "model"):
+        if STEP_OF.get(step, step) == "points":
             self.wait_for_picture()
         return self
 
+    def activate(self, warned: bool) -> None:
+        """Activate the version at the last step. warned: whether the page must warn of it first."""
+        primary, anyway = self.page.get_by_test_id("next"), self.page.get_by_test_id("activate-anyway")
+        label = re.compile(r"^Activate version \d+" + (" anyway…$" if warned else "$"))
+        expect(primary).to_have_text(label, timeout=LONG_MS)
+        primary.click()
+        if warned:
+            assert not self.saved()["active"]
+            anyway.click()
+        self.is_active()
+
+    def is_active(self) -> None:
+        """Back at the cameras, and told so."""
+        expect(self.page.get_by_test_id("notice").last).to_contain_text("is active", timeout=LONG_MS)
+        expect(self.page).to_have_url(re.compile(r"#/$"), timeout=LONG_MS)
+
     def is_at(self, step: str) -> None:
-        expect(self.page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
+        there = self.page.get_by_test_id(f"step-{STEP_OF.get(step, step)}")
+        expect(there).to_have_attribute("aria-current", "step", timeout=LONG_MS)
+        if step == "model":
+            self.open_lens()
+
+    def open_lens(self) -> None:
+        """Unfold the lens models and their options."""
+        lens = self.page.get_by_test_id("lens-model")
+        if lens.get_attribute("open") is None:
+            lens.locator("summary").click()
+        expect(self.page.get_by_test_id("models")).to_be_visible()
+
+    def use_model(self, name: str) -> "Operator":
+        """Choose a lens model instead of the automatic one."""
+        self.open_lens()
+        self.page.get_by_test_id(f"model-{name}").click()
+        return self
 
     def wait_for_picture(self) -> None:
         """Until it can be drawn. (wait_for_function would evaluate text, which the page's policy forbids.)"""

@@ -13,8 +13,7 @@ from tests.support.tiers import long
 PLACES = {"start": ("#/", "camera-overhead"), "camera": ("#/live/overhead", "live-desk"),
           "board": ("#/lens", "board-desk"), "straight": ("#/straight", "straight-desk"),
           "pair": ("#/pair", "pair-desk")}
-STEPS = {"picture": "picture", "borders": "picture", "model": "picture",
-         "compare": "corrected", "activate": "corrected"}
+STEPS = {"field": "picture", "points": "picture", "verify": "corrected"}
 # Since the page began: everything that moved without anybody having asked for it (the browser's own measure).
 JUMPS = """addEventListener("DOMContentLoaded", () => { window.jumps = [];
   new PerformanceObserver((list) => { for (const e of list.getEntries()) if (!e.hadRecentInput)
@@ -32,8 +31,10 @@ def at_rest(page, place: str = "", step: str = "") -> None:
     expect(page.get_by_test_id(place or STEPS[step])).to_be_visible(timeout=LONG_MS)
     if step:
         expect(page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
-    if step in ("borders", "model"):
+    if step == "points":
         expect(page.get_by_test_id("verdict")).not_to_have_attribute("data-level", "", timeout=LONG_MS)
+    if step == "activate":
+        expect(page.get_by_test_id("headline")).not_to_have_text("Checking…", timeout=LONG_MS)
     expect(page.get_by_test_id("next")).not_to_have_text("Opening…", timeout=LONG_MS)
     expect(page.locator(".stale")).to_have_count(0, timeout=LONG_MS)
 
@@ -51,7 +52,7 @@ def test_axe_finds_nothing_serious_on_any_page_or_step(browser, kept, server, sc
         page.goto(f"{server.url}/#/{kept.snapshot}/{step}")
         at_rest(page, step=step)
         found[step] = grave(page)
-    page.get_by_test_id("do-heat").click()
+    page.get_by_role("toolbar").get_by_test_id("do-heat").click()
     page.get_by_test_id("help").click()
     expect(page.locator(".manual h1")).to_be_visible()
     found["manual"] = grave(page)
@@ -101,7 +102,7 @@ def test_no_page_is_wider_than_its_screen_and_the_bright_button_is_in_sight(brow
         wide = page.evaluate("Math.max(...[document.documentElement, document.querySelector('#app'),"
                              " ...document.querySelectorAll('aside')].map((e) => e.scrollWidth - e.clientWidth))")
         assert wide <= 1, f"{place}: {wide} px are cut off"
-        for button in ("next", "help", "step-activate"):
+        for button in ("next", "help", "step-verify"):
             box = page.get_by_test_id(button).bounding_box()
             assert box["x"] >= 0 and box["x"] + box["width"] <= width, (place, button)
             assert box["y"] + box["height"] <= height, (place, button)
@@ -113,9 +114,9 @@ def test_nothing_jumps_while_a_picture_is_opened_and_looked_at(browser, kept, se
     context = browser.new_context(viewport={"width": 1280, "height": 800})
     context.add_init_script(JUMPS)
     page = context.new_page()
-    page.goto(f"{server.url}/#/{kept.snapshot}/borders")
-    at_rest(page, step="borders")
-    for step in ("model", "compare", "activate"):
+    page.goto(f"{server.url}/#/{kept.snapshot}/field")
+    at_rest(page, step="field")
+    for step in ("points", "verify"):
         page.get_by_test_id(f"step-{step}").click()
         at_rest(page, step=step)
     jumps = page.evaluate("window.jumps")

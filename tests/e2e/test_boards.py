@@ -82,7 +82,7 @@ def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(desk, operat
     expect(desk.get_by_test_id("held-next")).to_contain_text("the classic lens")
     desk.screenshot(path=tmp_path / "start.png")
     desk.get_by_test_id("file").set_input_files(straight_picture)
-    expect(desk.get_by_test_id("step-picture")).to_have_attribute("aria-current", "step")
+    expect(desk.get_by_test_id("step-field")).to_have_attribute("aria-current", "step")
     draft = operator.draft()
     assert (draft["model"], draft["options"]) == ("brown-conrady", {"lens": lens["id"], "lens_sigma": "own"})
     desk.get_by_test_id("step-camera").click()

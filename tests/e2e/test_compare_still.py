@@ -227,7 +227,7 @@ def test_the_worst_place_says_what_to_do_there_and_the_button_goes_to_do_it(comp
     page.screenshot(path=tmp_path / "worst.png")
     next_click = compared.saved()["report"]["next_click"]
     cure.get_by_test_id("cure-next-click").click()
-    expect(page.get_by_test_id("step-borders")).to_have_attribute("aria-current", "step")
+    expect(page.get_by_test_id("step-points")).to_have_attribute("aria-current", "step")
     compared.wait_for_picture()
     until(lambda: compared.spot(*next_click["point"]), lambda at: at == pytest.approx(middle(stage), abs=2))
 

@@ -54,7 +54,7 @@ def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_acti
     assert "Imported from" in kept["note"] and kept["made_by"]
     page.screenshot(path=tmp_path / "imported.png")
     page.get_by_test_id("import-activate").click()
-    expect(page.get_by_text(f"Version {kept['version']} is active now.")).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_text(re.compile(f"Version {kept['version']} of .* is active"))).to_be_visible(timeout=LONG_MS)
     assert server.api("GET", f"/calibrations/{kept['id']}").json()["active"]
 
 

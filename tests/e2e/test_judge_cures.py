@@ -52,7 +52,7 @@ def test_a_stray_click_is_shown_and_removed(clicked):
 def test_a_stray_of_a_saved_version_is_removed_from_the_compare_step(clicked):
     operator = clicked("division", "model", shift_one, height_mm=KNOWN_HEIGHT).next("compare")
     operator.page.locator('[data-reason="stray-click"]').get_by_test_id("remove-stray").click()
-    expect(operator.page.get_by_test_id("step-borders")).to_have_attribute("aria-current", "step")
+    expect(operator.page.get_by_test_id("step-points")).to_have_attribute("aria-current", "step")
     assert len(operator.points("left")) == 6
 
 
@@ -81,5 +81,5 @@ def test_a_map_that_a_model_cannot_have_leads_to_the_models(clicked):
     page = clicked("polynomial").next("compare").page
     page.keyboard.press("e")
     page.get_by_test_id("no-map-cure").click()
-    expect(page.get_by_test_id("step-model")).to_have_attribute("aria-current", "step")
+    expect(page.get_by_test_id("step-points")).to_have_attribute("aria-current", "step")
     expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG_MS)

@@ -21,5 +21,5 @@ def test_the_lens_of_an_earlier_calibration_is_held_and_stays_held(clicked, save
     for name in ("focal_px", "lens_terms", "centre_px"):
         assert made["model"]["parameters"][name] == pytest.approx(earlier["model"]["parameters"][name], rel=1e-9), name
     page.reload()
-    expect(page.get_by_test_id("sentence")).to_contain_text("Borders should be straight")
+    expect(page.get_by_test_id("sentence")).to_contain_text("is saved")
     expect(page.get_by_test_id("changed")).to_have_count(0)

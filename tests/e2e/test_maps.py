@@ -36,10 +36,10 @@ def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, ser
     expect(page.get_by_test_id("heat-figures")).to_contain_text(f"At hat height, {hat_mm:g} mm")
     page.screenshot(path=tmp_path / "hat.png")
 
-    page.get_by_test_id("step-model").click()  # the saved version is still what the document says
+    page.get_by_test_id("step-points").click()  # the saved version is still what the document says
     expect(page.get_by_test_id("heat-image")).to_be_visible()
     page.screenshot(path=tmp_path / "model.png")
-    page.get_by_test_id("step-compare").click()
+    page.get_by_test_id("step-verify").click()
     page.get_by_test_id("do-heat").first.click()
     expect(page.get_by_test_id("heat-corrected")).to_have_count(0)
 
@@ -73,7 +73,7 @@ def test_a_model_that_knows_no_expected_error_says_why(clicked):
 def test_the_difference_between_two_versions_is_a_map_with_its_figures(clicked, server, tmp_path):
     operator = clicked("division").next("compare")
     page, first = operator.page, operator.saved()["id"]
-    page.get_by_test_id("step-model").click()
+    page.get_by_test_id("step-points").click()
     page.get_by_test_id("model-homography").click()
     operator.next("compare")
     second = operator.saved()["id"]

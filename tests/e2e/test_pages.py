@@ -69,7 +69,7 @@ def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(operato
     made = server.api("POST", "/calibrations?job=true", json={k: v for k, v in body.items() if v}).json()["id"]
     expect(job(page, made)).to_have_attribute("data-state", "done", timeout=LONG_MS)
     job(page, made).get_by_test_id("show-made").click()
-    expect(page.get_by_test_id("step-compare")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
+    expect(page.get_by_test_id("step-verify")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
     expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
 
 
@@ -150,7 +150,7 @@ def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, se
     page.reload()
     expect(row(second).get_by_test_id("shelf-note")).to_have_value("after the lens was cleaned")
 
-    old = OldAnswer(page, "**/api/v1/calibrations?limit=50&camera=table")
+    old = OldAnswer(page, "**/api/v1/calibrations?brief=true&limit=50&camera=table")
     row(first).get_by_test_id("shelf-note").fill("before it was cleaned")
     row(first).get_by_test_id("shelf-note").press("Tab")
     old.made()
@@ -190,14 +190,13 @@ def test_a_page_is_left_to_the_picture_it_was_opened_from(operator, straight_pic
     expect(page.get_by_test_id("jobs-page")).to_be_visible()
     page.keyboard.press("Delete")  # nothing unseen is changed
     page.get_by_test_id("next").click()
-    expect(page.get_by_test_id("step-borders")).to_have_attribute("aria-current", "step")
+    expect(page.get_by_test_id("step-points")).to_have_attribute("aria-current", "step")
     assert operator.snapshot == snapshot and operator.points("left") == frame_points["left"]
 
 
 def test_every_step_can_be_looked_at_and_says_what_is_missing(operator, straight_picture):
     page = operator.open(straight_picture, "table", "full").page
-    for step, missing in (("model", "Click"), ("compare", "Nothing is saved"), ("activate", "Save a version first"),
-                          ("picture", "640 × 480")):
+    for step, missing in (("points", "Mark"), ("verify", "Save a version"), ("field", "640 × 480")):
         page.get_by_test_id(f"step-{step}").click()
         expect(page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step")
         expect(page.get_by_test_id("sentence")).to_contain_text(missing)

@@ -23,7 +23,7 @@ def snapping(operator, straight_picture):
 def fitted(arriving, server, straight_picture, frame_points):
     """Before that frame, its four borders clicked, so that there is a fit."""
     kept = server.api("POST", "/snapshots", files={"file": straight_picture.read_bytes()}).json()
-    arriving.snap("on")
+    arriving.prefer("snap", "on")
     arriving.go_on(kept["id"], {"field": "table", "region": "full", "model": "polynomial", "observations": [
         {"feature": border, "kind": "line", "points": points} for border, points in frame_points.items()]}, "borders")
     fit_is_there(arriving.page)
@@ -229,11 +229,11 @@ def test_the_fit_follows_a_point_while_it_is_dragged(clicked, model):
     page.mouse.down()
     page.mouse.move(x + 4, y, steps=2)
     for step in range(5, 8):  # the figures of a stray stay: that it is fitted at all is what counts
-        with page.expect_response(re.compile(r"/fit/preview\?quick=")) as answer:
+        with page.expect_response(re.compile(r"/fit/attempt\?quick=")) as answer:
             page.mouse.move(x + step, y)
         assert answer.value.status == 200, answer.value.text()
     expect(verdict).to_have_text(re.compile(r"\d px"))
-    with page.expect_response(re.compile(r"/fit/preview$")) as answer:
+    with page.expect_response(re.compile(r"/fit/attempt$")) as answer:
         page.mouse.up()
     assert answer.value.status == 200
 

@@ -94,7 +94,7 @@ def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept
     expect(through).to_have_attribute("aria-pressed", "true")
 
     page.get_by_test_id("place-show").click()
-    expect(page.get_by_test_id("step-borders")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
+    expect(page.get_by_test_id("step-points")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
     stage = page.get_by_test_id("stage").bounding_box()
     middle = stage["x"] + stage["width"] / 2, stage["y"] + stage["height"] / 2
     operator.wait_for_picture()

@@ -102,7 +102,7 @@ def test_a_server_that_is_killed_in_the_middle_costs_nothing(page, own_server, f
     kill(own_server)
     own_server.start()
     page.reload()
-    expect(page.get_by_test_id("step-compare")).to_have_attribute("aria-current", "step")
+    expect(page.get_by_test_id("step-verify")).to_have_attribute("aria-current", "step")
     expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
     assert operator.saved()["report"] == kept["report"]
     page.screenshot(path=tmp_path / "back.png")

@@ -34,12 +34,10 @@ def test_by_mouse_on_a_real_picture_until_the_version_is_active(operator, server
     operator.next("model").next("compare")
     expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
     page.screenshot(path=tmp_path / "2-compare.png")
-    operator.next("activate")
-    page.get_by_test_id("next").click()
-    expect(page.get_by_test_id("sentence")).to_contain_text("is active")
+    kept = operator.next("activate").saved()
+    operator.activate(warned=True)
     page.screenshot(path=tmp_path / "3-active.png")
-    kept = operator.saved()
-    assert kept["active"] and server.api("GET", "/cameras/hall").json()["active_calibration"] == kept["id"]
+    assert server.api("GET", "/cameras/hall").json()["active_calibration"] == kept["id"]
     page.goto(f"{server.url}/#/live/hall")
     page.reload()
     expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=LONG_MS)
@@ -72,16 +70,23 @@ def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_
         page.keyboard.press("Enter")
         expect(page.get_by_test_id("next")).to_have_text("Save and compare")
         page.keyboard.press("Control+s")
-        expect(page.get_by_test_id("step-compare")).to_have_attribute("aria-current", "step")
+        expect(page.get_by_test_id("step-verify")).to_have_attribute("aria-current", "step")
         expect(page.get_by_test_id("next")).to_have_text("Next: activate")
         page.keyboard.press("Enter")
         expect(page.get_by_test_id("next")).to_contain_text("Activate version")
-        page.keyboard.press("Enter")
-        expect(page.get_by_test_id("sentence")).to_contain_text("is active")
         made.append(operator.saved()["version"])
-        expect(page.get_by_test_id("sentence")).to_contain_text(f"Version {made[-1]} is active")
-        page.screenshot(path=tmp_path / f"active-{turn}.png")
+        expect(page.get_by_test_id("next")).to_have_text(f"Activate version {made[-1]} anyway…")
+        page.get_by_test_id("stage").focus()
+        page.keyboard.press("Enter")  # of the page, not of the button
+        expect(page.get_by_test_id("activation-warning")).to_have_count(0)
+        page.get_by_test_id("next").focus()
         page.keyboard.press("Enter")
+        expect(page.get_by_test_id("activate-cancel")).to_be_focused()
+        page.keyboard.press("Tab")
+        page.keyboard.press("Enter")
+        expect(page.get_by_test_id("notice").last).to_contain_text(f"Version {made[-1]} of")
+        operator.is_active()
+        page.screenshot(path=tmp_path / f"active-{turn}.png")
         expect(page.get_by_test_id("step-camera")).to_have_attribute("aria-current", "step")
     page.keyboard.press("y")
     page.get_by_test_id("shelf-east").focus()
@@ -106,7 +111,7 @@ def test_by_finger_on_a_small_screen(browser, server, straight_picture, frame_po
     page.get_by_test_id("field").select_option("table")
     page.get_by_test_id("region").select_option("full")
     page.get_by_test_id("next").tap()
-    expect(page.get_by_test_id("step-borders")).to_have_attribute("aria-current", "step")
+    expect(page.get_by_test_id("step-points")).to_have_attribute("aria-current", "step")
     operator.wait_for_picture()
     taps = {border: frame_points[border][:5] for border in BORDERS}  # a finger near a corner takes hold of its point
     for border in BORDERS:
@@ -118,14 +123,12 @@ def test_by_finger_on_a_small_screen(browser, server, straight_picture, frame_po
     page.screenshot(path=tmp_path / "borders.png")
     for border in BORDERS:
         assert operator.points(border) == [pytest.approx(point, abs=1.0) for point in taps[border]]
-    for step in ("model", "compare", "activate"):
-        expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
-        page.get_by_test_id("next").tap()
-        expect(page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step")
-        if step == "compare":
-            expect(page.get_by_test_id("corrected")).to_be_visible()
-        operator.wait_for_picture()
-        page.screenshot(path=tmp_path / f"{step}.png")
+    expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
+    page.get_by_test_id("next").tap()
+    operator.is_at("verify")
+    expect(page.get_by_test_id("corrected")).to_be_visible()
+    operator.wait_for_picture()
+    page.screenshot(path=tmp_path / "verify.png")
     assert operator.saved()["report"]["verdict"]["mm"] is not None
     wide = page.evaluate("[...document.querySelectorAll('body, aside')].filter(e => e.scrollWidth > innerWidth + 1)"
                          ".map(e => e.tagName)")

@@ -57,7 +57,7 @@ def test_the_tour_is_left_and_gone_on_with_where_it_was(operator):
     page.reload()
     expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")  # a reload does not end it
     page.get_by_test_id("camera-overhead").click()  # nor does the work wait for it
-    expect(page.get_by_test_id("step-picture")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
+    expect(page.get_by_test_id("step-field")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
     expect(page.get_by_test_id("tour-ring")).to_be_visible()
 
 

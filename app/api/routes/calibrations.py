@@ -1,6 +1,7 @@
 """/calibrations: make, read, annotate, activate, delete and export versions."""
 
 import json
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
@@ -25,9 +26,6 @@ from app.workflows.calibration_request import run_compare, run_fit
 from app.workflows.interchange import export, formats
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
-
-BULKY_FIGURES = ("covariance", "model_choice")  # of a report
-
 
 class NoteChange(Strict):
     note: Note
@@ -111,7 +109,7 @@ async def import_calibration(request: Request, services: ServicesDep, by: Operat
 @router.get("", response_model=responses.Calibrations)
 def list_calibrations(services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None, limit: Limit = 50,
                       cursor: Cursor = None, brief: Annotated[bool, Query(
-                          description="without points, residuals, covariance and the field's definition")] = False,
+                          description="without points, residuals, covariances and the field's definition")] = False,
                       ) -> Response:
     """List versions, newest first."""
     if brief:
@@ -123,9 +121,13 @@ def list_calibrations(services: ServicesDep, camera: Annotated[IdQuery | None, Q
 
 
 def _brief(calibration: Calibration) -> dict[str, Any]:
-    report = {key: value for key, value in calibration.report.items() if key not in BULKY_FIGURES}
-    return {**calibration.to_json(), "observations": [], "field_definition": {},
-            "report": {**report, "per_feature": []}}
+    report = {**calibration.report, "per_feature": []}
+    report.pop("model_choice", None)
+    if "covariance" in report:  # which parameters were found, lists do tell; an imported one may be anything
+        known = report["covariance"]
+        names = known.get("names") if isinstance(known, Mapping) else None
+        report["covariance"] = {"names": names, "matrix": []} if isinstance(names, list) else None
+    return {**calibration.to_json(), "observations": [], "field_definition": {}, "report": report}
 
 
 @router.get("/{id}", response_model=responses.Calibration)

@@ -8,7 +8,7 @@ import { colour, path, placed } from "../drawing.js";
 import { toStage, view } from "../viewport.js";
 import {
   lineUnderPointer,
-  proposedPoints,
+  offered,
   suggestedLines,
 } from "../../features/calibrate/line_suggestions.js";
 
@@ -45,11 +45,13 @@ export function LineSuggestions() {
 }
 
 function Proposals() {
-  const it = proposedPoints.value;
   void view.value;
-  if (!it) return null;
-  return html`<g class="proposals" style=${`--colour:${colour(it.feature)}`}>
-    ${it.points.map((p, i) => {
+  return offered.value.map(({ feature, points }) => html`<g
+    key=${feature}
+    class="proposals"
+    style=${`--colour:${colour(feature)}`}
+  >
+    ${points.map((p, i) => {
       const [x, y] = toStage(...p);
       return html`<path
         key=${i}
@@ -58,7 +60,7 @@ function Proposals() {
         d="M0 -6.5L6.5 0L0 6.5L-6.5 0Z"
       />`;
     })}
-  </g>`;
+  </g>`);
 }
 
 /** Which line a click would go to. */

@@ -2,7 +2,7 @@
 import { useEffect, useRef } from "preact/hooks";
 import { doc, pointsOf } from "../../core/document.js";
 import { html } from "../../core/html.js";
-import { editing, pointer, selectedPoints, step, tool } from "../../core/state.js";
+import { editing, pointer, selectedPoints, tool } from "../../core/state.js";
 import { colour, path } from "../drawing.js";
 import { stageSize, toStage, view } from "../viewport.js";
 import { curves, isCurve } from "../../features/calibrate/fitting.js";
@@ -21,7 +21,7 @@ function target() {
   const at = pointer.value,
     last = selectedPoints.value.at(-1);
   const point = last && pointsOf(doc.value, last.feature)[last.index];
-  if (point && (at?.down || (!at && step.value === "borders")))
+  if (point && (at?.down || !at))
     return { x: point[0], y: point[1], touch: at?.touch ?? false };
   return at && (!at.touch || at.down) ? at : null;
 }

@@ -9,6 +9,9 @@ import { LineSuggestions } from "./line_suggestions.js";
 import { stageSize, toStage, view } from "../viewport.js";
 import { curves, isCurve, preview, stale } from "../../features/calibrate/fitting.js";
 
+const MARK_PX = 5.5,
+  TICK_PX = 2, // of points so dense that marks would hide the line: detected ones
+  DENSE = 15; // on one line
 const WORTH = 0.95; // a gain smaller than a twentieth is not worth a click
 const LABEL_PX = 230; // room for the words beside it
 const BEYOND_PX = 6; // a curve is bold from its first to its last point, and a little further
@@ -112,7 +115,8 @@ function Points() {
 function FeaturePoints({ feature, kind, points }) {
   const curve = curves.value[/** @type {import("../../core/types").Border} */ (feature)];
   const strays = new Set(isCurve(curve) && curve.points.length === points.length ? curve.outliers : []);
-  const label = labelPlace(points);
+  const label = labelPlace(points),
+    isDense = points.length > DENSE;
   return html`<g class=${feature === active.value ? "points active" : "points"} style=${`--colour:${colour(feature)}`}>
     ${points.map((p, index) => {
       const [x, y] = toStage(...p);
@@ -126,7 +130,7 @@ function FeaturePoints({ feature, kind, points }) {
         ${isPicked && html`<circle class="ring" r="9.5" />`}
         ${kind === "landmark"
           ? html`<path class="mark" d="M0 -7L7 0L0 7L-7 0Z" />`
-          : html`<circle class="mark" r="5.5" />`}
+          : html`<circle class="mark" r=${isDense && !isPicked ? TICK_PX : MARK_PX} />`}
         ${strays.has(index) && html`
           <path class="cross" d="M-5 -5L5 5M-5 5L5 -5" />
           <text x="12" y="4">

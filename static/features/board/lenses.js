@@ -1,7 +1,7 @@
 // Known lenses: calibrated with boards, and those of earlier calibrations.
 import { effect, signal, untracked } from "@preact/signals";
 import { call, online } from "../../core/api.js";
-import { notifyError, snapshot, step } from "../../core/state.js";
+import { notifyError, lensOpen, snapshot, step } from "../../core/state.js";
 import { versions } from "../versions/versions.js";
 
 /** From boards, newest first. */
@@ -27,7 +27,7 @@ export async function listLenses() {
 /**
  * Whether a lens can be held for the picture that is worked on.
  * @param {{ model: string | { name: string }, image_size: import("../../core/types").Point }} it
- * @param {string} model
+ * @param {string | null} model
  */
 export const isSuited = (it, model) =>
   (typeof it.model === "string" ? it.model : it.model.name) === model &&
@@ -37,6 +37,6 @@ export const isSuited = (it, model) =>
 export function startLenses() {
   effect(() => {
     void versions.value;
-    if (step.value === "model" && online.value) untracked(() => void listLenses());
+    if (step.value === "points" && lensOpen.value && online.value) untracked(() => void listLenses());
   });
 }

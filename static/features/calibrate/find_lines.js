@@ -1,11 +1,15 @@
-// Finds the field's lines on the server: the job that looks for them, and its points in the draft in one step.
-import { signal } from "@preact/signals";
-import { change, doc, withModel } from "../../core/document.js";
+// Detects the field's lines on the server: by itself on an image without points. Points that the server is sure of go
+// into the draft in one step; the others are offered.
+import { computed, effect, signal, untracked } from "@preact/signals";
+import { change, doc } from "../../core/document.js";
 import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
-import { model, models, region, rotation, snapshot } from "../../core/state.js";
+import { editing, region, rotation, snapshot } from "../../core/state.js";
+import { draft } from "./draft.js";
+import { proposals } from "./line_suggestions.js";
+import { others } from "./presence.js";
 
-// judged by the first model that fits; a draft in which nobody has clicked yet takes that model too
+// judged by the first model that fits
 const MODEL = "auto";
 
 /** @typedef {{ level: string, sentence: string, fix: string, reason: string }} Verdict
@@ -15,12 +19,26 @@ const MODEL = "auto";
 const work = longWork();
 /** How far the search is, and why it was refused. */
 export const { search: finding, refusal: notFound } = work;
-/** What the last search says of which picture, and how many points it gave. */
-export const lastFound = signal(
-  /** @type {{ picture: string, verdict: Verdict, points: number } | null} */ (null),
+const found = signal(
+  /** @type {{ of: import("../../core/types").Doc, verdict: Verdict, points: number } | null} */ (null),
 );
+/** What the last detection says, as long as the document is what it made of it: an undo takes it back too. */
+export const lastFound = computed(() => (found.value?.of === doc.value ? found.value : null));
 
-/** Look for the lines in the picture; what is found goes into the draft, beside what is there. */
+const KEPT = "touchline.detect";
+/** Whether lines are detected without being asked. */
+export const autoDetect = signal(localStorage.getItem(KEPT) !== "off");
+
+export function toggleAutoDetect() {
+  autoDetect.value = !autoDetect.value;
+  try {
+    localStorage.setItem(KEPT, autoDetect.value ? "on" : "off");
+  } catch {
+    /* until the reload, then */
+  }
+}
+
+/** Look for the lines in the image; clicks that are there stay. */
 export async function findLines() {
   const picture = snapshot.value,
     document = doc.value;
@@ -33,47 +51,78 @@ export async function findLines() {
     model: MODEL,
     keep: false,
   };
-  lastFound.value = null;
+  found.value = null;
   await work.watch(
     (stop, onProgress) => runJob("/calibrations/auto", body, stop, onProgress),
-    (/** @type {FoundLines} */ found) => {
+    (/** @type {FoundLines} */ { observations, verdict }) => {
       if (snapshot.value?.id !== picture.id) return; // another picture by now: its draft is not ours
-      const added = onUnclickedLines(found.observations),
-        untouched = !doc.value.observations.some((o) => o.points.length);
-      const fits = untouched && found.report ? models.value.find((m) => m.name === found.model) : null;
-      const next = fits ? withModel(doc.value, fits, model.value) : doc.value;
-      if (added.length) change({ ...next, observations: [...next.observations, ...added] });
-      lastFound.value = {
-        picture: picture.id,
-        verdict: found.verdict,
-        points: added.reduce((sum, o) => sum + o.points.length, 0),
-      };
+      const fresh = onUnclickedLines(observations),
+        isSure = verdict.level !== "unsure" && verdict.level !== "nothing";
+      if (!isSure)
+        proposals.value = {
+          along: false,
+          items: fresh.map(({ feature, points }) => ({ feature: String(feature), points })),
+        };
+      else if (fresh.length) change({ ...doc.value, observations: [...doc.value.observations, ...fresh] });
+      const points = isSure ? fresh.reduce((sum, o) => sum + o.points.length, 0) : 0;
+      found.value = { of: doc.value, verdict, points };
     },
   );
 }
 
+/** Detect by itself, from now on: once an image, where nobody has placed a point or is about to. */
+export function startDetecting() {
+  /** @type {Set<string>} */
+  const tried = new Set();
+  effect(() => {
+    const picture = snapshot.value?.id,
+      isWanted =
+        editing.value &&
+        region.value !== null &&
+        draft.value.state === "saved" &&
+        others.value.length === 0 &&
+        doc.value.observations.length === 0 &&
+        finding.value === null && // of an image that was left
+        autoDetect.value;
+    untracked(() => {
+      if (!picture || !isWanted || tried.has(picture)) return;
+      tried.add(picture);
+      void findLines();
+    });
+  });
+}
+
 /**
  * What was found on lines that nobody has clicked: clicks are the operator's, and stay.
- * @param {import("../../core/types").Observation[]} found
+ * @param {import("../../core/types").Observation[]} detected
  */
-function onUnclickedLines(found) {
+function onUnclickedLines(detected) {
   const clicked = new Set(doc.value.observations.filter((o) => o.points.length).map((o) => String(o.feature)));
-  return found.filter((o) => !clicked.has(String(o.feature)));
+  return detected.filter((o) => !clicked.has(String(o.feature)));
 }
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const FIND_LINES_ACTIONS = [
   {
+    id: "auto-detect",
+    label: "Detect field lines on every new image",
+    short: "Detect automatically",
+    group: "Points",
+    run: toggleAutoDetect,
+    pressed: () => autoDetect.value,
+    enabled: () => editing.value,
+  },
+  {
     id: "find-lines",
-    label: "Find the field's lines in the picture, without clicks",
-    short: "Find the lines",
+    label: "Detect field lines automatically",
+    short: "Detect lines",
     group: "Points",
     run: () => void findLines(),
     enabled: () => snapshot.value !== null && region.value !== null && finding.value === null,
   },
   {
     id: "stop-lines",
-    label: "Stop finding the lines",
+    label: "Stop the detection",
     short: "Stop",
     group: "Points",
     run: () => finding.value?.stop.abort(),

@@ -3,7 +3,7 @@ import { effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
 import { BORDERS, doc, dragging, isEqual, pointsOf } from "../../core/document.js";
 import { latestWins } from "../../core/latest_wins.js";
-import { model, snapshot } from "../../core/state.js";
+import { automaticModel, model, snapshot } from "../../core/state.js";
 import { curveThrough } from "./live_curve.js";
 
 /**
@@ -14,7 +14,8 @@ import { curveThrough } from "./live_curve.js";
 
 const AXIS = { left: "x_of_y", right: "x_of_y", top: "y_of_x", bottom: "y_of_x" };
 const PAUSE_MS = 50; // between two questions of a kind while a point is dragged
-const FEWEST = 2; // two points make a line; the server says what more is needed
+const FEWEST = 3; // on a border, for a degree that is chosen by the server
+const AUTOMATIC = "auto"; // what the server calls the model that it chooses
 
 /** Each border's curve, or why there is none. */
 export const curves = signal(/** @type {Partial<Record<Border, Curve | Refusal>>} */ ({}));
@@ -27,12 +28,16 @@ export const stale = signal(false);
 /** @param {Curve | Refusal | undefined} curve @returns {curve is Curve} */
 export const isCurve = (curve) => curve !== undefined && "curve" in curve;
 
-/** The sides of a fit that the server wants. @param {import("../../core/types").Doc} d */
-export const fitBody = (d) => ({
+/**
+ * The sides of a fit that the server wants.
+ * @param {import("../../core/types").Doc} d
+ * @param {string} [automatic] what to fit where the model is left to the server
+ */
+export const fitBody = (d, automatic = AUTOMATIC) => ({
   snapshot: snapshot.value?.id,
   field: d.field,
   region: d.region,
-  model: d.model,
+  model: d.model ?? automatic,
   options: d.options,
   observations: d.observations,
   ...(d.rotate === null ? {} : { rotate: d.rotate }),
@@ -116,7 +121,7 @@ function askCurves(picture, document) {
     if (question === it.last) continue;
     it.last = question;
     if (dragging.value) bend(border, points);
-    if (picture && points.length >= FEWEST)
+    if (picture && points.length >= (degree === "auto" ? FEWEST : Number(degree) + 1))
       void it.ask({ picture: picture.id, body: /** @type {any} */ (body) });
     else if (curves.value[border]) show(border, undefined);
   }
@@ -137,16 +142,19 @@ const askPreview = latestWins(
     let answer = null,
       why = null;
     try {
-      answer = held
-        ? await call("POST", `/fit/preview?quick=${knowsItsError()}`, quickBody(asking))
-        : await call("POST", "/fit/preview", fitBody(asking));
+      const attempt = held
+        ? await call("POST", `/fit/attempt?quick=${knowsItsError()}`, quickBody(asking))
+        : await call("POST", "/fit/attempt", fitBody(asking));
+      answer = attempt.preview;
+      why = attempt.refusal && { ...attempt.refusal, detail: attempt.refusal.what };
     } catch (error) {
       if (error instanceof ServerUnreachable) return;
       why = toRefusal(error);
-      if (held && dragging.value) return; // what stands is drawn on; the release will tell
     }
+    if (why && held && dragging.value) return; // what stands is drawn on; the release will tell
     if (snapshot.value?.id !== picture || !hasClicks(doc.value)) return;
     preview.value = answer;
+    if (answer) automaticModel.value = answer.model.name;
     refusal.value = why;
     stale.value = !(held && dragging.value) && !isEqual(asking, doc.value);
     if (held && dragging.value) await pause();
@@ -164,7 +172,7 @@ const knowsItsError = () => Boolean(preview.value?.report.sigma_mm);
  * @param {import("../../core/types").Doc} asking
  */
 function quickBody(asking) {
-  const body = fitBody(asking),
+  const body = fitBody(asking, preview.value?.model.name),
     terms = preview.value?.report.terms?.chosen,
     canChoose = model.value?.options.some((o) => o.name === "terms");
   return canChoose && terms && (asking.options.terms ?? "auto") === "auto"

@@ -8,7 +8,7 @@ import { active, editing, kindOf, notifyError, pointer, selection, snapshot, too
 import { view } from "../../canvas/viewport.js";
 import { lineUnder } from "./field_sides.js";
 import { givenFit, preview, refusal } from "./fitting.js";
-import { snapMessage, snapping } from "./snapping.js";
+import { saySnapped, snapping } from "./snapping.js";
 
 /** @typedef {import("../../core/types").Point} Point */
 
@@ -27,8 +27,17 @@ export const suggestedLines = computed(() => {
   );
 });
 
-/** Points found along a line, that nobody has accepted yet. */
-export const proposedPoints = signal(/** @type {{ feature: string, points: Point[] } | null} */ (null));
+/** @typedef {{ feature: string, points: Point[] }} Proposal */
+
+/**
+ * Points that nobody has accepted yet: found along one line, or detected where the detection is not sure of them.
+ * along: they belong to the line that is active.
+ */
+export const proposals = signal(/** @type {{ along: boolean, items: Proposal[] }} */ ({ along: true, items: [] }));
+/** Those that can still be accepted: a detected line that was accepted is offered again when that is undone. */
+export const offered = computed(() =>
+  proposals.value.items.filter((it) => proposals.value.along || !pointsOf(doc.value, it.feature).length),
+);
 
 /** px of the stage from a place to a drawn line. @param {Point} at picture px @param {(Point | null)[]} points */
 function away([x, y], points) {
@@ -91,31 +100,38 @@ export async function propose() {
     const found = points
       .map((/** @type {{ point: Point }} */ p) => p.point)
       .filter((/** @type {Point} */ [x, y]) => standing.every(([u, v]) => Math.hypot(x - u, y - v) > SPARE_PX));
-    proposedPoints.value = found.length ? { feature, points: found } : null;
-    snapMessage.value = found.length
-      ? `${plural(found.length, "point")} proposed along ${words(feature).toLowerCase()}`
-      : `No more points found along ${words(feature).toLowerCase()}`;
+    proposals.value = { along: true, items: found.length ? [{ feature, points: found }] : [] };
+    saySnapped(
+      found.length
+        ? `${plural(found.length, "point")} proposed along ${words(feature).toLowerCase()}`
+        : `No more points found along ${words(feature).toLowerCase()}`,
+    );
   } catch (error) {
     notifyError(error);
   }
 }
 
-/** Take them over, as one change. */
-export function acceptProposed() {
-  const it = proposedPoints.value;
-  if (!it) return;
-  proposedPoints.value = null;
-  const before = pointsOf(doc.value, it.feature),
-    rounded = it.points.map(
-      ([x, y]) => /** @type {Point} */ ([Math.round(x * 100) / 100, Math.round(y * 100) / 100]),
-    );
-  change(withPoints(doc.value, it.feature, [...before, ...rounded], kindOf(it.feature)));
-  selection.value = rounded.map((_, i) => ({ feature: it.feature, index: before.length + i }));
-  snapMessage.value = `${plural(it.points.length, "point")} added`;
+/** Take them over, as one change. @param {Proposal[]} [items] all, where none are named */
+export function acceptProposed(items = offered.value) {
+  let next = doc.value;
+  const added = [];
+  for (const { feature, points } of items) {
+    const before = pointsOf(next, feature),
+      rounded = points.map(
+        ([x, y]) => /** @type {Point} */ ([Math.round(x * 100) / 100, Math.round(y * 100) / 100]),
+      );
+    next = withPoints(next, feature, [...before, ...rounded], kindOf(feature));
+    added.push(...rounded.map((_, i) => ({ feature, index: before.length + i })));
+  }
+  if (!added.length) return;
+  if (proposals.value.along) discardProposed();
+  change(next);
+  if (items.length === 1) selection.value = added;
+  saySnapped(`${plural(added.length, "point")} added`);
 }
 
 export function discardProposed() {
-  proposedPoints.value = null;
+  proposals.value = { along: true, items: [] };
 }
 
 /** Proposals belong to one line of one picture. */
@@ -125,14 +141,12 @@ export function startLineSuggestions() {
       feature = active.value,
       at = editing.value;
     untracked(() => {
-      if (proposedPoints.value && (proposedPoints.value.feature !== feature || !here || !at))
-        proposedPoints.value = null;
+      const { along, items } = proposals.value;
+      if (along && items.length && (items[0].feature !== feature || !here || !at)) discardProposed();
     });
   });
   effect(() => {
     void snapshot.value?.id;
-    untracked(() => {
-      proposedPoints.value = null;
-    });
+    untracked(discardProposed);
   });
 }

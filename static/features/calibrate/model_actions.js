@@ -1,7 +1,15 @@
 // Actions on camera models: compare them on the clicks, use the recommended one.
-import { editing, step } from "../../core/state.js";
+import { doc } from "../../core/document.js";
+import { editing, lensOpen } from "../../core/state.js";
 import { preview } from "./fitting.js";
-import { compareModels, comparison, ranking, stopComparing, useModel } from "./model_ranking.js";
+import {
+  compareModels,
+  comparison,
+  ranking,
+  stopComparing,
+  useAutomaticModel,
+  useModel,
+} from "./model_ranking.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const MODEL_ACTIONS = [
@@ -22,11 +30,19 @@ export const MODEL_ACTIONS = [
     enabled: () => comparison.value !== null,
   },
   {
+    id: "model-automatic",
+    label: "Let Touchline choose the lens model",
+    short: "Automatic",
+    group: "Model",
+    run: useAutomaticModel,
+    enabled: () => editing.value && doc.value.model !== null,
+  },
+  {
     id: "use-recommended",
     label: "Use the recommended model",
     keys: ["m"],
     group: "Model",
     run: () => useModel(ranking.value?.recommended ?? ""),
-    enabled: () => step.value === "model" && Boolean(ranking.value?.recommended),
+    enabled: () => editing.value && lensOpen.value && Boolean(ranking.value?.recommended),
   },
 ];

@@ -1,14 +1,12 @@
 // Compares every model on the same clicks while the operator chooses one.
 import { effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
-import { change, doc, dragging, withModel } from "../../core/document.js";
+import { FACTS, change, doc, dragging, withAutomaticModel, withModel } from "../../core/document.js";
 import { Stopped, followJob, runJob } from "../../core/jobs.js";
-import { model, models, snapshot, step } from "../../core/state.js";
+import { editing, lensOpen, model, models, snapshot } from "../../core/state.js";
 import { fitBody, preview, stale } from "./fitting.js";
 
 const PAUSE_MS = 400; // seven fits and their cross-validation are not asked for at pointer rate
-/** What is true of the camera and its clicks, whichever model describes it. */
-const FACTS = ["height_mm", "line_sigma_mm", "click_sigma_px"];
 
 /** The models, best first, for the clicks in `of`. */
 export const ranking = signal(
@@ -115,22 +113,27 @@ export function stopComparing() {
 /** @param {string} name */
 export function useModel(name) {
   const next = models.value.find((m) => m.name === name);
-  if (next && next !== model.value) change(withModel(doc.value, next, model.value));
+  if (next && next.name !== doc.value.model) change(withModel(doc.value, next, model.value));
 }
 
-/** Keep the ranking up to date while the model step is open, from now on. */
+/** Leave the choice to the server. */
+export const useAutomaticModel = () => change(withAutomaticModel(doc.value));
+
+const isShown = () => editing.value && lensOpen.value;
+
+/** Keep the ranking up to date while the models are unfolded, from now on. */
 export function startRanking() {
   let timer = 0;
   effect(() => {
     const isWanted =
-      step.value === "model" && preview.value !== null && !stale.value && !dragging.value && online.value;
+      isShown() && preview.value !== null && !stale.value && !dragging.value && online.value;
     void doc.value;
     clearTimeout(timer);
     untracked(() => {
       const body = clicks(),
         of = JSON.stringify(body);
       const isKnown = [ranking, comparison, notCompared].some((asked) => asked.value?.of === of);
-      if (step.value !== "model" || comparison.value?.of !== of) stopNow();
+      if (!isShown() || comparison.value?.of !== of) stopNow();
       if (isWanted && !isKnown) timer = setTimeout(() => void compare(body), PAUSE_MS);
     });
   });

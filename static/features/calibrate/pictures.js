@@ -120,7 +120,8 @@ async function openFrom(doing, fetchIt, stopped = () => false) {
     await lists; // a picture opened before the fields are known would be given none
     snapshots.value = [picture, ...snapshots.value.filter((s) => s.id !== picture.id)];
     notices.value = [];
-    await openSnapshot(picture, "picture");
+    const known = cameras.value.find((c) => c.id === picture.camera);
+    await openSnapshot(picture, known?.field && known.region ? "points" : "field");
   } catch (error) {
     if (!stopped()) notifyError(error);
   } finally {

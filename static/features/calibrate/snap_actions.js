@@ -1,7 +1,7 @@
 // Actions that snap points to painted lines, and that propose points along them.
 import { doc } from "../../core/document.js";
 import { editing, selectedPoints } from "../../core/state.js";
-import { acceptProposed, canPropose, discardProposed, propose, proposedPoints } from "./line_suggestions.js";
+import { acceptProposed, canPropose, discardProposed, offered, propose } from "./line_suggestions.js";
 import { snapPoints, snapping, toggleSnapping } from "./snapping.js";
 
 const all = () =>
@@ -37,10 +37,10 @@ export const SNAP_ACTIONS = [
     keys: ["f"],
     group: "Points",
     run: () => {
-      if (proposedPoints.value) acceptProposed();
+      if (offered.value.length) acceptProposed();
       else void propose();
     },
-    enabled: () => editing.value && (proposedPoints.value !== null || canPropose.value),
+    enabled: () => editing.value && (offered.value.length > 0 || canPropose.value),
   },
   {
     id: "discard",
@@ -48,6 +48,6 @@ export const SNAP_ACTIONS = [
     short: "Discard",
     group: "Points",
     run: discardProposed,
-    enabled: () => proposedPoints.value !== null,
+    enabled: () => offered.value.length > 0,
   },
 ];

@@ -1,6 +1,6 @@
 // Snaps clicked points to the middle of the painted line beside them: the server finds it, the page shows how far each
 // moved.
-import { effect, signal, untracked } from "@preact/signals";
+import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call } from "../../core/api.js";
 import { change, doc, dragging, future, pointsOf, withPoints } from "../../core/document.js";
 import { number } from "../../core/format.js";
@@ -24,8 +24,13 @@ const PAUSE_MS = 30; // between two looks ahead
 const STILL_PX = 0.005;
 
 export const snapping = signal(localStorage.getItem(KEPT) !== "off");
-/** What became of the last points, in words: nothing is moved in silence. */
-export const snapMessage = signal("");
+const said = signal({ text: "", of: doc.value });
+/** What became of the last points, in words: nothing is moved in silence. An undo takes it back with the points. */
+export const snapMessage = computed(() => (said.value.of === doc.value ? said.value.text : ""));
+/** @param {string} text of the document as it is now */
+export const saySnapped = (text) => {
+  said.value = { text, of: doc.value };
+};
 /** Where the point under the pointer would go. */
 export const snapPreview = signal(/** @type {(SnapAnswer & { of: Point }) | null} */ (null));
 /** Whether the key is held with which points are placed freely. */
@@ -33,7 +38,7 @@ export const isSnapSuspended = signal(false);
 
 export function toggleSnapping() {
   snapping.value = !snapping.value;
-  snapMessage.value = snapping.value ? "Points snap to lines" : "Points stay where they are put";
+  saySnapped(snapping.value ? "Points snap to lines" : "Points stay where they are put");
   try {
     localStorage.setItem(KEPT, snapping.value ? "on" : "off");
   } catch {
@@ -67,7 +72,7 @@ export async function snapPoints(picks, touch) {
         return { feature, indices, points: indices.map((i) => own[i]) };
       });
   if (!picture || !placed.some((one) => one.points.length)) return;
-  snapMessage.value = ""; // of the points before these
+  saySnapped(""); // of the points before these
   try {
     const answers = await Promise.all(placed.map(({ feature, points }) => ask(feature, points, touch)));
     await letGo(); // a quick hand presses for the next point already
@@ -111,13 +116,14 @@ function settle(placed, answers) {
     if (own.length) next = withPoints(next, feature, own, kindOf(feature));
   });
   const asked = placed.reduce((sum, one) => sum + one.points.length, 0);
-  snapMessage.value =
+  if (farthest > STILL_PX) change(next);
+  saySnapped(
     asked === 1
       ? count
         ? `Snapped ${number(farthest, 1)} px`
         : `Not snapped: ${why}`
-      : `Snapped ${count} of ${asked} points, at most ${number(farthest, 1)} px`;
-  if (farthest > STILL_PX) change(next);
+      : `Snapped ${count} of ${asked} points, at most ${number(farthest, 1)} px`,
+  );
 }
 
 /** Look ahead from the pointer, from now on; the newest question wins. */

@@ -2,7 +2,7 @@
 import { run } from "../../core/actions.js";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { words } from "../../core/format.js";
-import { camera, cameras, field, model, models, region, step } from "../../core/state.js";
+import { camera, cameras, field, lensOpen, model, modelName, models, region, step } from "../../core/state.js";
 import { mainViewport } from "../../canvas/viewport.js";
 import { activeViewport, correctedPlacement, margin, visiblePicture } from "../compare/comparison.js";
 import { heat, shownMap } from "../compare/heat.js";
@@ -35,7 +35,7 @@ const FIXES = {
   "outside-picture": (t) => point(t),
   "borders-swapped": () => [turn()],
   "bad-order": () => [turn()],
-  mirrored: () => [turn()],
+  mirrored: () => [], // no rotation helps: the image is flipped where it comes from
   "no-camera": () => [recommended(), turn()],
   "implausible-camera": () => [recommended(), enterHeight()],
   folds: () => [recommended()],
@@ -71,7 +71,7 @@ const isBorder = (feature) => BORDERS.includes(/** @type {any} */ (feature));
 
 /** To where it can be clicked. @param {string} feature */
 function clickOn(feature) {
-  if (step.value !== "model") step.value = "borders";
+  showPoints();
   activateFeature(feature);
 }
 
@@ -85,7 +85,7 @@ function point({ feature, index }) {
       label: "Remove this point",
       test: "remove-stray",
       run: () => {
-        back();
+        showPoints();
         remove(pick);
       },
     },
@@ -93,16 +93,22 @@ function point({ feature, index }) {
       label: "Show it",
       test: "show-stray",
       run: () => {
-        back();
+        showPoints();
         select(pick);
       },
     },
   ];
 }
 
-/** To a step where points are seen. */
-function back() {
-  if (step.value !== "model") step.value = "borders";
+/** To where points are seen. */
+function showPoints() {
+  step.value = "points";
+}
+
+/** To the lens models and their options. */
+function openLens() {
+  step.value = "points";
+  lensOpen.value = true;
 }
 
 /** The border with the fewest points. */
@@ -133,8 +139,12 @@ const enterHeight = () =>
 
 /** To the field where the fix goes. @param {string} name */
 async function toOption(name) {
-  step.value = "model";
+  showPoints();
   await new Promise(requestAnimationFrame); // once it is drawn
+  if (!document.getElementById(`option-${name}`)) {
+    openLens();
+    await new Promise(requestAnimationFrame);
+  }
   const input = document.getElementById(`option-${name}`);
   input?.scrollIntoView({ block: "center" });
   input?.focus();
@@ -158,7 +168,7 @@ const turn = () =>
         label: "Turn the field a quarter",
         test: "cure-turn",
         run: () => {
-          step.value = "borders";
+          showPoints();
           run("turn");
         },
       }
@@ -173,12 +183,12 @@ const picture = () =>
 function recommended() {
   const name = ranking.value?.recommended,
     it = models.value.find((m) => m.name === name);
-  if (it && name && name !== doc.value.model)
+  if (it && name && name !== modelName.value)
     return {
       label: `Use ${it.title}`,
       test: "cure-model",
       run: () => {
-        step.value = "model";
+        openLens();
         useModel(name);
       },
     };
@@ -187,13 +197,13 @@ function recommended() {
 
 /** To the models; they are compared by themselves when one comes there. */
 export function goToModelComparison() {
-  if (step.value === "model") compareModels();
-  else step.value = "model";
+  if (step.value === "points" && lensOpen.value) compareModels();
+  else openLens();
 }
 
 /** The report whose figures are in sight. */
 const report = () =>
-  activeViewport.value === mainViewport && (step.value === "compare" || step.value === "activate")
+  activeViewport.value === mainViewport && step.value === "verify"
     ? version.value?.report
     : preview.value?.report;
 
@@ -241,7 +251,7 @@ export function worstPlaceFix() {
   const height = it.warnings.find((w) => w.reason === "height-unknown"),
     next = it.next_click;
   if (heat.value.atHats && height) return { text: height.fix, fixes: fixesOf(height) };
-  if (next && next.worst_mm_then < next.worst_mm) {
+  if (next && next.worst_mm_then < next.worst_mm && next.worst_mm_then.toFixed(1) !== next.worst_mm.toFixed(1)) {
     return {
       text: `One more click on the ${words(next.feature).toLowerCase()} makes the worst place ` +
         `${next.worst_mm.toFixed(1)} → ${next.worst_mm_then.toFixed(1)} mm${next.z_mm ? " at hat height" : ""}.`,

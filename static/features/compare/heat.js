@@ -3,7 +3,7 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call } from "../../core/api.js";
 import { latestWins } from "../../core/latest_wins.js";
-import { comparing, step } from "../../core/state.js";
+import { comparing, editing } from "../../core/state.js";
 import { isSaved, version, versions } from "../versions/versions.js";
 
 /** @typedef {import("../../core/types").Point} Point @typedef {import("../../core/types").HeatMap} HeatMap */
@@ -26,7 +26,7 @@ export const heatRefusal = signal(/** @type {{ of: string, detail: string, fix: 
 
 /** Whether a saved version is in sight whose map could be shown. */
 export const canHeat = computed(
-  () => version.value !== null && (comparing.value || (step.value === "model" && isSaved.value)),
+  () => version.value !== null && (comparing.value || (editing.value && isSaved.value)),
 );
 
 /** Other versions that a picture of this size can be compared with: of the same camera, else of the same picture. */

@@ -3,9 +3,8 @@ import { computed, effect, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
-import { cameras, notify, notifyError } from "../../core/state.js";
 import { openedCamera, status } from "../live/camera_page.js";
-import { refreshStatuses } from "../live/camera_status.js";
+import { activateCalibration } from "../versions/activate.js";
 
 /**
  * @typedef {{ calibration: string, version: number, snapshot: string, parent: string, points: number, lines: number,
@@ -56,29 +55,7 @@ export async function useRegistered() {
   const it = registered.value;
   if (!it) return;
   const { camera, made } = it;
-  await use(camera, made.calibration);
-  notify({
-    level: "info",
-    text: `Version ${made.version} is active.`,
-    fix: "The one before stays.",
-    action: { label: "Go back to it", run: () => void use(camera, made.parent) },
-  });
-}
-
-/** @param {string} camera @param {string} calibration */
-async function use(camera, calibration) {
-  try {
-    await call("POST", `/calibrations/${calibration}/activate`);
-    const changed = cameras.value.find((c) => c.id === camera);
-    if (changed)
-      cameras.value = cameras.value.with(cameras.value.indexOf(changed), {
-        ...changed,
-        active_calibration: calibration,
-      });
-    await refreshStatuses();
-  } catch (error) {
-    notifyError(error);
-  }
+  await activateCalibration({ id: made.calibration, version: made.version, camera });
 }
 
 export const closeRegistered = () => {

@@ -1,6 +1,6 @@
 // Actions of help: the keys, the manual, the tour; Escape closes what is open.
 import { help, selection } from "../../core/state.js";
-import { discardProposed, proposedPoints } from "../calibrate/line_suggestions.js";
+import { discardProposed, offered } from "../calibrate/line_suggestions.js";
 import { chosen } from "../pair/pair.js";
 import { leaveTour, takeTour, tour } from "./tour.js";
 
@@ -43,7 +43,7 @@ export const HELP_ACTIONS = [
     keys: ["Escape"],
     group: "Help",
     run: () => {
-      if (proposedPoints.value) discardProposed();
+      if (offered.value.length) discardProposed();
       else if (help.value) help.value = "";
       else {
         selection.value = [];

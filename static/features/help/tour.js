@@ -13,6 +13,7 @@ import { isSaved, version } from "../versions/versions.js";
  * @typedef {object} Stop
  * @property {string} id
  * @property {import("../../core/types").StepId} step where it is
+ * @property {boolean} [lens] whether it is among the lens models
  * @property {string} at what it points at: a CSS selector
  * @property {string} title
  * @property {string} text what it is, and what to do
@@ -43,7 +44,7 @@ export const STOPS = [
   },
   {
     id: "picture",
-    step: "picture",
+    step: "field",
     at: "[data-testid=region]",
     title: "Which field, which part",
     more: "start.md",
@@ -61,7 +62,7 @@ export const STOPS = [
   },
   {
     id: "drawing",
-    step: "picture",
+    step: "field",
     at: "aside.left .field",
     title: "How the field stands in the picture",
     more: "conventions.md#the-field",
@@ -72,7 +73,7 @@ export const STOPS = [
   },
   {
     id: "borders",
-    step: "borders",
+    step: "points",
     at: "[data-testid=borders]",
     title: "Click the borders",
     more: "borders.md",
@@ -83,7 +84,7 @@ export const STOPS = [
   },
   {
     id: "verdict",
-    step: "borders",
+    step: "points",
     at: "[data-testid=verdict]",
     title: "The verdict",
     more: "numbers.md#verdict",
@@ -98,7 +99,7 @@ export const STOPS = [
   },
   {
     id: "warnings",
-    step: "borders",
+    step: "points",
     at: "section[aria-label=Verdict]",
     title: "What to mind",
     more: "warnings.md",
@@ -114,7 +115,7 @@ export const STOPS = [
   },
   {
     id: "distortion",
-    step: "borders",
+    step: "points",
     at: "section[aria-label=Distortion]",
     title: "How bent the picture is",
     more: "numbers.md#distortion",
@@ -129,7 +130,7 @@ export const STOPS = [
   },
   {
     id: "residuals",
-    step: "borders",
+    step: "points",
     at: "section[aria-label=Residuals]",
     title: "How well you clicked",
     more: "numbers.md#residual",
@@ -143,12 +144,13 @@ export const STOPS = [
   },
   {
     id: "models",
-    step: "model",
+    step: "points",
+    lens: true,
     at: "[data-testid=models]",
     title: "Which model",
     more: "models.md",
     done: () => ranking.value !== null,
-    text: "All models are fitted to the same clicks and listed by what each would miss on the field. The simplest " +
+    text: "All models are fitted to the same points and listed by their error inside the field. The simplest " +
       "one among the best is recommended.",
     numbers: () =>
       ranking.value?.ranking.slice(0, 3).map((r) => [r.title, figure(r.field_mm)]) ?? [
@@ -157,18 +159,18 @@ export const STOPS = [
   },
   {
     id: "save",
-    step: "model",
+    step: "points",
     at: "[data-testid=next]",
     title: "Save a version",
     more: "keeping.md",
     done: () => isSaved.value,
-    text: "The bright button always does the next thing. Here it keeps a version: the clicks, the model, the " +
+    text: "The primary button always does the next thing. Here it keeps a version: the clicks, the model, the " +
       "picture and the report. Versions are never overwritten.",
     numbers: () => [["Version", version.value ? String(version.value.version) : "none yet"]],
   },
   {
     id: "compare",
-    step: "compare",
+    step: "verify",
     at: "[data-testid=stage]",
     title: "Raw beside corrected",
     more: "start.md",
@@ -182,7 +184,7 @@ export const STOPS = [
   },
   {
     id: "map",
-    step: "compare",
+    step: "verify",
     at: "[data-testid=do-heat]",
     title: "Where the error is",
     more: "numbers.md#expected-error",
@@ -197,7 +199,7 @@ export const STOPS = [
   },
   {
     id: "activate",
-    step: "activate",
+    step: "verify",
     at: "[data-testid=next]",
     title: "Use it",
     more: "keeping.md",
@@ -235,9 +237,12 @@ effect(() => {
   }
 });
 
+/** The cameras are not shown while a picture is open. */
+export const firstStop = () => (snapshot.value ? 1 : 0);
+
 /** Begin, or go on where it was left. */
 export const takeTour = () => {
-  tour.value = { ...tour.value, on: true };
+  tour.value = { on: true, at: Math.max(firstStop(), tour.value.at) };
 };
 export const leaveTour = () => {
   tour.value = { ...tour.value, on: false };
@@ -246,5 +251,5 @@ export const leaveTour = () => {
 /** @param {number} by */
 export function go(by) {
   const at = tour.value.at + by;
-  tour.value = at >= STOPS.length ? { on: false, at: 0 } : { on: true, at: Math.max(0, at) };
+  tour.value = at >= STOPS.length ? { on: false, at: 0 } : { on: true, at: Math.max(firstStop(), at) };
 }

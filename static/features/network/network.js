@@ -3,6 +3,7 @@ import { computed, signal } from "@preact/signals";
 import { call, online } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { notify, notifyError } from "../../core/state.js";
+import { activateCalibration } from "../versions/activate.js";
 
 /**
  * @typedef {import("./types").Publishing} Publishing
@@ -85,11 +86,9 @@ export async function saveReceived(sender, camera, name) {
       camera: name,
       sha256: sender.sha256,
     });
-    const activate = () =>
-      call("POST", `/calibrations/${made.id}/activate`).then(async () => {
-        notify({ level: "info", text: `Version ${made.version} of ${name} is active.`, fix: "" });
-        await refreshNetwork();
-      }, notifyError);
+    const activate = async () => {
+      if (await activateCalibration({ id: made.id, version: made.version, camera: name })) await refreshNetwork();
+    };
     notify({
       level: "info",
       text: `Camera ${camera.camera_id} of ${sender.address} is kept as version ${made.version} of ${name}; nothing ` +

@@ -240,7 +240,7 @@ export function showVersion(index) {
 export async function showInPicture(at) {
   if (!at.snapshot || !at.pixel) return;
   const [x, y] = at.pixel;
-  await openById(at.snapshot, "borders");
+  await openById(at.snapshot, "points");
   requestAnimationFrame(() => {
     mainViewport.centre(x, y, NEAR);
     pointer.value = { x, y, touch: false, down: false };

@@ -20,6 +20,7 @@ import { TRACK_ACTIONS } from "../rig/tracks.js";
 import { ROLLING_ACTIONS } from "../rolling/actions.js";
 import { SCENE_ACTIONS } from "../scene/actions.js";
 import { STRAIGHT_ACTIONS } from "../straight/actions.js";
+import { VERIFY_ACTIONS } from "../verify/actions.js";
 import { VERSION_ACTIONS } from "../versions/actions.js";
 import { PAGE_ACTIONS } from "./page_actions.js";
 import { STEP_ACTIONS } from "./step_actions.js";
@@ -50,6 +51,7 @@ export const ACTION_TABLE = [
   MODEL_ACTIONS,
   STEP_ACTIONS,
   VERSION_ACTIONS,
+  VERIFY_ACTIONS,
   HELP_ACTIONS,
 ]
   .flat()

@@ -1,8 +1,8 @@
 // Addresses of the page (#/SNAPSHOT/STEP, #/lens, #/straight, #/live/CAMERA, #/pair/LEFT/RIGHT, #/rig/NAME …), and how
 // each is followed.
 import { batch, computed } from "@preact/signals";
-import { PAGE_NAMES, addressOf, page } from "../../core/page.js";
-import { atBoard, atLive, atPair, atStraight, snapshot, step } from "../../core/state.js";
+import { PAGE_NAMES, addressOf, calibrateAddress, page } from "../../core/page.js";
+import { atBoard, atLive, atPair, atStraight, lensOpen, snapshot, step } from "../../core/state.js";
 import { openBoard } from "../board/board.js";
 import { closePicture, openById } from "../calibrate/pictures.js";
 import { openLive } from "../live/camera_page.js";
@@ -11,16 +11,21 @@ import { openStraight } from "../straight/straight.js";
 import { openPage } from "./open_page.js";
 import { STEPS } from "./steps.js";
 
+/** @typedef {import("../../core/types").StepId} StepId */
+
 const BOARD = "lens",
   PAIR = "pair",
   STRAIGHT = "straight",
   LIVE = "live"; // no picture's ids: those are hexadecimal
 
-/** @returns {{ id: string, at: import("../../core/types").StepId }} */
+/** What steps were called in addresses that somebody may have kept. @type {Record<string, StepId>} */
+const FORMER = { picture: "field", borders: "points", model: "points", compare: "verify", activate: "verify" };
+
+/** @returns {{ id: string, at: StepId }} */
 function read() {
-  const [, id = "", at = ""] = location.hash.split("/");
-  const known = STEPS.find((s) => s.id === at)?.id;
-  return { id: decodeURIComponent(id), at: known ?? (id ? "picture" : "camera") };
+  const [, id = "", at = ""] = location.hash.split("/").map(decodeURIComponent);
+  const known = STEPS.find((s) => s.id === at)?.id ?? FORMER[at];
+  return { id, at: known ?? (id ? "field" : "camera") };
 }
 
 /** The address of where the page is now. */
@@ -28,7 +33,7 @@ export const here = computed(() =>
   page.value
     ? addressOf(page.value)
     : snapshot.value
-      ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}`
+      ? calibrateAddress(snapshot.value.id, step.value)
       : atLive.value !== null
         ? `#/${LIVE}/${encodeURIComponent(atLive.value)}`
         : atBoard.value
@@ -74,6 +79,10 @@ export async function follow() {
   atBoard.value = false;
   atPair.value = false;
   atStraight.value = false;
+  if (id) {
+    if (location.hash.split("/")[2] === "model") lensOpen.value = true;
+    history.replaceState(null, "", calibrateAddress(id, at));
+  }
   if (!id) {
     if (snapshot.value) closePicture();
     step.value = "camera";

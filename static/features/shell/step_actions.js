@@ -1,10 +1,20 @@
-// Actions that go from step to step; the bright button runs "next".
+// Actions that go from step to step; the primary button runs "next".
 import { run } from "../../core/actions.js";
 import { step } from "../../core/state.js";
+import { closePicture } from "../calibrate/pictures.js";
 import { STEPS, nextAction, steps } from "./steps.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const STEP_ACTIONS = [
+  {
+    id: "step-camera",
+    label: "Go to the cameras",
+    short: "Cameras",
+    run: () => {
+      step.value = "camera";
+      closePicture();
+    },
+  },
   ...STEPS.map(({ id, label }) => ({
     id: `step-${id}`,
     label: `Go to ${label.toLowerCase()}`,
@@ -15,10 +25,11 @@ export const STEP_ACTIONS = [
   })),
   {
     id: "next",
-    label: "Do the next thing (the bright button)",
+    label: "Continue (primary button)",
     keys: ["Enter"],
     group: "Steps",
     run: () => run(nextAction.value.action),
-    enabled: () => !nextAction.value.missing,
+    // a version is activated by its button alone: Enter, pressed once too often, must not
+    enabled: () => !nextAction.value.missing && nextAction.value.action !== "activate",
   },
 ];

@@ -1,4 +1,4 @@
-// The six steps: state of each, what is missing in one sentence, and the next action.
+// The three steps: state of each, what is missing in one sentence, and the next action.
 import { computed } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { plural } from "../../core/format.js";
@@ -16,10 +16,12 @@ import {
   step,
 } from "../../core/state.js";
 import { boardNextStep } from "../board/board.js";
+import { finding } from "../calibrate/find_lines.js";
 import { preview, refusal, stale } from "../calibrate/fitting.js";
 import { cameraNextStep } from "../live/camera_page.js";
 import { pairNextStep } from "../pair/evaluation.js";
 import { straightNextStep } from "../straight/straight.js";
+import { activationNextStep } from "../verify/actions.js";
 import { isSaved, version } from "../versions/versions.js";
 import { pageNextStep } from "./page_steps.js";
 
@@ -32,12 +34,9 @@ export const POINTS_ADVISED = 5; // a cubic needs four; the fifth checks it
 
 /** @type {{ id: StepId, label: string }[]} */
 export const STEPS = [
-  { id: "camera", label: "Camera" },
-  { id: "picture", label: "Picture" },
-  { id: "borders", label: "Borders" },
-  { id: "model", label: "Model" },
-  { id: "compare", label: "Compare" },
-  { id: "activate", label: "Activate" },
+  { id: "field", label: "Field" },
+  { id: "points", label: "Points" },
+  { id: "verify", label: "Verify & activate" },
 ];
 
 /** The first border after the active one that wants more points. */
@@ -51,72 +50,63 @@ const fitted = computed(() => preview.value !== null && refusal.value === null);
 
 /** @type {import("@preact/signals").ReadonlySignal<Step[]>} */
 export const steps = computed(() => {
-  const picture = snapshot.value,
-    has = picture !== null;
-  const state = {
-    camera: has
-      ? [true, camera.value ? `The picture comes from ${camera.value.name}.` : "The picture is a file."]
-      : [false, "Take a picture with a camera, or open one."],
-    picture: !picture
-      ? [false, "No picture yet."]
-      : region.value
-        ? [
-            true,
-            `${picture.width} × ${picture.height} px. Check that the field and its part are the right ones.`,
-          ]
-        : [false, "Choose the field and the part of it that the camera sees."],
-    borders: bordersState(),
-    model: fitted.value
-      ? [true, "It fits; what it is worth stands beside it."]
-      : [false, refusal.value ? refusal.value.detail : "Click the borders first."],
-    compare: isSaved.value
-      ? [true, "Borders should be straight on the corrected side, and lines should lie on the paint."]
-      : [
-          false,
-          version.value
-            ? "The clicks have changed since the last version was saved."
-            : "Nothing is saved to compare yet.",
-        ],
-    activate: activateState(),
-  };
+  const state = { field: fieldState(), points: pointsState(), verify: verifyState() };
   return STEPS.map(({ id, label }) => {
-    const [done, sentence] = /** @type {[boolean, string]} */ (state[id]);
-    return { id, label, done, open: isOpen(id), sentence };
+    const [done, sentence] = state[/** @type {keyof typeof state} */ (id)];
+    return { id, label, done, open: snapshot.value !== null, sentence };
   });
 });
 
+/** Where the page is while no picture is open. @type {Step} */
+const START = {
+  id: "camera",
+  label: "Cameras",
+  done: false,
+  open: true,
+  sentence: "Choose a camera, or open an image.",
+};
+
 /** @returns {[boolean, string]} */
-function bordersState() {
-  if (!snapshot.value) return [false, "No picture yet."];
+function fieldState() {
+  const picture = snapshot.value;
+  if (!picture) return [false, "No image is open."];
+  return region.value
+    ? [true, `${picture.width} × ${picture.height} px. Check the field type and the area this camera covers.`]
+    : [false, "Choose the field type and the area this camera covers."];
+}
+
+/** @returns {[boolean, string]} */
+function pointsState() {
+  if (!snapshot.value) return [false, "No image is open."];
+  if (finding.value) return [false, "Detecting the field lines."];
+  if (fitted.value) return [true, "Fit complete. See the accuracy on the right."];
   const border = nextBorder.value;
   if (border) {
     const missing = POINTS_ADVISED - pointsOf(doc.value, border).length;
     return [
       false,
-      `Click ${plural(missing, missing < POINTS_ADVISED ? "more point" : "point")} along the ${border} border.`,
+      `Mark ${plural(missing, missing < POINTS_ADVISED ? "more point" : "point")} along the ${border} border.`,
     ];
   }
-  if (refusal.value) return [false, `${refusal.value.detail} ${refusal.value.fix}`];
-  return [fitted.value, fitted.value ? "All four borders are clicked." : "The fit is being computed."];
+  return [false, refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : "Computing the fit."];
 }
 
 /** @returns {[boolean, string]} */
-function activateState() {
+function verifyState() {
   const it = version.value;
-  if (!it) return [false, "Save a version first."];
+  if (!it) return [false, "Save a version to verify it."];
+  if (!isSaved.value) return [false, "The points have changed since the last version was saved."];
   if (it.active) return [true, `Version ${it.version} is active.`];
   if (!camera.value) return [true, `Version ${it.version} is saved. Download it, or use it over REST.`];
-  return [false, `Version ${it.version} is saved; the camera does not use it yet.`];
+  return [false, `Version ${it.version} is saved but not active.`];
 }
 
-/** @param {StepId} id */
-function isOpen(id) {
-  return id === "camera" || snapshot.value !== null; // whatever is missing there is said there
-}
+export const current = computed(() => steps.value.find((s) => s.id === step.value) ?? START);
 
-export const current = computed(() => steps.value.find((s) => s.id === step.value) ?? steps.value[0]);
+/** The first camera that has no active version yet. */
+export const uncalibrated = computed(() => cameras.value.find((c) => !c.active_calibration) ?? null);
 
-/** The one bright button: which action, in which words, and why not yet. */
+/** The primary button: which action, in which words, and why not yet. */
 export const nextAction = computed(() => {
   /** @param {string} action @param {string} label @param {string} [missing] */
   const thing = (action, label, missing = "") => ({ action, label, missing });
@@ -127,28 +117,23 @@ export const nextAction = computed(() => {
       if (atBoard.value) return boardNextStep.value;
       if (atStraight.value) return straightNextStep.value;
       if (atPair.value) return pairNextStep.value;
-      return snapshot.value
-        ? thing("step-picture", "Next: picture")
-        : cameras.value.length
-          ? thing("take", `Take a picture with ${cameras.value[0].name}`)
-          : thing("open", "Open a picture…");
-    case "picture":
-      return thing("step-borders", "Next: borders", region.value ? "" : current.value.sentence);
-    case "borders": {
+      return cameras.value.length
+        ? thing("take", `Calibrate ${(uncalibrated.value ?? cameras.value[0]).name}`)
+        : thing("open", "Open an image…");
+    case "field":
+      return thing("step-points", "Continue", region.value ? "" : current.value.sentence);
+    case "points": {
+      if (finding.value) return thing("step-verify", "Detecting lines…", "Wait, or stop the detection.");
       const border = nextBorder.value;
-      if (border && border !== active.value) return thing(`border-${border}`, `Next: ${border} border`);
-      return thing("step-model", "Next: model", fitted.value ? "" : current.value.sentence);
+      if (!fitted.value && border && border !== active.value)
+        return thing(`border-${border}`, `Next: ${border} border`);
+      if (isSaved.value) return thing("step-verify", "Continue");
+      return thing("save", "Continue", fitted.value && !stale.value ? "" : current.value.sentence);
     }
-    case "model":
-      if (isSaved.value) return thing("step-compare", "Next: compare");
-      return thing("save", "Save and compare", !fitted.value || stale.value ? current.value.sentence : "");
-    case "compare":
-      return isSaved.value
-        ? thing("step-activate", "Next: activate")
-        : thing("step-model", "Back: save the changes");
     default:
+      if (!isSaved.value) return thing("step-points", "Back: save the changes");
       return camera.value && version.value && !version.value.active
-        ? thing("activate", `Activate version ${version.value.version}`)
-        : thing("step-camera", "Next: another picture");
+        ? activationNextStep.value
+        : thing("step-camera", "Done, back to cameras");
   }
 });

@@ -1,7 +1,7 @@
-// Actions on versions: save one, activate one.
+// Actions on versions: save one.
 import { doc } from "../../core/document.js";
 import { snapshot } from "../../core/state.js";
-import { activate, isSaved, saveVersion, version } from "./versions.js";
+import { saveVersion } from "./versions.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const VERSION_ACTIONS = [
@@ -14,12 +14,4 @@ export const VERSION_ACTIONS = [
     run: () => void saveVersion(),
     enabled: () => snapshot.value !== null && doc.value.observations.length > 0,
   }, // if something is missing, the server says what
-  {
-    id: "activate",
-    label: "Activate this version for its camera",
-    short: "Activate",
-    group: "Steps",
-    run: () => void (version.value && activate(version.value.id)),
-    enabled: () => isSaved.value && !version.value?.active,
-  },
 ];

@@ -16,7 +16,7 @@ export const imported = signal(
   ),
 );
 
-/** @typedef {{ id: string, version?: number, camera: string | null, note: string, isLens: boolean }} Kept */
+/** @typedef {{ id: string, version: number | null, camera: string | null, note: string, isLens: boolean }} Kept */
 
 const SUFFIXES = ["json", "yml", "yaml", "csv", "cameramodel", "pb"];
 export const ACCEPTED = SUFFIXES.map((suffix) => `.${suffix}`).join(",");

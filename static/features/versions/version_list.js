@@ -1,9 +1,10 @@
 // All versions of one camera, or of pictures from files: activate, annotate, compare, delete.
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { page } from "../../core/page.js";
-import { cameras, notify, notifyError } from "../../core/state.js";
+import { notify, notifyError } from "../../core/state.js";
+import { revision } from "./versions.js";
 
 /** @typedef {import("./types").VersionRecord} Kept */
 
@@ -67,7 +68,7 @@ export async function loadVersionList(camera) {
   const isNewest = looks.begin();
   try {
     const [list, history] = await Promise.all([
-      call("GET", `/calibrations?limit=${PAGE}&${query(camera)}`),
+      call("GET", `/calibrations?brief=true&limit=${PAGE}&${query(camera)}`),
       call("GET", `/calibrations/activations?${query(camera)}`),
     ]);
     if (!isNewest() || listedCamera.value !== camera) return; // somewhere else by now, or looked again since
@@ -91,7 +92,7 @@ export async function loadMore() {
   const it = versionList.value;
   if (!it?.next) return;
   try {
-    const list = await call("GET", `/calibrations?limit=${PAGE}&${query(it.camera)}&cursor=${it.next}`);
+    const list = await call("GET", `/calibrations?brief=true&limit=${PAGE}&${query(it.camera)}&cursor=${it.next}`);
     versionList.value = { ...it, items: [...it.items, ...own(list.items, it.camera)], next: list.next_cursor };
   } catch (error) {
     notifyError(error);
@@ -111,27 +112,10 @@ async function changing(deed) {
   await loadVersionList(listedCamera.value);
 }
 
-/** @param {{ id: string, version: number | null }} it */
-export function activateVersion(it) {
-  const before = activeVersion.value;
-  return changing(async () => {
-    await call("POST", `/calibrations/${it.id}/activate`);
-    const camera = versionList.value?.camera;
-    const changed = cameras.value.find((c) => c.id === camera);
-    if (changed)
-      cameras.value = cameras.value.with(cameras.value.indexOf(changed), {
-        ...changed,
-        active_calibration: it.id,
-      });
-    if (before)
-      notify({
-        level: "info",
-        text: `Version ${it.version} is active.`,
-        fix: `Version ${before.version} was, and stays.`,
-        action: { label: `Go back to version ${before.version}`, run: () => void activateVersion(before) },
-      });
-  });
-}
+// Another version may have become the active one, here or in a notice's Undo.
+effect(() => {
+  if (revision.value && untracked(() => versionList.value)) void loadVersionList(untracked(() => listedCamera.value));
+});
 
 /** @param {Kept} it @param {string} note */
 export const annotate = (it, note) =>

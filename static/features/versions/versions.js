@@ -3,13 +3,13 @@ import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { doc, isEqual } from "../../core/document.js";
 import { requestOrder } from "../../core/latest_wins.js";
-import { busy, notifyError, rotation, snapshot, step } from "../../core/state.js";
+import { busy, models, notifyError, rotation, snapshot, step } from "../../core/state.js";
 import { fitBody } from "../calibrate/fitting.js";
 
 /** The newest version of this picture, and its neighbours of the same camera. */
 export const version = signal(/** @type {import("../../core/types").Calibration | null} */ (null));
 export const versions = signal(/** @type {import("../../core/types").Calibration[]} */ ([]));
-export const note = signal("");
+export const revision = signal(0);
 
 /** Whether the saved version is what the document says now. */
 export const isSaved = computed(() => {
@@ -20,8 +20,8 @@ export const isSaved = computed(() => {
     saved.field === now.field &&
     saved.region === now.region &&
     saved.rotate === rotation.value &&
-    saved.model.name === now.model &&
-    isEqual(given(saved.options), given(now.options)) &&
+    (now.model === null ? "model_choice" in saved.report : saved.model.name === now.model) &&
+    isEqual(given(saved.options), given(now.model === null ? optionsOf(saved.model.name, now.options) : now.options)) &&
     isEqual(saved.observations.map(plain), now.observations.map(plain))
   );
 });
@@ -36,6 +36,13 @@ const given = (options) =>
     .map(([name, v]) => [name, v.id ?? v])
     .toSorted();
 
+/** Those that a model has: of the others, a version that was chosen automatically was told nothing.
+ * @param {string} name @param {Record<string, any>} options */
+const optionsOf = (name, options) => {
+  const known = models.value.find((m) => m.name === name)?.options.map((o) => o.name) ?? [];
+  return Object.fromEntries(Object.entries(options).filter(([option]) => known.includes(option)));
+};
+
 /** @param {import("../../core/types").Observation} o */
 const plain = ({ feature, kind, points, z_mm = 0 }) => [feature, kind, points, z_mm];
 
@@ -47,11 +54,10 @@ export async function saveVersion() {
     const picture = snapshot.value?.id;
     try {
       const camera = snapshot.value?.camera;
-      const body = { ...fitBody(doc.value), ...(camera ? { camera } : {}), note: note.value };
+      const body = { ...fitBody(doc.value), ...(camera ? { camera } : {}) };
       const saved = await call("POST", "/calibrations", body);
       if (snapshot.value?.id !== picture) return; // it stands among the versions of the picture that was left
       version.value = saved;
-      note.value = "";
       await list();
     } catch (error) {
       notifyError(error);
@@ -60,14 +66,27 @@ export async function saveVersion() {
       busy.value = "";
     }
   }
-  step.value = "compare";
+  step.value = "verify";
 }
 
-/** @param {string} id */
-export async function activate(id) {
+/**
+ * Show which version is active from now on. revision: counts such changes, for lists that are kept elsewhere.
+ * @param {{ id: string, camera: string | null }} it
+ */
+export function noteActivated({ id, camera }) {
+  const now = (/** @type {import("../../core/types").Calibration} */ v) =>
+    v.camera === camera ? { ...v, active: v.id === id } : v;
+  versions.value = versions.value.map(now);
+  if (version.value) version.value = now(version.value);
+  revision.value += 1;
+}
+
+/** Change the note beside a version. @param {import("../../core/types").Calibration} it @param {string} note */
+export async function annotateVersion(it, note) {
+  if (note === it.note) return;
   try {
-    await call("POST", `/calibrations/${id}/activate`);
-    if (version.value?.id === id) version.value = { ...version.value, active: true };
+    await call("PATCH", `/calibrations/${it.id}`, { note });
+    if (version.value?.id === it.id) version.value = { ...version.value, note };
     await list();
   } catch (error) {
     notifyError(error);
@@ -92,7 +111,6 @@ export function forgetVersion() {
   lists.begin(); // what is on its way is of the former picture
   version.value = null;
   versions.value = [];
-  note.value = "";
 }
 
 const lists = requestOrder();
@@ -102,7 +120,7 @@ async function list() {
     isNewest = lists.begin();
   const found = await call(
     "GET",
-    `/calibrations?limit=20${camera ? `&camera=${encodeURIComponent(camera)}` : ""}`,
+    `/calibrations?brief=true&limit=20${camera ? `&camera=${encodeURIComponent(camera)}` : ""}`,
   );
   if (isNewest()) versions.value = found.items;
 }

@@ -11,8 +11,10 @@ import { colour } from "../../../canvas/drawing.js";
 import { activateFeature } from "../editing.js";
 import { lineUnder } from "../field_sides.js";
 import { curves, isCurve, preview, stale } from "../fitting.js";
-import { canPropose, proposedPoints } from "../line_suggestions.js";
+import { acceptProposed, canPropose, offered } from "../line_suggestions.js";
 import { FindLines } from "./find_lines.js";
+
+const SIDE = /-(left|right|top|bottom)$/; // the field's own: in a rotated image it would contradict the border's
 
 export function BordersPanel() {
   const clicked = doc.value.observations
@@ -23,6 +25,7 @@ export function BordersPanel() {
   ];
   return html`
     <${FindLines} />
+    <${Along} />
     <section aria-label="Borders">
       <${Title} of="borders">Borders<//>
       <ul class="features" data-testid="borders">
@@ -37,7 +40,6 @@ export function BordersPanel() {
       </ul>
       <${AddInside} />
     </section>
-    <${Along} />
     <div class="line">
       <${ActionButton} id="clear" label=${`Clear ${words(active.value).toLowerCase()}`} />
     </div>
@@ -66,7 +68,7 @@ function BorderRow({ border }) {
       <span>${words(border)}</span>
       <em>${plural(points.length, "point")}</em>
       <em class="value">${isCurve(curve) ? `${number(curve.rms_px, 2)} px` : refusal ? "⚠" : "–"}</em>
-      ${painted && html`<small>${words(painted)}</small>`}
+      ${painted && html`<small>${words(painted.replace(SIDE, ""))}</small>`}
     </button>
   </li>`;
 }
@@ -95,12 +97,27 @@ function InsideRow({ feature }) {
 
 /** Points all along the active line: looked for, shown, and added when the operator says so. */
 function Along() {
-  const it = proposedPoints.value,
-    name = words(active.value).toLowerCase();
-  if (it)
-    return html`<div class="line along" data-testid="proposal">
-      <${ActionButton} id="propose" label=${`Add ${plural(it.points.length, "point")}`} kind="go" />
-      <${ActionButton} id="discard" />
+  const items = offered.value,
+    name = words(active.value).toLowerCase(),
+    count = items.reduce((sum, it) => sum + it.points.length, 0);
+  if (items.length)
+    return html`<div class="along" data-testid="proposal">
+      ${items.length > 1 && html`<ul class="plain" aria-label="Detected lines">
+        ${items.map((it) => html`<li key=${it.feature} class="line">
+          <span class="grow">${words(it.feature)}</span>
+          <button type="button" data-testid=${`accept-${it.feature}`} onClick=${() => acceptProposed([it])}>
+            Add ${plural(it.points.length, "point")}
+          </button>
+        </li>`)}
+      </ul>`}
+      <div class="line">
+        <${ActionButton}
+          id="propose"
+          label=${`Add ${items.length > 1 ? "all " : ""}${plural(count, "point")}`}
+          kind="go"
+        />
+        <${ActionButton} id="discard" />
+      </div>
     </div>`;
   return (
     canPropose.value && html`<div class="line along">

@@ -16,7 +16,8 @@ export function Distortion({ report }) {
       reported = it?.distortion.per_border[border];
     return {
       border,
-      before: isNow && isCurve(curve) ? curve.distortion_pct : (reported?.before_pct ?? null),
+      // one definition: a curve's own bend, over its points alone, stands only where there is no fit yet
+      before: reported?.before_pct ?? (isNow && !it && isCurve(curve) ? curve.distortion_pct : null),
       after: isNow && stale.value ? null : (reported?.after_pct ?? null),
     };
   });

@@ -2,15 +2,15 @@
 import { change, doc } from "../../../core/document.js";
 import { dayAndTime, number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { cameras, snapshot } from "../../../core/state.js";
+import { cameras, modelName, snapshot } from "../../../core/state.js";
 import { calibrations, isSuited, lenses } from "../../board/lenses.js";
 
 /** @typedef {import("./options.js").Props} Props */
 
 /** @param {Props} props */
 export function KnownLens({ option: { name }, value, about }) {
-  const boards = lenses.value.filter((l) => isSuited(l, doc.value.model)),
-    made = calibrations.value.filter((c) => isSuited(c, doc.value.model));
+  const boards = lenses.value.filter((l) => isSuited(l, modelName.value)),
+    made = calibrations.value.filter((c) => isSuited(c, modelName.value));
   const others = lenses.value.length + calibrations.value.length - boards.length - made.length,
     sigma = `${name}_sigma`;
   const isKnown = value === null || [...boards, ...made].some((l) => l.id === value);

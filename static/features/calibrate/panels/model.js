@@ -1,41 +1,44 @@
-// The model that is used, and its options: the form is built from what the server says about them.
+// The lens model, chosen automatically unless the operator chooses: closed until asked for. The options are built from
+// what the server says about them.
+import { doc } from "../../../core/document.js";
 import { html } from "../../../core/html.js";
-import { model } from "../../../core/state.js";
+import { lensOpen, model } from "../../../core/state.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
-import { note } from "../../versions/versions.js";
+import { askedHeight } from "../camera_height.js";
+import { ModelTable } from "./model_table.js";
 import { OptionField } from "./options.js";
 
-export function ModelPanel() {
+export function LensModel() {
   const it = model.value;
-  return html`
-    ${it && html`
-      <section aria-label="Model">
-        <h2>Model</h2>
-        <p data-testid="model-now">
-          <b>${it.title}</b>
-        </p>
-        <p class="reason">
-          ${it.help} ${it.points_needed}
-        </p>
-      </section>
-      <section aria-label="Options">
-        <${Title} of="options">Options<//>
-        ${it.options.map((option) => html`<${OptionField} key=${it.name + option.name} option=${option} />`)}
-      </section>
+  const name = doc.value.model === null ? `Automatic${it ? ` (${it.title})` : ""}` : it?.title;
+  return html`<details
+    class="lens-model"
+    data-testid="lens-model"
+    open=${lensOpen.value}
+    onToggle=${(/** @type {any} */ e) => {
+      lensOpen.value = e.target.open;
+    }}
+  >
+    <summary>
+      Lens model: <b data-testid="model-now">${name}</b>
+    </summary>
+    ${lensOpen.value && html`
+      <div class="line">
+        <${ActionButton} id="model-automatic" />
+      </div>
+      <${ModelTable} />
+      ${it && html`
+        <section aria-label="Options">
+          <${Title} of="options">Options<//>
+          <p class="reason">
+            ${it.help} ${it.points_needed}
+          </p>
+          ${it.options
+            .filter((option) => option !== askedHeight.value) // it stands beside the accuracy
+            .map((option) => html`<${OptionField} key=${it.name + option.name} option=${option} />`)}
+        </section>
+      `}
     `}
-    <section aria-label="Note">
-      <h2>Note for this version</h2>
-      <input
-        type="text"
-        data-testid="note"
-        maxlength="2000"
-        aria-label="Note for this version"
-        placeholder="after the lens was cleaned"
-        value=${note.value}
-        onInput=${(/** @type {any} */ e) => {
-          note.value = e.target.value;
-        }}
-      />
-    </section>
-  `;
+  </details>`;
 }

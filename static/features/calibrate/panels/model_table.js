@@ -3,7 +3,7 @@ import { computed, signal } from "@preact/signals";
 import { doc } from "../../../core/document.js";
 import { mm, number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { models } from "../../../core/state.js";
+import { modelName, models } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { comparison, isFresh, notCompared, ranking, useModel } from "../model_ranking.js";
 import { LEVEL } from "./levels.js";
@@ -83,7 +83,7 @@ export function ModelTable() {
 
 /** One model: what it would miss, or why it cannot be had. @param {typeof rows.value[number]} props */
 function Row({ name, title, it, failed }) {
-  const isOn = doc.value.model === name,
+  const isOn = modelName.value === name,
     isBest = name === ranking.value?.recommended;
   return html`<tbody class=${isOn ? "now" : ""} data-row=${name}>
     <tr>
@@ -214,7 +214,7 @@ function Conclusion() {
       ${now.reason.replace(NO_DISTORTION, "")}
       ${failed > 0 && ` ${plural(failed, "model")} cannot be fitted; why stands at the end.`}
     </p>
-    ${best && best.name !== doc.value.model && html`<div class="line use">
+    ${best && doc.value.model !== null && best.name !== doc.value.model && html`<div class="line use">
       <${ActionButton} id="use-recommended" label=${`Use ${best.title}`} />
     </div>`}
   `;

@@ -2,15 +2,19 @@
 import { doc } from "../../../core/document.js";
 import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { snapshot, step } from "../../../core/state.js";
+import { editing, snapshot } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
+import { askedHeight, isHeightUnknown } from "../camera_height.js";
 import { preview, refusal, stale } from "../fitting.js";
 import { isSaved } from "../../versions/versions.js";
 import { Distortion } from "./distortion.js";
 import { LEVEL } from "./levels.js";
-import { ModelTable } from "./model_table.js";
+import { LensModel } from "./model.js";
+import { OptionField } from "./options.js";
 import { Residuals } from "./residuals.js";
 import { Fixes, Warnings } from "./warnings.js";
+
+const USABLE_MM = 15; // an error above it is no figure where the height is a guess: app/evaluate/fit/report.py
 
 /** @param {{ report?: import("../../../core/types").Report }} props a saved version's report, else the present one */
 export function Verdict({ report }) {
@@ -27,11 +31,15 @@ export function Verdict({ report }) {
       ${it
         ? html`
           <div class="big">
-            ${mm(it.verdict.mm)}
-            <small>
-              ${" "}
-              mm ${it.sigma_mm && it.verdict.mm === it.sigma_mm.rms ? "expected error" : "held-out error"}
-            </small>
+            ${it.verdict.level === "unknown"
+              ? "?"
+              : html`
+                ${mm(it.verdict.mm)}
+                <small>
+                  ${" "}
+                  mm ${it.sigma_mm && it.verdict.mm === it.sigma_mm.rms ? "expected error" : "inside the field"}
+                </small>
+              `}
           </div>
           <p>
             <b class=${`level ${it.verdict.level}`}>${LEVEL[it.verdict.level]}.</b> ${it.verdict.sentence}
@@ -44,8 +52,10 @@ export function Verdict({ report }) {
                   <dt>carpet</dt>
                 </div>
                 ${it.sigma_mm.hat && html`<div>
-                  <dd>${mm(it.sigma_mm.hat.rms)} mm</dd>
-                  <dt>hats, ${it.sigma_mm.hat.z_mm} mm</dt>
+                  <dd data-testid="robot-tops">
+                    ${isHeightUnknown(it) && it.sigma_mm.hat.rms > USABLE_MM ? "?" : `${mm(it.sigma_mm.hat.rms)} mm`}
+                  </dd>
+                  <dt>robot tops, ${it.sigma_mm.hat.z_mm} mm</dt>
                 </div>`}
               `
               : html`
@@ -85,6 +95,10 @@ export function Verdict({ report }) {
           </p>
         `}
     </div>
+    ${!report && askedHeight.value && html`<div class="question" data-testid="camera-height">
+      <h3>Camera height</h3>
+      <${OptionField} option=${askedHeight.value} />
+    </div>`}
     ${it && html`<${Warnings} warnings=${it.warnings} canFix=${!report || isSaved.value} />`}
   </section>`;
 }
@@ -95,7 +109,7 @@ export function Verdict({ report }) {
  */
 export const Figures = ({ report }) => html`
   <${Verdict} report=${report} />
-  ${step.value === "model" && html`<${ModelTable} />`}
+  ${editing.value && html`<${LensModel} />`}
   <${Distortion} report=${report} />
   ${(report || doc.value.observations.length > 0) && html`<${Residuals} />`}
 `;

@@ -1,7 +1,7 @@
 // Whether the camera has moved: a sentence, an alarm with its one button, and the result of re-registration.
 import { clock, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { addressOf } from "../../../core/page.js";
+import { addressOf, calibrateAddress } from "../../../core/page.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Working } from "../../../ui/working.js";
@@ -78,7 +78,7 @@ function RegisteredVersion() {
       <button type="button" data-testid="use-registered" onClick=${() => void useRegistered()}>
         Activate version ${it.made.version}
       </button>
-      <a data-testid="look-at-registered" href=${`#/${it.made.snapshot}/compare`}>
+      <a data-testid="look-at-registered" href=${calibrateAddress(it.made.snapshot, "verify")}>
         Look at it on its picture
       </a>
       <a data-testid="compare-registered" href=${addressOf({ name: "versions", argument: it.camera })}>

@@ -3,8 +3,8 @@ import { useEffect, useState } from "preact/hooks";
 import { ACTIONS, run } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
 import { openManual } from "../../../core/manual.js";
-import { help } from "../../../core/state.js";
-import { STOPS, go, leaveTour, stop, takeTour, tour } from "../tour.js";
+import { help, lensOpen } from "../../../core/state.js";
+import { STOPS, firstStop, go, leaveTour, stop, takeTour, tour } from "../tour.js";
 import { steps } from "../../shell/steps.js";
 
 const LOOK_MS = 250,
@@ -17,7 +17,8 @@ export function Tour() {
     place = steps.value.find((s) => s.id === it.step);
   useEffect(() => {
     if (!on) return;
-    run(`step-${it.step}`); // as far as it is open
+    if (it.step !== "camera") run(`step-${it.step}`); // as far as it is open; no picture is closed for it
+    lensOpen.value = it.lens === true;
     const soon = setTimeout(
       () => find(it.at)?.scrollIntoView({ block: innerWidth <= NARROW_PX ? "start" : "nearest" }),
       LOOK_MS,
@@ -52,7 +53,7 @@ export function Tour() {
         </p>`
       )}
       <div class="line">
-        <button type="button" data-testid="tour-back" disabled=${at === 0} onClick=${() => go(-1)}>
+        <button type="button" data-testid="tour-back" disabled=${at <= firstStop()} onClick=${() => go(-1)}>
           Back
         </button>
         <button type="button" class="ahead" data-testid="tour-ahead" onClick=${() => go(1)}>

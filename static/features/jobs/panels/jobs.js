@@ -2,6 +2,7 @@
 import { call } from "../../../core/api.js";
 import { dayAndTime, number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { calibrateAddress } from "../../../core/page.js";
 import { notifyError } from "../../../core/state.js";
 import { openBoard, showLens } from "../../board/board.js";
 import { KINDS, cancelJob, isConnected, isOver, jobs, running } from "../job_list.js";
@@ -133,7 +134,7 @@ function Made({ job: { state, kind, made } }) {
 async function showVersion(id) {
   try {
     const { snapshot, camera } = await call("GET", `/calibrations/${id}`);
-    if (snapshot) location.hash = `#/${snapshot}/compare`;
+    if (snapshot) location.hash = calibrateAddress(snapshot, "verify");
     else openPage("versions", camera ?? "");
   } catch (error) {
     notifyError(error);

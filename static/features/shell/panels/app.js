@@ -7,7 +7,6 @@ import { opening } from "../../../core/router.js";
 import { atPair, camera, help, step } from "../../../core/state.js";
 import { Stage } from "../../../canvas/stage.js";
 import { BordersPanel } from "../../calibrate/panels/borders.js";
-import { ModelPanel } from "../../calibrate/panels/model.js";
 import { FieldPanel, FieldSummary, PictureAdvice, PictureHelp } from "../../calibrate/panels/picture.js";
 import { Presence } from "../../calibrate/panels/presence.js";
 import { Figures } from "../../calibrate/panels/verdict.js";
@@ -20,6 +19,7 @@ import { Tour } from "../../help/panels/tour.js";
 import { current } from "../steps.js";
 import { ComparePanel, VersionsPanel } from "../../versions/panels/versions.js";
 import { version } from "../../versions/versions.js";
+import { Checklist } from "../../verify/panels/checklist.js";
 import { Footer } from "./footer.js";
 import { Header } from "./header.js";
 import { Notices } from "./notices.js";
@@ -92,26 +92,25 @@ function Left() {
       return html`<section>
         <h2>How it goes</h2>
         <ol class="plain">
-          <li>Take or open a picture.</li>
-          <li>Say which field it shows, and which part.</li>
-          <li>Click along the four borders.</li>
-          <li>Look at the corrected picture.</li>
-          <li>Activate the version, or download it.</li>
+          <li>Choose a camera, or open an image.</li>
+          <li>Check the field type and the area the camera covers.</li>
+          <li>Check the detected lines. Add or move points where they are wrong.</li>
+          <li>Verify the result, and activate it.</li>
         </ol>
       </section>`;
-    case "picture":
+    case "field":
       return html`<${FieldPanel} />`;
-    case "borders":
+    case "points":
       return html`
         <${FieldSummary} />
         <${BordersPanel} />
       `;
-    case "model":
-      return html`<${ModelPanel} />`;
-    case "compare":
-      return html`<${ComparePanel} />`;
     default:
-      return html`<${VersionsPanel} />`;
+      return html`
+        <${Checklist} />
+        <${ComparePanel} />
+        <${VersionsPanel} />
+      `;
   }
 }
 
@@ -121,10 +120,9 @@ function Right() {
   switch (step.value) {
     case "camera":
       return html`<${PictureAdvice} />`;
-    case "picture":
+    case "field":
       return html`<${PictureHelp} />`;
-    case "borders":
-    case "model":
+    case "points":
       return html`<${Figures} />`;
     default:
       return version.value && html`<${Figures} report=${version.value.report} />`;

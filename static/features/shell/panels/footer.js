@@ -11,12 +11,12 @@ const KEYS = {
     ["O", "open a picture"],
     ["?", "all keys"],
   ],
-  picture: [
-    ["T", "turn the field"],
-    ["Enter", "next"],
+  field: [
+    ["T", "rotate the field 90°"],
+    ["Enter", "continue"],
     ["?", "all keys"],
   ],
-  borders: [
+  points: [
     ["click", "add"],
     ["drag", "move"],
     ["Alt", "no snap"],
@@ -25,12 +25,7 @@ const KEYS = {
     ["Ctrl Z", "undo"],
     ["?", "all keys"],
   ],
-  model: [
-    ["Ctrl S", "save and compare"],
-    ["Ctrl Z", "undo"],
-    ["?", "all keys"],
-  ],
-  compare: [
+  verify: [
     ["R", "raw"],
     ["W", "wipe"],
     ["C", "corrected"],
@@ -39,10 +34,6 @@ const KEYS = {
     ["L", "lines"],
     ["G", "grid"],
     ["E", "error"],
-    ["?", "all keys"],
-  ],
-  activate: [
-    ["Enter", "next"],
     ["?", "all keys"],
   ],
   pair: [

@@ -25,6 +25,16 @@ export function Header() {
       <${Logo} />
       <span>Touchline</span>
     </a>
+    ${snapshot.value && html`<button
+      type="button"
+      class="round"
+      data-testid="step-camera"
+      aria-label="Back to the cameras"
+      title="Back to the cameras"
+      onClick=${() => run("step-camera")}
+    >
+      ‹
+    </button>`}
     ${snapshot.value && html`<span class="pill" title="Where the picture comes from">
       ${camera.value?.name ?? "Picture from a file"}
       <small>

@@ -22,8 +22,8 @@ export function Start() {
   return html`<div class="start">
     <h1>Calibrate a camera</h1>
     <p class="dim">
-      Take a picture of the empty field, click along its four borders, and get field millimetres for every
-      pixel.
+      Choose a camera. Its field lines are detected automatically; check them, verify the result, and activate
+      it.
     </p>
     <div class="line">
       <${TourButton} />
@@ -66,7 +66,7 @@ export function Start() {
           <button
             type="button"
             data-testid=${`recent-${s.id}`}
-            onClick=${() => void openById(s.id, "borders")}
+            onClick=${() => void openById(s.id, "points")}
           >
             <span class="sr">Go on with the picture of </span>
             <img loading="lazy" alt="" src=${address(`/snapshots/${s.id}/image.jpg`)} />

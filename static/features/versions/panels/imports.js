@@ -1,7 +1,8 @@
 // Imports a calibration: a file chosen or dropped, options beside it, and the result.
-import { address, call } from "../../../core/api.js";
+import { address } from "../../../core/api.js";
 import { html } from "../../../core/html.js";
-import { busy, cameras, fields, notify, notifyError } from "../../../core/state.js";
+import { busy, cameras, fields } from "../../../core/state.js";
+import { activateCalibration } from "../activate.js";
 import { ACCEPTED, importFile, importMessage, importOptions, imported } from "../imports.js";
 
 /** @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
@@ -114,24 +115,10 @@ function Became() {
           Open its report
         </a>
         ${kept.camera && 
-          html`<button type="button" data-testid="import-activate" onClick=${() => void activate(kept)}>
+          html`<button type="button" data-testid="import-activate" onClick=${() => void activateCalibration(kept)}>
             Activate it
           </button>`}
       </div>`}
     </div>`
   );
-}
-
-/** @param {import("../imports.js").Kept} kept */
-async function activate({ id, version }) {
-  try {
-    await call("POST", `/calibrations/${id}/activate`);
-    notify({
-      level: "info",
-      text: `Version ${version} is active now.`,
-      fix: "The former one stays among the versions.",
-    });
-  } catch (error) {
-    notifyError(error);
-  }
 }

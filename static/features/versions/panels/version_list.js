@@ -3,11 +3,11 @@ import { useEffect } from "preact/hooks";
 import { address } from "../../../core/api.js";
 import { dayAndTime, mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { addressOf } from "../../../core/page.js";
+import { addressOf, calibrateAddress } from "../../../core/page.js";
 import { cameras, models } from "../../../core/state.js";
 import { Typed } from "../../../ui/typed.js";
+import { activateCalibration } from "../activate.js";
 import {
-  activateVersion,
   activeVersion,
   annotate,
   choose,
@@ -74,7 +74,8 @@ function RollBack() {
     <button
       type="button"
       data-testid="do-roll-back"
-      onClick=${() => void activateVersion({ id: before.calibration, version: before.version })}
+      onClick=${() =>
+        void activateCalibration({ id: before.calibration, version: before.version, camera: now.camera })}
     >
       Go back to version ${before.version}
     </button>
@@ -113,10 +114,10 @@ function Version({ it }) {
     />
     <div class="line wrap">
       ${camera && !active && 
-        html`<button type="button" data-testid="shelf-activate" onClick=${() => void activateVersion(it)}>
+        html`<button type="button" data-testid="shelf-activate" onClick=${() => void activateCalibration(it)}>
           Activate
         </button>`}
-      ${snapshot && html`<a href=${`#/${snapshot}/compare`} data-testid="shelf-open">
+      ${snapshot && html`<a href=${calibrateAddress(snapshot, "verify")} data-testid="shelf-open">
         Open its picture
       </a>`}
       <a href=${address(`/calibrations/${id}/report.html`)} target="_blank" rel="noopener">

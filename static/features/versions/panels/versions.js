@@ -6,9 +6,11 @@ import { addressOf } from "../../../core/page.js";
 import { camera } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
+import { Typed } from "../../../ui/typed.js";
 import { correctedAddress } from "../../../canvas/layers/compare.js";
 import { HeatPanel } from "../../compare/panels/heat.js";
-import { activate, isSaved, version, versions } from "../versions.js";
+import { activateCalibration } from "../activate.js";
+import { annotateVersion, isSaved, version, versions } from "../versions.js";
 import { ExportMenu } from "./exports.js";
 
 export function ComparePanel() {
@@ -18,7 +20,7 @@ export function ComparePanel() {
       <h2>Compare</h2>
       <p class="dim">Nothing is saved to compare yet.</p>
       <div class="line">
-        <${ActionButton} id="step-model" label="Go to model" />
+        <${ActionButton} id="step-points" label="Go to points" />
       </div>
     </section>`;
   const { before_pct, after_pct } = it.report.distortion;
@@ -50,7 +52,6 @@ export function ComparePanel() {
       </p>
     </section>
     <${HeatPanel} />
-    <${Downloads} />
   `;
 }
 
@@ -101,6 +102,24 @@ export function Downloads() {
   </section>`;
 }
 
+function Note() {
+  const it = version.value;
+  return (
+    it && html`<section aria-label="Note">
+      <h2>Note for version ${it.version}</h2>
+      <${Typed}
+        type="text"
+        data-testid="note"
+        maxlength="2000"
+        aria-label=${`Note for version ${it.version}`}
+        placeholder="after the lens was cleaned"
+        value=${it.note}
+        take=${(/** @type {string} */ text) => void annotateVersion(it, text)}
+      />
+    </section>`
+  );
+}
+
 export function VersionsPanel() {
   return html`
     <section aria-label="Versions">
@@ -120,7 +139,11 @@ export function VersionsPanel() {
             ${v.note && `, ${v.note}`}
           </small>
           ${camera.value && !v.active && 
-            html`<button type="button" data-testid=${`activate-${v.version}`} onClick=${() => void activate(v.id)}>
+            html`<button
+              type="button"
+              data-testid=${`activate-${v.version}`}
+              onClick=${() => void activateCalibration(v)}
+            >
               Activate
             </button>`}
         </li>`)}
@@ -137,6 +160,7 @@ export function VersionsPanel() {
         The picture is a file, so there is no camera to activate it for. Download it, or use it over REST.
       </p>`}
     </section>
+    <${Note} />
     <${Downloads} />
   `;
 }

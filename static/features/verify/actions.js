@@ -1,0 +1,49 @@
+// Activating the version on show: at once where every check is fine, else after a warning.
+import { computed, signal } from "@preact/signals";
+import { comparing } from "../../core/state.js";
+import { activateCalibration } from "../versions/activate.js";
+import { isSaved, version } from "../versions/versions.js";
+import { gate } from "./checks.js";
+
+/** The warning that is open: each time another one, so that a late event of a former one does not close it. */
+const warned = signal(/** @type {{ of: string } | null} */ (null));
+export const openWarning = computed(() =>
+  warned.value?.of === version.value?.id && comparing.value && gate.value === "warn" ? warned.value : null,
+);
+
+/** @param {{ of: string } | null} [warning] the one that is open, where none is named */
+export const closeWarning = (warning = warned.value) => {
+  if (warned.value === warning) warned.value = null;
+};
+
+/** Activate it whatever the checks say, and go back to the cameras. */
+export async function activateAnyway() {
+  const it = version.value;
+  closeWarning();
+  if (!it || !(await activateCalibration(it))) return;
+  if (comparing.value && version.value?.id === it.id) location.hash = "#/"; // nobody went elsewhere meanwhile
+}
+
+/** The primary button while the version is not active. */
+export const activationNextStep = computed(() => {
+  const name = `Activate version ${version.value?.version}`,
+    step = (/** @type {string} */ label, missing = "") => ({ action: "activate", label, missing });
+  if (!isSaved.value) return step(name, "The points have changed since this version was saved. Save them first.");
+  if (gate.value === "wait") return step("Checking…", "The checks of this version are not complete.");
+  return step(gate.value === "warn" ? `${name} anyway…` : name);
+});
+
+/** @type {import("../../core/actions.js").Action[]} */
+export const VERIFY_ACTIONS = [
+  {
+    id: "activate",
+    label: "Activate this version for its camera",
+    short: "Activate",
+    group: "Steps",
+    run: () => {
+      if (gate.value === "ok") void activateAnyway();
+      else if (version.value) warned.value = { of: version.value.id };
+    },
+    enabled: () => isSaved.value && !version.value?.active && gate.value !== "wait",
+  },
+];

@@ -1,0 +1,47 @@
+// What is wrong with a version, before it is activated all the same.
+import { useEffect, useRef } from "preact/hooks";
+import { html } from "../../../core/html.js";
+import { version } from "../../versions/versions.js";
+import { activateAnyway, closeWarning, openWarning } from "../actions.js";
+import { problems } from "../checks.js";
+
+export const ActivationWarning = () =>
+  openWarning.value ? html`<${Warning} key=${openWarning.value} warning=${openWarning.value} />` : null;
+
+/** @param {{ warning: { of: string } }} props */
+function Warning({ warning }) {
+  const dialog = useRef(/** @type {HTMLDialogElement | null} */ (null)),
+    close = () => closeWarning(warning);
+  useEffect(() => {
+    dialog.current?.showModal();
+    return close; // whoever goes elsewhere is not asked again on coming back
+  }, []);
+  return html`<dialog
+    ref=${dialog}
+    class="activation"
+    role="alertdialog"
+    data-testid="activation-warning"
+    aria-labelledby="activation-title"
+    aria-describedby="activation-problems"
+    onClose=${close}
+  >
+    <h2 id="activation-title">Version ${version.value?.version} has problems</h2>
+    <ul id="activation-problems" class="plain">
+      ${problems.value.map((c) => html`<li key=${c.id}>
+        <b>${c.title}.</b>${" "}
+        ${c.text}
+        ${" "}
+        ${c.fix}
+      </li>`)}
+    </ul>
+    <p class="dim">The camera will use this version for all positions until another version is activated.</p>
+    <div class="line">
+      <button type="button" data-testid="activate-cancel" onClick=${() => dialog.current?.close()}>
+        Cancel
+      </button>
+      <button type="button" class="anyway" data-testid="activate-anyway" onClick=${() => void activateAnyway()}>
+        Activate anyway
+      </button>
+    </div>
+  </dialog>`;
+}

@@ -1,0 +1,86 @@
+// How positions change against the active version: arrows over the covered area, magnified.
+import { mm, number } from "../../../core/format.js";
+import { html } from "../../../core/html.js";
+import { version } from "../../versions/versions.js";
+import { rectOf, turned } from "../../calibrate/field_sides.js";
+import { change } from "../checks.js";
+
+/** @typedef {import("../../../core/types").Point} Point */
+
+const EVERY = 4; // of the server's 25 × 19 places: as many arrows as can be told apart
+const REACH = 0.8; // of the distance between two arrows: so long is the longest
+const ARC_STEPS = 48;
+
+export function ChangeMap() {
+  const it = version.value,
+    now = change.value,
+    grid = now?.difference.grid;
+  const r = it?.field_definition.regions[it.region];
+  if (!it || !now || !grid || !r) return null;
+  const { lines, arcs } = it.field_definition,
+    rect = rectOf(r, it.rotate),
+    unit = Math.max(rect.width, rect.height) / 200, // one screen pixel, about
+    at = (/** @type {Point} */ p) => turned(p, it.rotate);
+  const arrows = sampled(grid),
+    longest = Math.max(...arrows.map(({ by }) => Math.hypot(...by))),
+    apart = (EVERY * Math.hypot(r.x[1] - r.x[0], r.y[1] - r.y[0])) / Math.hypot(24, 18),
+    times = roundDown((REACH * apart) / longest);
+  const { median_mm, max_mm, worst_place } = now.difference,
+    figures = `Median ${mm(median_mm)} mm, worst ${mm(max_mm)} mm`;
+  return html`<section aria-label=${`Change from ${now.from}`} data-testid="change-map">
+    <h2>Change from ${now.from}</h2>
+    <figure class="change">
+      <svg
+        viewBox=${`${rect.x - 8 * unit} ${rect.y - 8 * unit} ${rect.width + 16 * unit} ${rect.height + 16 * unit}`}
+        role="img"
+        aria-label=${`${figures}${worst_place ? ` at ${worst_place.map((v) => number(v, 0)).join(", ")} mm` : ""}`}
+      >
+        <clipPath id="change-area"><rect ...${rect} /></clipPath>
+        <rect class="carpet" ...${rect} />
+        <g class="paint" clip-path="url(#change-area)">
+          ${lines.map((l) => html`<path key=${l.name} d=${`M${at(l.from).join()}L${at(l.to).join()}`} />`)}
+          ${arcs.map((a) => html`<path key=${a.name} d=${`M${arcPoints(a).map((p) => at(p).join()).join("L")}`} />`)}
+        </g>
+        ${arrows.map(({ place, by }, i) => 
+          html`<path key=${i} class="arrow" d=${arrow(at(place), at([by[0] * times, by[1] * times]), 4 * unit)} />`)}
+      </svg>
+      <figcaption class="reason">
+        ${figures}. Arrows are drawn ${number(times, times < 1 ? 2 : 0)} times as long as the change on the field.
+      </figcaption>
+    </figure>
+  </section>`;
+}
+
+/** A few of the places, and how far each moves, mm. @param {NonNullable<import("../types").Difference["grid"]>} grid */
+const sampled = ({ places, mm_vector }) =>
+  places.flatMap((row, j) =>
+    row.flatMap((place, i) => {
+      const [x, y] = mm_vector[j][i] ?? [null, null];
+      const isShown = i % EVERY === 2 && j % EVERY === 1 && x !== null && y !== null;
+      return isShown ? [{ place, by: /** @type {Point} */ ([x, y]) }] : [];
+    }),
+  );
+
+/** 1, 2 or 5 times a power of ten. @param {number} value */
+function roundDown(value) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  return power * ([5, 2].find((step) => step * power <= value) ?? 1);
+}
+
+/** A shaft with a head at its end. @param {Point} from @param {Point} by @param {number} head @returns {string} */
+function arrow([x, y], [dx, dy], head) {
+  const length = Math.hypot(dx, dy) || 1,
+    size = Math.min(head, length / 2),
+    [ex, ey] = [x + dx, y + dy],
+    [ux, uy] = [(dx / length) * size, (dy / length) * size];
+  const wing = (/** @type {number} */ side) => `${ex - ux + side * uy * 0.6},${ey - uy - side * ux * 0.6}`;
+  return `M${x},${y}L${ex},${ey}M${wing(1)}L${ex},${ey}L${wing(-1)}`;
+}
+
+/** @param {import("../../../core/types").Arc} a @returns {Point[]} */
+function arcPoints({ centre, radius_mm, start_deg, end_deg }) {
+  return Array.from({ length: ARC_STEPS + 1 }, (_, i) => {
+    const angle = (start_deg + ((end_deg - start_deg) * i) / ARC_STEPS) * (Math.PI / 180);
+    return [centre[0] + radius_mm * Math.cos(angle), centre[1] + radius_mm * Math.sin(angle)];
+  });
+}

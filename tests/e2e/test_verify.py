@@ -1,0 +1,165 @@
+"""Verify and activate: what is checked of a saved version, and that a bad one is not activated by mistake."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from app.core.field_json import field_from_json
+from app.sources import SourceContext, source_from_url
+from tests.e2e.conftest import LONG_MS
+from tests.support.axe import axe_path, grave
+from tests.support.demo_cameras import CAMERAS
+from tests.support.sim_clicks import border_clicks
+from tests.support.waiting import until
+
+TAPED = {"height_mm": {"value": 5000, "sigma": 20}}  # as the demo's overhead camera is placed
+EAST = {"height_mm": {"value": 4000, "sigma": 20}}
+NOISE_PX = 0.1  # as found by the program
+DEMO = {"overhead": CAMERAS[0], "east": CAMERAS[1]}
+
+
+@pytest.fixture
+def kept(server):
+    """A function that saves a version of a fresh picture of a demo's camera: its borders are clicked."""
+    def kept(camera: str, model: str, **options) -> dict:
+        settings = DEMO[camera]
+        field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
+        source = source_from_url(settings["source"], SourceContext(fields={field.name: field}))
+        region = field.region(settings["region"])
+        taken = until(lambda: server.api("POST", "/snapshots", json={"camera": camera}),
+                      lambda answer: answer.status_code != 503)  # until then the camera's process is starting
+        answer = server.api("POST", "/calibrations", json={
+            "field": field.name, "region": region.name, "model": model, "options": options,
+            "snapshot": taken.json()["id"], "camera": camera, "observations": [
+                {"feature": name, "kind": "line", "points": points[1:-1].tolist()}
+                for name, points in border_clicks(source.camera, region, 9, NOISE_PX).items()]})
+        assert answer.ok, answer.text
+        return answer.json()
+
+    return kept
+
+
+@pytest.fixture
+def before(arriving):
+    """A function that puts the operator before a saved version, where it is activated."""
+    def before(version: dict):
+        arriving.page.add_init_script(path=axe_path())
+        draft = {name: version[name] for name in ("field", "region", "options", "observations")}
+        return arriving.go_on(version["snapshot"], {**draft, "model": version["model"]["name"]}, "activate")
+
+    return before
+
+
+def activate(server, version: dict) -> None:
+    assert server.api("POST", f"/calibrations/{version['id']}/activate").ok
+
+
+def active(server) -> str | None:
+    return server.api("GET", "/cameras/overhead").json()["active_calibration"]
+
+
+def state(page, check: str, wanted: str):
+    item = page.get_by_test_id(f"check-{check}")
+    expect(item).to_have_attribute("data-state", wanted, timeout=LONG_MS)
+    return item
+
+
+def shot(page, path) -> None:
+    """Both themes, the whole checklist."""
+    page.set_viewport_size({"width": 1280, "height": 1500})
+    for theme in ("dark", "light"):
+        page.emulate_media(color_scheme=theme)
+        page.wait_for_timeout(300)
+        page.screenshot(path=path.with_stem(f"{path.stem}-{theme}"))
+    page.emulate_media(color_scheme="dark")
+    page.set_viewport_size({"width": 1280, "height": 800})
+
+
+def test_a_good_version_is_ready_and_is_activated_by_the_primary_button(kept, before, server, tmp_path):
+    activate(server, kept("east", "brown-conrady", **EAST))
+    activate(server, kept("overhead", "polynomial"))
+    good = kept("overhead", "brown-conrady", **TAPED)
+    operator = before(good)
+    page = operator.page
+    expect(page.get_by_test_id("next")).to_have_text(f"Activate version {good['version']}", timeout=LONG_MS)
+    expect(page.get_by_test_id("headline")).to_have_text("Ready to activate")
+    expect(state(page, "lines", "ok")).to_contain_text("9 of 9 lines")
+    expect(state(page, "accuracy", "note")).to_contain_text("Usable accuracy")
+    expect(state(page, "model", "ok")).to_contain_text("Brown–Conrady")
+    expect(state(page, "height", "ok")).to_contain_text("5.0 m, tilt")
+    expect(state(page, "neighbour-east", "ok")).to_contain_text("mm")
+    expect(page.get_by_test_id("check-lens")).to_have_count(0)  # the active one has no lens
+    expect(state(page, "difference", "note")).to_contain_text("worst place")
+    expect(page.get_by_test_id("check-export")).not_to_have_attribute("data-state", "running", timeout=LONG_MS)
+    expect(page.get_by_test_id("change-map")).to_contain_text("Arrows are drawn")
+    assert not grave(page)
+    shot(page, tmp_path / "ready.png")
+    page.get_by_test_id("stage").focus()
+    page.keyboard.press("Enter")  # once too often
+    page.reload()  # the place is kept
+    operator.is_at("activate")
+    expect(page.get_by_test_id("headline")).to_have_text("Ready to activate", timeout=LONG_MS)
+    assert active(server) != good["id"]
+    page.get_by_test_id("next").click()
+    expect(page.get_by_test_id("notice").last).to_contain_text(f"Version {good['version']} of Overhead")
+    expect(page.get_by_test_id("camera-overhead")).to_be_visible()
+    expect(page).to_have_url(re.compile(r"#/$"))
+    assert active(server) == good["id"]
+
+
+def test_a_bad_version_is_activated_only_after_a_warning(kept, before, server, tmp_path):
+    good = kept("overhead", "brown-conrady", **TAPED)
+    activate(server, good)
+    bad = kept("overhead", "polynomial")  # by its borders alone: lines inside the field are misplaced
+    page = before(bad).page
+    primary, warning = page.get_by_test_id("next"), page.get_by_test_id("activation-warning")
+    expect(primary).to_have_text(f"Activate version {bad['version']} anyway…", timeout=LONG_MS)
+    expect(page.get_by_test_id("headline")).to_contain_text("Not ready")
+    for check in ("lines", "accuracy", "model"):
+        state(page, check, "bad")
+    state(page, "height", "note")
+    shot(page, tmp_path / "not-ready.png")
+    primary.focus()
+    page.keyboard.press("Enter")
+    expect(warning).to_be_visible()
+    expect(page.get_by_test_id("activate-cancel")).to_be_focused()
+    expect(warning).to_contain_text(re.compile("Field lines (are misplaced|not detected)"))  # as the robots cover them
+    assert not grave(page)
+    page.screenshot(path=tmp_path / "warning.png")
+    page.emulate_media(color_scheme="light")
+    page.screenshot(path=tmp_path / "warning-light.png")
+    page.keyboard.press("1")  # keys of the page are not meant
+    page.keyboard.press("Escape")
+    expect(warning).to_have_count(0)
+    expect(primary).to_be_focused()
+    assert active(server) == good["id"]
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id("activate-cancel")).to_be_focused()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id("notice").last).to_contain_text(f"Version {bad['version']} of Overhead")
+    expect(page).to_have_url(re.compile(r"#/$"))
+    assert active(server) == bad["id"]
+
+
+def test_leaving_ends_the_checks_and_a_refused_one_is_unknown(kept, before, server):
+    version = kept("overhead", "brown-conrady", **TAPED)
+    operator = before(version)
+    page = operator.page
+    expect(page.get_by_test_id("headline")).not_to_have_text("Checking…", timeout=LONG_MS)
+    page.route("**/calibrations/*/check?job=true", lambda route: route.fulfill(
+        status=503, json={"detail": "The server is busy.", "fix": "Try again."}))
+    page.route("**/calibrations/*/exports", lambda route: None)  # never answered
+    page.reload()
+    operator.is_at("activate")
+    expect(state(page, "lines", "unknown")).to_contain_text("The server is busy. Try again.")
+    state(page, "export", "running")
+    expect(page.get_by_test_id("next")).not_to_have_text("Checking…")  # it cannot turn out bad
+    page.unroute("**/calibrations/*/check?job=true")
+    page.unroute("**/calibrations/*/exports")
+    page.get_by_test_id("step-points").click()
+    expect(page.get_by_test_id("checklist")).to_have_count(0)
+    page.get_by_test_id("step-verify").click()
+    state(page, "lines", "ok")
+    expect(page.get_by_test_id("check-export")).not_to_have_attribute("data-state", "running", timeout=LONG_MS)
