@@ -8,11 +8,14 @@ Beside the fitters: board/ (a lens from a calibration board), plumb_line/ (a len
 cameras' relative pose), field_lines/ (a camera from detected lines, without clicks), image_motion (a bumped camera).
 """
 
+from collections.abc import Mapping
+from typing import Any
+
 from app.core.registry import Registry
 from app.fitting.contract import Fitter, Sensitivity
 from app.models import CameraModel
 
-__all__ = ["FITTERS", "Fitter", "Sensitivity", "sensitivity_of"]
+__all__ = ["FITTERS", "Fitter", "Sensitivity", "known_options", "sensitivity_of"]
 
 FITTERS = Registry("camera model", {
     "polynomial": "app.fitting.polynomial.fit:PolynomialFitter",  # four border curves, then the relation to mm
@@ -28,3 +31,9 @@ FITTERS = Registry("camera model", {
 def sensitivity_of(model: CameraModel) -> Sensitivity | None:
     """Return how the model's view moves with its parameters; None where it has no common parameters."""
     return FITTERS[model.NAME].sensitivity(model)
+
+
+def known_options(name: str, options: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return those of the options that a model's fitter has."""
+    known = {option.name for option in FITTERS[name].OPTIONS}
+    return {key: value for key, value in (options or {}).items() if key in known}

@@ -50,15 +50,16 @@ class CalibrationResult:
 def calibrate(observations: Observations, field: Field, region: Region, image_size: ImageSize,
               model: str = "polynomial", options: Mapping[str, Any] | None = None,
               progress: Progress = no_progress, *, cross_validate: bool = True,
-              freer: Callable[[], Fit | None] | None = None) -> CalibrationResult:
+              freer: Callable[[], Fit | None] | None = None, fitted: Fit | None = None) -> CalibrationResult:
     """Fit a model to the observations and evaluate it. cross_validate=False is quick, for while a point is dragged.
 
-    freer: how to find the lens that another model is held against, where that was done before.
+    freer: how to find the lens that another model is held against, where that was done before. fitted: the fit, where
+    it is made already.
     """
     for observation in observations:
         field.feature(observation.feature, region)  # an unknown name is refused before anything is computed
     first, second = subprogress(progress, 0.0, 0.5), subprogress(progress, 0.5, 1.0)
-    fit = FITTERS[model].fit(observations, field, region, image_size, options, first)
+    fit = fitted or FITTERS[model].fit(observations, field, region, image_size, options, first)
     if not cross_validate:
         return CalibrationResult(fit, report(fit, observations, field, region, None))
     held_out = held_out_mm(fit, observations, field, region, image_size, options, second)

@@ -14,6 +14,7 @@ from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Observations, observations_from_json
+from app.fitting import known_options
 from app.models import MODELS, parameters_json
 from app.workflows import calibration, model_choice
 from app.workflows.calibration import CalibrationResult
@@ -90,12 +91,11 @@ class CalibrationRequest:
 
     def preview(self, progress: Progress = no_progress, *, cross_validate: bool = True) -> CalibrationResult:
         """Fit and evaluate while points are moved: the model "auto" is the most probable lens, at once."""
-        model, options = self.model, self.options
-        if model == AUTO:
-            model = model_choice.most_probable(self.observations, self.field, self.region, self.image_size, options)
-            options = model_choice.known_options(model, options)
-        return calibration.calibrate(self.observations, self.field, self.region, self.image_size, model, options,
-                                     progress, cross_validate=cross_validate)
+        if self.model == AUTO:
+            return model_choice.calibrate_most_probable(self.observations, self.field, self.region, self.image_size,
+                                                        self.options, progress, cross_validate=cross_validate)
+        return calibration.calibrate(self.observations, self.field, self.region, self.image_size, self.model,
+                                     self.options, progress, cross_validate=cross_validate)
 
     def compare(self, models: list[str] | None, progress: Progress = no_progress) -> dict[str, Any]:
         """Rank several models (all where none are named) on the same observations."""
@@ -109,7 +109,7 @@ class CalibrationRequest:
             region=self.region.name, rotate=self.region.rotate_deg, model_name=done.model.NAME,
             model_parameters=parameters_json(done.model), image_size=self.image_size,
             corrected_size=done.model.corrected_size, observations=tuple(o.to_json() for o in self.observations),
-            options=dict(self.options) if self.model != AUTO else model_choice.known_options(
+            options=dict(self.options) if self.model != AUTO else known_options(
                 done.model.NAME, self.options), report=done.report, created_at="",
             software=f"touchline {__version__}", snapshot=self.snapshot, image_sha256=self.image_sha256,
             parent=parent, note=self.note))

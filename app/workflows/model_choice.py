@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
+from itertools import chain
 from typing import Any, NamedTuple
 
 from app.core.errors import FitFailed
@@ -11,8 +12,8 @@ from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
 from app.core.records import Observations
 from app.evaluate.fit.comparison import FittedModel, compare_models, parameter_count
-from app.evaluate.fit.contradiction import freer_lens
-from app.fitting import FITTERS
+from app.evaluate.fit.contradiction import OWN, freer_lens
+from app.fitting import known_options
 from app.models import MODELS
 from app.workflows.calibration import CalibrationResult, calibrate, subprogress
 
@@ -59,26 +60,24 @@ def calibrate_recommended(observations: Observations, field: Field, region: Regi
                           progress: Progress = no_progress) -> CalibrationResult:
     """Calibrate with the model that the comparison of all recommends; why stands in the report's "model_choice".
 
-    Where nothing can be recommended, with the most probable lens.
+    Where nothing can be recommended, with the first of the ladder's lenses that was fitted, else with any model.
     """
     ranked = compare(observations, field, region, image_size, None, options, progress)
-    name = ranked.ranking["recommended"] or most_probable(observations, field, region, image_size, options)
-    made = ranked.calibrations[name]
+    wanted = (ranked.ranking["recommended"], *chain(*LADDER), *ranked.calibrations)
+    made = next(ranked.calibrations[name] for name in wanted if name in ranked.calibrations)
     choice = {key: ranked.ranking[key] for key in ("recommended", "reason", "ranking")}
     return replace(made, report={**made.report, "model_choice": choice})
 
 
-def most_probable(observations: Observations, field: Field, region: Region, image_size: ImageSize,
-                  options: Mapping[str, Any] | None = None) -> str:
-    """Return the model that the recommended one most likely is, without a cross-validation: while points are moved.
+def calibrate_most_probable(observations: Observations, field: Field, region: Region, image_size: ImageSize,
+                            options: Mapping[str, Any] | None = None, progress: Progress = no_progress, *,
+                            cross_validate: bool = True) -> CalibrationResult:
+    """Calibrate with the lens that most likely is recommended in the end, at once: while points are moved.
 
-    Where no lens can be fitted, the first of the ladder, whose refusal says what is missing.
+    Where no lens can be fitted, the first of the ladder says what is missing.
     """
     lens = freer_lens(observations, field, region, image_size, options)
-    return LADDER[0][0] if lens is None else lens.model.NAME
-
-
-def known_options(name: str, options: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return those of the options that a model has."""
-    known = {option.name for option in FITTERS[name].OPTIONS}
-    return {key: value for key, value in (options or {}).items() if key in known}
+    name = LADDER[0][0] if lens is None else lens.model.NAME
+    mine = known_options(name, options)
+    return calibrate(observations, field, region, image_size, name, mine, progress, cross_validate=cross_validate,
+                     fitted=None if {*mine} & {*OWN} else lens)

@@ -41,3 +41,9 @@ export const clock = (when) => new Date(when).toLocaleTimeString([], { hour: "2-
 /** @param {string} when */
 export const dayAndTime = (when) =>
   new Date(when).toLocaleString([], { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" });
+
+/** A length that reads well, at or below: 0.2, 0.5, 1 … @param {number} value */
+export function roundDown(value) {
+  const ten = 10 ** Math.floor(Math.log10(value));
+  return ([5, 2, 1].find((f) => f * ten <= value) ?? 1) * ten;
+}

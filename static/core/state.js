@@ -1,5 +1,5 @@
 // State of the page besides the document: lists from the server, the picture, what is selected and shown.
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { doc, pointsOf } from "./document.js";
 
 /** @typedef {import("./types").Pick} Pick */
@@ -9,6 +9,10 @@ export const step = signal(/** @type {import("./types").StepId} */ ("camera"));
 export const fields = signal(/** @type {import("./types").Field[]} */ ([]));
 export const models = signal(/** @type {import("./types").Model[]} */ ([]));
 export const cameras = signal(/** @type {import("./types").Camera[]} */ ([]));
+/** The first camera that has no active version yet, else the first of all. */
+export const nextCamera = computed(
+  () => cameras.value.find((c) => !c.active_calibration) ?? cameras.value[0] ?? null,
+);
 export const snapshots = signal(/** @type {import("./types").Snapshot[]} */ ([]));
 /** The picture that is being worked on. */
 export const snapshot = signal(/** @type {import("./types").Snapshot | null} */ (null));
@@ -52,8 +56,17 @@ export const automaticModel = signal(/** @type {string | null} */ (null));
 export const modelName = computed(() => doc.value.model ?? automaticModel.value);
 export const model = computed(() => models.value.find((m) => m.name === modelName.value) ?? null);
 export const editing = computed(() => snapshot.value !== null && step.value === "points");
-/** Whether the lens models and their options are unfolded, beside the points. */
-export const lensOpen = signal(false);
+const LENS_OPEN = "touchline.lens-open";
+/** Whether the lens models and their options are unfolded, beside the points; a reload leaves them so. */
+export const lensOpen = signal(sessionStorage.getItem(LENS_OPEN) === "true");
+effect(() => {
+  const isOpen = String(lensOpen.value);
+  try {
+    sessionStorage.setItem(LENS_OPEN, isOpen);
+  } catch {
+    /* until the reload, then */
+  }
+});
 
 /**
  * Whether a feature of the field is one spot, or anywhere along a line.

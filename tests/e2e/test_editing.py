@@ -123,7 +123,7 @@ def test_the_wheel_zooms_about_the_pointer_and_space_pans(editing):
 def test_the_curve_is_redrawn_in_the_frame_of_the_move(operator, straight_picture, frame_points):
     page = operator.page
     # A parabola through three points follows each; among many, one far off would be a stray and bend nothing.
-    operator.open(straight_picture, "table", "full").click("left", frame_points["left"][:3])
+    operator.open(straight_picture, "table", "full").use_model("polynomial").click("left", frame_points["left"][:3])
     page.get_by_test_id("degree").select_option("2")
     expect(page.get_by_test_id("degree-reason")).to_contain_text("degree 2")
     page.mouse.move(*operator.spot(80, 140))

@@ -49,8 +49,8 @@ def test_who_leaves_the_step_stops_the_comparison_though_it_is_only_being_asked_
     with holding(page, COMPARE, "POST") as asked:
         clicked("division")
         wait_until_held(page, asked)
-        page.get_by_test_id("step-points").click()
-        expect(page.get_by_test_id("step-points")).to_have_attribute("aria-current", "step")
+        page.get_by_test_id("step-field").click()
+        expect(page.get_by_test_id("step-field")).to_have_attribute("aria-current", "step")
     newest_job(server, "comparison", "cancelled", besides=before)
 
 

@@ -60,7 +60,31 @@ def test_from_the_first_page_by_the_primary_button_alone_to_an_active_calibratio
     made = next(c for c in own_server.api("GET", "/calibrations").json()["items"] if c["id"] not in before)
     carpet_mm, hat_mm = true_mm(own_server, made)
     assert carpet_mm < TRUE_MM and hat_mm < TRUE_MM, (carpet_mm, hat_mm)
+    expect(go).to_have_text(re.compile("Calibrate East"))  # the next one that has no active version
+    go.click()
+    arriving.is_at("points")
+    assert own_server.api("GET", f"/snapshots/{arriving.snapshot}").json()["camera"] == "east"
     assert refused == []
+
+
+def test_saving_says_how_far_it_is_and_can_be_stopped(clicked):
+    """An automatic model is a comparison of all of them."""
+    operator = clicked("brown-conrady", "points", change=lambda draft: draft.update(model=None))
+    page, held = operator.page, []
+    go = page.get_by_test_id("next")
+    expect(go).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)
+    page.route("**/calibrations?job=true", lambda route: held.append(route))
+    go.click()
+    expect(go).to_have_text("Saving…")
+    page.get_by_test_id("do-stop-saving").click()
+    held[0].continue_()
+    expect(go).to_have_text("Continue", timeout=LONG_MS)
+    operator.is_at("points")
+    expect(page.get_by_test_id("do-stop-saving")).to_have_count(0)
+    listed = operator.server.api("GET", "/calibrations?brief=true").json()["items"]
+    assert operator.snapshot not in {version["snapshot"] for version in listed}
+    page.unroute("**/calibrations?job=true")
+    operator.next("verify")
 
 
 SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)

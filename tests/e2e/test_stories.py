@@ -113,9 +113,9 @@ def test_a_version_that_is_asked_for_twice_is_saved_once(operator, server, strai
         operator.click(feature, frame_points[feature])
     operator.next("model")
     expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)
-    page.route("**/api/v1/calibrations", lambda route: held.append(route))
+    page.route("**/api/v1/calibrations?job=true", lambda route: held.append(route))
     until(lambda: page.keyboard.press("Control+s") or page.wait_for_timeout(500) or held, bool)
-    expect(page.get_by_test_id("next")).to_have_text("Saving the calibration…")
+    expect(page.get_by_test_id("next")).to_have_text("Saving…")
     page.keyboard.press("Control+s")
     page.wait_for_timeout(300)  # for a second request
     for route in held:

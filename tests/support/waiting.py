@@ -85,5 +85,6 @@ def jobs_so_far(server) -> set[str]:
 
 def newest_job(server, kind: str, state: str, seconds: float = LONG_S, besides: Collection[str] = ()) -> dict:
     """The newest job, once it is of this kind and in this state and none of those that were there before."""
-    return until(lambda: server.api("GET", "/jobs").json()["items"][0],
-                 lambda job: (job["kind"], job["state"]) == (kind, state) and job["id"] not in besides, seconds)
+    return until(lambda: next(iter(server.api("GET", "/jobs").json()["items"]), None),  # of a new server there is none
+                 lambda job: job is not None and (job["kind"], job["state"]) == (kind, state)
+                 and job["id"] not in besides, seconds)

@@ -19,7 +19,7 @@ from app.evaluate.fit.difference import difference_mm
 from app.evaluate.fit.reach import reach_warnings
 from app.evaluate.fit.residuals import feature_residuals, rms
 from app.evaluate.fit.uncertainty import grid_over
-from app.fitting import FITTERS
+from app.fitting import FITTERS, known_options
 from app.models import RayModel
 from app.models.ray_camera import RayCamera
 
@@ -49,10 +49,9 @@ def freer_lens(observations: Observations, field: Field, region: Region, image_s
     """Fit the lenses that bend freely to the points; return the most probable one, None where none can be fitted."""
     fits = []
     for name in FREER:
-        known = {option.name for option in FITTERS[name].OPTIONS} - set(OWN)
+        others = {key: value for key, value in known_options(name, options).items() if key not in OWN}
         try:
-            fits.append(FITTERS[name].fit(observations, field, region, image_size, {
-                key: value for key, value in (options or {}).items() if key in known}))
+            fits.append(FITTERS[name].fit(observations, field, region, image_size, others))
         except TouchlineError:
             continue
     reaching = [fit for fit in fits if not reach_warnings(fit.model, region, field.hat_height_mm)] or fits

@@ -1,6 +1,8 @@
 // The region as it lies in the corrected picture: where its sides are, and which painted line each border is.
 import { field, region, rotation } from "../../core/state.js";
 
+const ARC_STEPS = 48;
+
 /**
  * @typedef {import("../../core/types").Point} Point
  * @typedef {import("../../core/types").Border} Border
@@ -72,3 +74,11 @@ export function lineUnder(border) {
 
 /** @param {number} v @param {number} a @param {number} b */
 const between = (v, a, b) => v >= Math.min(a, b) - 1 && v <= Math.max(a, b) + 1;
+
+/** Places along an arc, field mm. @param {import("../../core/types").Arc} a @returns {Point[]} */
+export function arcPoints({ centre, radius_mm, start_deg, end_deg }) {
+  return Array.from({ length: ARC_STEPS + 1 }, (_, i) => {
+    const angle = (start_deg + ((end_deg - start_deg) * i) / ARC_STEPS) * (Math.PI / 180);
+    return [centre[0] + radius_mm * Math.cos(angle), centre[1] + radius_mm * Math.sin(angle)];
+  });
+}

@@ -1,7 +1,7 @@
 // Actions that bring a picture to the page, and that turn its field.
 import { filePicker } from "../../core/actions.js";
 import { change, doc } from "../../core/document.js";
-import { cameras, region, rotation, snapshot } from "../../core/state.js";
+import { nextCamera, region, rotation, snapshot } from "../../core/state.js";
 import { backgroundProgress, takePicture } from "./pictures.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
@@ -12,8 +12,8 @@ export const PICTURE_ACTIONS = [
     label: "Take a new picture with the same camera",
     short: "Take a new picture",
     group: "Pictures",
-    run: () => void takePicture(snapshot.value?.camera ?? cameras.value[0]?.id),
-    enabled: () => Boolean(snapshot.value?.camera ?? cameras.value.length),
+    run: () => void takePicture(snapshot.value?.camera ?? nextCamera.value?.id ?? ""),
+    enabled: () => Boolean(snapshot.value?.camera ?? nextCamera.value),
   },
   {
     id: "stop-watching",

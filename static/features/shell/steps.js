@@ -10,7 +10,7 @@ import {
   atPair,
   atStraight,
   camera,
-  cameras,
+  nextCamera,
   region,
   snapshot,
   step,
@@ -103,9 +103,6 @@ function verifyState() {
 
 export const current = computed(() => steps.value.find((s) => s.id === step.value) ?? START);
 
-/** The first camera that has no active version yet. */
-export const uncalibrated = computed(() => cameras.value.find((c) => !c.active_calibration) ?? null);
-
 /** The primary button: which action, in which words, and why not yet. */
 export const nextAction = computed(() => {
   /** @param {string} action @param {string} label @param {string} [missing] */
@@ -117,8 +114,8 @@ export const nextAction = computed(() => {
       if (atBoard.value) return boardNextStep.value;
       if (atStraight.value) return straightNextStep.value;
       if (atPair.value) return pairNextStep.value;
-      return cameras.value.length
-        ? thing("take", `Calibrate ${(uncalibrated.value ?? cameras.value[0]).name}`)
+      return nextCamera.value
+        ? thing("take", `Calibrate ${nextCamera.value.name}`)
         : thing("open", "Open an image…");
     case "field":
       return thing("step-points", "Continue", region.value ? "" : current.value.sentence);

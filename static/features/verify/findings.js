@@ -2,6 +2,7 @@
 import { mm, number, plural, words } from "../../core/format.js";
 import { calibrateAddress } from "../../core/page.js";
 import { models } from "../../core/state.js";
+import { robotTopsMm } from "../calibrate/camera_height.js";
 
 /**
  * @typedef {import("./types").Check} Check
@@ -71,15 +72,17 @@ const ACCURACY = {
 export function accuracyFinding(it) {
   const { level } = it.report.verdict,
     hat = it.report.sigma_mm?.hat,
+    tops = robotTopsMm(it.report),
     isBad = STATES[level] === "bad";
   return check({
     id: "accuracy",
     state: STATES[level],
     title: ACCURACY[level],
     value: level === "unknown" ? "?" : `${mm(it.report.verdict.mm)} mm`,
-    text: hat
-      ? `At robot tops (${number(hat.z_mm, 0)} mm): ${mm(hat.rms)} mm.`
-      : "At robot tops: unknown.",
+    text:
+      hat && tops !== null
+        ? `At robot tops (${number(hat.z_mm, 0)} mm): ${mm(tops)} mm.`
+        : "At robot tops: unknown.",
     fix: isBad ? "Add points on lines inside the field, or use another lens model." : "",
     href: isBad ? pointsAddress(it) : "",
   });

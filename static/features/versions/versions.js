@@ -2,6 +2,7 @@
 import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { doc, isEqual } from "../../core/document.js";
+import { Stopped, runJob } from "../../core/jobs.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { busy, models, notifyError, rotation, snapshot, step } from "../../core/state.js";
 import { fitBody } from "../calibrate/fitting.js";
@@ -10,6 +11,8 @@ import { fitBody } from "../calibrate/fitting.js";
 export const version = signal(/** @type {import("../../core/types").Calibration | null} */ (null));
 export const versions = signal(/** @type {import("../../core/types").Calibration[]} */ ([]));
 export const revision = signal(0);
+/** The way to stop the saving that is under way: an automatic model is a comparison of all. */
+export const saving = signal(/** @type {AbortController | null} */ (null));
 
 /** Whether the saved version is what the document says now. */
 export const isSaved = computed(() => {
@@ -50,20 +53,26 @@ const plain = ({ feature, kind, points, z_mm = 0 }) => [feature, kind, points, z
 export async function saveVersion() {
   if (busy.value) return; // asked for twice, it would be two versions
   if (!isSaved.value) {
-    busy.value = "Saving the calibration…";
-    const picture = snapshot.value?.id;
+    busy.value = "Saving…";
+    const picture = snapshot.value?.id,
+      stop = new AbortController();
+    saving.value = stop;
     try {
       const camera = snapshot.value?.camera;
       const body = { ...fitBody(doc.value), ...(camera ? { camera } : {}) };
-      const saved = await call("POST", "/calibrations", body);
+      const { calibration } = await runJob("/calibrations?job=true", body, stop.signal, ({ progress }) => {
+        busy.value = `Saving, ${Math.round(100 * progress)} %`;
+      });
+      const saved = await call("GET", `/calibrations/${calibration}`);
       if (snapshot.value?.id !== picture) return; // it stands among the versions of the picture that was left
       version.value = saved;
       await list();
     } catch (error) {
-      notifyError(error);
+      if (!(error instanceof Stopped)) notifyError(error);
       return;
     } finally {
       busy.value = "";
+      saving.value = null;
     }
   }
   step.value = "verify";

@@ -5,7 +5,7 @@ import { html } from "../../../core/html.js";
 import { active, editing, field, region, rotation } from "../../../core/state.js";
 import { colour } from "../../../canvas/drawing.js";
 import { activateFeature } from "../editing.js";
-import { lineUnder, rectOf, sideOf, turned } from "../field_sides.js";
+import { arcPoints, lineUnder, rectOf, sideOf, turned } from "../field_sides.js";
 import { preview, refusal, stale } from "../fitting.js";
 
 /**
@@ -14,7 +14,6 @@ import { preview, refusal, stale } from "../fitting.js";
  * @typedef {{ x: number, y: number, width: number, height: number }} Rect
  */
 
-const ARC_STEPS = 48;
 
 export function FieldDrawing() {
   const f = field.value,
@@ -150,11 +149,3 @@ const onEnter = (feature) => (/** @type {KeyboardEvent} */ e) => {
   e.preventDefault();
   activateFeature(feature);
 };
-
-/** @param {import("../../../core/types").Arc} a @returns {Point[]} */
-function arcPoints({ centre, radius_mm, start_deg, end_deg }) {
-  return Array.from({ length: ARC_STEPS + 1 }, (_, i) => {
-    const angle = (start_deg + ((end_deg - start_deg) * i) / ARC_STEPS) * (Math.PI / 180);
-    return [centre[0] + radius_mm * Math.cos(angle), centre[1] + radius_mm * Math.sin(angle)];
-  });
-}

@@ -4,7 +4,7 @@ import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { editing, snapshot } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
-import { askedHeight, isHeightUnknown } from "../camera_height.js";
+import { askedHeight, robotTopsMm } from "../camera_height.js";
 import { preview, refusal, stale } from "../fitting.js";
 import { isSaved } from "../../versions/versions.js";
 import { Distortion } from "./distortion.js";
@@ -13,8 +13,6 @@ import { LensModel } from "./model.js";
 import { OptionField } from "./options.js";
 import { Residuals } from "./residuals.js";
 import { Fixes, Warnings } from "./warnings.js";
-
-const USABLE_MM = 15; // an error above it is no figure where the height is a guess: app/evaluate/fit/report.py
 
 /** @param {{ report?: import("../../../core/types").Report }} props a saved version's report, else the present one */
 export function Verdict({ report }) {
@@ -53,7 +51,7 @@ export function Verdict({ report }) {
                 </div>
                 ${it.sigma_mm.hat && html`<div>
                   <dd data-testid="robot-tops">
-                    ${isHeightUnknown(it) && it.sigma_mm.hat.rms > USABLE_MM ? "?" : `${mm(it.sigma_mm.hat.rms)} mm`}
+                    ${robotTopsMm(it) === null ? "?" : `${mm(robotTopsMm(it))} mm`}
                   </dd>
                   <dt>robot tops, ${it.sigma_mm.hat.z_mm} mm</dt>
                 </div>`}

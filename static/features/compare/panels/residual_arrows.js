@@ -1,6 +1,6 @@
 // The legend of the residual arrows: their magnification, a ruler, and the longest of them.
 import { run } from "../../../core/actions.js";
-import { mm, number, plural, words } from "../../../core/format.js";
+import { mm, number, plural, roundDown, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { comparing } from "../../../core/state.js";
 import { view } from "../../../canvas/viewport.js";
@@ -80,12 +80,6 @@ function Ruler() {
 
 /** @param {number} value @param {number} [more] digits after the first */
 const plain = (value, more = 0) => number(value, Math.max(0, more - Math.floor(Math.log10(value))));
-
-/** A ruler's length that reads well, at or below: 0.2, 0.5, 1 … @param {number} value */
-function roundDown(value) {
-  const ten = 10 ** Math.floor(Math.log10(value));
-  return ([5, 2, 1].find((f) => f * ten <= value) ?? 1) * ten;
-}
 
 /** @param {import("../../../core/types").Arrow} arrow */
 const nameOf = ({ feature, index }) => {

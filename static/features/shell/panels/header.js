@@ -6,9 +6,11 @@ import { ago } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { opening } from "../../../core/router.js";
 import { atPair, busy, camera, help, snapshot, step } from "../../../core/state.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { draft } from "../../calibrate/draft.js";
 import { JobsIndicator } from "../../jobs/panels/jobs.js";
 import { both } from "../../pair/pair.js";
+import { saving } from "../../versions/versions.js";
 import { nextAction, steps } from "../steps.js";
 
 const now = signal(Date.now());
@@ -86,6 +88,7 @@ export function Header() {
     >
       ?
     </button>
+    ${saving.value && html`<${ActionButton} id="stop-saving" />`}
     <${Next} />
   </header>`;
 }

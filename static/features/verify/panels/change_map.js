@@ -1,15 +1,14 @@
 // How positions change against the active version: arrows over the covered area, magnified.
-import { mm, number } from "../../../core/format.js";
+import { mm, number, roundDown } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { version } from "../../versions/versions.js";
-import { rectOf, turned } from "../../calibrate/field_sides.js";
+import { arcPoints, rectOf, turned } from "../../calibrate/field_sides.js";
 import { change } from "../checks.js";
 
 /** @typedef {import("../../../core/types").Point} Point */
 
 const EVERY = 4; // of the server's 25 × 19 places: as many arrows as can be told apart
 const REACH = 0.8; // of the distance between two arrows: so long is the longest
-const ARC_STEPS = 48;
 
 export function ChangeMap() {
   const it = version.value,
@@ -61,12 +60,6 @@ const sampled = ({ places, mm_vector }) =>
     }),
   );
 
-/** 1, 2 or 5 times a power of ten. @param {number} value */
-function roundDown(value) {
-  const power = 10 ** Math.floor(Math.log10(value));
-  return power * ([5, 2].find((step) => step * power <= value) ?? 1);
-}
-
 /** A shaft with a head at its end. @param {Point} from @param {Point} by @param {number} head @returns {string} */
 function arrow([x, y], [dx, dy], head) {
   const length = Math.hypot(dx, dy) || 1,
@@ -75,12 +68,4 @@ function arrow([x, y], [dx, dy], head) {
     [ux, uy] = [(dx / length) * size, (dy / length) * size];
   const wing = (/** @type {number} */ side) => `${ex - ux + side * uy * 0.6},${ey - uy - side * ux * 0.6}`;
   return `M${x},${y}L${ex},${ey}M${wing(1)}L${ex},${ey}L${wing(-1)}`;
-}
-
-/** @param {import("../../../core/types").Arc} a @returns {Point[]} */
-function arcPoints({ centre, radius_mm, start_deg, end_deg }) {
-  return Array.from({ length: ARC_STEPS + 1 }, (_, i) => {
-    const angle = (start_deg + ((end_deg - start_deg) * i) / ARC_STEPS) * (Math.PI / 180);
-    return [centre[0] + radius_mm * Math.cos(angle), centre[1] + radius_mm * Math.sin(angle)];
-  });
 }

@@ -3,6 +3,7 @@ import { mm, number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { camera } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
+import { robotTopsMm } from "../../calibrate/camera_height.js";
 import { isSaved, version } from "../../versions/versions.js";
 import { checks, gate, problems } from "../checks.js";
 import { ActivationWarning } from "./activation_warning.js";
@@ -21,6 +22,7 @@ export function Checklist() {
   const it = version.value;
   if (!it) return null;
   const { report } = it,
+    tops = robotTopsMm(report),
     points = it.observations.reduce((sum, o) => sum + o.points.length, 0);
   return html`
     <section class="checklist" aria-label="Checklist" data-testid="checklist" data-gate=${gate.value}>
@@ -38,7 +40,7 @@ export function Checklist() {
           unit="mm"
           of="inside the field"
         />
-        <${Figure} value=${report.sigma_mm?.hat ? mm(report.sigma_mm.hat.rms) : null} unit="mm" of="robot tops" />
+        <${Figure} value=${tops === null ? null : mm(tops)} unit="mm" of="robot tops" />
         <${Figure} value=${number(report.rms_px, 2)} unit="px" of="residual" />
       </dl>
       <${Title} of="checks">Checks<//>
