@@ -26,6 +26,8 @@ from app.fitting.sensitivity import ParameterSensitivity
 from app.models import parameters_json
 from app.models.ray_camera import RayCamera
 
+MOVED = 0.1  # of the logarithm of the focal length: k3's prior is then nearly twice as wide as it should be
+
 
 class RayFitter(Fitter):
     """What the fitters of all cameras with a lens have in common; a member names its MODEL, OPTIONS and terms."""
@@ -90,9 +92,12 @@ class RayFitter(Fitter):
         setup = (problem, terms, settings, field, image_size, intrinsics, distortion, learned)
         # a known answer is only spoilt by a rough search
         begin = starts[0] if start is not None else best_start(fit_problem(starts[0], *setup), starts)
-        task = fit_problem(begin, *setup)
-        best = solve(task, begin, settings, noise_known=learned is not None)
+        best = solve(fit_problem(begin, *setup), begin, settings, noise_known=learned is not None)
         state = best.minimum.state
+        if learned is None and abs(state.log_focal - begin.log_focal) > MOVED:
+            # how wide the terms' priors are goes with the focal length, and how probable this lens is with them
+            best = solve(fit_problem(state, *setup), state, settings)
+            state = best.minimum.state
         model = cls.MODEL(**state.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
                           n_rectangles_y=n_y, region=region, image_size=image_size)
         if not model.plausible():

@@ -17,6 +17,7 @@ from app.fitting.ray_camera.problem import ClickResiduals, ScalarPrior
 
 CLICK_PX = 0.5  # prior of σ of a click
 START_STEPS = 8
+MAX_STEPS = 300  # where height and focal length trade, the least cost lies at the end of a long bent valley
 PRIOR_CLICKS = 1  # how many clicks that prior weighs
 OUTLIER_SIGMAS = 4.5
 MIN_OUTLIER_PX = 1.5  # nothing nearer is an outlier
@@ -264,7 +265,7 @@ def covariance_of(jacobian: Array) -> Array:
 
 
 def _minimise(task: RayFitProblem, start: RayCameraParameters, sigma: float, robust_rows: int,
-              steps: int = 60, tolerance: float = SEARCHING) -> Minimum[RayCameraParameters]:
+              steps: int = MAX_STEPS, tolerance: float = SEARCHING) -> Minimum[RayCameraParameters]:
     weights = task.click_weights(start, sigma)
     curves = task.problem.curves
     per_row = np.concatenate([weights[:curves], np.repeat(weights[curves:], 2)]) / sigma

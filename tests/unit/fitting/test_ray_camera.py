@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.core.errors import BadInput, FitFailed, TouchlineError
-from app.core.field import Arc, Field
+from app.core.field import BORDERS, Arc, Field
+from app.core.geometry import ImageSize
 from app.core.options import read_options
 from app.core.records import Observation
 from app.evaluate.fit.observability import observability_warnings, weakest_direction
@@ -17,7 +18,10 @@ from app.fitting import FITTERS
 from app.fitting.ray_camera.camera_prior import camera_priors, unusual_camera_warnings
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, RayModel, field_from_raw, parameters_json
+from app.sources.sim.camera import SimCamera
+from app.sources.sim.lens import LENSES
 from app.workflows import calibration, model_choice
+from tests.support.auto_scenes import fields
 from tests.support.fields import plain_field
 from tests.support.operator import FIELD, REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
 from tests.support.sim_clicks import border_observations, known_grid, landmark_observations, rms_mm
@@ -157,6 +161,31 @@ def test_an_arc_painted_about_another_centre_does_not_move_the_field():
     assert reports[0]["arc_offsets_mm"] == {}
     assert reports[1]["arc_offsets_mm"]["circle"] == pytest.approx((12, -8), abs=4.5)
     assert errors[1] < 0.6 * errors[0], errors
+
+
+@pytest.mark.parametrize(("model", "begin_mm"), [("brown-conrady", 32_000.0), ("division", 16_000.0)])
+def test_neither_the_camera_nor_how_probable_it_is_depends_on_where_the_search_began(model, begin_mm):
+    """A half field 70 mm wider than its definition, from straight above: from far off, a tilt would explain that."""
+    field = fields()["ssl-2008"]
+    region, size = field.region("half"), ImageSize(780, 580)
+    camera = SimCamera.above(region, size, LENSES["strong"], height_mm=4000.0, tilt_deg=1.0, pan_deg=0.5)
+    painted = field.as_painted({"line_offsets_mm": {"left": -35.0, "right": 35.0}}, region)
+    rng, seen = np.random.default_rng(1), []
+    for name, count in (*((border, 40) for border in BORDERS), ("centre-circle", 60), ("defence-right-arc-top", 9),
+                        ("defence-right-arc-bottom", 9), ("defence-right-front", 5)):
+        raw = camera.raw_from_field(painted.feature(name, region).sample(count))
+        raw = raw[camera.sees(raw)]
+        seen.append(Observation(name, "line", raw + rng.normal(0, 0.25, raw.shape)))
+
+    def fit(**options):
+        return FITTERS[model].fit(tuple(seen), field, region, size, options)
+
+    near = fit()
+    far = fit(height_mm={"value": begin_mm, "sigma": 30.0}, line_sigma_mm=1.0)
+    back = fit(start=parameters_json(far.model))
+    assert back.model.position_mm[2] == pytest.approx(near.model.position_mm[2], rel=0.02)
+    assert back.notes["log_evidence"] == pytest.approx(near.notes["log_evidence"], abs=1.0)
+    assert [w.reason for w in observability_warnings(back, region)] == ["height-unknown"]
 
 
 def test_a_known_lens_is_held():
