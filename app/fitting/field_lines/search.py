@@ -16,6 +16,7 @@ from app.fitting.field_lines.pattern import FieldPattern, is_half_turn_symmetric
 from app.fitting.field_lines.refinement import RefinedCamera, initial_camera, refine_camera
 from app.fitting.field_lines.score import RidgeMaps, project, score
 from app.fitting.field_lines.three_lines import three_line_hypotheses
+from app.fitting.ray_camera.parameters import RayCameraParameters
 
 MAX_LINES = 16
 COARSE_STEPS, FINE_STEPS = 12, 60  # samples along a line as long as the field
@@ -25,6 +26,8 @@ REFINED_POOR = 10  # where none explains the picture
 MIN_SEPARATION = 0.02  # of the picture's width, between the region's corners: less is the same camera
 MIN_RELATIVE_SCORE = 0.72  # of the best score: what is further behind is not refined
 POOR_SCORE = 0.80  # below it, three lines are tried too
+ALIKE = 1.4  # how much further off the lines a camera may be at a known height: paint may cost a fifth, a false height
+# costs three quarters and more
 MIN_REGION_SEEN = 0.35  # of the region's carpet must lie in the picture
 MIN_REGION_FILL = 0.06  # of the picture
 
@@ -84,6 +87,14 @@ def search(chains: Sequence[Points], along: Sequence[Array], field: Field, regio
     if not best or best[0][0] < POOR_SCORE:
         progress(0.4, "Trying three lines and the arcs")
         best = sorted([*best, *scorer.best(three_line_hypotheses(lines, level_x, level_y))], key=lambda b: -b[0])
+
+    def drawn_from(start: RayCameraParameters | None) -> CameraCandidate | None:
+        drawn = refine_camera(start, fine, points, directions, size) if start is not None else None
+        return scorer.candidate(drawn) if drawn is not None else None
+
+    def allowed(candidate: CameraCandidate) -> bool:
+        return prior.allows(float(candidate.refined.state.position_mm[2]), candidate.turn_deg)
+
     candidates: list[CameraCandidate] = []
     distinct = scorer.apart(best, REFINED_POOR if not best or best[0][0] < POOR_SCORE else REFINED)
     for number, (value, homography, focal) in enumerate(distinct):
@@ -91,9 +102,13 @@ def search(chains: Sequence[Points], along: Sequence[Array], field: Field, regio
             break
         progress(0.5 + 0.5 * number / len(distinct), "Drawing the field onto the lines")
         start = initial_camera(homography, focal, plane, size)
-        drawn = refine_camera(start, fine, points, directions, size) if start is not None else None
-        candidate = scorer.candidate(drawn) if drawn is not None else None
-        if candidate is not None and prior.allows(float(candidate.refined.state.position_mm[2]), candidate.turn_deg):
+        candidate = drawn_from(start)
+        if candidate is not None and not allowed(candidate) and prior.height_mm is not None:
+            # from straight above the lines tell no focal length: then it is the one under which it hangs so high
+            other = drawn_from(initial_camera(homography, focal * prior.height_mm / start.position_mm[2], plane, size))
+            if other is not None and other.refined.rms_px < ALIKE * candidate.refined.rms_px:
+                candidate = other
+        if candidate is not None and allowed(candidate):
             candidates.append(candidate)
     return SearchResult(tuple(scorer.ranked(candidates)), tuple(lines))
 

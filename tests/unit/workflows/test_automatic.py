@@ -111,6 +111,17 @@ def test_a_field_that_is_the_same_turned_round_offers_both_where_the_region_does
     assert abs(plain_answer[0]["candidates"][0]["turn_deg"]) < 25
 
 
+@pytest.mark.parametrize(("name", "share", "is_found"), [
+    ("straight down through a pincushion", 1.0, True), ("glare and noise", 0.5, False),
+    ("glare and noise", 2.0, False)])
+def test_a_known_height_is_taken_where_the_lines_tell_none_and_must_agree_where_they_do(name, share, is_found):
+    scene = scene_of(SCENES[name])
+    height_mm = share * scene.spec.height_mm
+    told, made = answered(scene, rough={"height_mm": height_mm})
+    assert [c["height_mm"] == pytest.approx(height_mm, rel=0.1) for c in told["candidates"]] == [True] * is_found
+    assert (made is not None) == is_found and (not is_found or error_mm(made, scene) < 1)
+
+
 def blank(value=90):
     return np.full((480, 640, 3), value, np.uint8)
 
@@ -197,6 +208,12 @@ def test_the_real_half_field_of_2008_is_found(real_data):
     by_hand = np.array([[71.0, 72.0], [682.0, 54.0], [699.0, 503.0], [79.0, 519.0]])  # to about 2 px, says its source
     assert np.abs(seen - by_hand).max() < 5
     assert told["verdict"]["level"] == "poor"  # so a field that is not the rule book's is not called good
+    assert [w["reason"] for w in told["report"]["warnings"]] == ["height-unknown"]
+    told, made = AutomaticRequest(field, field.region("half"), options={"height_mm": {"value": 4000.0, "sigma": 30.0}},
+                                  rough={"height_mm": 4000.0}).answer(frame)
+    assert made is not None
+    sigma = told["report"]["sigma_mm"]  # then robots' hats are known as well as the carpet
+    assert sigma["hat"]["rms"] == pytest.approx(sigma["rms"], rel=0.1)
 
 
 def crossing(one, other):
