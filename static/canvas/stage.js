@@ -1,4 +1,4 @@
-// The stage: the picture with everything on it, and the tools above it.
+// The stage: the picture with what is drawn on it; its tools above, its legends and the read-out below.
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { address } from "../core/api.js";
 import { mm, number } from "../core/format.js";
@@ -7,7 +7,7 @@ import { atPair, comparing, editing, pointer, snapshot, step, tool } from "../co
 import { Corrected, OnRaw, Wipe, rawClip } from "./layers/compare.js";
 import { Heat } from "./layers/heat.js";
 import { Hovered } from "./layers/hovered.js";
-import { Loupe } from "./layers/loupe.js";
+import { FloatingLoupe, loupePicture } from "./layers/loupe.js";
 import { Overlay } from "./layers/overlay.js";
 import { ResidualArrows } from "./layers/residual_arrows.js";
 import { Toolbar } from "./toolbar.js";
@@ -23,7 +23,6 @@ import { shownMap as heatMap, valueAt } from "../features/compare/heat.js";
  * words beside what is drawn
  */
 export function Stage({ Empty, Legends }) {
-  const picture = useRef(/** @type {HTMLImageElement | null} */ (null));
   const stage = useRef(/** @type {HTMLElement | null} */ (null));
   const shown = step.value === "camera" ? null : snapshot.value;
 
@@ -41,45 +40,49 @@ export function Stage({ Empty, Legends }) {
   useLayoutEffect(() => (shown && stage.current ? listen(stage.current) : undefined), [shown?.id]);
 
   const { k, tx, ty } = view.value;
-  return html`<main
-    class=${`stage ${shown ? (editing.value ? tool.value : "pan") : atPair.value ? "paired" : "empty"}`}
-    ref=${stage}
-    data-testid="stage"
-    tabindex=${shown ? 0 : -1}
-    aria-label=${label()}
-    onKeyDown=${tab}
-    onPointerMoveCapture=${inPane}
-    onPointerDownCapture=${inPane}
-  >
-    ${!shown && html`<${Empty} />`}
-    ${shown && html`
-      <div class="half" style=${rawClip.value}>
-        <img
-          class="picture"
-          ref=${picture}
-          data-testid="picture"
-          alt="The raw picture"
-          draggable=${false}
-          src=${address(`/snapshots/${shown.id}/image.png`)}
-          style=${placed(tx, ty, k)}
-        />
-        <${Heat} frame="image" size=${[shown.width, shown.height]} x=${tx} y=${ty} k=${k} />
-        <${ResidualArrows} frame="image" x=${tx} y=${ty} k=${k} />
-        ${comparing.value ? html`<${OnRaw} />` : html`<${Overlay} />`}
-        <${Hovered} />
-      </div>
-      ${comparing.value && html`
-        <${Corrected} />
-        <${Wipe} />
+  return html`
+    ${shown && html`<${Toolbar} />`}
+    <section
+      class=${`stage ${shown ? (editing.value ? tool.value : "pan") : atPair.value ? "paired" : "empty"}`}
+      ref=${stage}
+      data-testid="stage"
+      tabindex=${shown ? 0 : -1}
+      aria-label=${label()}
+      onKeyDown=${tab}
+      onPointerMoveCapture=${inPane}
+      onPointerDownCapture=${inPane}
+    >
+      ${!shown && html`<${Empty} />`}
+      ${shown && html`
+        <div class="half" style=${rawClip.value}>
+          <img
+            class="picture"
+            ref=${loupePicture}
+            data-testid="picture"
+            alt="The raw picture"
+            draggable=${false}
+            src=${address(`/snapshots/${shown.id}/image.png`)}
+            style=${placed(tx, ty, k)}
+          />
+          <${Heat} frame="image" size=${[shown.width, shown.height]} x=${tx} y=${ty} k=${k} />
+          <${ResidualArrows} frame="image" x=${tx} y=${ty} k=${k} />
+          ${comparing.value ? html`<${OnRaw} />` : html`<${Overlay} />`}
+          <${Hovered} />
+        </div>
+        ${comparing.value && html`
+          <${Corrected} />
+          <${Wipe} />
+        `}
+        <${FloatingLoupe} />
       `}
-      <${Loupe} picture=${picture} />
-      <${Toolbar} />
+    </section>
+    ${shown && html`
       <div class="legends">
         <${Legends} />
       </div>
       <${ReadOut} />
     `}
-  </main>`;
+  `;
 }
 
 /** Tab goes from point to point, and after the last one on to the next control. @param {KeyboardEvent} e */
@@ -114,7 +117,7 @@ function ReadOut() {
     on = pointedAt.value;
   const [name, [x, y]] =
     on?.from === "corrected" ? ["Corrected pixel", on.point] : ["Pixel", [at?.x ?? 0, at?.y ?? 0]];
-  return html`<div class="read-out" data-off-stage data-testid="read-out">
+  return html`<div class="read-out" data-testid="read-out">
     <span>
       ${at
         ? html`

@@ -47,7 +47,6 @@ export function Toolbar() {
     class=${`tools${comparing.value ? " comparing" : ""}`}
     role="toolbar"
     aria-label="Tools"
-    data-off-stage
   >
     ${ids.map((id, i) => (id === "|" ? html`<i key=${i}></i>` : html`<${ActionButton} key=${id} id=${id} withKey />`))}
   </div>`;

@@ -4,7 +4,7 @@ import { computed, signal } from "@preact/signals";
 const NARROW = 0.04; // of its width: a small pane has no more to spare beside its picture
 const SMALLEST = 0.05,
   LARGEST = 64;
-const MARGIN = { top: 68, side: 28, bottom: 48 }; // room for the toolbar and the read-out
+const BESIDE_PX = 12; // left free around the whole picture
 export const MARGIN_PX = 40; // carpet shown around the corrected picture, in its own pixels
 
 const PIXELATED_FROM = 4; // from this zoom on, pixels are shown as the squares they are
@@ -18,8 +18,8 @@ const PIXELATED_FROM = 4; // from this zoom on, pixels are shown as the squares 
 export const placed = (tx, ty, k) =>
   `transform:translate(${tx}px,${ty}px) scale(${k});${k >= PIXELATED_FROM ? "image-rendering:pixelated" : ""}`;
 
-/** A stage's view of its picture. @param {typeof MARGIN} margin px, left around the whole picture */
-export function createViewport(margin) {
+/** A stage's view of its picture. */
+export function createViewport() {
   const size = signal({ width: 800, height: 600 });
   /**
    * How many pictures stand side by side or one above the other, each under the same view in its own part of the stage.
@@ -78,13 +78,13 @@ export function createViewport(margin) {
   function fit(picture) {
     if (!picture) return;
     const { width, height } = pane.value;
-    const w = Math.max(50, width - 2 * Math.min(margin.side, NARROW * width)),
-      h = Math.max(50, height - margin.top - margin.bottom);
+    const w = Math.max(50, width - 2 * Math.min(BESIDE_PX, NARROW * width)),
+      h = Math.max(50, height - 2 * BESIDE_PX);
     const k = Math.min(w / picture.width, h / picture.height);
     view.value = {
       k,
       tx: (width - k * picture.width) / 2,
-      ty: margin.top + (h - k * picture.height) / 2,
+      ty: (height - k * picture.height) / 2,
       fitted: true,
     };
   }
@@ -93,8 +93,8 @@ export function createViewport(margin) {
   function reveal(x, y) {
     const [sx, sy] = toStage(x, y),
       { width, height } = pane.value;
-    const dx = Math.max(margin.side - sx, 0) + Math.min(width - margin.side - sx, 0);
-    const dy = Math.max(margin.top - sy, 0) + Math.min(height - margin.bottom - sy, 0);
+    const dx = Math.max(BESIDE_PX - sx, 0) + Math.min(width - BESIDE_PX - sx, 0);
+    const dy = Math.max(BESIDE_PX - sy, 0) + Math.min(height - BESIDE_PX - sy, 0);
     if (dx || dy) panBy(dx, dy);
   }
 
@@ -127,7 +127,7 @@ export function createViewport(margin) {
 }
 
 /** Of the picture that is worked on. */
-export const mainViewport = createViewport(MARGIN);
+export const mainViewport = createViewport();
 export const {
   size: stageSize,
   pane: paneSize,

@@ -1,5 +1,5 @@
 // State of the page besides the document: lists from the server, the picture, what is selected and shown.
-import { computed, effect, signal } from "@preact/signals";
+import { computed, signal } from "@preact/signals";
 import { doc, pointsOf } from "./document.js";
 
 /** @typedef {import("./types").Pick} Pick */
@@ -56,17 +56,6 @@ export const automaticModel = signal(/** @type {string | null} */ (null));
 export const modelName = computed(() => doc.value.model ?? automaticModel.value);
 export const model = computed(() => models.value.find((m) => m.name === modelName.value) ?? null);
 export const editing = computed(() => snapshot.value !== null && step.value === "points");
-const LENS_OPEN = "touchline.lens-open";
-/** Whether the lens models and their options are unfolded, beside the points; a reload leaves them so. */
-export const lensOpen = signal(sessionStorage.getItem(LENS_OPEN) === "true");
-effect(() => {
-  const isOpen = String(lensOpen.value);
-  try {
-    sessionStorage.setItem(LENS_OPEN, isOpen);
-  } catch {
-    /* until the reload, then */
-  }
-});
 
 /**
  * Whether a feature of the field is one spot, or anywhere along a line.

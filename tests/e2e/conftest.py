@@ -32,8 +32,6 @@ WHERE = """async (picture) => {
   const { left, top, width, height } = picture.getBoundingClientRect();
   return [left, top, width / picture.naturalWidth, height / picture.naturalHeight];
 }"""
-# The parts of a step that have a name of their own here.
-STEP_OF = {"picture": "field", "borders": "points", "model": "points", "compare": "verify", "activate": "verify"}
 expect.set_options(timeout=SOON_MS)
 
 
@@ -160,7 +158,7 @@ class Operator:
         self.page.get_by_test_id("file").set_input_files(file)
         self.page.get_by_test_id("field").select_option(field)
         self.page.get_by_test_id("region").select_option(region)
-        return self.next("borders")
+        return self.next("points")
 
     def take(self, camera: str = "overhead") -> "Operator":
         """A picture from one of the demo's cameras."""
@@ -183,11 +181,11 @@ class Operator:
         return self
 
     def next(self, step: str) -> "Operator":
-        """The primary button, and where it must lead; not pressed where that is another part of the same step."""
-        if re.search(rf"/{STEP_OF.get(step, step)}$", self.page.url) is None:
+        """The primary button, and where it must lead; not pressed where the page is there already."""
+        if not self.page.url.endswith(f"/{step}"):
             self.page.get_by_test_id("next").click()
         self.is_at(step)
-        if STEP_OF.get(step, step) == "points":
+        if step == "points":
             self.wait_for_picture()
         return self
 
@@ -208,17 +206,21 @@ class Operator:
         expect(self.page).to_have_url(re.compile(r"#/$"), timeout=LONG_MS)
 
     def is_at(self, step: str) -> None:
-        there = self.page.get_by_test_id(f"step-{STEP_OF.get(step, step)}")
+        there = self.page.get_by_test_id(f"step-{step}")
         expect(there).to_have_attribute("aria-current", "step", timeout=LONG_MS)
-        if step == "model":
-            self.open_lens()
 
-    def open_lens(self) -> None:
+    def open_lens(self) -> "Operator":
         """Unfold the lens models and their options."""
-        lens = self.page.get_by_test_id("lens-model")
-        if lens.get_attribute("open") is None:
-            lens.locator("summary").click()
+        self.unfold("lens")
         expect(self.page.get_by_test_id("models")).to_be_visible()
+        return self
+
+    def unfold(self, part: str) -> "Operator":
+        """Open a part of the results that is closed until asked for."""
+        fold = self.page.get_by_test_id(f"fold-{part}")
+        if fold.get_attribute("open") is None:
+            fold.locator("summary").click()
+        return self
 
     def use_model(self, name: str) -> "Operator":
         """Choose a lens model instead of the automatic one."""
@@ -339,10 +341,10 @@ def clicked(arriving, border_draft):
     change: of the draft, before the page sees it. painted: the name of the line under which the bottom border is
     clicked, where it is not as a border.
     """
-    def clicked(model: str, step: str = "model", change=lambda draft: None, **how) -> Operator:
+    def clicked(model: str, change=lambda draft: None, **how) -> Operator:
         snapshot, draft = border_draft(model, **how)
         change(draft)
-        return arriving.go_on(snapshot, draft, step)
+        return arriving.go_on(snapshot, draft, "points")
 
     return clicked
 
@@ -376,6 +378,6 @@ def saved(arriving, border_draft, versions, server):
             answer = server.api("POST", "/calibrations", json={**draft, "snapshot": snapshot})
             assert answer.ok, answer.text
             versions[key] = snapshot, draft
-        return arriving.go_on(*versions[key], "compare")
+        return arriving.go_on(*versions[key], "verify")
 
     return saved

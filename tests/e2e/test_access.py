@@ -33,7 +33,7 @@ def at_rest(page, place: str = "", step: str = "") -> None:
         expect(page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
     if step == "points":
         expect(page.get_by_test_id("verdict")).not_to_have_attribute("data-level", "", timeout=LONG_MS)
-    if step == "activate":
+    if step == "verify":
         expect(page.get_by_test_id("headline")).not_to_have_text("Checking…", timeout=LONG_MS)
     expect(page.get_by_test_id("next")).not_to_have_text("Opening…", timeout=LONG_MS)
     expect(page.locator(".stale")).to_have_count(0, timeout=LONG_MS)
@@ -130,7 +130,7 @@ def test_the_keyboard_skips_the_header(page, server):
     page.keyboard.press("Tab")
     expect(page.get_by_role("link", name="Skip to the picture")).to_be_focused()
     page.keyboard.press("Enter")
-    expect(page.locator("main")).to_be_focused()
+    expect(page.get_by_test_id("stage")).to_be_focused()
     assert re.search(r"/(#/)?$", page.url)
 
 

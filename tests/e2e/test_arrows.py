@@ -32,7 +32,7 @@ DRAWN_NEAR = """(canvas, [x, y, reach]) => {
 @pytest.fixture
 def astray(clicked):
     """Division model on the demo's camera, clicked by a hand, with a stray click; at a step."""
-    return lambda step="model": clicked("division", step, shift_one)
+    return lambda: clicked("division", shift_one)
 
 
 def show(page):
@@ -127,7 +127,7 @@ def test_the_magnification_is_set_by_keys_and_slider_and_the_ruler_goes_with_it(
 
 @pytest.mark.long
 def test_raw_and_corrected_pictures_both_have_their_arrows(astray, server, tmp_path):
-    operator = astray().next("compare")
+    operator = astray().next("verify")
     page = operator.page
     show(page)
     expect(page.get_by_test_id("arrows-corrected")).to_be_visible(timeout=LONG_MS)
@@ -171,7 +171,7 @@ def test_two_thousand_arrows_are_drawn_and_keep_up_with_zooming(operator, server
     assert len(told) > 1900
     # The clicks themselves are no longer in the draft: what is drawn comes from the version alone.
     operator.go_on(snapshot, {"field": field.name, "region": region.name, "model": "homography", "options": {},
-                              "observations": []}, "compare")
+                              "observations": []}, "verify")
     page = operator.page
     page.keyboard.press("r")
     show(page)

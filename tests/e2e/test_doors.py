@@ -154,7 +154,7 @@ def test_nothing_is_cut_off(browser, server, straight_picture, frame_points, tmp
     operator = Operator(context.new_page(), server).visit().open(straight_picture, "table", "full")
     for border in BORDERS:
         operator.click(border, frame_points[border])
-    operator.next("model")
+    operator.open_lens()
     operator.page.screenshot(path=tmp_path / "model.png")
     for shown in ("next", "saved", "help", "step-verify", "do-lines", "verdict"):
         box = operator.page.get_by_test_id(shown).bounding_box()

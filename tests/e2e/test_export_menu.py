@@ -36,7 +36,7 @@ def test_every_format_is_offered_with_what_it_costs_and_can_be_had(saved, server
 
 @pytest.mark.long
 def test_another_version_is_asked_anew(clicked):
-    operator = clicked("polynomial").next("compare")
+    operator = clicked("polynomial").next("verify")
     page = operator.page
     page.get_by_test_id("exports").locator("summary").click()
     expect(page.get_by_test_id("cost-opencv")).to_contain_text("mm")  # no lens holds the paper's method

@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.auto_scenes import SceneSpec, scene_of
+from tests.support.waiting import until
 
 SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
 
@@ -43,6 +44,37 @@ def test_where_nobody_has_clicked_the_lens_that_fits_is_good_and_all_of_it_is_on
     expect(page.get_by_test_id("verdict")).to_contain_text("Good", timeout=LONG_MS)
     page.keyboard.press("Control+z")
     assert (operator.draft()["observations"], operator.draft()["model"]) == ([], before)
+
+
+def test_nothing_lies_over_the_picture_and_no_name_over_its_line(arriving, picture, tmp_path):
+    page = arriving.visit(detect=True).open(picture, "ssl-div-b", "full").page
+    expect(page.get_by_test_id("lines-found")).to_be_visible(timeout=LONG_MS)
+    page.mouse.move(*arriving.spot(400, 300))
+    stage = page.get_by_test_id("stage").bounding_box()
+    for part in (page.get_by_test_id("loupe"), page.get_by_role("toolbar"), page.get_by_test_id("read-out")):
+        assert apart(part.bounding_box(), stage), part
+    page.get_by_role("toolbar").get_by_test_id("do-arrows").click()
+    legend = page.get_by_test_id("arrow-legend")
+    expect(legend).to_be_visible(timeout=LONG_MS)
+    stage = until(lambda: page.get_by_test_id("stage").bounding_box(),
+                  lambda box: apart(legend.bounding_box(), box))  # the stage has made room
+    page.screenshot(path=tmp_path / "free.png")
+    names = page.locator(".points:has(.name)")
+    assert names.count() >= 4
+    for line in names.all():
+        x0, y0, x1, y1 = line.locator(".name").evaluate(
+            "name => { const r = name.getBoundingClientRect(); return [r.left, r.top, r.right, r.bottom]; }")
+        assert x0 >= stage["x"] and x1 <= stage["x"] + stage["width"]
+        assert y0 >= stage["y"] and y1 <= stage["y"] + stage["height"]
+        marks = line.locator(".mark").evaluate_all(
+            "marks => marks.map((m) => m.getBoundingClientRect()).map((r) => [r.x + r.width / 2, r.y + r.height / 2])")
+        assert [p for p in marks if x0 < p[0] < x1 and y0 < p[1] < y1] == []
+
+
+def apart(one, other):
+    """Whether two boxes have nothing in common."""
+    return (one["x"] >= other["x"] + other["width"] - 1 or other["x"] >= one["x"] + one["width"] - 1
+            or one["y"] >= other["y"] + other["height"] - 1 or other["y"] >= one["y"] + one["height"] - 1)
 
 
 def test_a_picture_without_lines_is_declined_in_words_and_changes_nothing(operator, tmp_path):

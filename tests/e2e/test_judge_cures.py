@@ -20,7 +20,7 @@ def with_left(count):
 
 @pytest.mark.long
 def test_too_few_points_on_a_border_take_the_operator_to_that_border(clicked):
-    page = clicked("polynomial", "borders", with_left(2)).page
+    page = clicked("polynomial", with_left(2)).page
     page.get_by_test_id("border-top").click()
     expect(page.get_by_test_id("missing")).to_contain_text("left border", timeout=LONG_MS)
     page.get_by_test_id("cure-click").click()
@@ -29,7 +29,7 @@ def test_too_few_points_on_a_border_take_the_operator_to_that_border(clicked):
 
 @pytest.mark.long
 def test_a_point_clicked_twice_is_one_point_and_stops_nothing(clicked):
-    operator = clicked("polynomial", "borders", lambda draft: clicks_left(draft).append(clicks_left(draft)[2]))
+    operator = clicked("polynomial", lambda draft: clicks_left(draft).append(clicks_left(draft)[2]))
     page = operator.page
     expect(page.get_by_test_id("verdict")).to_be_visible(timeout=LONG_MS)
     expect(page.get_by_test_id("missing")).to_have_count(0)
@@ -37,7 +37,7 @@ def test_a_point_clicked_twice_is_one_point_and_stops_nothing(clicked):
 
 
 def test_a_stray_click_is_shown_and_removed(clicked):
-    operator = clicked("division", "borders", shift_one, height_mm=KNOWN_HEIGHT)
+    operator = clicked("division", shift_one, height_mm=KNOWN_HEIGHT)
     page = operator.page
     warning = page.locator('[data-reason="stray-click"]')
     expect(warning).to_be_visible(timeout=LONG_MS)
@@ -50,7 +50,7 @@ def test_a_stray_click_is_shown_and_removed(clicked):
 
 @pytest.mark.long
 def test_a_stray_of_a_saved_version_is_removed_from_the_compare_step(clicked):
-    operator = clicked("division", "model", shift_one, height_mm=KNOWN_HEIGHT).next("compare")
+    operator = clicked("division", shift_one, height_mm=KNOWN_HEIGHT).next("verify")
     operator.page.locator('[data-reason="stray-click"]').get_by_test_id("remove-stray").click()
     expect(operator.page.get_by_test_id("step-points")).to_have_attribute("aria-current", "step")
     assert len(operator.points("left")) == 6
@@ -58,7 +58,7 @@ def test_a_stray_of_a_saved_version_is_removed_from_the_compare_step(clicked):
 
 @pytest.mark.long
 def test_a_border_whose_end_is_a_guess_is_clicked_there(clicked):
-    page = clicked("polynomial", "borders", with_left(5)).page
+    page = clicked("polynomial", with_left(5)).page
     page.get_by_test_id("border-top").click()
     warning = page.locator('[data-reason="border-extrapolated"]').first
     expect(warning).to_contain_text("left border", timeout=LONG_MS)
@@ -68,7 +68,7 @@ def test_a_border_whose_end_is_a_guess_is_clicked_there(clicked):
 
 @pytest.mark.long
 def test_an_inside_that_nobody_clicked_takes_the_operator_to_a_line_inside(clicked):
-    page = clicked("polynomial", "borders").page
+    page = clicked("polynomial").page
     warning = page.locator('[data-reason="inside-not-checked"]')
     page.get_by_text("more warning").click()
     expect(warning).to_be_visible()
@@ -78,7 +78,7 @@ def test_an_inside_that_nobody_clicked_takes_the_operator_to_a_line_inside(click
 
 @pytest.mark.long
 def test_a_map_that_a_model_cannot_have_leads_to_the_models(clicked):
-    page = clicked("polynomial").next("compare").page
+    page = clicked("polynomial").next("verify").page
     page.keyboard.press("e")
     page.get_by_test_id("no-map-cure").click()
     expect(page.get_by_test_id("step-points")).to_have_attribute("aria-current", "step")

@@ -1,5 +1,7 @@
 """Residuals in plots: what is pointed at there is ringed in the picture, and the other way round."""
 
+import re
+
 import pytest
 from playwright.sync_api import expect
 
@@ -10,7 +12,11 @@ from tests.support.waiting import until
 @pytest.fixture
 def astray(clicked):
     """Division model on the demo's camera, clicked by a hand, with a stray click."""
-    operator = clicked("division", "borders", shift_one)
+    operator = clicked("division", shift_one)
+    in_one_line = operator.page.get_by_test_id("fold-residuals")
+    expect(in_one_line).to_contain_text(re.compile(r"\d px, largest \d"), timeout=LONG_MS)
+    expect(operator.page.get_by_test_id("residuals")).to_have_count(0)  # until it is opened
+    operator.unfold("residuals")
     expect(operator.page.get_by_test_id("residuals")).to_be_visible(timeout=LONG_MS)
     expect(operator.page.get_by_test_id("residual-said")).to_contain_text("1 stray", timeout=LONG_MS)
     # The whole fit is there.
@@ -105,7 +111,7 @@ def test_residuals_are_told_in_px_and_in_mm_as_the_server_has_them(astray):
     told = f"{mm:.0f}" if mm >= 10 else f"{mm:.1f}"
     expect(said(page)).to_contain_text(f"{right[1]['px']:.2f} px, {told} mm")
     page.get_by_test_id("unit-mm").click()
-    expect(page.get_by_role("region", name="Residuals").get_by_role("heading")).to_have_text("Residuals, mm")
+    expect(page.get_by_test_id("residuals")).to_have_attribute("aria-label", re.compile(r"\bmm\b"))
 
 
 @pytest.mark.long
@@ -129,7 +135,7 @@ def test_the_histogram_counts_every_click_but_strays_and_rings_those_of_a_bar(as
 
 @pytest.mark.long
 def test_a_saved_versions_residuals_and_distortion_stand_in_the_compare_step(astray):
-    operator = astray.next("model").next("compare")
+    operator = astray.next("verify").unfold("distortion")
     page = operator.page
     expect(page.get_by_test_id("residuals")).to_be_visible(timeout=LONG_MS)
     before = operator.saved()["report"]["distortion"]["per_border"]["left"]["before_pct"]

@@ -7,7 +7,7 @@ from playwright.sync_api import expect
 def test_the_lens_of_an_earlier_calibration_is_held_and_stays_held(clicked, saved, tmp_path):
     earlier = saved("brown-conrady", height_mm={"value": 3000.0, "sigma": 30.0}).saved()
     other = saved("division").saved()
-    operator = clicked("brown-conrady")
+    operator = clicked("brown-conrady").open_lens()
     page, choice = operator.page, operator.page.get_by_test_id("option-lens")
     expect(choice.locator(f"option[value='{earlier['id']}']")).to_be_attached()
     expect(choice.locator(f"option[value='{other['id']}']")).to_have_count(0)  # another model's lens
@@ -16,7 +16,7 @@ def test_the_lens_of_an_earlier_calibration_is_held_and_stays_held(clicked, save
     assert operator.draft()["options"] == {"lens": earlier["id"], "lens_sigma": "0"}
     choice.scroll_into_view_if_needed()
     page.screenshot(path=tmp_path / "held.png")
-    operator.next("compare")
+    operator.next("verify")
     made = operator.saved()
     for name in ("focal_px", "lens_terms", "centre_px"):
         assert made["model"]["parameters"][name] == pytest.approx(earlier["model"]["parameters"][name], rel=1e-9), name

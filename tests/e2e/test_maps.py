@@ -14,7 +14,7 @@ def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, ser
     operator = clicked("brown-conrady", height_mm={"value": 3000.0, "sigma": 30.0})
     page = operator.page
     expect(page.get_by_test_id("do-heat")).to_be_disabled()  # nothing is saved yet
-    operator.next("compare")
+    operator.next("verify")
     page.keyboard.press("e")
     on_carpet = server.api("GET", f"/calibrations/{operator.saved()['id']}/uncertainty.json").json()
     expect(page.get_by_test_id("heat-figures")).to_contain_text(f"worst {mm(on_carpet['max'])} mm", timeout=LONG_MS)
@@ -63,7 +63,7 @@ def test_under_the_pointer_stands_the_error_that_the_map_shows_there(saved, serv
 
 @pytest.mark.long
 def test_a_model_that_knows_no_expected_error_says_why(clicked):
-    operator = clicked("polynomial").next("compare")
+    operator = clicked("polynomial").next("verify")
     operator.page.get_by_test_id("do-heat").first.click()
     expect(operator.page.get_by_test_id("no-map")).to_contain_text("no common parameters", timeout=LONG_MS)
     expect(operator.page.get_by_test_id("heat-corrected")).to_have_count(0)
@@ -71,11 +71,11 @@ def test_a_model_that_knows_no_expected_error_says_why(clicked):
 
 @pytest.mark.long
 def test_the_difference_between_two_versions_is_a_map_with_its_figures(clicked, server, tmp_path):
-    operator = clicked("division").next("compare")
+    operator = clicked("division").next("verify")
     page, first = operator.page, operator.saved()["id"]
     page.get_by_test_id("step-points").click()
-    page.get_by_test_id("model-homography").click()
-    operator.next("compare")
+    operator.use_model("homography")
+    operator.next("verify")
     second = operator.saved()["id"]
     page.get_by_test_id("other").select_option(first)
     apart = server.api("GET", f"/calibrations/{second}/difference/{first}.json").json()

@@ -13,7 +13,7 @@ COMPARE = "**/api/v1/calibrations/compare?*"
 
 def test_models_stand_in_the_order_of_their_error_and_the_recommended_one_is_a_click_away(page, clicked, tmp_path):
     with holding(page, COMPARE, "POST"):
-        operator = clicked("polynomial")
+        operator = clicked("polynomial").open_lens()
         expect(page.get_by_test_id("comparing")).to_be_visible(timeout=LONG_MS)
         page.screenshot(path=tmp_path / "comparing.png")
     expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG_MS)
@@ -34,7 +34,7 @@ def test_models_stand_in_the_order_of_their_error_and_the_recommended_one_is_a_c
 @pytest.mark.long
 def test_a_comparison_can_be_stopped_and_begun_again(clicked, server):
     before = jobs_so_far(server)
-    page = clicked("division").page
+    page = clicked("division").open_lens().page
     page.get_by_test_id("do-stop-comparing").click()
     expect(page.get_by_test_id("not-compared")).to_be_visible()
     newest_job(server, "comparison", "cancelled", besides=before)
@@ -47,7 +47,7 @@ def test_a_comparison_can_be_stopped_and_begun_again(clicked, server):
 def test_who_leaves_the_step_stops_the_comparison_though_it_is_only_being_asked_for(page, clicked, server):
     before = jobs_so_far(server)
     with holding(page, COMPARE, "POST") as asked:
-        clicked("division")
+        clicked("division").open_lens()
         wait_until_held(page, asked)
         page.get_by_test_id("step-field").click()
         expect(page.get_by_test_id("step-field")).to_have_attribute("aria-current", "step")
@@ -56,7 +56,7 @@ def test_who_leaves_the_step_stops_the_comparison_though_it_is_only_being_asked_
 
 @pytest.mark.long
 def test_a_model_that_cannot_be_fitted_is_listed_with_what_to_do(clicked, tmp_path):
-    page = clicked("division", painted="halfway-line").page
+    page = clicked("division", painted="halfway-line").open_lens().page
     failed = page.get_by_test_id("failed-polynomial")
     expect(failed).to_contain_text("Cannot be fitted.", timeout=LONG_MS)
     expect(failed).to_contain_text("Click")
@@ -68,14 +68,14 @@ def test_straight_lines_are_said_to_have_no_significant_distortion(operator, str
     operator.open(straight_picture, "table", "full")
     for border in BORDERS:
         operator.click(border, frame_points[border])
-    page = operator.next("model").page
+    page = operator.open_lens().page
     expect(page.get_by_test_id("no-distortion")).to_contain_text("No significant distortion.", timeout=LONG_MS)
     page.screenshot(path=tmp_path / "straight.png")
 
 
 @pytest.mark.long
 def test_a_taped_height_stays_when_another_model_is_chosen(clicked):
-    operator = clicked("brown-conrady", height_mm={"value": 3000.0, "sigma": 30.0}, terms=["k1"])
+    operator = clicked("brown-conrady", height_mm={"value": 3000.0, "sigma": 30.0}, terms=["k1"]).open_lens()
     operator.page.get_by_test_id("model-division").click()
     assert operator.draft()["options"] == {"height_mm": {"value": 3000.0, "sigma": 30.0}}
     operator.page.get_by_test_id("model-polynomial").click()
@@ -86,14 +86,14 @@ def test_a_taped_height_stays_when_another_model_is_chosen(clicked):
 @pytest.mark.parametrize("size", [(1280, 800), (1024, 768)], ids=["laptop", "tablet"])
 @pytest.mark.parametrize("scheme", ["dark", "light"])
 def test_nothing_of_maps_and_models_is_cut_off(clicked, tmp_path, size, scheme):
-    operator = clicked("brown-conrady", height_mm={"value": 3000.0, "sigma": 30.0})
+    operator = clicked("brown-conrady", height_mm={"value": 3000.0, "sigma": 30.0}).open_lens()
     page = operator.page
     page.emulate_media(color_scheme=scheme)
     page.set_viewport_size({"width": size[0], "height": size[1]})
     page.keyboard.press("0")
     expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG_MS)
     page.screenshot(path=tmp_path / "models.png")
-    operator.next("compare")
+    operator.next("verify")
     page.keyboard.press("e")
     expect(page.get_by_test_id("heat-figures")).to_be_visible(timeout=LONG_MS)
     page.get_by_test_id("corrected").evaluate("picture => picture.decode()")

@@ -75,7 +75,7 @@ def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(operato
 
 @pytest.mark.long
 def test_a_reload_in_the_middle_of_a_comparison_goes_on_watching_it(clicked, server):
-    page = clicked("division").page
+    page = clicked("division").open_lens().page
     # In the middle of it: the page knows which job it is.
     asked = json.loads(until(lambda: page.evaluate("sessionStorage.getItem('touchline.comparison')"), bool))
     page.reload()
@@ -115,7 +115,7 @@ def test_settings_are_read_without_secrets_and_a_name_is_kept(operator, server, 
     taken = until(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda a: a.ok)
     snapshot = taken.json()["id"]
     operator.go_on(snapshot, {"field": "ssl-div-b", "region": "half", "model": "polynomial", "options": {},
-                              "observations": []}, "borders")
+                              "observations": []}, "points")
     operator.click("left", [[100, 100]])
     assert operator.draft()["updated_by"] == "Ada"
 

@@ -25,7 +25,7 @@ def fitted(arriving, server, straight_picture, frame_points):
     kept = server.api("POST", "/snapshots", files={"file": straight_picture.read_bytes()}).json()
     arriving.prefer("snap", "on")
     arriving.go_on(kept["id"], {"field": "table", "region": "full", "model": "polynomial", "observations": [
-        {"feature": border, "kind": "line", "points": points} for border, points in frame_points.items()]}, "borders")
+        {"feature": border, "kind": "line", "points": points} for border, points in frame_points.items()]}, "points")
     fit_is_there(arriving.page)
     return arriving
 
@@ -219,7 +219,7 @@ def test_proposals_are_discarded_by_escape(fitted):
 
 @pytest.mark.parametrize("model", ["brown-conrady", *(long(model) for model in ("polynomial", "division"))])
 def test_the_fit_follows_a_point_while_it_is_dragged(clicked, model):
-    operator = clicked(model, "borders")
+    operator = clicked(model)
     page = operator.page
     verdict = page.get_by_test_id("rms-px")
     fit_is_there(page)

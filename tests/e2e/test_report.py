@@ -70,7 +70,7 @@ def test_nothing_is_wider_than_a_sheet(page: Page, server, calibration, tmp_path
 
 def test_the_page_opens_the_report_of_the_saved_version(operator, calibration):
     draft = {name: calibration[name] for name in ("field", "region", "rotate", "options", "observations")}
-    operator.go_on(calibration["snapshot"], {**draft, "model": "brown-conrady"}, "compare")
+    operator.go_on(calibration["snapshot"], {**draft, "model": "brown-conrady"}, "verify")
     with operator.page.context.expect_page() as opened:
         operator.page.get_by_test_id("report").click()
     report = opened.value

@@ -12,7 +12,7 @@ from app.core.field_json import field_from_json
 from app.core.geometry import with_z
 from app.models import field_from_raw, model_from_json
 from app.sources import SourceContext, source_from_url
-from tests.e2e.conftest import LONG_MS
+from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.auto_scenes import SceneSpec, scene_of
 from tests.support.demo_cameras import CAMERAS
 
@@ -38,9 +38,32 @@ def true_mm(server, made: dict) -> tuple[float, float]:
     return found[0], found[1]
 
 
+def by_mouse(page, button):
+    button.click()
+
+
+def by_finger(page, button):
+    button.tap()
+
+
+def by_keyboard(page, button):
+    for _ in range(60):
+        if button.evaluate("button => button === document.activeElement"):
+            break
+        page.keyboard.press("Tab")
+    expect(button).to_be_focused()
+    page.keyboard.press("Enter")
+
+
+PHONE = pytest.mark.browser_context_args(viewport={"width": 390, "height": 844}, has_touch=True)
+
+
+@pytest.mark.usefixtures("server")  # which the others share
+@pytest.mark.parametrize("press", [
+    by_mouse, pytest.param(by_keyboard, marks=pytest.mark.long), pytest.param(by_finger, marks=PHONE)])
 def test_from_the_first_page_by_the_primary_button_alone_to_an_active_calibration_that_is_right(
-        arriving, own_server, tmp_path):
-    arriving.server = own_server
+        new_context, own_server, tmp_path, press):
+    arriving = Operator(new_context().new_page(), own_server)
     page = arriving.visit(detect=True).page
     refused = []
     page.on("response", lambda answer: answer.status >= 400 and refused.append((answer.status, answer.url)))
@@ -50,7 +73,7 @@ def test_from_the_first_page_by_the_primary_button_alone_to_an_active_calibratio
         assert presses < MOST_PRESSES
         expect(go).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)
         name = go.inner_text()
-        go.click()
+        press(page, go)
         presses += 1
         expect(go).not_to_have_text(name, timeout=LONG_MS)
         page.screenshot(path=tmp_path / f"{presses}.png")
@@ -59,17 +82,17 @@ def test_from_the_first_page_by_the_primary_button_alone_to_an_active_calibratio
             page.screenshot(path=tmp_path / "verify.png")
     made = next(c for c in own_server.api("GET", "/calibrations").json()["items"] if c["id"] not in before)
     carpet_mm, hat_mm = true_mm(own_server, made)
-    assert carpet_mm < TRUE_MM and hat_mm < TRUE_MM, (carpet_mm, hat_mm)
+    told_mm = made["report"]["sigma_mm"]["hat"]["rms"]  # of a height that nobody has measured: 5 to 7
+    assert carpet_mm < TRUE_MM and hat_mm < 2 * told_mm < 4 * TRUE_MM, (carpet_mm, hat_mm, told_mm)
     expect(go).to_have_text(re.compile("Calibrate East"))  # the next one that has no active version
-    go.click()
+    press(page, go)
     arriving.is_at("points")
     assert own_server.api("GET", f"/snapshots/{arriving.snapshot}").json()["camera"] == "east"
     assert refused == []
 
-
 def test_saving_says_how_far_it_is_and_can_be_stopped(clicked):
     """An automatic model is a comparison of all of them."""
-    operator = clicked("brown-conrady", "points", change=lambda draft: draft.update(model=None))
+    operator = clicked("brown-conrady", change=lambda draft: draft.update(model=None))
     page, held = operator.page, []
     go = page.get_by_test_id("next")
     expect(go).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)
@@ -148,7 +171,7 @@ def test_from_straight_above_the_camera_height_is_asked_for_and_nothing_else_is_
     page.get_by_test_id("enter-height").click()
     height = page.get_by_test_id("option-height_mm")
     expect(height).to_be_focused()
-    assert page.get_by_test_id("lens-model").get_attribute("open") is None
+    assert page.get_by_test_id("fold-lens").get_attribute("open") is None
     height.fill(f"{SPEC.height_mm:.0f}")
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("robot-tops")).to_have_text(re.compile(r"^\d+(\.\d)? mm$"), timeout=LONG_MS)

@@ -14,6 +14,7 @@ from app.core.field_json import field_from_json
 from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS
 from tests.support.demo_cameras import CAMERAS
+from tests.support.held_requests import holding
 from tests.support.sim_clicks import border_clicks
 from tests.support.tiers import long
 from tests.support.waiting import until
@@ -29,10 +30,10 @@ def test_the_demo_camera_from_opening_to_an_active_calibration(operator, server,
         operator.click(feature, points[1:-1])  # a corner belongs to two borders
     expect(operator.page.get_by_test_id("verdict")).to_have_attribute("data-level", "poor")
     operator.page.screenshot(path=tmp_path / "borders.png")
-    operator.next("model").next("compare")
+    operator.next("verify")
     expect(operator.page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
     operator.page.screenshot(path=tmp_path / "compare.png")
-    made = operator.next("activate").saved()
+    made = operator.next("verify").saved()
     operator.activate(warned=True)  # by its borders alone nobody knows how high the camera is
     assert server.api("GET", f"/calibrations/{made['id']}").json()["active"]
     assert server.api("GET", "/cameras/overhead").json()["active_calibration"] == made["id"]
@@ -49,7 +50,7 @@ def test_models_are_ranked_and_a_warning_leads_to_its_cure(operator, server):
     page = operator.take("straight-down").page
     for feature, points in border_clicks(camera, region, 9).items():
         operator.click(feature, points[1:-1])
-    operator.next("model")
+    operator.open_lens()
     expect(page.get_by_test_id("models").get_by_text("Recommended")).to_be_visible(timeout=LONG_MS)
     page.get_by_test_id("model-brown-conrady").click()
     page.get_by_test_id("enter-height").click()
@@ -70,7 +71,7 @@ def test_real_clicks_through_the_page_give_the_numbers_of_rest_and_shell(operato
     operator.open(picture, given["field"], given["region"]).click_all(given["observations"]).use_model("polynomial")
     assert operator.draft()["observations"] == [{**o, "z_mm": 0} for o in given["observations"]]
     operator.page.screenshot(path=tmp_path / "borders.png")
-    operator.next("model").next("compare")
+    operator.next("verify")
     page = operator.saved()
 
     rest = server.api("POST", "/calibrations", json={**given, "model": "polynomial"}).json()
@@ -97,10 +98,10 @@ def test_saving_the_same_clicks_again_makes_no_new_version(operator, straight_pi
     operator.open(straight_picture, "table", "full")
     for feature in BORDERS:
         operator.click(feature, frame_points[feature])
-    operator.next("model").next("compare")
+    operator.next("verify")
     first = operator.saved()["id"]
     operator.page.get_by_test_id("step-points").click()
-    operator.next("model").next("compare")
+    operator.next("verify")
     assert operator.saved()["id"] == first
 
 
@@ -111,7 +112,7 @@ def test_a_version_that_is_asked_for_twice_is_saved_once(operator, server, strai
     operator.open(straight_picture, "table", "full")
     for feature in BORDERS:
         operator.click(feature, frame_points[feature])
-    operator.next("model")
+    operator.open_lens()
     expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)
     page.route("**/api/v1/calibrations?job=true", lambda route: held.append(route))
     until(lambda: page.keyboard.press("Control+s") or page.wait_for_timeout(500) or held, bool)
@@ -120,7 +121,7 @@ def test_a_version_that_is_asked_for_twice_is_saved_once(operator, server, strai
     page.wait_for_timeout(300)  # for a second request
     for route in held:
         route.continue_()
-    operator.is_at("compare")
+    operator.is_at("verify")
     assert len(held) == 1
 
 
@@ -129,7 +130,7 @@ def test_every_download_is_the_saved_version(operator, straight_picture, frame_p
     operator.open(straight_picture, "table", "full")
     for feature in BORDERS:
         operator.click(feature, frame_points[feature])
-    operator.next("model").next("compare")
+    operator.next("verify")
     files = {}
     for form in ("json", "npz", "png"):
         with operator.page.expect_download() as download:
@@ -146,9 +147,14 @@ def test_a_stray_click_is_named_and_can_be_removed(operator, straight_picture, f
     for feature in BORDERS:
         operator.click(feature, frame_points[feature])
     operator.click("left", [[110, 240]])
-    expect(operator.page.locator("[data-point='left:6'].stray")).to_be_visible()
-    operator.page.get_by_test_id("remove-stray").first.click()
-    expect(operator.page.locator(".point.stray")).to_have_count(0)
+    page = operator.page
+    expect(page.locator("[data-point='left:6'].stray")).to_be_visible()
+    removal = page.get_by_test_id("remove-stray").first
+    with holding(page, "**/fit/attempt*", "POST"):
+        operator.click("right", [[560, 320]])
+        expect(removal).to_have_attribute("aria-disabled", "true")  # it speaks of the points of before
+    removal.click()
+    expect(page.locator(".point.stray")).to_have_count(0)
     assert operator.points("left") == frame_points["left"]
 
 

@@ -57,7 +57,7 @@ def test_two_operators_see_each_other_and_each_others_clicks_at_once(two, straig
     expect(grace.page.get_by_test_id("border-bottom")).to_contain_text("6 points")
     assert {border: grace.points(border) for border in BORDERS} == {border: frame_points[border] for border in BORDERS}
     expect(ada.page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
-    ada.next("model").next("compare")
+    ada.next("verify")
     assert ada.saved()["made_by"] == "Ada"
     ada.page.close()
     expect(grace.page.get_by_test_id("presence")).to_have_count(0)
@@ -97,7 +97,7 @@ def test_a_server_that_is_killed_in_the_middle_costs_nothing(page, own_server, f
     operator.click("bottom", frame_points["bottom"])
     assert {border: operator.points(border) for border in BORDERS} == {b: frame_points[b] for b in BORDERS}
     expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
-    operator.next("model").next("compare")
+    operator.next("verify")
     kept = operator.saved()
     kill(own_server)
     own_server.start()

@@ -31,10 +31,10 @@ def test_by_mouse_on_a_real_picture_until_the_version_is_active(operator, server
     assert operator.draft()["observations"] == [{**o, "z_mm": 0} for o in given["observations"]]
     page.screenshot(path=tmp_path / "1-borders.png")
     expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
-    operator.next("model").next("compare")
+    operator.next("verify")
     expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
     page.screenshot(path=tmp_path / "2-compare.png")
-    kept = operator.next("activate").saved()
+    kept = operator.next("verify").saved()
     operator.activate(warned=True)
     page.screenshot(path=tmp_path / "3-active.png")
     assert server.api("GET", "/cameras/hall").json()["active_calibration"] == kept["id"]

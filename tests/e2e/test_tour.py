@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.demo_cameras import HEIGHT, WIDTH
+from tests.support.waiting import until
 
 
 def stops(page):
@@ -24,7 +25,7 @@ def stops(page):
 
 
 def test_the_tour_tells_the_numbers_of_the_picture_that_is_open(clicked, server):
-    operator = clicked("brown-conrady", step="borders")
+    operator = clicked("brown-conrady")
     page, draft = operator.page, operator.draft()
     body = {name: draft[name] for name in ("field", "region", "model", "options", "observations")}
     saved = server.api("POST", "/calibrations", json=body | {"snapshot": operator.snapshot}).json()
@@ -56,13 +57,17 @@ def test_the_tour_is_left_and_gone_on_with_where_it_was(operator):
     expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")
     page.reload()
     expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")  # a reload does not end it
-    page.get_by_test_id("camera-overhead").click()  # nor does the work wait for it
-    expect(page.get_by_test_id("step-field")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
-    expect(page.get_by_test_id("tour-ring")).to_be_visible()
+    page.get_by_test_id("camera-overhead").click()  # nor does the work wait for it: it goes on with it
+    expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "drawing", timeout=LONG_MS)
+    expect(page.get_by_test_id("step-field")).to_have_attribute("aria-current", "step")
+    ring = until(lambda: page.get_by_test_id("tour-ring").bounding_box(), lambda box: box is not None)
+    drawing = page.locator("aside.left .field").bounding_box()
+    for side in ("x", "y", "width"):  # about what it speaks of, as far down as that is in sight
+        assert abs(ring[side] - drawing[side]) < 12, side
 
 
 def test_a_question_mark_opens_the_manual_at_its_heading(clicked):
-    page = clicked("division", step="borders").page
+    page = clicked("division").page
     page.get_by_test_id("explain-inside").focus()
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("manual")).to_have_attribute("data-page", "borders.md")
@@ -78,7 +83,7 @@ def test_a_question_mark_opens_the_manual_at_its_heading(clicked):
 
 @pytest.mark.long
 def test_by_finger_on_a_telephone_the_tour_stands_below_the_picture(browser, clicked, server):
-    operator = clicked("division", step="borders")
+    operator = clicked("division")
     context = browser.new_context(viewport={"width": 360, "height": 740}, has_touch=True)
     page = context.new_page()
     page.goto(operator.page.url)

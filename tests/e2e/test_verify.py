@@ -46,7 +46,7 @@ def before(arriving):
     def before(version: dict):
         arriving.page.add_init_script(path=axe_path())
         draft = {name: version[name] for name in ("field", "region", "options", "observations")}
-        return arriving.go_on(version["snapshot"], {**draft, "model": version["model"]["name"]}, "activate")
+        return arriving.go_on(version["snapshot"], {**draft, "model": version["model"]["name"]}, "verify")
 
     return before
 
@@ -98,7 +98,7 @@ def test_a_good_version_is_ready_and_is_activated_by_the_primary_button(kept, be
     page.get_by_test_id("stage").focus()
     page.keyboard.press("Enter")  # once too often
     page.reload()  # the place is kept
-    operator.is_at("activate")
+    operator.is_at("verify")
     expect(page.get_by_test_id("headline")).to_have_text("Ready to activate", timeout=LONG_MS)
     assert active(server) != good["id"]
     page.get_by_test_id("next").click()
@@ -152,7 +152,7 @@ def test_leaving_ends_the_checks_and_a_refused_one_is_unknown(kept, before, serv
         status=503, json={"detail": "The server is busy.", "fix": "Try again."}))
     page.route("**/calibrations/*/exports", lambda route: None)  # never answered
     page.reload()
-    operator.is_at("activate")
+    operator.is_at("verify")
     expect(state(page, "lines", "unknown")).to_contain_text("The server is busy. Try again.")
     state(page, "export", "running")
     expect(page.get_by_test_id("next")).not_to_have_text("Checking…")  # it cannot turn out bad

@@ -1,6 +1,10 @@
-// The loupe: raw pixels under the pointer or the selected point, with cross-hair, curves and points.
+// The loupe: raw pixels under the pointer or the selected point, with cross-hair, curves and points. It stands beside
+// the picture; over it only where there is no room beside, and above a finger.
+import { computed, signal } from "@preact/signals";
+import { createRef } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { doc, pointsOf } from "../../core/document.js";
+import { words } from "../../core/format.js";
 import { html } from "../../core/html.js";
 import { editing, pointer, selectedPoints, tool } from "../../core/state.js";
 import { colour, path } from "../drawing.js";
@@ -8,63 +12,87 @@ import { stageSize, toStage, view } from "../viewport.js";
 import { curves, isCurve } from "../../features/calibrate/fitting.js";
 import { snapPreview } from "../../features/calibrate/snapping.js";
 
-export const SIZE_PX = 156;
+export const SIZE_PX = 156; // of the floating one
 const MIN_ZOOM = 8; // screen pixels for one of the picture's: single pixels must be seen
 const SNAP = "#00a86b",
   EDGE_PX = 6,
   FRESH_PX = 3; // a look ahead from farther away is an old one
-const FINGER_PX = 120; // so far above a finger
+const FINGER_PX = 120, // so far above a finger
+  BESIDE_FINGER_PX = 60; // or beside it, where there is no room above
+
+const small = matchMedia("(max-width: 720px), (max-width: 960px) and (max-height: 500px)"), // as in small.css
+  isSmall = signal(small.matches);
+small.addEventListener("change", () => {
+  isSmall.value = small.matches;
+});
+
+/** The picture whose pixels are shown: the stage's. */
+export const loupePicture = /** @type {import("preact").RefObject<HTMLImageElement>} */ (createRef());
 
 /** What the loupe looks at: the point that is held or selected, else the pointer. */
-function target() {
-  if (!editing.value || tool.value !== "pick") return null;
+const target = computed(() => {
+  if (!editing.value) return null;
   const at = pointer.value,
-    last = selectedPoints.value.at(-1);
-  const point = last && pointsOf(doc.value, last.feature)[last.index];
+    last = selectedPoints.value.at(-1),
+    point = last && pointsOf(doc.value, last.feature)[last.index];
   if (point && (at?.down || !at))
-    return { x: point[0], y: point[1], touch: at?.touch ?? false };
-  return at && (!at.touch || at.down) ? at : null;
-}
-
-/**
- * Where it stands: above a finger, else in the corner that the target is far from.
- * @param {{ x: number, y: number, touch: boolean }} at
- */
-function place(at) {
-  const [sx, sy] = toStage(at.x, at.y),
-    { width } = stageSize.value;
-  const within = (/** @type {number} */ x) => Math.min(Math.max(8, x), width - SIZE_PX - 8);
-  if (at.touch)
     return {
-      left: within(sx - SIZE_PX / 2),
-      top: sy > FINGER_PX + SIZE_PX ? sy - FINGER_PX - SIZE_PX / 2 : sy + FINGER_PX - SIZE_PX / 3,
+      x: point[0],
+      y: point[1],
+      touch: at?.touch ?? false,
+      name: `${words(last.feature)}, point ${last.index + 1}`,
     };
-  return { left: sx > width / 2 && sy < 2 * SIZE_PX ? 16 : width - SIZE_PX - 16, top: 64 };
-}
+  return at && (!at.touch || at.down) ? { ...at, name: "" } : null;
+});
 
-/** @param {{ picture: import("preact").RefObject<HTMLImageElement> }} props */
-export function Loupe({ picture }) {
-  const at = target();
-  if (!at) return null;
+/** What is drawn over its pixels. @param {{ x: number, y: number }} at @returns {{ lines: Line[], rings: Ring[] }} */
+function marks(at) {
   const lines = Object.entries(curves.value).flatMap(([border, curve]) =>
     isCurve(curve) ? [{ points: curve.curve, colour: colour(border) }] : [],
   );
   const rings = doc.value.observations.flatMap(({ feature, points }) =>
     points.map((point) => ({ point, colour: colour(String(feature)) })),
   );
-  const there =
-    snapPreview.value?.state === "snapped" &&
-    Math.hypot(snapPreview.value.of[0] - at.x, snapPreview.value.of[1] - at.y) < FRESH_PX
-      ? snapPreview.value
-      : null;
-  return html`<${Glass}
-    picture=${picture}
-    at=${at}
-    place=${place(at)}
-    k=${view.value.k}
-    lines=${there ? [...lines, ...edges(there)] : lines}
-    rings=${there ? [...rings, { point: there.point, colour: SNAP }] : rings}
-  />`;
+  const snap = snapPreview.value;
+  return snap?.state === "snapped" && Math.hypot(snap.of[0] - at.x, snap.of[1] - at.y) < FRESH_PX
+    ? { lines: [...lines, ...edges(snap)], rings: [...rings, { point: snap.point, colour: SNAP }] }
+    : { lines, rings };
+}
+
+/** Beside the picture, at the head of the results. */
+export function DockedLoupe() {
+  const at = target.value;
+  if (!editing.value || isSmall.value) return null;
+  return html`<div class="loupe-dock">
+    ${at && !at.touch
+      ? html`
+        <${Glass} picture=${loupePicture} at=${at} k=${view.value.k} ...${marks(at)} />
+        ${at.name && html`<span>${at.name}</span>`}
+      `
+      : html`<p>Point at the picture to see its pixels here</p>`}
+  </div>`;
+}
+
+/** Over the picture: above a finger, else in the corner that the target is far from. */
+export function FloatingLoupe() {
+  const at = target.value;
+  if (!at || tool.value !== "pick" || !(at.touch || isSmall.value)) return null;
+  return html`<${Glass} picture=${loupePicture} at=${at} place=${place(at)} k=${view.value.k} ...${marks(at)} />`;
+}
+
+/**
+ * Where it floats, px of the stage.
+ * @param {{ x: number, y: number, touch: boolean }} at
+ */
+function place(at) {
+  const [sx, sy] = toStage(at.x, at.y),
+    { width } = stageSize.value;
+  const within = (/** @type {number} */ x) => Math.min(Math.max(8, x), width - SIZE_PX - 8),
+    isRight = sx > width / 2;
+  if (!at.touch) return { left: isRight && sy < 2 * SIZE_PX ? 8 : width - SIZE_PX - 8, top: 8 };
+  const above = sy - FINGER_PX - SIZE_PX / 2;
+  if (above >= 0) return { left: within(sx - SIZE_PX / 2), top: above };
+  return { left: within(isRight ? sx - BESIDE_FINGER_PX - SIZE_PX : sx + BESIDE_FINGER_PX), top: 8 };
 }
 
 /**
@@ -80,7 +108,7 @@ function edges({ point: [x, y], width_px = 0, direction_deg = 0 }) {
     colour: SNAP,
     points: [-EDGE_PX, EDGE_PX].map(
       (along) =>
-        /** @type {import("../../core/types").Point} */ ([
+        /** @type {Point} */ ([
           x + along * ux - side * width_px * uy,
           y + along * uy + side * width_px * ux,
         ]),
@@ -89,27 +117,27 @@ function edges({ point: [x, y], width_px = 0, direction_deg = 0 }) {
 }
 
 /**
- * @typedef {{ points: (import("../../core/types").Point | null)[], colour: string }} Line
- * @typedef {{ point: import("../../core/types").Point, colour: string }} Ring
+ * @typedef {import("../../core/types").Point} Point
+ * @typedef {{ points: (Point | null)[], colour: string }} Line
+ * @typedef {{ point: Point, colour: string }} Ring
  */
 
-/** A round window on a picture's own pixels. at: picture pixels; place: stage pixels; k: the stage's scale.
- * @param {{ picture: import("preact").RefObject<HTMLImageElement>, at: { x: number, y: number }, place: { left: number,
- * top: number }, k: number, lines: Line[], rings: Ring[] }} props */
-export function Glass({ picture, at, place: { left, top }, k, lines, rings }) {
-  const canvas = useRef(/** @type {HTMLCanvasElement | null} */ (null)),
-    ratio = devicePixelRatio;
+/**
+ * A window on a picture's own pixels. at: picture pixels; place: stage pixels, where it floats; k: the stage's scale.
+ * @param {{ picture: import("preact").RefObject<HTMLImageElement>, at: { x: number, y: number },
+ * place?: { left: number, top: number }, k: number, lines: Line[], rings: Ring[] }} props
+ */
+export function Glass({ picture, at, place: float, k, lines, rings }) {
+  const canvas = useRef(/** @type {HTMLCanvasElement | null} */ (null));
   useEffect(() => {
     if (canvas.current && picture.current?.complete)
       draw(canvas.current, picture.current, at, Math.max(MIN_ZOOM, 2 * k), lines, rings);
   });
   return html`<canvas
-    class="loupe"
+    class=${float ? "loupe floating" : "loupe"}
     data-testid="loupe"
     ref=${canvas}
-    width=${SIZE_PX * ratio}
-    height=${SIZE_PX * ratio}
-    style=${`left:${left}px;top:${top}px;width:${SIZE_PX}px;height:${SIZE_PX}px`}
+    style=${float && `left:${float.left}px;top:${float.top}px;width:${SIZE_PX}px;height:${SIZE_PX}px`}
     aria-hidden="true"
   />`;
 }
@@ -125,15 +153,16 @@ export function Glass({ picture, at, place: { left, top }, k, lines, rings }) {
 function draw(canvas, picture, at, scale, lines, rings) {
   const g = canvas.getContext("2d");
   if (!g) return;
-  const ratio = canvas.width / SIZE_PX,
-    k = scale * ratio,
-    half = canvas.width / 2;
-  g.setTransform(1, 0, 0, 1, 0, 0);
+  const ratio = devicePixelRatio,
+    k = scale * ratio;
+  canvas.width = canvas.clientWidth * ratio;
+  canvas.height = canvas.clientHeight * ratio;
+  const middle = /** @type {Point} */ ([canvas.width / 2, canvas.height / 2]);
   g.fillStyle = "#000";
   g.fillRect(0, 0, canvas.width, canvas.height);
   g.imageSmoothingEnabled = false;
   // Picture pixels, with (0, 0) the centre of the first one.
-  g.setTransform(k, 0, 0, k, half - at.x * k, half - at.y * k);
+  g.setTransform(k, 0, 0, k, middle[0] - at.x * k, middle[1] - at.y * k);
   g.drawImage(picture, -0.5, -0.5);
   g.lineWidth = (1.8 * ratio) / k;
   for (const line of lines) {
@@ -145,7 +174,7 @@ function draw(canvas, picture, at, scale, lines, rings) {
     colour: shade,
   } of rings)
     ring(g, x, y, (5 * ratio) / k, shade, ratio / k);
-  cross(g, half, ratio);
+  cross(g, middle, ratio);
 }
 
 /**
@@ -164,9 +193,9 @@ function ring(g, x, y, r, shade, px) {
   g.stroke();
 }
 
-/** @param {CanvasRenderingContext2D} g @param {number} half @param {number} ratio */
-function cross(g, half, ratio) {
-  g.setTransform(1, 0, 0, 1, half, half);
+/** @param {CanvasRenderingContext2D} g @param {Point} middle @param {number} ratio */
+function cross(g, middle, ratio) {
+  g.setTransform(1, 0, 0, 1, ...middle);
   for (const [style, width] of /** @type {[string, number][]} */ ([
     ["#000a", 3],
     ["#fff", 1],

@@ -3,15 +3,20 @@ import { computed } from "@preact/signals";
 import { BORDERS, doc } from "../../core/document.js";
 import { mm, words } from "../../core/format.js";
 import { html } from "../../core/html.js";
-import { active, box, editing, selectedPoints, showLines, snapshot } from "../../core/state.js";
+import { active, box, editing, pointer, selectedPoints, showLines, snapshot, tool } from "../../core/state.js";
 import { colour, path, placed } from "../drawing.js";
 import { LineSuggestions } from "./line_suggestions.js";
 import { stageSize, toStage, view } from "../viewport.js";
 import { curves, isCurve, preview, stale } from "../../features/calibrate/fitting.js";
 
 const MARK_PX = 5.5,
-  TICK_PX = 2, // of points so dense that marks would hide the line: detected ones
-  DENSE = 15; // on one line
+  TICK_PX = 1.8, // of points so dense that marks would hide the line: detected ones
+  DENSE_PX = 26, // between neighbours on one line, on the stage
+  NEAR_PX = 40; // of the pointer: there they are marks again
+const NAME_PX = 7, // width of a letter
+  BENT_PX = 8; // farther from its chord, a line is an arc
+
+/** @typedef {import("../../core/types").Point} Point */
 const WORTH = 0.95; // a gain smaller than a twentieth is not worth a click
 const LABEL_PX = 230; // room for the words beside it
 const BEYOND_PX = 6; // a curve is bold from its first to its last point, and a little further
@@ -30,13 +35,14 @@ export function Overlay() {
     ${editing.value && html`
       <${NextClick} />
       <${Points} />
+      <${NearPointer} />
       <${Box} />
     `}
   </svg>`;
 }
 
 /** What is painted on the field, as the model sees it; the borders on top. size: of the picture, which clips it.
- * @param {{ features: import("../../core/types").Feature[], transform: string, size: import("../../core/types").Point,
+ * @param {{ features: import("../../core/types").Feature[], transform: string, size: Point,
  * name: string }} props */
 export function FieldLines({ features, transform, size: [width, height], name }) {
   const drawn = features
@@ -87,7 +93,7 @@ function Curves() {
 /**
  * The part of the picture between a border's outermost points.
  * @param {import("../../core/types").Border} border
- * @param {import("../../core/types").Point[]} points
+ * @param {Point[]} points
  * @param {number} more
  */
 function between(border, points, more) {
@@ -111,27 +117,29 @@ function Points() {
   </g>`;
 }
 
-/** @param {{ feature: string, kind: string, points: import("../../core/types").Point[] }} props */
+/** @param {{ feature: string, kind: string, points: Point[] }} props */
 function FeaturePoints({ feature, kind, points }) {
   const curve = curves.value[/** @type {import("../../core/types").Border} */ (feature)];
   const strays = new Set(isCurve(curve) && curve.points.length === points.length ? curve.outliers : []);
-  const label = labelPlace(points),
-    isDense = points.length > DENSE;
+  const isDense = areDense(points),
+    isNamed = feature === active.value || BORDERS.includes(/** @type {any} */ (feature)),
+    label = isNamed ? labelPlace(points, words(feature).length * NAME_PX) : null;
   return html`<g class=${feature === active.value ? "points active" : "points"} style=${`--colour:${colour(feature)}`}>
     ${points.map((p, index) => {
       const [x, y] = toStage(...p);
-      const isPicked = selectedPoints.value.some((q) => q.feature === feature && q.index === index);
+      const isStray = strays.has(index),
+        isPicked = selectedPoints.value.some((q) => q.feature === feature && q.index === index);
       return html`<g
         key=${index}
         transform=${`translate(${x} ${y})`}
-        class=${`point${isPicked ? " picked" : ""}${strays.has(index) ? " stray" : ""}`}
+        class=${`point${isPicked ? " picked" : ""}${isStray ? " stray" : isDense && !isPicked ? " tick" : ""}`}
         data-point=${`${feature}:${index}`}
       >
         ${isPicked && html`<circle class="ring" r="9.5" />`}
         ${kind === "landmark"
           ? html`<path class="mark" d="M0 -7L7 0L0 7L-7 0Z" />`
           : html`<circle class="mark" r=${isDense && !isPicked ? TICK_PX : MARK_PX} />`}
-        ${strays.has(index) && html`
+        ${isStray && html`
           <path class="cross" d="M-5 -5L5 5M-5 5L5 -5" />
           <text x="12" y="4">
             stray
@@ -139,17 +147,80 @@ function FeaturePoints({ feature, kind, points }) {
         `}
       </g>`;
     })}
-    ${label && html`<text class="name" x=${label[0]} y=${label[1]}>
+    ${label && html`<text class="name" x=${label.x} y=${label.y} text-anchor=${label.anchor}>
       ${words(feature)}
     </text>`}
   </g>`;
 }
 
-/** Beside the middle one of a feature's points. @param {import("../../core/types").Point[]} points */
-function labelPlace(points) {
+/** Whether marks would touch each other and hide their line. @param {Point[]} points */
+const areDense = (points) =>
+  points.reduce((sum, [x, y], i) => (i ? sum + Math.hypot(x - points[i - 1][0], y - points[i - 1][1]) : 0), 0) *
+    view.value.k <
+  DENSE_PX * (points.length - 1);
+
+/** Dense points about the pointer, as the marks that a press would take. */
+function NearPointer() {
+  const at = pointer.value;
+  if (!at || tool.value !== "pick") return null;
+  const reach = NEAR_PX / view.value.k;
+  return html`<g class="near">
+    ${doc.value.observations.flatMap(({ feature, points }) =>
+      areDense(points)
+        ? points
+            .filter(([x, y]) => Math.hypot(x - at.x, y - at.y) < reach)
+            .map((p) => {
+              const [x, y] = toStage(...p);
+              return html`<circle
+                key=${p}
+                cx=${x}
+                cy=${y}
+                r=${MARK_PX}
+                style=${`--colour:${colour(String(feature))}`}
+              />`;
+            })
+        : [],
+    )}
+  </g>`;
+}
+
+/**
+ * Where a line's name stands: beside it, never on it, on the side that it bulges to, else on the outer one; not out of
+ * the stage. Not at its middle, where other lines cross.
+ * @param {Point[]} points
+ * @param {number} width of the name, px
+ */
+function labelPlace(points, width) {
   if (points.length === 0) return null;
-  const [x, y] = toStage(...points[points.length >> 1]);
-  return [x + 12, y - 10];
+  const third = Math.floor(points.length / 3),
+    [x, y] = toStage(...points[third]),
+    [x0, y0] = toStage(...points[Math.max(0, third - 1)]),
+    [x1, y1] = toStage(...points[Math.min(points.length - 1, third + 1)]);
+  const size = stageSize.value,
+    isUpright = Math.abs(y1 - y0) > Math.abs(x1 - x0),
+    [bulgeX, bulgeY] = fromChord([x, y], toStage(...points[0]), toStage(...points[points.length - 1]));
+  const bulge = isUpright ? bulgeX : bulgeY,
+    outer = isUpright ? x - size.width / 2 : y - size.height / 2;
+  let side = Math.sign(Math.abs(bulge) > BENT_PX ? bulge : outer) || 1;
+  if (isUpright) {
+    if (x + side * (12 + width) < 0 || x + side * (12 + width) > size.width) side = -side;
+    return { x: x + 12 * side, y: y + 4, anchor: side > 0 ? "start" : "end" };
+  }
+  if (y + side * 26 < 0 || y + side * 26 > size.height) side = -side;
+  return { x, y: side > 0 ? y + 21 : y - 12, anchor: "middle" };
+}
+
+/**
+ * How far a point lies from the chord between two others: px across it.
+ * @param {Point} p
+ * @param {Point} a
+ * @param {Point} b
+ */
+function fromChord([x, y], [ax, ay], [bx, by]) {
+  const length = Math.hypot(bx - ax, by - ay) || 1,
+    [ux, uy] = [(bx - ax) / length, (by - ay) / length],
+    along = (x - ax) * ux + (y - ay) * uy;
+  return [x - ax - along * ux, y - ay - along * uy];
 }
 
 /** Where one more click would help most, and what it would gain. */

@@ -1,7 +1,8 @@
 // Known lenses: calibrated with boards, and those of earlier calibrations.
 import { effect, signal, untracked } from "@preact/signals";
 import { call, online } from "../../core/api.js";
-import { notifyError, lensOpen, snapshot, step } from "../../core/state.js";
+import { lensOpen } from "../../core/folds.js";
+import { notifyError, snapshot, step } from "../../core/state.js";
 import { versions } from "../versions/versions.js";
 
 /** From boards, newest first. */

@@ -1,6 +1,7 @@
 // Actions on camera models: compare them on the clicks, use the recommended one.
 import { doc } from "../../core/document.js";
-import { editing, lensOpen } from "../../core/state.js";
+import { lensOpen } from "../../core/folds.js";
+import { editing } from "../../core/state.js";
 import { preview } from "./fitting.js";
 import {
   compareModels,

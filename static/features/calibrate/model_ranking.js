@@ -3,7 +3,8 @@ import { effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
 import { FACTS, change, doc, dragging, withAutomaticModel, withModel } from "../../core/document.js";
 import { Stopped, followJob, runJob } from "../../core/jobs.js";
-import { editing, lensOpen, model, models, snapshot } from "../../core/state.js";
+import { lensOpen } from "../../core/folds.js";
+import { editing, model, models, snapshot } from "../../core/state.js";
 import { fitBody, preview, stale } from "./fitting.js";
 
 const PAUSE_MS = 400; // seven fits and their cross-validation are not asked for at pointer rate

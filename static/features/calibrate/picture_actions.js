@@ -29,8 +29,8 @@ export const PICTURE_ACTIONS = [
 export const FIELD_ACTIONS = [
   {
     id: "turn",
-    label: "Turn the field a quarter",
-    short: "Turn a quarter",
+    label: "Rotate the field by 90°",
+    short: "Rotate 90°",
     keys: ["t"],
     group: "Pictures",
     run: () => change({ ...doc.value, rotate: (rotation.value + 90) % 360 }),

@@ -2,18 +2,19 @@
 import { run } from "../../core/actions.js";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { words } from "../../core/format.js";
-import { camera, cameras, field, lensOpen, model, modelName, models, region, step } from "../../core/state.js";
+import { lensOpen, unfold } from "../../core/folds.js";
+import { camera, cameras, field, model, modelName, models, region, step } from "../../core/state.js";
 import { mainViewport } from "../../canvas/viewport.js";
 import { activeViewport, correctedPlacement, margin, visiblePicture } from "../compare/comparison.js";
 import { heat, shownMap } from "../compare/heat.js";
 import { version } from "../versions/versions.js";
 import { activateFeature, remove, select } from "./editing.js";
-import { preview } from "./fitting.js";
+import { preview, stale } from "./fitting.js";
 import { compareModels, ranking, useModel } from "./model_ranking.js";
 
 /**
  * @typedef {{ reason?: string, feature?: string | null, index?: number | null }} Trouble
- * @typedef {{ label: string, test: string, run: () => void }} Fix
+ * @typedef {{ label: string, test: string, run: () => void, waits?: boolean }} Fix
  */
 
 const NEAREST = 2; // stage pixels for one of the picture, at least: a place can be seen well
@@ -84,6 +85,7 @@ function point({ feature, index }) {
     {
       label: "Remove this point",
       test: "remove-stray",
+      waits: stale.value, // until the points that it speaks of are those in the picture
       run: () => {
         showPoints();
         remove(pick);
@@ -108,7 +110,7 @@ function showPoints() {
 /** To the lens models and their options. */
 function openLens() {
   step.value = "points";
-  lensOpen.value = true;
+  unfold("lens");
 }
 
 /** The border with the fewest points. */
@@ -165,7 +167,7 @@ const board = () =>
 const turn = () =>
   region.value
     ? {
-        label: "Turn the field a quarter",
+        label: "Rotate the field by 90°",
         test: "cure-turn",
         run: () => {
           showPoints();

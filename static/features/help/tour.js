@@ -13,7 +13,7 @@ import { isSaved, version } from "../versions/versions.js";
  * @typedef {object} Stop
  * @property {string} id
  * @property {import("../../core/types").StepId} step where it is
- * @property {boolean} [lens] whether it is among the lens models
+ * @property {import("../../core/folds.js").Fold} [fold] what is unfolded for it
  * @property {string} at what it points at: a CSS selector
  * @property {string} title
  * @property {string} text what it is, and what to do
@@ -67,9 +67,9 @@ export const STOPS = [
     title: "How the field stands in the picture",
     more: "conventions.md#the-field",
     done: () => region.value !== null,
-    text: "L, R, T and B are left, right, top and bottom of the picture. Turn the drawing until it stands as the " +
-      "picture does.",
-    numbers: () => [["Turned by", `${rotation.value}°`]],
+    text: "L, R, T and B are left, right, top and bottom of the picture. Rotate the drawing until it stands as " +
+      "the picture does.",
+    numbers: () => [["Rotated by", `${rotation.value}°`]],
   },
   {
     id: "borders",
@@ -116,6 +116,7 @@ export const STOPS = [
   {
     id: "distortion",
     step: "points",
+    fold: "distortion",
     at: "section[aria-label=Distortion]",
     title: "How bent the picture is",
     more: "numbers.md#distortion",
@@ -131,6 +132,7 @@ export const STOPS = [
   {
     id: "residuals",
     step: "points",
+    fold: "residuals",
     at: "section[aria-label=Residuals]",
     title: "How well you clicked",
     more: "numbers.md#residual",
@@ -145,7 +147,7 @@ export const STOPS = [
   {
     id: "models",
     step: "points",
-    lens: true,
+    fold: "lens",
     at: "[data-testid=models]",
     title: "Which model",
     more: "models.md",

@@ -5,9 +5,8 @@ import { notifyError } from "../../core/state.js";
 import { createViewport } from "../../canvas/viewport.js";
 import { cameraView, openedCamera, status } from "./camera_page.js";
 
-const MARGIN = { top: 10, side: 10, bottom: 10 };
 /** The camera's own picture, in raw pixels of its calibration. */
-export const liveView = createViewport(MARGIN);
+export const liveView = createViewport();
 /** Where the pointer is, in raw pixels. */
 export const livePointer = signal(/** @type {{ x: number, y: number } | null} */ (null));
 /** Corrected pixels around the field, as the stream shows them. */

@@ -21,7 +21,6 @@ import {
 import { createViewport } from "../../canvas/viewport.js";
 
 const LAST = "touchline.pair"; // the two pictures that were compared last
-const MARGIN = { top: 10, side: 10, bottom: 10 };
 export const ENOUGH = 12; // matches: seven numbers are fitted, the others bear them out
 
 /**
@@ -43,7 +42,7 @@ export const pictures = signal(
 export const suitedCalibrations = signal(
   /** @type {Record<Side, import("../../core/types").Calibration[]>} */ ({ a: [], b: [] }),
 );
-export const views = { a: createViewport(MARGIN), b: createViewport(MARGIN) };
+export const views = { a: createViewport(), b: createViewport() };
 /** Where the keys work. */
 export const side = signal(/** @type {Side} */ ("a"));
 export const chosen = signal(/** @type {{ side: Side, index: number } | null} */ (null));

@@ -2,7 +2,8 @@
 // each is followed.
 import { batch, computed } from "@preact/signals";
 import { PAGE_NAMES, addressOf, calibrateAddress, page } from "../../core/page.js";
-import { atBoard, atLive, atPair, atStraight, lensOpen, snapshot, step } from "../../core/state.js";
+import { unfold } from "../../core/folds.js";
+import { atBoard, atLive, atPair, atStraight, snapshot, step } from "../../core/state.js";
 import { openBoard } from "../board/board.js";
 import { closePicture, openById } from "../calibrate/pictures.js";
 import { openLive } from "../live/camera_page.js";
@@ -80,7 +81,7 @@ export async function follow() {
   atPair.value = false;
   atStraight.value = false;
   if (id) {
-    if (location.hash.split("/")[2] === "model") lensOpen.value = true;
+    if (location.hash.split("/")[2] === "model") unfold("lens");
     history.replaceState(null, "", calibrateAddress(id, at));
   }
   if (!id) {

@@ -2,6 +2,7 @@
 import { BORDERS } from "../../../core/document.js";
 import { pct, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { Fold } from "../../../ui/fold.js";
 import { colour } from "../../../canvas/drawing.js";
 import { curves, isCurve, preview, stale } from "../fitting.js";
 
@@ -24,8 +25,9 @@ export function Distortion({ report }) {
   const all = it?.distortion,
     full = Math.max(1.5 * STANDARD_PCT, ...rows.map(({ before }) => 1.1 * Math.abs(before ?? 0))),
     at = (/** @type {number} */ v) => 50 + (50 * v) / full;
+  const value = all ? `${pct(all.before_pct)} %, ${kindOf(all)}` : "";
   return html`<section aria-label="Distortion">
-    <h2>Distortion, of ±${STANDARD_PCT} % for a standard lens</h2>
+    <${Fold} id="distortion" title="Distortion" value=${value}>
     ${rows.map(({ border, before, after }) => html`<div
       key=${border}
       class="bar-row"
@@ -50,15 +52,19 @@ export function Distortion({ report }) {
     </div>`)}
     <p class="key">
       <span>
-        <i class="band"></i>standard lens
+        <i class="band"></i>standard lens, ±${STANDARD_PCT} %
       </span>
       <span>
         <i class="after"></i>after correction
       </span>
     </p>
     ${all && html`<p class="reason" data-testid="distortion">
-      ${words(all.kind === "none" ? "no clear bend" : all.kind)}: ${pct(all.before_pct)} % before,${" "}
+      ${words(kindOf(all))}: ${pct(all.before_pct)} % before,${" "}
       ${pct(all.after_pct)} % after correction.
     </p>`}
+    <//>
   </section>`;
 }
+
+/** @param {import("../../../core/types").Report["distortion"]} all */
+const kindOf = ({ kind }) => (kind === "none" ? "no clear bend" : kind);

@@ -1,4 +1,4 @@
-// Every model on the same clicks: error in millimetres, number of parameters, and a verdict in words.
+// Every model on the same points: error inside the field, number of parameters, and a verdict in words.
 import { computed, signal } from "@preact/signals";
 import { doc } from "../../../core/document.js";
 import { mm, number, plural } from "../../../core/format.js";
@@ -10,7 +10,7 @@ import { LEVEL } from "./levels.js";
 
 /**
  * @typedef {import("../../../core/types").Ranked} Ranked
- * @typedef {"title" | "held_out_mm" | "field_mm" | "parameters"} Column
+ * @typedef {"title" | "field_mm" | "parameters"} Column
  */
 
 const NO_DISTORTION = "No significant distortion. ";
@@ -18,16 +18,11 @@ const NO_DISTORTION = "No significant distortion. ";
 const COLUMNS = [
   { id: "title", label: "Model", title: "Sort by name" },
   {
-    id: "held_out_mm",
-    label: "Held out",
-    title: "Sort by held-out error: each click in turn is left out and predicted",
-  },
-  {
     id: "field_mm",
-    label: "On field",
-    title: "Sort by error on the field: held-out error, and what it misses where nothing was clicked",
+    label: "Error",
+    title: "Sort by error inside the field: of points left out in turn, and where there are none",
   },
-  { id: "parameters", label: "n", title: "Sort by the number of parameters" },
+  { id: "parameters", label: "Parameters", title: "Sort by the number of parameters" },
 ];
 
 /** By which column; up: the smallest first. */
@@ -101,16 +96,6 @@ function Row({ name, title, it, failed }) {
           ${title}
         </button>
       </th>
-      <td>
-        ${it
-          ? html`
-            ${mm(it.held_out_mm)}
-            <small> mm</small>
-          `
-          : (
-          ""
-        )}
-      </td>
       <td class="value">
         ${it
           ? html`
@@ -128,7 +113,7 @@ function Row({ name, title, it, failed }) {
       <td>${it ? it.parameters : ""}</td>
     </tr>
     ${it && html`<tr class="words">
-      <td colspan="4">
+      <td colspan="3">
         <b class=${`level ${it.verdict.level}`}>${LEVEL[it.verdict.level]}</b>
         ${isBest && html`
           , <b class="recommended">recommended</b>
@@ -136,12 +121,12 @@ function Row({ name, title, it, failed }) {
       </td>
     </tr>`}
     ${failed && html`<tr class="words">
-      <td colspan="4" data-testid=${`failed-${name}`}>
+      <td colspan="3" data-testid=${`failed-${name}`}>
         <b class="level fair">Cannot be fitted.</b> ${failed.what} ${failed.fix}
       </td>
     </tr>`}
     ${isOn && it && html`<tr class="words">
-      <td colspan="4">
+      <td colspan="3">
         <dl class="reason details" data-testid="model-details">
           ${details(it).map(([what, value]) => html`<div key=${what}>
             <dt>${what}</dt>

@@ -4,11 +4,12 @@ import { mm, number, plural, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { comparing, editing, selectedPoints } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
+import { Fold } from "../../../ui/fold.js";
 import { Plot, ink } from "../../../ui/plot.js";
 import { colour } from "../../../canvas/drawing.js";
 import { reveal } from "../../../canvas/viewport.js";
 import { select } from "../editing.js";
-import { stale } from "../fitting.js";
+import { preview, stale } from "../fitting.js";
 import { binned, groups, hovered, isSame, plot, pointAt, valueOf } from "../residuals.js";
 import { arrows } from "../../compare/residual_arrows.js";
 
@@ -24,11 +25,14 @@ const HEIGHT = 150,
   GAP = 0.12; // of a line's share: between two lines
 const NORMAL = 1 / Math.sqrt(2 * Math.PI);
 
-export function Residuals() {
+/** @param {{ report?: import("../../../core/types").Report }} props a saved version's report, else the present one */
+export function Residuals({ report }) {
   const { unit, kind } = plot.value,
     all = groups.value.flatMap((g) => g.bars),
     known = all.filter((bar) => valueOf(bar) !== null);
   if (!all.length) return null;
+  const it = report ?? preview.value?.report,
+    value = it ? `${number(it.rms_px, 2)} px, largest ${number(it.max_px, 2)} px` : "";
   /** @param {Partial<typeof plot.value>} next @param {string} label @param {string} test @param {boolean} isOn */
   const choice = (next, label, test, isOn) => html`<button
     type="button"
@@ -41,7 +45,7 @@ export function Residuals() {
     ${label}
   </button>`;
   return html`<section class=${editing.value && stale.value && unit === "mm" ? "stale" : ""} aria-label="Residuals">
-    <h2>Residuals, ${unit}</h2>
+    <${Fold} id="residuals" title="Residuals" value=${value}>
     <div class="line choices">
       <div class="switch" role="group" aria-label="Which plot">
         ${choice({ kind: "along" }, "Along the lines", "plot-along", kind === "along")}
@@ -66,6 +70,7 @@ export function Residuals() {
         label=${arrows.value.on ? "Hide the arrows" : "Show as arrows on the picture"}
       />
     </div>
+    <//>
   </section>`;
 }
 
@@ -152,7 +157,7 @@ function Along() {
     of=${`${lines.map((l) => l.feature).join()} ${plot.value.unit}`}
     name="residuals"
     height=${HEIGHT}
-    label="Residuals along the lines. Arrow keys go from click to click, Enter selects."
+    label=${`Residuals along the lines in ${plot.value.unit}. Arrow keys go from point to point, Enter selects.`}
     data=${[xs, values]}
     at=${shown}
     options=${() => ({

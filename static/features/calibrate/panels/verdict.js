@@ -109,5 +109,5 @@ export const Figures = ({ report }) => html`
   <${Verdict} report=${report} />
   ${editing.value && html`<${LensModel} />`}
   <${Distortion} report=${report} />
-  ${(report || doc.value.observations.length > 0) && html`<${Residuals} />`}
+  ${(report || doc.value.observations.length > 0) && html`<${Residuals} report=${report} />`}
 `;

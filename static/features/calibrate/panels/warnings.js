@@ -13,8 +13,8 @@ export function Fixes({ trouble }) {
   const fixes = fixesOf(trouble);
   return (
     fixes.length > 0 && html`<div class="line">
-      ${fixes.map(({ label, test, run }) => 
-        html`<button key=${test} type="button" data-testid=${test} onClick=${run}>
+      ${fixes.map(({ label, test, run, waits }) => 
+        html`<button key=${test} type="button" data-testid=${test} disabled=${waits} onClick=${run}>
           ${label}
         </button>`)}
     </div>`

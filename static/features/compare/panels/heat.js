@@ -17,7 +17,7 @@ export function HeatLegend() {
   const { what } = heat.value,
     map = shownMap.value,
     why = mapRefusal.value;
-  return html`<section class="legend" data-off-stage data-testid="legend" aria-label="Scale of the map">
+  return html`<section class="legend" data-testid="legend" aria-label="Scale of the map">
     <h2>
       ${what === "expected"
         ? "Expected error"

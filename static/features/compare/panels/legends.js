@@ -15,7 +15,6 @@ export function GridLegend() {
     };
   return html`<section
     class="legend narrow"
-    data-off-stage
     data-testid="grid-legend"
     aria-label="Grid"
     title="Straight on the corrected picture; as bent on the raw one as the lens bends."
@@ -45,7 +44,6 @@ export function BlinkLegend() {
     name = visiblePicture.value === "raw" ? "Raw" : "Corrected";
   return html`<section
     class="legend narrow"
-    data-off-stage
     data-testid="blink-legend"
     data-showing=${visiblePicture.value}
     aria-label="Blink"

@@ -21,7 +21,6 @@ export function ArrowLegend() {
     strays = all.filter((a) => a.outlier).length;
   return html`<section
     class="legend narrow"
-    data-off-stage
     data-testid="arrow-legend"
     aria-label="Scale of the residual arrows"
   >

@@ -1,9 +1,10 @@
 // The tour's card beside the work, and the ring around what it speaks of. Nothing is covered and nothing waits for it.
-import { useEffect, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { ACTIONS, run } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
 import { openManual } from "../../../core/manual.js";
-import { help, lensOpen } from "../../../core/state.js";
+import { unfold } from "../../../core/folds.js";
+import { help } from "../../../core/state.js";
 import { STOPS, firstStop, go, leaveTour, stop, takeTour, tour } from "../tour.js";
 import { steps } from "../../shell/steps.js";
 
@@ -14,11 +15,17 @@ const LOOK_MS = 250,
 export function Tour() {
   const { on, at } = tour.value,
     it = stop.value,
-    place = steps.value.find((s) => s.id === it.step);
+    place = steps.value.find((s) => s.id === it.step),
+    isDone = it.done(),
+    waited = useRef(-1); // for which stop
+  useEffect(() => {
+    if (on && !isDone) waited.current = at;
+    else if (on && waited.current === at) go(1); // what it asked for is done
+  }, [on, at, isDone]);
   useEffect(() => {
     if (!on) return;
     if (it.step !== "camera") run(`step-${it.step}`); // as far as it is open; no picture is closed for it
-    lensOpen.value = it.lens === true;
+    if (it.fold) unfold(it.fold);
     const soon = setTimeout(
       () => find(it.at)?.scrollIntoView({ block: innerWidth <= NARROW_PX ? "start" : "nearest" }),
       LOOK_MS,
@@ -47,7 +54,7 @@ export function Tour() {
           Not open yet: ${place.sentence}
         </p>`
         : (
-        !it.done() &&
+        !isDone &&
         place && html`<p class="waits" data-testid="tour-waits">
           ${place.sentence}
         </p>`

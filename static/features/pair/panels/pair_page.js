@@ -47,7 +47,7 @@ const RECENT = 8;
 export function PairPage() {
   return html`<div class="pair-desk" data-testid="pair-desk">
     <h1 class="sr">Compare two cameras</h1>
-    <div class="tools" role="toolbar" aria-label="Tools" data-off-stage>
+    <div class="tools" role="toolbar" aria-label="Tools">
       ${TOOLS.map((id, i) =>
         id === "|" ? html`<i key=${i}></i>` : html`<${ActionButton} key=${id} id=${id} withKey />`,
       )}

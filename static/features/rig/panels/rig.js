@@ -227,18 +227,18 @@ function Picture({ name, at, info }) {
           pairs.map((p) => html`<${Cells} key=${`${p.a} ${p.b}`} pair=${p} px=${px} k=${k} top=${top} />`)}
         ${info.overlay.map((l) => html`<path key=${l.feature} class="paint" d=${path(l.points)} />`)}
         <${TrackMarks} px=${px} k=${k} />
-        ${mark && html`<g class="where" data-testid="rig-worst" transform=${`translate(${mark[0]} ${mark[1]})`}>
+        ${mark && html`<g class="where" transform=${`translate(${mark[0]} ${mark[1]})`}>
           <circle r="12" />
           <path d="M-7-7L7 7M-7 7L7-7" />
-          <text
-            x=${mark[0] > width * 0.8 ? -18 : 18}
-            y="6"
-            text-anchor=${mark[0] > width * 0.8 ? "end" : "start"}
-          >
-            worst: ${mm(top)} mm
-          </text>
         </g>`}
       </svg>
+      ${mark && html`<span
+        data-testid="rig-worst"
+        class=${`worst-said${mark[0] > width * 0.8 ? " to-left" : ""}`}
+        style=${`left:${(100 * mark[0]) / width}%;top:${(100 * mark[1]) / height}%`}
+      >
+        worst: ${mm(top)} mm
+      </span>`}
     </div>
     <figcaption>
       ${showMap.value && worst.value && 

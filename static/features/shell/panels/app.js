@@ -5,6 +5,7 @@ import { filePicker } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
 import { opening } from "../../../core/router.js";
 import { atPair, camera, help, step } from "../../../core/state.js";
+import { DockedLoupe } from "../../../canvas/layers/loupe.js";
 import { Stage } from "../../../canvas/stage.js";
 import { BordersPanel } from "../../calibrate/panels/borders.js";
 import { FieldPanel, FieldSummary, PictureAdvice, PictureHelp } from "../../calibrate/panels/picture.js";
@@ -42,11 +43,12 @@ export function App() {
       <${Tour} />
       <${Left} />
     </aside>
-    <div class="middle">
+    <main class="middle">
       <${Stage} Empty=${Middle} Legends=${Legends} />
       <${Notices} />
-    </div>
+    </main>
     <aside class="right" aria-label="Results">
+      <${DockedLoupe} />
       ${help.value ? html`<${Help} />` : html`<${Right} />`}
     </aside>
     <${Footer} />

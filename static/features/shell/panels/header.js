@@ -96,7 +96,7 @@ export function Header() {
 /** Past the header and the panel, by keyboard. @param {MouseEvent} e */
 function toStage(e) {
   e.preventDefault(); // the address bar is the router's
-  document.querySelector("main")?.focus();
+  /** @type {HTMLElement | null} */ (document.querySelector(".stage"))?.focus();
 }
 
 function Next() {
