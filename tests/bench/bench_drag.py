@@ -4,6 +4,7 @@ Command: python tests/bench/bench_drag.py [MODEL …]     (half a minute for eac
 
 Each move of the mouse counts, also those that no request was sent for: from its event to the frame in which a curve was
 drawn anew after it, and to the one in which the verdict was drawn from a question that was asked at this move or later.
+Frames are those of the drag itself; a long task holds the page for more than 50 ms.
 """
 
 import sys
@@ -15,18 +16,22 @@ import numpy as np
 from playwright.sync_api import sync_playwright
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.cli.server import DEMO_CAMERAS
 from app.core.field_json import field_from_json
 from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import Operator, Server
 from tests.support.chromium import ARGUMENTS, chromium_path
+from tests.support.demo_cameras import CAMERAS
 from tests.support.sim_clicks import border_clicks
 
 MOVES = 150
 PACE_S = 1 / 60
 PER_BORDER = 34  # and without the corners 128, with the model's own 32 a border
 WATCH = """
-window.watched = { moves: [], curve: [], preview: [], now: 0 };
+window.watched = { moves: [], curve: [], preview: [], frames: [], long: [] };
+const frame = (at) => { watched.frames.push(at); requestAnimationFrame(frame); };
+requestAnimationFrame(frame);
+new PerformanceObserver((list) => watched.long.push(...list.getEntries().map((entry) => entry.duration)))
+  .observe({ type: "longtask" });
 addEventListener("pointermove", (e) => watched.moves.push(e.timeStamp), { capture: true });
 const drawn = (kind, at) => setTimeout(() => watched[kind].push([at, performance.now()]));
 const painted = (kind, at) => requestAnimationFrame(() => drawn(kind, at));
@@ -66,7 +71,7 @@ def told(ms: np.ndarray, draws: int) -> str:
 
 def dragged(operator: Operator, server: Server, model: str) -> dict:
     """Drag the middle point of the left border about for a while."""
-    settings = DEMO_CAMERAS[0]
+    settings = CAMERAS[0]
     field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
     camera = source_from_url(settings["source"], SourceContext(fields={field.name: field})).camera
     region = field.region(settings["region"])
@@ -74,7 +79,7 @@ def dragged(operator: Operator, server: Server, model: str) -> dict:
     snapshot = server.api("POST", "/snapshots", json={"camera": settings["id"]}).json()["id"]
     seen = [{"feature": n, "kind": "line", "points": p[1:-1].tolist()} for n, p in clicks.items()]
     operator.go_on(snapshot, {"field": field.name, "region": region.name, "model": model, "options": {},
-                              "observations": seen}, "borders")
+                              "observations": seen}, "points")
     page = operator.page
     page.get_by_test_id("curve-left").wait_for(state="attached", timeout=60_000)
     page.get_by_test_id("rms-px").wait_for(timeout=60_000)
@@ -86,13 +91,15 @@ def dragged(operator: Operator, server: Server, model: str) -> dict:
     page.mouse.move(x + 8, y)
     page.mouse.move(x, y)
     page.wait_for_timeout(500)
-    page.evaluate("() => { for (const list of ['moves', 'curve', 'preview']) watched[list].length = 0; }")
+    page.evaluate("() => { for (const list of ['moves', 'curve', 'preview', 'frames', 'long'])"
+                  " watched[list].length = 0; }")
     for i in range(MOVES):
         begun = time.perf_counter()
         page.mouse.move(x + 0.6 * np.sin(i / 8), y + 2 * np.cos(i / 8))  # no stray: those bend no curve
         time.sleep(max(0.0, PACE_S - (time.perf_counter() - begun)))
-    page.wait_for_timeout(1000)
     watched = page.evaluate("watched")
+    page.wait_for_timeout(1000)
+    watched |= {kind: page.evaluate(f"watched.{kind}") for kind in ("curve", "preview")}
     page.mouse.up()
     return {**watched, "points": sum(len(p) - 2 for p in clicks.values())}
 
@@ -111,6 +118,10 @@ def main() -> None:
                 print(f"{model}, {watched['points']} points")
                 for kind, what in (("curve", "curve"), ("preview", "arrows, distortion and verdict")):
                     print(f"  {what}: {told(late(watched, kind), len(watched[kind]))}")
+                frames = np.diff(watched["frames"])
+                print(f"  frames: p50 {np.percentile(frames, 50):.0f}, p95 {np.percentile(frames, 95):.0f}, worst "
+                      f"{frames.max():.0f} ms; long tasks: {len(watched['long'])}, the longest "
+                      f"{max(watched['long'], default=0):.0f} ms")
                 page.close()
         finally:
             browser.close()

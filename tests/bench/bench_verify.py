@@ -77,7 +77,8 @@ def row(client: TestClient, seed: int, model: str) -> dict[str, Any]:
     answer = client.post(f"{API}/calibrations/{made['id']}/check?job=true", json={"snapshot": picture})
     check = finished(client, accepted(answer))["result"]
     sigma = made["report"]["sigma_mm"] or {}
-    return {"seed": seed, "gate": gate(made, check), "model": made["model"]["name"], **true_mm(made, scene),
+    return {"seed": seed, "gate": gate(made, check), "model": made["model"]["name"],
+            "warnings": [w["reason"] for w in made["report"]["warnings"]], **true_mm(made, scene),
             "expected": sigma.get("rms", np.nan), "expected_hat": sigma.get("hat", {}).get("rms", np.nan)}
 
 

@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 from playwright.sync_api import expect
 
@@ -21,8 +22,11 @@ DEMO = {"overhead": CAMERAS[0], "east": CAMERAS[1]}
 
 @pytest.fixture
 def kept(server):
-    """A function that saves a version of a fresh picture of a demo's camera: its borders are clicked."""
-    def kept(camera: str, model: str, **options) -> dict:
+    """A function that saves a version of a fresh picture of a demo's camera: its borders are clicked.
+
+    beside_px: the upper one so far below its place.
+    """
+    def kept(camera: str, model: str, beside_px: float = 0.0, **options) -> dict:
         settings = DEMO[camera]
         field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
         source = source_from_url(settings["source"], SourceContext(fields={field.name: field}))
@@ -32,7 +36,8 @@ def kept(server):
         answer = server.api("POST", "/calibrations", json={
             "field": field.name, "region": region.name, "model": model, "options": options,
             "snapshot": taken.json()["id"], "camera": camera, "observations": [
-                {"feature": name, "kind": "line", "points": points[1:-1].tolist()}
+                {"feature": name, "kind": "line",
+                 "points": np.add(points[1:-1], [0, beside_px if name == "top" else 0]).tolist()}
                 for name, points in border_clicks(source.camera, region, 9, NOISE_PX).items()]})
         assert answer.ok, answer.text
         return answer.json()
@@ -141,6 +146,19 @@ def test_a_bad_version_is_activated_only_after_a_warning(kept, before, server, t
     expect(page.get_by_test_id("notice").last).to_contain_text(f"Version {bad['version']} of Overhead")
     expect(page).to_have_url(re.compile(r"#/$"))
     assert active(server) == bad["id"]
+
+
+@pytest.mark.long
+def test_a_neighbour_that_stands_elsewhere_and_another_lens_are_told(kept, before, server, tmp_path):
+    activate(server, kept("east", "brown-conrady", beside_px=15.0, **EAST))
+    activate(server, kept("overhead", "brown-conrady", height_mm={"value": 5600, "sigma": 20}))
+    page = before(kept("overhead", "brown-conrady", **TAPED)).page
+    neighbour = state(page, "neighbour-east", "bad")
+    expect(neighbour).to_contain_text("Does not agree with East")
+    expect(neighbour.get_by_role("link")).to_have_attribute("href", "#/pair")
+    expect(state(page, "lens", "note")).to_contain_text("Lens differs from version")
+    expect(page.get_by_test_id("next")).to_have_text(re.compile("anyway…$"), timeout=LONG_MS)
+    shot(page, tmp_path / "neighbour.png")
 
 
 def test_leaving_ends_the_checks_and_a_refused_one_is_unknown(kept, before, server):

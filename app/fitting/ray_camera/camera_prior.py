@@ -27,6 +27,8 @@ HEIGHT_SIGMA = 0.45  # of the logarithm
 TERM_SIGMAS = {1: 2e-3, 2: 0.4, 4: 0.3, 6: 0.2, 8: 0.1}
 MAX_TANGENT = 1.2
 ABSURD_SIGMAS = 2.5
+MISPLACED_SIGMAS = 6.0  # of the field's own σ: 18 mm where it says 3, which no painter and no tape is off
+NAMED_LINES = 3
 
 
 def usual_height_mm(field: Field) -> float:
@@ -83,6 +85,22 @@ def unusual_camera_warnings(state: RayCameraParameters, priors: Sequence[ScalarP
             "unusual-aspect", f"The pixels would be {state.aspect:.3f} times as high as wide.",
             "Was the picture stretched? Then give aspect_sigma more room. Otherwise check the field's size."))
     return warnings
+
+
+def misplaced_line_warnings(offsets_mm: Mapping[str, float], usual_mm: float) -> list[Warning]:
+    """Warn of lines that the picture shows where the field has none: another field, or another size of it.
+
+    offsets_mm: by marking, across it. usual_mm: σ of lines about their places. Points on such lines alone cannot say
+    that it is not the lens; σ of the lines grows until they are allowed, and what they tell is told as poor.
+    """
+    far = sorted(((abs(mm), name) for name, mm in offsets_mm.items() if abs(mm) > MISPLACED_SIGMAS * usual_mm),
+                 reverse=True)
+    if not far:
+        return []
+    named = ", ".join(f"{name.replace('-', ' ')} by {mm:.0f} mm" for mm, name in far[:NAMED_LINES])
+    return [Warning("misplaced-lines", f"Lines lie elsewhere in the picture than on the field: {named}.",
+                    "Check which field is chosen. If it is the right one, measure these lines and correct the field's "
+                    "size.")]
 
 
 def centre_sigma_px(settings: Mapping[str, Any], image_size: ImageSize) -> float:

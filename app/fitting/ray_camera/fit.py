@@ -14,7 +14,7 @@ from app.fitting.clicks import check_inside_picture, inlier_masks, outlier_warni
 from app.fitting.contract import Fitter, Sensitivity
 from app.fitting.corrected_rectangle import corrected_rectangle
 from app.fitting.options import RAY_OPTIONS
-from app.fitting.ray_camera.camera_prior import ASPECT_SIGMA, unusual_camera_warnings
+from app.fitting.ray_camera.camera_prior import ASPECT_SIGMA, misplaced_line_warnings, unusual_camera_warnings
 from app.fitting.ray_camera.distortion_prior import read_distortion, with_distortion
 from app.fitting.ray_camera.initial import start_states
 from app.fitting.ray_camera.lens_prior import read_lens, with_lens
@@ -117,6 +117,7 @@ class RayFitter(Fitter):
             "choices": {"start": parameters_json(model), **best.choices},
         }
         warnings = (*outlier_warnings(observations, problem.owners, best.inliers, best.pixels),
+                    *misplaced_line_warnings(notes["line_offsets_mm"], line_sigma_mm(settings, field)),
                     *unusual_camera_warnings(state, best.task.priors, image_size, field))
         names = tuple(name for name, free in zip(best.task.names, best.task.free, strict=True) if free)
         return Fit(model, inliers, (True,) * len(observations), warnings, notes, covariance=best.covariance,

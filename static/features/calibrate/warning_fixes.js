@@ -25,6 +25,11 @@ const FIXES = {
   "border-extrapolated": ({ feature }) => [click(feature)],
   "inside-not-checked": () => [click(insideLine())],
   "height-unknown": () => [enterHeight(), board()],
+  "misplaced-lines": () => [checkField()],
+  "unusual-height": () => [checkField(), enterHeight()],
+  "unusual-focal-length": () => [checkField(), board()],
+  "unusual-principal-point": () => [options()],
+  "unusual-aspect": () => [checkField(), options()],
   "weakly-determined": () => [nextClick(), enterHeight(), board()],
   "above-the-carpet": () => [recommended()],
   "another-lens": () => [recommended()],
@@ -163,6 +168,14 @@ const board = () =>
   model.value?.options.some((o) => o.type === "calibration")
     ? { label: "Calibrate the lens with a board…", test: "cure-board", run: () => run("board") }
     : null;
+/** @returns {Fix} */
+const checkField = () => ({
+  label: "Check the field…",
+  test: "cure-field",
+  run: () => {
+    step.value = "field";
+  },
+});
 /** @returns {Fix | null} */
 const turn = () =>
   region.value

@@ -353,6 +353,22 @@ def test_a_camera_that_hangs_where_none_does_is_named(height_mm, named):
     assert {w.reason for w in fit.warnings} == named
 
 
+@pytest.mark.parametrize(("wider_mm", "named"), [(40.0, {"top"}), (6.0, set())])
+def test_lines_that_are_not_where_the_field_has_them_are_named(wider_mm, named):
+    """The field in the picture is wider than the one that was chosen."""
+    painted = replace(REGION, y_mm=(REGION.y_mm[0] - wider_mm, REGION.y_mm[1] + wider_mm))
+    camera = reference_camera("mild", 20)
+    inside, places = known_grid(camera, replace(REGION, x_mm=(-900.0, 900.0), y_mm=(-600.0, 600.0)), 4, 4)
+    fit = FITTERS["brown-conrady"].fit(
+        (*border_observations(camera, painted, 9, 0.3, np.random.default_rng(0)),
+         *landmark_observations(inside, places)), replace(FIELD, line_sigma_mm=3.0), REGION, SIZE, {})
+    told = [w for w in fit.warnings if w.reason == "misplaced-lines"]
+    assert len(told) == bool(named)
+    for warning in told:
+        assert all(f"{name} by" in warning.text for name in named), warning.text
+        assert "measure" in warning.fix
+
+
 @pytest.mark.parametrize(("change", "named", "words"), [
     ({}, None, ""), ({"log_focal": np.log(200.0)}, "unusual-focal-length", "145°"),
     ({"log_focal": np.log(8000.0)}, "unusual-focal-length", "9°"), ({"aspect": 1.02}, "unusual-aspect", "1.020"),
