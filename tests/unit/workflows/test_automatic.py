@@ -208,7 +208,7 @@ def test_the_real_half_field_of_2008_is_found(real_data):
     by_hand = np.array([[71.0, 72.0], [682.0, 54.0], [699.0, 503.0], [79.0, 519.0]])  # to about 2 px, says its source
     assert np.abs(seen - by_hand).max() < 5
     assert told["verdict"]["level"] == "poor"  # so a field that is not the rule book's is not called good
-    assert [w["reason"] for w in told["report"]["warnings"]] == ["height-unknown"]
+    assert [w["reason"] for w in told["report"]["warnings"]] == ["misplaced-lines", "height-unknown"]
     told, made = AutomaticRequest(field, field.region("half"), options={"height_mm": {"value": 4000.0, "sigma": 30.0}},
                                   rough={"height_mm": 4000.0}).answer(frame)
     assert made is not None
