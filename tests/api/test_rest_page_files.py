@@ -1,5 +1,7 @@
 """The page's files: all there, asked for at once, never out of a folder of their own, new as soon as they are."""
 
+import hashlib
+import json
 import re
 
 import pytest
@@ -10,6 +12,7 @@ from starlette.testclient import TestClient
 
 from app import shipped
 from app.api.middleware.page_files import PageFiles, modules_of
+from tests.support.paths import NOT_OURS
 
 STATIC = shipped("static")
 
@@ -30,7 +33,7 @@ def shelf(folder):
 
 
 def test_the_page_asks_for_every_module_that_it_loads_at_once_and_gets_it(standing):
-    page = standing.get("/")
+    page = standing.get("/index.html")
     asked = re.findall(r'<link rel="modulepreload" href="([^"]+)">', page.text)
     assert asked[0] == "main.js" and "vendor/preact.js" in asked and "features/network/panels/network.js" in asked
     assert len(asked) == len(set(asked)) > 100
@@ -45,7 +48,7 @@ def test_what_is_preloaded_is_what_is_imported():
     """Counted another way: every module of ours but those of the live view's worker."""
     html = (STATIC / "index.html").read_text()
     ours = {p.relative_to(STATIC).as_posix() for p in STATIC.rglob("*.js")
-            if not {"vendor", "node_modules"} & {*p.relative_to(STATIC).parts}}
+            if not NOT_OURS & {*p.relative_to(STATIC).parts}}
     assert ours - set(modules_of(html, STATIC)) == {"features/live/stream_worker.js", "features/live/timecode.js"}
 
 
@@ -57,6 +60,44 @@ def test_a_file_that_has_changed_is_sent_anew_and_one_that_has_not_is_not_sent_a
     (folder / "main.js").write_text("two();")
     changed = shelf.get("/main.js", headers={"If-None-Match": first.headers["etag"]})
     assert (changed.status_code, changed.text) == (200, "two();")
+
+
+def test_the_bundle_is_the_page_until_a_source_of_it_changes(shelf, folder):
+    (folder / "index.html").write_text("modules")
+    assert shelf.get("/").text == "modules"  # nothing is built yet
+    (folder / "built").mkdir()
+    (folder / "built" / "index.html").write_text("bundle")
+    (folder / "built" / "SOURCES.json").write_text(json.dumps(
+        {"main.js": hashlib.sha256(b"one();").hexdigest()}))
+    assert shelf.get("/").text == "bundle"
+    assert shelf.get("/index.html").text == "modules"
+    (folder / "main.js").write_text("two();")
+    assert shelf.get("/").text == "modules"
+    (folder / "main.js").write_text("one();")
+    assert shelf.get("/").text == "bundle"
+    (folder / "main.js").unlink()
+    assert shelf.get("/").text == "modules"
+    (folder / "built" / "SOURCES.json").write_text("{ torn")
+    assert shelf.get("/").text == "modules"
+
+
+def test_texts_are_compressed_for_who_takes_it_and_are_other_things_to_a_cache(shelf, folder):
+    script = b"two();" * 1000
+    (folder / "long.js").write_bytes(script)
+    plain = shelf.get("/long.js", headers={"Accept-Encoding": "identity"})
+    packed = shelf.get("/long.js", headers={"Accept-Encoding": "br, gzip"})
+    assert plain.content == packed.content == script
+    assert "content-encoding" not in plain.headers and packed.headers["content-encoding"] == "gzip"
+    assert int(packed.headers["content-length"]) < len(script) / 10
+    assert plain.headers["etag"] != packed.headers["etag"]
+    assert plain.headers["vary"] == packed.headers["vary"] == "Accept-Encoding"
+    again = shelf.get("/long.js", headers={"Accept-Encoding": "gzip", "If-None-Match": packed.headers["etag"]})
+    assert (again.status_code, again.content) == (304, b"")
+    other = shelf.get("/long.js", headers={"Accept-Encoding": "identity", "If-None-Match": packed.headers["etag"]})
+    assert (other.status_code, other.content) == (200, script)
+    refused = shelf.get("/long.js", headers={"Accept-Encoding": "gzip;q=0"})
+    assert "content-encoding" not in refused.headers
+    assert "content-encoding" not in shelf.get("/main.js", headers={"Accept-Encoding": "gzip"}).headers  # too short
 
 
 def test_a_head_has_the_length_and_no_body(shelf):

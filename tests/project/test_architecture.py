@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 from tests.support.import_graph import circles, imported_names, python_graph, python_modules
-from tests.support.paths import ROOT
+from tests.support.paths import NOT_OURS, ROOT, STATIC
 
-APP, STATIC = ROOT / "app", ROOT / "static"
-SCRIPTS = [path for path in sorted(STATIC.rglob("*.js")) if "vendor" not in path.parts]
+APP = ROOT / "app"
+SCRIPTS = [path for path in sorted(STATIC.rglob("*.js")) if not NOT_OURS & {*path.parts}]
 
 COMPUTING = ("core", "ssl_protocol", "models", "vision", "fitting", "imaging", "evaluate")
 # A clock, a file, a socket, a thread, a process, SQL or the web.

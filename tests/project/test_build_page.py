@@ -2,7 +2,6 @@
 
 import base64
 import hashlib
-import importlib.util
 import json
 import shutil
 import subprocess
@@ -10,29 +9,19 @@ import sys
 import tarfile
 import zipfile
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
-from tests.support.paths import ROOT
+from tests.support.page_build import page_build
+from tests.support.paths import NOT_OURS, ROOT, STATIC
 
-STATIC = ROOT / "static"
 PINNED = ("package.json", "package-lock.json", ".npmrc")
 NOWHERE = "http://127.0.0.1:9"  # nobody listens there
 
 
 @pytest.fixture(scope="module")
 def build():
-    """hatch_build.py. The builder it is called by lives in pip's own room; here only its base class is wanted."""
-    if importlib.util.find_spec("hatchling") is None:
-        for name in ("hatchling", "hatchling.builders", "hatchling.builders.hooks", "hatchling.builders.hooks.plugin",
-                     interface := "hatchling.builders.hooks.plugin.interface"):
-            sys.modules.setdefault(name, ModuleType(name))
-        sys.modules[interface].BuildHookInterface = object
-    spec = importlib.util.spec_from_file_location("hatch_build", ROOT / "hatch_build.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return page_build()
 
 
 def bare(folder: Path) -> Path:
@@ -142,6 +131,51 @@ def test_a_package_that_is_not_the_pinned_one_is_refused_and_the_old_ones_stay(b
     assert sorted(p.name for p in copy.iterdir()) == sorted((*PINNED, "vendor"))
 
 
+@pytest.fixture(scope="module")
+def bundled(build, tmp_path_factory):
+    """The page's own sources and libraries, bundled."""
+    static = tmp_path_factory.mktemp("bundled") / "static"
+    shutil.copytree(STATIC, static, ignore=shutil.ignore_patterns("built", ".built-*", ".vendor-*"))
+    build.build_page(static)
+    return static
+
+
+def test_the_bundle_is_made_of_every_module_and_sheet_and_of_nothing_else(build, bundled):
+    assert build.is_fresh(bundled)
+    made_of = json.loads((bundled / "built" / "SOURCES.json").read_text())
+    ours = {p.relative_to(STATIC).as_posix() for p in STATIC.rglob("*") if p.suffix in (".js", ".css")
+            and not NOT_OURS & {*p.relative_to(STATIC).parts} and not p.relative_to(STATIC).parts[0].startswith(".")}
+    assert set(made_of) == {*ours, "index.html", "package-lock.json"}
+    page = (bundled / "built" / "index.html").read_text()
+    for asked in ("built/page/main.js", "built/page/main.css"):
+        assert f'"{asked}"' in page and (bundled / asked).stat().st_size > 40_000
+    assert page.count("stylesheet") == page.count("<script type=") == 1 and "importmap" not in page
+    script = (bundled / "built" / "page" / "main.js").read_text()
+    assert 'from"' not in script[:200] and "../stream_worker.js" in script  # beside the folder that it lies in
+    assert (bundled / "built" / "stream_worker.js").stat().st_size < 10_000
+    assert sorted(p.name for p in (bundled / "built").iterdir()) == ["SOURCES.json", "index.html", "page",
+                                                                     "stream_worker.js"]
+
+
+def test_a_changed_source_makes_another_bundle_and_a_broken_one_leaves_the_old(build, bundled, tmp_path):
+    static = tmp_path / "static"
+    shutil.copytree(bundled, static)
+    before = files(static / "built")
+    with (static / "css" / "base.css").open("a") as sheet:
+        sheet.write(".never-seen { color: #123456; }\n")
+    assert not build.is_fresh(static)
+    build.build_page(static)
+    assert build.is_fresh(static)
+    assert "#123456" in (static / "built" / "page" / "main.css").read_text()
+    changed = files(static / "built")
+    assert changed != before
+    (static / "main.js").write_text("import from nowhere")
+    with pytest.raises(SystemExit, match=r"main\.js"):
+        build.build_page(static)
+    assert files(static / "built") == changed
+    assert not [p for p in static.iterdir() if p.name.startswith(".built-")]
+
+
 @pytest.mark.long
 def test_the_wheel_carries_the_page_with_its_libraries_and_the_configs(built, tmp_path):
     """The whole way: a checkout without libraries, built by pip in its own room."""
@@ -151,7 +185,7 @@ def test_the_wheel_carries_the_page_with_its_libraries_and_the_configs(built, tm
         shutil.copyfile(ROOT / name, checkout / name)
     for name in ("app", "static", "configs"):
         shutil.copytree(ROOT / name, checkout / name,
-                        ignore=shutil.ignore_patterns("vendor", ".vendor-*", "__pycache__"))
+                        ignore=shutil.ignore_patterns("vendor", "built", ".vendor-*", ".built-*", "__pycache__"))
     pythons = [p for p in (Path(sys.base_prefix, "bin", "python3"), Path(sys.executable)) if has_pip(p)]
     assert pythons, "pip is missing: install the package python3-pip"
     done = subprocess.run([pythons[0], "-m", "pip", "wheel", "--no-deps", "--quiet", "--disable-pip-version-check",
@@ -162,6 +196,8 @@ def test_the_wheel_carries_the_page_with_its_libraries_and_the_configs(built, tm
         inside = set(packed.namelist())
         for name, content in files(built / "vendor").items():
             assert packed.read(f"app/_static/vendor/{name}") == content, name
+    assert {f"app/_static/{name}" for name in (
+        "built/index.html", "built/page/main.js", "built/SOURCES.json")} <= inside
     assert {"app/_static/index.html", "app/_static/main.js", "app/_configs/touchline.yaml",
             "app/_configs/fields/ssl-div-b.yaml", "app/workflows/calibration.py"} <= inside
     assert not any("node_modules" in name or "/tests/" in name for name in inside)

@@ -9,12 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.paths import ROOT
+from tests.support.paths import NOT_OURS, ROOT, STATIC
 
-STATIC = ROOT / "static"
 WORK = ROOT / "build" / "page"  # ignored by git; the type checker and the libraries' types are kept there
 OURS = (".js", ".css", ".html", ".svg")
-OWN = [p for p in STATIC.rglob("*") if p.is_file() and "vendor" not in p.parts and p.suffix in OURS]
+OWN = [p for p in STATIC.rglob("*") if p.is_file() and not NOT_OURS & {*p.parts} and p.suffix in OURS]
 
 # `import … from`, `export … from`, `import(…)` and a worker's `new URL(…, import.meta.url)`
 IMPORTED = re.compile(r"""^(?:import|export)\b[^;"']*?["'](\.[^"']+)["']|\bimport\(\s*["'](\.[^"']+)["']"""
@@ -44,7 +43,7 @@ def import_graph(folder: Path) -> dict[str, set[str]]:
     return {source.relative_to(folder).as_posix(): {
         (source.parent / name).resolve().relative_to(folder).as_posix()
         for names in IMPORTED.findall(DOC_COMMENT.sub("", source.read_text(encoding="utf-8"))) for name in names if name
-    } for source in folder.rglob("*.js") if not {"vendor", "node_modules"} & {*source.relative_to(folder).parts}}
+    } for source in folder.rglob("*.js") if not NOT_OURS & {*source.relative_to(folder).parts}}
 
 
 def reachable(graph: dict[str, set[str]], start: str) -> set[str]:

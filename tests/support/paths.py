@@ -4,6 +4,8 @@ from pathlib import Path
 
 TESTS = Path(__file__).parents[1]
 ROOT = TESTS.parent
+STATIC = ROOT / "static"
+NOT_OURS = {"vendor", "built", "node_modules"}  # folders of static/: fetched or made
 HELP = ROOT / "static" / "help"
 CLICKS = TESTS / "clicks"
 LABELS = TESTS / "labels"
