@@ -143,13 +143,16 @@ class Operator:
         keep = f"localStorage.setItem('touchline.{what}', '{state}')"
         self.page.add_init_script(f"try {{ {keep} }} catch {{ /* a picture of its own has none */ }}")
 
-    def visit(self, snap: bool = False, detect: bool = False) -> "Operator":
-        """The start page. snap: whether clicks are drawn to lines; detect: whether lines are detected unasked."""
+    def visit(self, snap: bool = False, detect: bool = False, modules: bool = False) -> "Operator":
+        """The start page. snap: whether clicks are drawn to lines; detect: whether lines are detected unasked.
+
+        modules: not bundled, for a test that calls them.
+        """
         if snap:
             self.prefer("snap", "on")
         if detect:
             self.prefer("detect", "on")
-        self.page.goto(self.server.url)
+        self.page.goto(f"{self.server.url}{'/index.html' if modules else ''}")
         expect(self.page.get_by_test_id("camera-overhead")).to_be_visible()
         return self
 

@@ -52,8 +52,8 @@ EDIT = """async ([seed, count]) => {
 
 
 @pytest.mark.parametrize(("seed", "edits"), [(1, 60), *(long(seed, 1000) for seed in (1, 20081))])
-def test_a_thousand_edits_undone_and_redone_give_identical_documents(operator, straight_picture, seed, edits):
-    operator.open(straight_picture, "table", "full")
+def test_a_thousand_edits_undone_and_redone_give_identical_documents(arriving, straight_picture, seed, edits):
+    operator = arriving.visit(modules=True).open(straight_picture, "table", "full")
     done = operator.page.evaluate(EDIT, [seed, edits])
     assert done["steps"] == edits
     assert done["wrong"] == []
