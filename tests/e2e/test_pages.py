@@ -12,6 +12,7 @@ from playwright.sync_api import expect
 from app.core.field import BORDERS
 from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.board_film import film
+from tests.support.held_requests import holding, wait_until_held
 from tests.support.old_answer import OldAnswer
 from tests.support.pictures import encoded, gradient
 from tests.support.waiting import until
@@ -232,3 +233,16 @@ def test_a_board_before_a_live_camera_is_taken_by_itself_and_gives_a_lens(operat
     assert [p["camera"] for p in kept["pictures"]] == ["film"] * 6
     page.screenshot(path=tmp_path / "lens.png")
     server.api("DELETE", "/cameras/film")
+
+
+def test_a_picture_that_opens_late_does_not_take_back_who_went_elsewhere(operator, server):
+    page, picture = operator.page, server.api("POST", "/snapshots", json={"camera": "overhead"}).json()["id"]
+    with (page.expect_response(f"**/api/v1/drafts/{picture}"),  # what opening it asks last
+          holding(page, f"**/api/v1/snapshots/{picture}", "GET") as asked):
+        page.goto(f"{server.url}/#/{picture}/points")
+        wait_until_held(page, asked)
+        page.goto(f"{server.url}/#/live/overhead")
+        expect(page.get_by_test_id("live-desk")).to_be_visible()
+    page.evaluate("() => fetch('/api/v1/health').then((r) => r.text())")  # by now the answer has been read
+    expect(page.get_by_test_id("live-desk")).to_be_visible()
+    assert page.url.endswith("#/live/overhead")

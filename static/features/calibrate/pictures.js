@@ -130,6 +130,8 @@ async function openFrom(doing, fetchIt, stopped = () => false) {
 }
 
 const openings = requestOrder();
+/** The operator has gone elsewhere: a picture that is still on its way does not come. */
+export const forgetOpening = () => void openings.begin();
 
 /**
  * Work on a kept picture, where its draft stands; the one that was asked for last stays.

@@ -5,7 +5,7 @@ import { PAGE_NAMES, addressOf, calibrateAddress, page } from "../../core/page.j
 import { unfold } from "../../core/folds.js";
 import { atBoard, atLive, atPair, atStraight, snapshot, step } from "../../core/state.js";
 import { openBoard } from "../board/board.js";
-import { closePicture, openById } from "../calibrate/pictures.js";
+import { closePicture, forgetOpening, openById } from "../calibrate/pictures.js";
 import { openLive } from "../live/camera_page.js";
 import { openPair, pictures } from "../pair/pair.js";
 import { openStraight } from "../straight/straight.js";
@@ -53,6 +53,7 @@ const pairAddress = () => {
 
 /** Go where the address bar says. */
 export async function follow() {
+  forgetOpening();
   const { id, at } = read();
   const there = PAGE_NAMES.find((one) => one === id);
   if (there) {
