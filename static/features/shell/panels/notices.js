@@ -7,7 +7,7 @@ import { draft, keepMine, takeTheirs } from "../../calibrate/draft.js";
 
 export function Notices() {
   const { state, theirs } = draft.value;
-  return html`<div class="notices" data-off-stage role="status" aria-live="polite">
+  return html`<div class="notices" role="status" aria-live="polite">
     ${!online.value && html`<div class="notice warn" data-testid="away">
       <p>
         <b>The server does not answer.</b> Keep working: your clicks are kept in this browser, and are sent
