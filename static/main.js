@@ -4,7 +4,7 @@ import { render } from "preact";
 import { registerActions } from "./core/actions.js";
 import { html } from "./core/html.js";
 import { startKeys } from "./core/keys.js";
-import { startRouter } from "./core/router.js";
+import { startBoard } from "./features/board/board.js";
 import { startCapture } from "./features/board/capture.js";
 import { startLenses } from "./features/board/lenses.js";
 import { startSaving } from "./features/calibrate/draft.js";
@@ -12,7 +12,7 @@ import { startDetecting } from "./features/calibrate/find_lines.js";
 import { startFitting } from "./features/calibrate/fitting.js";
 import { startLineSuggestions } from "./features/calibrate/line_suggestions.js";
 import { startRanking } from "./features/calibrate/model_ranking.js";
-import { loadLists } from "./features/calibrate/pictures.js";
+import { loadLists, startPictures } from "./features/calibrate/pictures.js";
 import { startPresence } from "./features/calibrate/presence.js";
 import { startHovering } from "./features/calibrate/residuals.js";
 import { startSnapping } from "./features/calibrate/snapping.js";
@@ -27,21 +27,26 @@ import { startDisplay } from "./features/detection/display.js";
 import { startFieldPositions } from "./features/detection/field_positions.js";
 import { startHeldFrame } from "./features/detection/held_frame.js";
 import { startJobs } from "./features/jobs/job_list.js";
+import { startCameraForm } from "./features/live/camera_page.js";
 import { startEvaluation } from "./features/pair/evaluation.js";
 import { startPair } from "./features/pair/pair.js";
 import { startRig } from "./features/rig/rig.js";
 import { startTracks } from "./features/rig/tracks.js";
 import { startRolls } from "./features/rolling/rolls.js";
 import { startScene } from "./features/scene/scene.js";
+import { startStraight } from "./features/straight/straight.js";
 import { ACTION_TABLE } from "./features/shell/action_table.js";
 import { startHealth } from "./features/shell/health.js";
 import { App, title } from "./features/shell/panels/app.js";
-import { follow, here } from "./features/shell/routes.js";
 
 async function start() {
   registerActions(ACTION_TABLE);
   render(html`<${App} />`, /** @type {HTMLElement} */ (document.getElementById("app")));
   startKeys();
+  startPictures();
+  startBoard();
+  startStraight();
+  startCameraForm();
   startFitting();
   startSaving();
   startSnapping();
@@ -70,7 +75,7 @@ async function start() {
   startClips();
   startFieldPositions();
   startDisplay();
-  await startRouter(loadLists(), { here, follow });
+  await loadLists();
 }
 
 effect(() => {

@@ -3,7 +3,8 @@ import { useLayoutEffect, useRef } from "preact/hooks";
 import { address } from "../core/api.js";
 import { mm, number } from "../core/format.js";
 import { html } from "../core/html.js";
-import { atPair, comparing, editing, pointer, snapshot, step, tool } from "../core/state.js";
+import { route } from "../core/route.js";
+import { comparing, editing, pointer, snapshot, tool } from "../core/state.js";
 import { Corrected, OnRaw, Wipe, rawClip } from "./layers/compare.js";
 import { Heat } from "./layers/heat.js";
 import { Hovered } from "./layers/hovered.js";
@@ -24,7 +25,8 @@ import { shownMap as heatMap, valueAt } from "../features/compare/heat.js";
  */
 export function Stage({ Empty, Legends }) {
   const stage = useRef(/** @type {HTMLElement | null} */ (null));
-  const shown = step.value === "camera" ? null : snapshot.value;
+  const shown = snapshot.value,
+    empty = route.value.view === "pair" ? "paired" : "empty";
 
   // Before anything is painted: a press on what is seen must not go unheard.
   useLayoutEffect(() => {
@@ -43,7 +45,7 @@ export function Stage({ Empty, Legends }) {
   return html`
     ${shown && html`<${Toolbar} />`}
     <section
-      class=${`stage ${shown ? (editing.value ? tool.value : "pan") : atPair.value ? "paired" : "empty"}`}
+      class=${`stage ${shown ? (editing.value ? tool.value : "pan") : empty}`}
       ref=${stage}
       data-testid="stage"
       tabindex=${shown ? 0 : -1}

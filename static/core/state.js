@@ -1,10 +1,12 @@
 // State of the page besides the document: lists from the server, the picture, what is selected and shown.
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal, untracked } from "@preact/signals";
 import { doc, pointsOf } from "./document.js";
+import { route } from "./route.js";
 
 /** @typedef {import("./types").Pick} Pick */
 
-export const step = signal(/** @type {import("./types").StepId} */ ("camera"));
+/** The step of calibrating that the page is at; "" elsewhere. */
+export const step = computed(() => route.value.step);
 
 export const fields = signal(/** @type {import("./types").Field[]} */ ([]));
 export const models = signal(/** @type {import("./types").Model[]} */ ([]));
@@ -30,15 +32,26 @@ export const pointer = signal(
 export const box = signal(/** @type {{ x0: number, y0: number, x1: number, y1: number } | null} */ (null));
 export const showLines = signal(false);
 export const help = signal(/** @type {"" | "manual" | "keys"} */ (""));
+const shown = computed(() => `${route.value.view}/${route.value.picture}`);
+effect(() => {
+  if (shown.value) untracked(() => (help.value = "")); // it lies where another view has its results
+});
 
-/** Whether the page is at the board, not at a field. */
-export const atBoard = signal(false);
-/** Whether the page is at straight edges, not at a field. */
-export const atStraight = signal(false);
-/** Whether the page is at two cameras, not at one picture. */
-export const atPair = signal(false);
-/** The camera whose live picture the page is at. */
-export const atLive = signal(/** @type {string | null} */ (null));
+/** Whether the lists from the server are there. */
+export const listed = signal(false);
+/** Whether what the address names is not there yet: until then nothing else is shown in its place. */
+export const opening = computed(
+  () =>
+    (!listed.value && route.value.view !== "wall") || (route.value.view === "calibrate" && snapshot.value === null),
+);
+/** The camera that the address names. */
+export const namedCamera = computed(() => cameras.value.find((c) => c.id === route.value.camera) ?? null);
+/** Whether the address leads nowhere: there is no such page, or no such camera. Versions outlive theirs. */
+export const isNowhere = computed(
+  () =>
+    route.value.view === "nowhere" ||
+    (listed.value && route.value.camera !== "" && !namedCamera.value && route.value.view !== "versions"),
+);
 
 /** Compare: what is shown, and where the wipe stands as a share of the stage's width. */
 export const compare = signal(

@@ -4,7 +4,8 @@ export type Point = [number, number];
 export type Border = "left" | "right" | "top" | "bottom";
 /** How raw and corrected are set against each other. */
 export type CompareMode = "raw" | "wipe" | "corrected" | "side" | "blink";
-export type StepId = "camera" | "field" | "points" | "verify";
+/** A step of calibrating; "" elsewhere. */
+export type StepId = "" | "field" | "points" | "verify";
 
 export interface Observation { feature: string | Point; kind: "line" | "landmark"; points: Point[]; z_mm?: number }
 /** The operator's document: small, copied whole at every change, so that undo is an earlier copy. */

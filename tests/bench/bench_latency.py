@@ -51,7 +51,7 @@ def page(served):
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium_path(), args=ARGUMENTS)
         page = browser.new_page()
-        page.goto(served + "#/live/nobody")  # a page that watches nothing itself
+        page.goto(served + "#/cameras/nobody/live")  # a page that watches nothing itself
         yield page
         browser.close()
 

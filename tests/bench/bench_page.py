@@ -79,7 +79,7 @@ def test_something_useful_is_on_the_screen_within_a_second(browser, url):
 def test_a_page_that_nobody_sees_costs_next_to_nothing(browser, url):
     session = browser.new_browser_cdp_session()
     page = browser.new_page()
-    page.goto(f"{url}/#/live/north")
+    page.goto(f"{url}/#/cameras/north/live")
     page.locator("[data-testid=live-north][data-state=live]").wait_for(timeout=60_000)
     seen = cpu_s(session)
     time.sleep(IDLE_S)
@@ -97,7 +97,7 @@ def test_a_page_that_nobody_sees_costs_next_to_nothing(browser, url):
 def test_memory_stays_flat_over_a_long_live_view(browser, url):
     session = browser.new_browser_cdp_session()
     page = browser.new_page()
-    page.goto(f"{url}/#/live/quick")
+    page.goto(f"{url}/#/cameras/quick/live")
     page.locator("[data-testid=live-quick][data-state=live]").wait_for(timeout=60_000)
     inside = page.context.new_cdp_session(page)
     inside.send("Performance.enable")

@@ -176,7 +176,7 @@ class Operator:
         tag = self.server.api("GET", path).headers["ETag"]
         answer = self.server.api("PUT", path, json=draft, headers={"If-Match": tag})
         assert answer.ok, answer.text
-        self.page.goto(f"{self.server.url}/#/{snapshot}/{step}")
+        self.page.goto(f"{self.server.url}/#/calibrate/{snapshot}/{step}")
         self.is_at(step)
         source = re.compile(rf"/snapshots/{snapshot}/")  # not the picture that was there before, at the same step
         expect(self.page.get_by_test_id("picture")).to_have_attribute("src", source, timeout=LONG_MS)
@@ -206,7 +206,7 @@ class Operator:
     def is_active(self) -> None:
         """Back at the cameras, and told so."""
         expect(self.page.get_by_test_id("notice").last).to_contain_text("is active", timeout=LONG_MS)
-        expect(self.page).to_have_url(re.compile(r"#/$"), timeout=LONG_MS)
+        expect(self.page).to_have_url(re.compile(r"#/cameras$"), timeout=LONG_MS)
 
     def is_at(self, step: str) -> None:
         there = self.page.get_by_test_id(f"step-{step}")
@@ -254,7 +254,7 @@ class Operator:
 
     @property
     def snapshot(self) -> str:
-        return re.search(r"#/(\w+)/", self.page.url)[1]
+        return re.search(r"#/calibrate/(\w+)/", self.page.url)[1]
 
     def draft(self) -> dict:
         """As the server keeps it, once the page says that it is saved.

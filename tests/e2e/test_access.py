@@ -10,9 +10,9 @@ from tests.support.axe import axe_path, grave
 from tests.support.tiers import long
 
 # Where, and what is there once it is open.
-PLACES = {"start": ("#/", "camera-overhead"), "camera": ("#/live/overhead", "live-desk"),
-          "board": ("#/lens", "board-desk"), "straight": ("#/straight", "straight-desk"),
-          "pair": ("#/pair", "pair-desk")}
+PLACES = {"start": ("#/cameras", "camera-overhead"), "camera": ("#/cameras/overhead/live", "live-desk"),
+          "board": ("#/lenses/board", "board-desk"), "straight": ("#/lenses/edges", "straight-desk"),
+          "pair": ("#/field/pairs", "pair-desk")}
 STEPS = {"field": "picture", "points": "picture", "verify": "corrected"}
 # Since the page began: everything that moved without anybody having asked for it (the browser's own measure).
 JUMPS = """addEventListener("DOMContentLoaded", () => { window.jumps = [];
@@ -49,7 +49,7 @@ def test_axe_finds_nothing_serious_on_any_page_or_step(browser, kept, server, sc
         at_rest(page, place)
         found[name] = grave(page)
     for step in STEPS:
-        page.goto(f"{server.url}/#/{kept.snapshot}/{step}")
+        page.goto(f"{server.url}/#/calibrate/{kept.snapshot}/{step}")
         at_rest(page, step=step)
         found[step] = grave(page)
     page.get_by_role("toolbar").get_by_test_id("do-heat").click()
@@ -95,7 +95,7 @@ def test_no_page_is_wider_than_its_screen_and_the_bright_button_is_in_sight(brow
     context = browser.new_context(viewport={"width": width, "height": height}, has_touch=width < 800)
     page = context.new_page()
     shown = {address: {"place": place} for address, place in PLACES.values()}
-    shown |= {f"#/{kept.snapshot}/{step}": {"step": step} for step in STEPS}
+    shown |= {f"#/calibrate/{kept.snapshot}/{step}": {"step": step} for step in STEPS}
     for place, what in shown.items():
         page.goto(f"{server.url}/{place}")
         at_rest(page, **what)
@@ -114,7 +114,7 @@ def test_nothing_jumps_while_a_picture_is_opened_and_looked_at(browser, kept, se
     context = browser.new_context(viewport={"width": 1280, "height": 800})
     context.add_init_script(JUMPS)
     page = context.new_page()
-    page.goto(f"{server.url}/#/{kept.snapshot}/field")
+    page.goto(f"{server.url}/#/calibrate/{kept.snapshot}/field")
     at_rest(page, step="field")
     for step in ("points", "verify"):
         page.get_by_test_id(f"step-{step}").click()
@@ -131,7 +131,7 @@ def test_the_keyboard_skips_the_header(page, server):
     expect(page.get_by_role("link", name="Skip to the picture")).to_be_focused()
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("stage")).to_be_focused()
-    assert re.search(r"/(#/)?$", page.url)
+    assert re.search(r"/#/cameras$", page.url)
 
 
 def test_whoever_asks_for_less_motion_gets_none(browser, server):

@@ -126,7 +126,7 @@ def test_a_desk_that_is_gone_to_while_lists_are_on_their_way_has_its_address_at_
         page.goto(server.url)
         wait_until_held(page, held)
         page.get_by_test_id("do-board").click()
-        expect(page).to_have_url(re.compile("#/lens$"))
+        expect(page).to_have_url(re.compile("#/lenses/board$"))
     page.reload()
     expect(page.get_by_test_id("board-desk")).to_be_visible()
 

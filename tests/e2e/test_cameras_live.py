@@ -60,7 +60,7 @@ def test_one_camera_is_looked_at_raw_corrected_and_side_by_side(operator, server
     operator.visit()
     page.get_by_test_id(f"look-at-{id}").click()
     is_live(page, id)
-    assert page.url.endswith(f"#/live/{id}")
+    assert page.url.endswith(f"#/cameras/{id}/live")
     expect(page.get_by_test_id("look-corrected")).to_be_disabled()
     server.api("POST", f"/calibrations/{made['id']}/activate")
     expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=LONG_MS)
@@ -133,7 +133,7 @@ def test_a_camera_that_may_be_another_is_confirmed_by_one_click(operator, server
     etag = server.api("GET", f"/cameras/{id}").headers["ETag"]
     other = {"source": SMALL.replace("table", "vsss-3v3")}
     assert server.api("PATCH", f"/cameras/{id}", json=other, headers={"If-Match": etag}).ok
-    page.goto(f"{server.url}/#/live/{id}")
+    page.goto(f"{server.url}/#/cameras/{id}/live")
     page.reload()
     expect(page.get_by_test_id("camera-problem")).to_contain_text("another camera", timeout=LONG_MS)
     expect(page.get_by_test_id("look-corrected")).to_be_disabled()
@@ -174,7 +174,7 @@ def test_streams_go_on_by_themselves_when_the_server_is_back(page, own_server):
 @pytest.mark.long
 def test_a_picture_is_taken_without_what_moves(operator, server, added):
     page, id = operator.page, added("still", SMALL + "&seed=9")
-    page.goto(f"{server.url}/#/live/{id}")
+    page.goto(f"{server.url}/#/cameras/{id}/live")
     page.reload()
     is_live(page, id)
     page.get_by_test_id("do-take-still").click()

@@ -19,7 +19,7 @@ def live(saved, server):
     camera = CAMERAS[0]["id"]
     with operator.page.expect_response(lambda told: told.url.endswith("/status") and version in told.text(),
                                        timeout=LONG_MS):  # until then the version before is the active one
-        operator.page.goto(f"{server.url}/#/live/{camera}")  # from a picture, by its address alone
+        operator.page.goto(f"{server.url}/#/cameras/{camera}/live")  # from a picture, by its address alone
     with operator.page.expect_request(f"**/cameras/{camera}/status", timeout=LONG_MS):
         pass  # it is asked again once that answer was taken
     operator.camera = camera

@@ -49,7 +49,7 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     page.get_by_test_id("look-at-registered").click()
     expect(page.get_by_text("Version 2", exact=False).first).to_be_visible(timeout=LONG_MS)
     page.screenshot(path=tmp_path / "looked_at.png")
-    page.goto(f"{server.url}/#/live/{ID}")
+    page.goto(f"{server.url}/#/cameras/{ID}/live")
     page.get_by_test_id("use-registered").click()
     expect(drift).to_have_attribute("data-state", "steady", timeout=LONG_MS)
     expect(page.get_by_test_id("drift-alarm")).to_have_count(0, timeout=LONG_MS)

@@ -21,7 +21,7 @@ def test_a_picture_opened_before_the_lists_are_there_stays(page, server, straigh
     held[0].continue_()
     expect(page.get_by_test_id("field")).to_be_visible()
     expect(page.get_by_test_id("field").locator("option")).not_to_have_count(0)
-    expect(page).to_have_url(re.compile(r"#/\w+/field$"))  # the address is followed from here on
+    expect(page).to_have_url(re.compile(r"#/calibrate/\w+/field$"))  # the address is followed from here on
     page.wait_for_timeout(300)  # for what would close it
     expect(page.get_by_test_id("field")).to_be_visible()
 
@@ -154,7 +154,7 @@ def test_of_two_pictures_that_are_opened_the_one_asked_for_last_stays(operator, 
     page.get_by_test_id(f"recent-{first}").click()
     old.made()
     page.get_by_test_id(f"recent-{second}").click()
-    expect(page).to_have_url(re.compile(f"#/{second}/points"))
+    expect(page).to_have_url(re.compile(f"#/calibrate/{second}/points"))
     old.comes()
     assert operator.snapshot == second
     expect(page.get_by_test_id("border-left")).not_to_contain_text("3 points")

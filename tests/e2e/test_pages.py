@@ -89,7 +89,7 @@ def test_a_reload_in_the_middle_of_a_comparison_goes_on_watching_it(clicked, ser
 def test_work_goes_on_when_the_server_was_killed_in_the_middle_of_it(page, own_server, clicks, tmp_path):
     page.set_default_navigation_timeout(LONG_MS)
     Operator(page, own_server).visit()
-    page.goto(f"{own_server.url}/#/jobs")
+    page.goto(f"{own_server.url}/#/system/jobs")
     id = comparison(own_server, clicks, 200)
     expect(job(page, id)).to_have_attribute("data-state", "running", timeout=LONG_MS)
     kill(own_server)
@@ -125,14 +125,14 @@ def test_an_address_is_gone_to_by_itself_so_that_a_reload_or_the_way_back_meets_
     page = operator.open(straight_picture, "table", "full").page
     written = """(hash) => { const written = window.written = [], write = history.pushState.bind(history);
       history.pushState = (...to) => { written.push(to[2]); write(...to); }; location.hash = hash; }"""
-    page.evaluate(written, "#/live/overhead")
+    page.evaluate(written, "#/cameras/overhead/live")
     expect(page.get_by_test_id("look-corrected")).to_be_visible(timeout=LONG_MS)
     assert page.evaluate("window.written") == []
 
 
 def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, server, versions, tmp_path):
     page = operator.page
-    page.goto(f"{server.url}/#/versions/table")
+    page.goto(f"{server.url}/#/cameras/table/versions")
     row = lambda version: page.locator(f"[data-testid=shelf-version][data-version='{version['version']}']")  # noqa: E731
     first, second, _ = versions
     before = len(server.api("GET", "/calibrations/activations?camera=table").json()["items"])
@@ -172,7 +172,7 @@ def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, se
 @pytest.mark.long
 def test_a_version_that_was_deleted_is_put_back(operator, server, versions):
     page, gone = operator.page, versions[2]
-    page.goto(f"{server.url}/#/versions/table")
+    page.goto(f"{server.url}/#/cameras/table/versions")
     row = page.locator(f"[data-testid=shelf-version][data-version='{gone['version']}']")
     row.get_by_test_id("shelf-delete").click()
     expect(row).to_have_count(0)
@@ -211,7 +211,7 @@ def test_a_board_before_a_live_camera_is_taken_by_itself_and_gives_a_lens(operat
     film(folder / "board.avi", 6)
     film_of_it = {"id": "film", "name": "Film of a board", "source": "video://board.avi"}
     assert server.api("POST", "/cameras", json=film_of_it).ok
-    page.goto(f"{server.url}/#/live/film")
+    page.goto(f"{server.url}/#/cameras/film/live")
     page.reload()  # the list of cameras is the page's own
     page.get_by_test_id("do-watch-board").click()
     views = page.get_by_test_id("captured-view")
@@ -239,10 +239,10 @@ def test_a_picture_that_opens_late_does_not_take_back_who_went_elsewhere(operato
     page, picture = operator.page, server.api("POST", "/snapshots", json={"camera": "overhead"}).json()["id"]
     with (page.expect_response(f"**/api/v1/drafts/{picture}"),  # what opening it asks last
           holding(page, f"**/api/v1/snapshots/{picture}", "GET") as asked):
-        page.goto(f"{server.url}/#/{picture}/points")
+        page.goto(f"{server.url}/#/calibrate/{picture}/points")
         wait_until_held(page, asked)
-        page.goto(f"{server.url}/#/live/overhead")
+        page.goto(f"{server.url}/#/cameras/overhead/live")
         expect(page.get_by_test_id("live-desk")).to_be_visible()
     page.evaluate("() => fetch('/api/v1/health').then((r) => r.text())")  # by now the answer has been read
     expect(page.get_by_test_id("live-desk")).to_be_visible()
-    assert page.url.endswith("#/live/overhead")
+    assert page.url.endswith("#/cameras/overhead/live")

@@ -42,7 +42,7 @@ class Desk:
 
     @property
     def ids(self):
-        address = re.compile(r"#/pair/(\w+)/(\w+)")
+        address = re.compile(r"#/field/pairs/(\w+)/(\w+)")
         expect(self.page).to_have_url(address)
         return address.search(self.page.url).groups()
 
@@ -267,6 +267,9 @@ def test_a_reload_and_a_second_tab_go_on_with_every_click_even_a_half_match(desk
     address = desk.page.url
     desk.page.get_by_test_id("another-a").click()
     expect(desk.page.get_by_test_id("choice-a")).to_be_visible()
+    desk.page.evaluate("id => fetch(`/api/v1/snapshots/${id}`).then((r) => r.text())", address.split("/")[-1])
+    expect(desk.page.get_by_test_id("choice-a")).to_be_visible()  # the pair that was there does not come back
+    expect(desk.page.get_by_test_id("picture-b")).to_be_visible()
     desk.page.go_back()
     desk.wait_for_pictures()
     expect(desk.page).to_have_url(address)

@@ -66,7 +66,7 @@ def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, se
     page.route("**/rigs/hall/stitched.json*", without_south, times=1)
     page.get_by_test_id("make-rig").click()
     expect(page.get_by_test_id("rig-page")).to_be_visible(timeout=LONG_MS)
-    assert page.url.endswith("#/rig/hall")
+    assert page.url.endswith("#/field/rigs/hall")
     picture = page.get_by_test_id("stitched")
     expect(picture).to_be_visible(timeout=LONG_MS)
     expect(picture).to_have_js_property("naturalWidth", 1200, timeout=LONG_MS)
@@ -98,7 +98,7 @@ def test_cameras_with_other_rectangles_are_refitted_by_one_button_and_not_activa
             "h_max_rectangle_px": 80, "n_rectangles_x": 9, "n_rectangles_y": 12}
     assert server.api("PUT", "/rigs/hall", json=body).status_code == 201
     before = server.api("GET", "/cameras/rig-north").json()["active_calibration"]
-    page.goto(f"{server.url}/#/rig/hall")
+    page.goto(f"{server.url}/#/field/rigs/hall")
     expect(page.get_by_test_id("member-rig-north")).to_contain_text("Refit Rig-North", timeout=LONG_MS)
     page.get_by_test_id("refit-rig").click()
     expect(page.get_by_text("1 new version with the rig's rectangles")).to_be_visible(timeout=2 * LONG_MS)
@@ -129,7 +129,7 @@ def test_ball_and_robots_of_all_cameras_stand_on_the_field_once_each_with_the_se
                               json={"on": True, "plan": "ssl", "colours": "hall"}).ok
             are_live(server, play.name)
         assert server.api("PUT", "/rigs/west", json={"field": "ssl-div-b", "cameras": ["low", "high"]}).ok
-        page.goto(f"{server.url}/#/rig/west")
+        page.goto(f"{server.url}/#/field/rigs/west")
         expect(page.get_by_test_id("stitched")).to_be_visible(timeout=LONG_MS)
         page.get_by_test_id("do-follow-play").click()
         expect(page.get_by_test_id("seam")).to_contain_text("mm apart in the median", timeout=2 * LONG_MS)

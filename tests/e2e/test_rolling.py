@@ -24,7 +24,7 @@ def camera(server):
 def rolling(operator, server, camera):
     """At that camera's page, with three rolls or more."""
     page = operator.page
-    page.goto(f"{server.url}/#/live/rolling")
+    page.goto(f"{server.url}/#/cameras/rolling/live")
     page.reload()
     page.get_by_test_id("do-watch-rolls").click()
     expect(page.get_by_test_id("roll").nth(2)).to_be_visible(timeout=LONG_MS)
@@ -68,7 +68,7 @@ def test_the_lens_of_the_rolls_is_kept_and_chosen_for_the_next_picture(rolling, 
     assert (lens["model"], lens["camera"], lens["image_size"]) == ("division", "rolling", [640, 480])
     page.get_by_test_id("use-roll-lens").click()
     expect(page.get_by_test_id("held-next")).to_contain_text(lens["note"])
-    page.goto(f"{server.url}/#/rolls/rolling")
+    page.goto(f"{server.url}/#/lenses/ball/rolling")
     old = kept(server)
     page.get_by_test_id("do-forget-rolls").click()
     expect(page.get_by_test_id("do-forget-rolls")).to_contain_text("Press again")

@@ -66,7 +66,7 @@ def until_drawn(page) -> None:
 def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept):
     page, server = operator.page, operator.server
     page.set_viewport_size({"width": 1100, "height": 560})  # fewer pixels for a processor to shade
-    page.goto(f"{server.url}/#/scene/{kept[0]}")
+    page.goto(f"{server.url}/#/field/scene/{kept[0]}")
     expect(page.get_by_test_id("scene-page")).to_have_attribute("data-ready", "true", timeout=LONG_MS)
     expect(page.get_by_test_id("scene-height")).to_contain_text("m")
     page.get_by_test_id("scene-above").click()
@@ -104,9 +104,9 @@ def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept
 
 def test_a_model_without_rays_says_why_there_is_no_camera(operator, kept):
     page = operator.page
-    page.goto(f"{operator.server.url}/#/scene/{kept[1]}")
+    page.goto(f"{operator.server.url}/#/field/scene/{kept[1]}")
     expect(page.get_by_test_id("no-frustum")).to_contain_text("no rays", timeout=LONG_MS)
     expect(page.get_by_test_id("scene-height")).to_have_count(0)
     expect(page.get_by_test_id("sheet-carpet")).to_be_disabled()
-    page.goto(f"{operator.server.url}/#/scene/{'0' * 16}")
+    page.goto(f"{operator.server.url}/#/field/scene/{'0' * 16}")
     expect(page.get_by_test_id("scene-refusal")).to_be_visible(timeout=LONG_MS)

@@ -50,7 +50,7 @@ def page(operator, server, play):
         return server.api("PUT", "/cameras/seer/seeing", json=fresh, headers={"If-Match": tag})
     until(set_anew, lambda answer: answer.ok)
     page = operator.page
-    page.goto(f"{server.url}/#/live/seer")
+    page.goto(f"{server.url}/#/cameras/seer/live")
     page.reload()
     expect(page.get_by_test_id("do-seeing")).to_be_enabled()
     page.keyboard.press("F9")

@@ -38,7 +38,7 @@ def test_by_mouse_on_a_real_picture_until_the_version_is_active(operator, server
     operator.activate(warned=True)
     page.screenshot(path=tmp_path / "3-active.png")
     assert server.api("GET", "/cameras/hall").json()["active_calibration"] == kept["id"]
-    page.goto(f"{server.url}/#/live/hall")
+    page.goto(f"{server.url}/#/cameras/hall/live")
     page.reload()
     expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=LONG_MS)
     page.get_by_test_id("look-corrected").click()
@@ -127,8 +127,8 @@ def test_by_finger_on_a_small_screen(browser, server, straight_picture, frame_po
     wide = page.evaluate("[...document.querySelectorAll('body, aside')].filter(e => e.scrollWidth > innerWidth + 1)"
                          ".map(e => e.tagName)")
     assert wide == []
-    for name in ("settings", "jobs", "versions"):
-        page.goto(f"{server.url}/#/{name}")
+    for name, address in (("settings", "system/server"), ("jobs", "system/jobs"), ("versions", "library/versions")):
+        page.goto(f"{server.url}/#/{address}")
         expect(page.get_by_test_id(f"{name}-page")).to_be_visible()
         page.screenshot(path=tmp_path / f"{name}.png")
     context.close()

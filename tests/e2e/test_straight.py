@@ -135,10 +135,10 @@ def test_judging_is_stopped_and_what_shows_no_edges_is_refused_with_what_to_do(d
 
 @pytest.mark.long
 def test_the_desk_has_an_address_and_tabs_to_the_board_and_back(desk, server):
-    expect(desk).to_have_url(re.compile("#/straight$"))
+    expect(desk).to_have_url(re.compile("#/lenses/edges$"))
     desk.get_by_test_id("desk-board").click()
     expect(desk.get_by_test_id("board-desk")).to_be_visible()
-    expect(desk).to_have_url(re.compile("#/lens$"))
+    expect(desk).to_have_url(re.compile("#/lenses/board$"))
     desk.go_back()
     expect(desk.get_by_test_id("straight-desk")).to_be_visible()
     desk.goto(f"{server.url}/#/")

@@ -109,7 +109,7 @@ def test_a_good_version_is_ready_and_is_activated_by_the_primary_button(kept, be
     page.get_by_test_id("next").click()
     expect(page.get_by_test_id("notice").last).to_contain_text(f"Version {good['version']} of Overhead")
     expect(page.get_by_test_id("camera-overhead")).to_be_visible()
-    expect(page).to_have_url(re.compile(r"#/$"))
+    expect(page).to_have_url(re.compile(r"#/cameras$"))
     assert active(server) == good["id"]
 
 
@@ -144,7 +144,7 @@ def test_a_bad_version_is_activated_only_after_a_warning(kept, before, server, t
     page.keyboard.press("Tab")
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("notice").last).to_contain_text(f"Version {bad['version']} of Overhead")
-    expect(page).to_have_url(re.compile(r"#/$"))
+    expect(page).to_have_url(re.compile(r"#/cameras$"))
     assert active(server) == bad["id"]
 
 
@@ -155,7 +155,7 @@ def test_a_neighbour_that_stands_elsewhere_and_another_lens_are_told(kept, befor
     page = before(kept("overhead", "brown-conrady", **TAPED)).page
     neighbour = state(page, "neighbour-east", "bad")
     expect(neighbour).to_contain_text("Does not agree with East")
-    expect(neighbour.get_by_role("link")).to_have_attribute("href", "#/pair")
+    expect(neighbour.get_by_role("link")).to_have_attribute("href", "#/field/pairs")
     expect(state(page, "lens", "note")).to_contain_text("Lens differs from version")
     expect(page.get_by_test_id("next")).to_have_text(re.compile("anyway…$"), timeout=LONG_MS)
     shot(page, tmp_path / "neighbour.png")

@@ -14,7 +14,7 @@ import pytest
 
 from tests.support.paths import HELP, ROOT
 
-COPIED = ("app", "configs", "static", "tests", "pyproject.toml", "README.md")
+COPIED = ("app", "configs", "static", "tests", "pyproject.toml", "README.md", ".oxlintrc.json")
 MODELS_SECTION = """
 ## Inverse division
 

@@ -4,7 +4,8 @@
 import { computed } from "@preact/signals";
 import { address } from "../../core/api.js";
 import { html } from "../../core/html.js";
-import { atLive, compare, comparing, showLines } from "../../core/state.js";
+import { route } from "../../core/route.js";
+import { compare, comparing, showLines } from "../../core/state.js";
 import { placed } from "../drawing.js";
 import { Grid } from "./grid.js";
 import { Heat } from "./heat.js";
@@ -25,7 +26,7 @@ import { cameraView } from "../../features/live/camera_page.js";
 const STEP = 0.02,
   ENDS = [0.02, 0.98];
 
-const withLines = computed(() => (atLive.value === null ? showLines.value : cameraView.value.lines));
+const withLines = computed(() => (route.value.view === "live" ? cameraView.value.lines : showLines.value));
 
 /** The corrected picture's address. @param {string} id @param {string} suffix */
 export const correctedAddress = (id, suffix) =>

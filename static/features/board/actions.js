@@ -1,10 +1,8 @@
 // Actions that find a lens from views of a board, uploaded or taken live.
 import { filePicker } from "../../core/actions.js";
-import { atBoard, step } from "../../core/state.js";
-import { closePicture } from "../calibrate/pictures.js";
+import { go } from "../../core/route.js";
 import { openedCamera as liveCamera } from "../live/camera_page.js";
-import { openPage } from "../shell/open_page.js";
-import { findLens, foundLens, openBoard, ready, search, useLens } from "./board.js";
+import { atBoard, findLens, foundLens, openBoard, ready, search, useLens } from "./board.js";
 import {
   automatic,
   boardView,
@@ -21,11 +19,7 @@ export const BOARD_ACTIONS = [
     id: "board",
     label: "Calibrate a lens with a board…",
     group: "Pictures",
-    run: () => {
-      closePicture();
-      step.value = "camera";
-      void openBoard();
-    },
+    run: () => void openBoard(),
   },
   {
     id: "add-pictures",
@@ -64,7 +58,7 @@ export const BOARD_ACTIONS = [
     label: "Hold a board before this camera…",
     short: "Hold a board before it…",
     group: "Pictures",
-    run: () => openPage("capture", liveCamera.value?.id ?? ""),
+    run: () => go("capture", { camera: liveCamera.value?.id }),
     enabled: () => liveCamera.value !== null,
   },
   {

@@ -1,11 +1,12 @@
 // A lens from pictures of a board: the board, the pictures, the job that finds the lens, and its result.
-import { batch, computed, signal } from "@preact/signals";
+import { batch, computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, online } from "../../core/api.js";
 import { change, doc, withModel } from "../../core/document.js";
 import { plural } from "../../core/format.js";
 import { followJob, runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
-import { atBoard, atStraight, model, models, notify } from "../../core/state.js";
+import { go, route } from "../../core/route.js";
+import { model, models, notify } from "../../core/state.js";
 import { pictureList } from "../lens_pictures/picture_upload.js";
 import { listLenses } from "./lenses.js";
 
@@ -81,16 +82,28 @@ export function changeBoard(changes) {
   persist();
 }
 
-/** Go to the board, and on with a search that is under way. */
-export async function openBoard() {
-  batch(() => {
-    atBoard.value = true;
-    atStraight.value = false;
+/** Whether the page is at pictures of a board. */
+export const atBoard = computed(() => route.value.view === "board");
+
+/** Go on with a search that is under way whenever the page comes to the board. */
+export function startBoard() {
+  effect(() => {
+    if (atBoard.value) arrived = untracked(goOn);
   });
+}
+
+let arrived = Promise.resolve();
+/** Go to the board, and return once what was left there is. */
+export function openBoard() {
+  go("board");
+  return arrived;
+}
+
+async function goOn() {
   await listLenses();
   try {
     if (before.job && !search.value) await resumeSearch(before.job);
-    else if (before.lens && !foundLens.value) await showLens(before.lens);
+    else if (before.lens && !foundLens.value && !search.value) await showLens(before.lens);
   } catch (error) {
     if (!(error instanceof ServerUnreachable)) delete before.lens; // it was deleted meanwhile
   }
@@ -176,7 +189,7 @@ export async function showLens(id) {
 export function useLens(lens) {
   batch(() => {
     lensForNextPicture.value = lens;
-    atBoard.value = false;
+    go("wall");
   });
 }
 

@@ -2,9 +2,9 @@
 import { computed, effect, signal } from "@preact/signals";
 import { online } from "../../core/api.js";
 import { plural } from "../../core/format.js";
-import { page } from "../../core/page.js";
+import { route } from "../../core/route.js";
 import { openSocket } from "../../core/socket.js";
-import { cameras } from "../../core/state.js";
+import { namedCamera } from "../../core/state.js";
 import { addCapturedView, boardRequest, findLens, openBoard, pictures } from "./board.js";
 
 const GOOD = 12; // views from which a lens is worth finding
@@ -17,9 +17,7 @@ export const boardView = signal(/** @type {Look | null} */ (null));
 export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
 /** Whether pictures are taken by themselves. */
 export const automatic = signal(true);
-export const captureCamera = computed(() =>
-  page.value?.name === "capture" ? (cameras.value.find((c) => c.id === page.value?.argument) ?? null) : null,
-);
+export const captureCamera = computed(() => (route.value.view === "capture" ? namedCamera.value : null));
 /** The views that were taken before this camera. */
 export const views = computed(() =>
   pictures.value.filter((p) => p.quad && p.camera === captureCamera.value?.id),
@@ -31,8 +29,6 @@ let socket = null;
 export const captureNextStep = computed(() => {
   const it = boardView.value,
     count = views.value.length;
-  if (!captureCamera.value)
-    return { action: "back", label: "Back", missing: "", done: false, sentence: "There is no such camera." };
   const sentence = refusal.value
     ? `${refusal.value.detail} ${refusal.value.fix}`
     : !it

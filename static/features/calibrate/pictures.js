@@ -1,17 +1,15 @@
 // Opens a picture: from a file, the clipboard, a camera, or the saved ones.
-import { batch, signal } from "@preact/signals";
+import { batch, computed, effect, signal, untracked } from "@preact/signals";
 import { call, request } from "../../core/api.js";
 import { doc, load } from "../../core/document.js";
 import { requestOrder } from "../../core/latest_wins.js";
+import { go, goInstead, route } from "../../core/route.js";
 import {
   active,
-  atBoard,
-  atLive,
-  atStraight,
   busy,
   cameras,
   fields,
-  help,
+  listed,
   models,
   notices,
   notify,
@@ -19,7 +17,6 @@ import {
   selection,
   snapshot,
   snapshots,
-  step,
 } from "../../core/state.js";
 import { fit } from "../../canvas/viewport.js";
 import { applyChosenLens } from "../board/board.js";
@@ -64,6 +61,7 @@ async function fetchLists() {
       snapshots.value = items;
     }),
   ]);
+  listed.value = true;
 }
 
 /**
@@ -107,6 +105,8 @@ export async function takePicture(id, frames = 1) {
   }
 }
 
+const openings = requestOrder();
+
 /**
  * @param {string} doing
  * @param {() => Promise<import("../../core/types").Snapshot>} fetchIt
@@ -115,13 +115,17 @@ export async function takePicture(id, frames = 1) {
 async function openFrom(doing, fetchIt, stopped = () => false) {
   if (busy.value) return;
   busy.value = doing;
+  const from = route.value,
+    isNewest = openings.begin();
   try {
     const picture = await fetchIt();
     await lists; // a picture opened before the fields are known would be given none
     snapshots.value = [picture, ...snapshots.value.filter((s) => s.id !== picture.id)];
     notices.value = [];
-    const known = cameras.value.find((c) => c.id === picture.camera);
-    await openSnapshot(picture, known?.field && known.region ? "points" : "field");
+    const known = cameras.value.find((c) => c.id === picture.camera),
+      step = known?.field && known.region ? "points" : "field";
+    if (!(await openSnapshot(picture, step, () => isNewest() && route.value === from)))
+      tellThatItIsThere(picture, step);
   } catch (error) {
     if (!stopped()) notifyError(error);
   } finally {
@@ -129,45 +133,51 @@ async function openFrom(doing, fetchIt, stopped = () => false) {
   }
 }
 
-const openings = requestOrder();
-/** The operator has gone elsewhere: a picture that is still on its way does not come. */
-export const forgetOpening = () => void openings.begin();
+/** Nobody who went elsewhere meanwhile is taken back. @param {import("../../core/types").Snapshot} picture
+ * @param {import("../../core/types").StepId} step */
+const tellThatItIsThere = (picture, step) =>
+  notify({
+    level: "info",
+    text: "The image is there.",
+    fix: "",
+    action: { label: "Open it", run: () => go("calibrate", { picture: picture.id, step }) },
+  });
 
 /**
- * Work on a kept picture, where its draft stands; the one that was asked for last stays.
+ * Work on a kept picture, where its draft stands; return whether it was still wanted once that was known.
  * @param {import("../../core/types").Snapshot} picture
- * @param {import("../../core/types").StepId} at
+ * @param {import("../../core/types").StepId} at where to begin
+ * @param {() => boolean} isWanted not where the operator went elsewhere, or asked for another one
  */
-export async function openSnapshot(picture, at, isNewest = openings.begin()) {
+async function openSnapshot(picture, at, isWanted) {
   const kept = await fetchDraft(picture.id);
-  if (!isNewest()) return;
-  // At once: nothing may see one picture with another's clicks, and the address changes only once.
+  if (!isWanted()) return false;
+  // At once: nothing may see one picture with another's clicks, nor an address that is another one's.
   batch(() => {
     closePicture();
     openDraft(picture.id, kept);
     snapshot.value = picture;
-    atBoard.value = false;
-    atStraight.value = false;
-    atLive.value = null;
-    step.value = at;
-    help.value = "";
     active.value = "left";
+    if (route.value.picture !== picture.id) go("calibrate", { picture: picture.id, step: at });
   });
   fit(picture);
   if (!doc.value.field) load({ ...doc.value, ...firstGuess(picture) });
   applyChosenLens(picture);
   await findVersion(picture.id);
+  return true;
 }
 
-/** The same by its id, from the address bar. @param {string} id @param {import("../../core/types").StepId} at */
-export async function openById(id, at) {
-  const isNewest = openings.begin();
+/** The picture that the address names. @param {string} id */
+async function openById(id) {
+  const isNewest = openings.begin(),
+    isWanted = () => isNewest() && route.value.picture === id;
   try {
-    await openSnapshot(await call("GET", `/snapshots/${encodeURIComponent(id)}`), at, isNewest);
+    await lists;
+    const picture = await call("GET", `/snapshots/${encodeURIComponent(id)}`);
+    await openSnapshot(picture, route.value.step, isWanted);
   } catch (error) {
-    if (!isNewest()) return;
-    closePicture();
-    step.value = "camera";
+    if (!isWanted()) return;
+    goInstead("wall");
     const { message } = /** @type {Error} */ (error);
     notify({
       level: "warn",
@@ -177,7 +187,27 @@ export async function openById(id, at) {
   }
 }
 
-export function closePicture() {
+let opened = Promise.resolve();
+/** Go to a picture, and return when it is open. @param {string} id @param {import("../../core/types").StepId} step */
+export function openPicture(id, step) {
+  go("calibrate", { picture: id, step });
+  return opened;
+}
+
+/** Open the picture that the address names, and close it when the page goes elsewhere. */
+export function startPictures() {
+  const wanted = computed(() => route.value.picture);
+  effect(() => {
+    const id = wanted.value;
+    untracked(() => {
+      if (id === (snapshot.value?.id ?? "")) return;
+      closePicture(); // its draft is kept; nothing unseen shall be changed by a key
+      if (id) opened = openById(id);
+    });
+  });
+}
+
+function closePicture() {
   snapshot.value = null;
   selection.value = [];
   closeDraft();

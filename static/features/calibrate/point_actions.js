@@ -1,9 +1,10 @@
 // Actions on clicked points: choose a border, add, move, select and remove points, undo and redo.
 import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "../../core/document.js";
-import { active, atPair, editing, pointer, selectedPoints, selection, tool } from "../../core/state.js";
+import { active, editing, pointer, selectedPoints, selection, tool } from "../../core/state.js";
 import { stageSize, toPicture } from "../../canvas/viewport.js";
 import { activeViewport } from "../compare/comparison.js";
 import { pairArrow } from "../pair/match_actions.js";
+import { atPair } from "../pair/pair.js";
 import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAdded } from "./editing.js";
 import { snapPoints, snapping } from "./snapping.js";
 import { canZoom } from "./view_actions.js";

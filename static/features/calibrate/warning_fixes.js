@@ -3,6 +3,7 @@ import { run } from "../../core/actions.js";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { words } from "../../core/format.js";
 import { lensOpen, unfold } from "../../core/folds.js";
+import { goToStep } from "../../core/route.js";
 import { camera, cameras, field, model, modelName, models, region, step } from "../../core/state.js";
 import { mainViewport } from "../../canvas/viewport.js";
 import { activeViewport, correctedPlacement, margin, visiblePicture } from "../compare/comparison.js";
@@ -109,12 +110,12 @@ function point({ feature, index }) {
 
 /** To where points are seen. */
 function showPoints() {
-  step.value = "points";
+  goToStep("points");
 }
 
 /** To the lens models and their options. */
 function openLens() {
-  step.value = "points";
+  goToStep("points");
   unfold("lens");
 }
 
@@ -173,7 +174,7 @@ const checkField = () => ({
   label: "Check the field…",
   test: "cure-field",
   run: () => {
-    step.value = "field";
+    goToStep("field");
   },
 });
 /** @returns {Fix | null} */

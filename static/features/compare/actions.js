@@ -1,5 +1,6 @@
 // Actions on a comparison of raw and corrected, still or live.
-import { atLive, compare, comparing } from "../../core/state.js";
+import { route } from "../../core/route.js";
+import { compare, comparing } from "../../core/state.js";
 import { centreWorstPlace, goToNextClick } from "../calibrate/warning_fixes.js";
 import { cameraView, status } from "../live/camera_page.js";
 import { version } from "../versions/versions.js";
@@ -10,7 +11,7 @@ import { shownMap as heatMap } from "./heat.js";
 
 /** @typedef {import("../../core/types").CompareMode} CompareMode */
 
-const isLive = () => atLive.value !== null;
+const isLive = () => route.value.view === "live";
 const has = () =>
   isLive() ? status.value?.calibration_applied === true : comparing.value && version.value !== null;
 /** Whether both pictures are there. */

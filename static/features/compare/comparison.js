@@ -3,7 +3,8 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { latestWins } from "../../core/latest_wins.js";
-import { atLive, compare, comparing, notifyError, pointer, snapshot } from "../../core/state.js";
+import { route } from "../../core/route.js";
+import { compare, comparing, notifyError, pointer, snapshot } from "../../core/state.js";
 import { bounds } from "../../canvas/drawing.js";
 import { MARGIN_PX, mainViewport } from "../../canvas/viewport.js";
 import { cameraView } from "../live/camera_page.js";
@@ -13,7 +14,7 @@ import { pictureShownIn, startBlinking } from "./blink.js";
 
 /** @typedef {import("../../core/types").Point} Point @typedef {import("../../core/types").Feature} Feature */
 
-const isLive = computed(() => atLive.value !== null);
+const isLive = computed(() => route.value.view === "live");
 /** The calibration whose two pictures are in sight. */
 export const comparedVersion = computed(() =>
   isLive.value ? liveRecord.value : comparing.value ? version.value : null,

@@ -1,6 +1,6 @@
 // Actions on live detection.
+import { go } from "../../core/route.js";
 import { openedCamera as liveShown } from "../live/camera_page.js";
-import { openPage } from "../shell/open_page.js";
 import { nextFrame, play, playing, previousFrame, recordClip, recording } from "./clips.js";
 import { COLOURS, choose, colour, learnAutomatically, learning } from "./colours.js";
 import { detectionCamera, detectionState, future, past, redoDetection, undoDetection } from "./detection.js";
@@ -17,7 +17,7 @@ export const DETECTION_ACTIONS = [
     short: "What it sees…",
     keys: ["F9"],
     group: "Pictures",
-    run: () => openPage("seeing", liveShown.value?.id ?? ""),
+    run: () => go("detection", { camera: liveShown.value?.id }),
     enabled: () => liveShown.value !== null,
   },
   {

@@ -3,9 +3,9 @@ import { computed, effect, signal } from "@preact/signals";
 import { Problem, call, online, request } from "../../core/api.js";
 import { number, plural } from "../../core/format.js";
 import { requestOrder } from "../../core/latest_wins.js";
-import { page } from "../../core/page.js";
+import { route } from "../../core/route.js";
 import { openSocket } from "../../core/socket.js";
-import { cameras, notifyError } from "../../core/state.js";
+import { namedCamera, notifyError } from "../../core/state.js";
 
 /**
  * @typedef {import("./types").DetectionState} DetectionState
@@ -18,9 +18,7 @@ const LOOK_MS = 3000; // somebody else may change it, and a camera finds its col
 const MAX_UNDO = 40,
   MAX_RECENT = 20;
 
-export const detectionCamera = computed(() =>
-  page.value?.name === "seeing" ? (cameras.value.find((c) => c.id === page.value?.argument) ?? null) : null,
-);
+export const detectionCamera = computed(() => (route.value.view === "detection" ? namedCamera.value : null));
 export const detectionState = signal(/** @type {DetectionState | null} */ (null));
 /** What the newest frame showed; null before the first. */
 export const latestFrame = signal(/** @type {DetectionFrame | null} */ (null));
@@ -45,13 +43,11 @@ export const detectionNextStep = computed(() => {
   const it = latestFrame.value,
     robots = it?.items.filter((i) => i.kind !== "ball").length ?? 0,
     balls = it?.items.filter((i) => i.kind === "ball").length ?? 0;
-  const sentence = !detectionCamera.value
-    ? "There is no such camera."
-    : refusal.value
-      ? `${refusal.value.detail} ${refusal.value.fix}`
-      : !it
-        ? "Waiting for the camera…"
-        : `${plural(robots, "robot")} and ${plural(balls, "ball")} in ${number(it.ms, 1)} ms.`;
+  const sentence = refusal.value
+    ? `${refusal.value.detail} ${refusal.value.fix}`
+    : !it
+      ? "Waiting for the camera…"
+      : `${plural(robots, "robot")} and ${plural(balls, "ball")} in ${number(it.ms, 1)} ms.`;
   return { action: "back", label: "Back", missing: "", done: it !== null && !refusal.value, sentence };
 });
 

@@ -30,7 +30,7 @@ const figure = (/** @type {number | null | undefined} */ value) => `${mm(value)}
 export const STOPS = [
   {
     id: "camera",
-    step: "camera",
+    step: "",
     at: ".cards.cameras",
     title: "A camera",
     more: "live.md",

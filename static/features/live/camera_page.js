@@ -1,7 +1,8 @@
 // One camera, live, and the form for a new or a changed one: state and actions.
-import { computed, effect, signal } from "@preact/signals";
+import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, request, toRefusal } from "../../core/api.js";
-import { atBoard, atLive, atPair, atStraight, cameras, notify, notifyError } from "../../core/state.js";
+import { go, goInstead, route } from "../../core/route.js";
+import { cameras, listed, namedCamera, notify, notifyError } from "../../core/state.js";
 import { STATES, refreshStatuses, statuses } from "./camera_status.js";
 
 /**
@@ -32,42 +33,35 @@ export const controls = signal(
 export const discoveredCameras = signal(/** @type {{ address: string, title: string }[] | null} */ (null));
 export const sourceKinds = signal(/** @type {import("../../core/types").SourceKind[]} */ ([]));
 
-export const openedCamera = computed(() => cameras.value.find((c) => c.id === atLive.value) ?? null);
+/** The camera that the page is at. */
+export const openedCamera = computed(() => (route.value.view === "live" ? namedCamera.value : null));
 export const status = computed(() =>
   openedCamera.value ? (statuses.value[openedCamera.value.id] ?? null) : null,
 );
 
-/** Where the operator stands, and the next thing to do. */
+/** What the form of a camera still wants. */
+export const formNextStep = computed(() => {
+  const values = form.value?.values;
+  if (values && testedSource.value?.source === values.source)
+    return {
+      action: "keep-camera",
+      label: "Keep this camera",
+      missing: values.id ? "" : "Give it a short name.",
+      done: true,
+      sentence: "The source gives pictures.",
+    };
+  return {
+    action: "try-camera",
+    label: "Try it",
+    missing: sourceTest.value ? "It is being tried." : values?.source ? "" : "Say where its pictures come from.",
+    done: false,
+    sentence: "Say where the pictures come from, and try it: nothing is kept before that.",
+  };
+});
+
+/** How the camera is, and the next thing to do. */
 export const cameraNextStep = computed(() => {
-  const it = openedCamera.value,
-    now = status.value;
-  if (form.value) {
-    const { source } = form.value.values,
-      isTried = testedSource.value?.source === source;
-    if (isTried)
-      return {
-        action: "keep-camera",
-        label: "Keep this camera",
-        missing: form.value.values.id ? "" : "Give it a short name.",
-        done: true,
-        sentence: "The source gives pictures.",
-      };
-    return {
-      action: "try-camera",
-      label: "Try it",
-      missing: sourceTest.value ? "It is being tried." : source ? "" : "Say where its pictures come from.",
-      done: false,
-      sentence: "Say where the pictures come from, and try it: nothing is kept before that.",
-    };
-  }
-  if (!it)
-    return {
-      action: "step-camera",
-      label: "Back to the cameras",
-      missing: "",
-      done: false,
-      sentence: "There is no such camera.",
-    };
+  const now = status.value;
   if (now?.state === "mismatch")
     return {
       action: "confirm-camera",
@@ -86,7 +80,7 @@ export const cameraNextStep = computed(() => {
     };
   return {
     action: "take-live",
-    label: `Take a picture with ${it.name}`,
+    label: `Take a picture with ${openedCamera.value?.name}`,
     missing: now && now.state !== "live" ? `${STATES[now.state]}. ${now.problem?.what ?? ""}` : "",
     done: now?.state === "live",
     sentence: now?.problem
@@ -104,26 +98,41 @@ effect(() => {
   if (it && (state === "live" || state === "mismatch") && controls.peek()?.id !== it.id)
     void readControls(it.id);
 });
-effect(() => {
-  if (atBoard.value || atPair.value || atStraight.value) leave();
-});
 
-/** Look at a camera. @param {string} id */
-export function openLive(id) {
-  atBoard.value = atPair.value = atStraight.value = false;
-  form.value = null;
-  atLive.value = id;
-  cameraView.value = { ...cameraView.value, view: "raw" };
+/** Open the form when the address says so, close it when the page goes elsewhere; a camera is first seen as it is. */
+export function startCameraForm() {
+  const wanted = computed(() =>
+    !listed.value
+      ? null
+      : route.value.view === "new-camera"
+        ? ""
+        : route.value.view === "camera-form"
+          ? route.value.camera
+          : null,
+  );
+  effect(() => {
+    const id = wanted.value;
+    untracked(() => {
+      sourceTest.value?.abort();
+      form.value = null;
+      const camera = cameras.value.find((c) => c.id === id) ?? null;
+      if (id === "" || camera) void openForm(camera);
+    });
+  });
+  effect(() => {
+    if (openedCamera.value?.id) untracked(() => (cameraView.value = { ...cameraView.value, view: "raw" }));
+  });
 }
 
 /** @param {Camera | null} camera null: a new one */
-export async function openForm(camera) {
-  atBoard.value = atPair.value = atStraight.value = false;
+async function openForm(camera) {
   refusal.value = testedSource.value = null;
+  const from = route.value;
   try {
     void discoverCameras();
     if (!sourceKinds.value.length) sourceKinds.value = (await call("GET", "/cameras/sources")).items;
     const etag = camera ? ((await request("GET", `/cameras/${camera.id}`)).headers.get("ETag") ?? "") : "";
+    if (route.value !== from) return;
     form.value = {
       values: camera
         ? {
@@ -136,7 +145,6 @@ export async function openForm(camera) {
         : { id: "", name: "", source: "", field: null, region: null },
       etag,
     };
-    atLive.value = camera?.id ?? "new camera";
   } catch (error) {
     notifyError(error);
   }
@@ -152,18 +160,8 @@ export async function discoverCameras() {
   }
 }
 
-function leave() {
-  atLive.value = null;
-  form.value = null;
-}
-
 /** Back from the form. */
-export function closeForm() {
-  sourceTest.value?.abort();
-  const id = form.value?.etag ? atLive.value : null;
-  form.value = null;
-  atLive.value = id;
-}
+export const closeForm = () => (form.value?.etag ? go("live", { camera: form.value.values.id }) : go("wall"));
 
 /** @param {Partial<CameraForm>} changes */
 export function setFormValue(changes) {
@@ -202,7 +200,7 @@ export async function saveCamera() {
         : request("POST", "/cameras", { json: it.values })
     ).then((a) => a.json());
     cameras.value = it.etag ? cameras.value.map((c) => (c.id === id ? kept : c)) : [...cameras.value, kept];
-    openLive(kept.id);
+    goInstead("live", { camera: kept.id });
     void refreshStatuses();
   } catch (error) {
     refusal.value = toRefusal(error);
@@ -215,7 +213,7 @@ export async function removeCamera(camera) {
     const etag = (await request("GET", `/cameras/${camera.id}`)).headers.get("ETag") ?? "";
     await request("DELETE", `/cameras/${camera.id}`, { headers: { "If-Match": etag } });
     cameras.value = cameras.value.filter((c) => c.id !== camera.id);
-    leave();
+    goInstead("wall");
     const again = () =>
       request("POST", "/cameras", {
         json: {
@@ -241,7 +239,7 @@ export async function removeCamera(camera) {
 
 export async function confirmCamera() {
   try {
-    await call("POST", `/cameras/${atLive.value}/confirm`);
+    await call("POST", `/cameras/${openedCamera.value?.id}/confirm`);
     await refreshStatuses();
   } catch (error) {
     notifyError(error);
@@ -252,7 +250,7 @@ export async function confirmCamera() {
 async function readControls(id) {
   try {
     const { items } = await call("GET", `/cameras/${id}/controls`);
-    if (atLive.value === id) controls.value = { id, items };
+    if (openedCamera.value?.id === id) controls.value = { id, items };
   } catch {
     /* a camera that is off has nothing to set */
   }

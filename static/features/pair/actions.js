@@ -1,9 +1,8 @@
 // Actions on a pair of cameras: open it, show its worst match, choose whose epipolar lines are drawn.
-import { atPair, step } from "../../core/state.js";
-import { closePicture } from "../calibrate/pictures.js";
+import { go } from "../../core/route.js";
 import { chosenBasis, linesBases, linesBasis, worstMatch } from "./evaluation.js";
 import { showWorst } from "./match_actions.js";
-import { openPair } from "./pair.js";
+import { atPair } from "./pair.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const PAIR_ACTIONS = [
@@ -11,11 +10,7 @@ export const PAIR_ACTIONS = [
     id: "pair",
     label: "Compare two cameras…",
     group: "Pictures",
-    run: () => {
-      closePicture();
-      step.value = "camera";
-      void openPair();
-    },
+    run: () => go("pair"),
   },
   {
     id: "worst-match",

@@ -4,10 +4,10 @@ import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
 import { plural } from "../../core/format.js";
 import { isEqual } from "../../core/history.js";
 import { latestWins } from "../../core/latest_wins.js";
-import { atPair } from "../../core/state.js";
 import {
   ENOUGH,
   SIDES,
+  atPair,
   both,
   calibrations,
   chosen,

@@ -1,8 +1,7 @@
 // What shared actions do while two cameras are compared: add, move, select and remove matches, zoom and pan.
-import { atPair } from "../../core/state.js";
 import { worstMatch } from "./evaluation.js";
 import { addMatchPoint, choose, chooseNext, chosenPoint, isOn, nudgeChosen, removeMatch } from "./matches.js";
-import { both, chosen, pair, pictures, pointed, side, views } from "./pair.js";
+import { atPair, both, chosen, pair, pictures, pointed, side, views } from "./pair.js";
 
 const ZOOM = 1.25;
 

@@ -5,19 +5,8 @@ import { call, request } from "../../core/api.js";
 import { plural } from "../../core/format.js";
 import { createHistory, isEqual } from "../../core/history.js";
 import { requestOrder } from "../../core/latest_wins.js";
-import {
-  atBoard,
-  atPair,
-  atStraight,
-  busy,
-  cameras,
-  help,
-  notices,
-  notify,
-  notifyError,
-  snapshot,
-  snapshots,
-} from "../../core/state.js";
+import { go, goInstead, route } from "../../core/route.js";
+import { busy, cameras, notices, notify, notifyError, snapshots } from "../../core/state.js";
 import { createViewport } from "../../canvas/viewport.js";
 
 const LAST = "touchline.pair"; // the two pictures that were compared last
@@ -101,37 +90,28 @@ export const wantedHeight = computed(() => {
     : { index, side: /** @type {Side} */ (matches[index].a ? "b" : "a"), isNew: false };
 });
 
-effect(() => {
-  if (atBoard.value || atStraight.value || snapshot.value) atPair.value = false;
-}); // at one place at a time
+/** Whether the page is at two cameras. */
+export const atPair = computed(() => route.value.view === "pair");
 
 /** @param {string} a @param {string} b */
 const key = (a, b) => `${LAST}.${a}.${b}`;
 
 const wishes = requestOrder();
 
-/**
- * Go to the pair: to these two pictures, else to those that were compared last.
- * @param {string} [a]
- * @param {string} [b]
- */
-export async function openPair(a, b) {
-  const [lastA, lastB] = read(LAST) ?? [];
-  const wantedIds = a || b ? [a, b] : [lastA, lastB],
-    isNewest = wishes.begin();
-  batch(() => {
-    atPair.value = true;
-    atBoard.value = false;
-    atStraight.value = false;
-    help.value = "";
-  });
+/** Show the two pictures of the address; where it names none, those that were compared last. */
+async function follow() {
+  const { left, right } = route.value,
+    isAsked = left !== "";
+  if (isAsked && pictures.value.a?.id === left && pictures.value.b?.id === right) return;
+  const isNewest = wishes.begin(),
+    ids = isAsked ? [left, right] : (read(LAST) ?? []);
   const found = await Promise.all(
-    wantedIds.map((id) =>
-      id ? call("GET", `/snapshots/${encodeURIComponent(id)}`).catch(() => gone(Boolean(a || b))) : null,
+    ids.map((/** @type {string | null} */ id) =>
+      id ? call("GET", `/snapshots/${encodeURIComponent(id)}`).catch(() => gone(isAsked)) : null,
     ),
   );
   // else others were chosen meanwhile
-  if (atPair.value && isNewest()) show({ a: found[0] ?? null, b: found[1] ?? null });
+  if (atPair.value && isNewest()) show({ a: found[0] ?? null, b: found[1] ?? null }, goInstead);
 }
 
 /** @param {boolean} wasAsked */
@@ -142,18 +122,20 @@ function gone(wasAsked) {
 }
 
 /**
- * Show two pictures, with what was clicked in them.
+ * Show two pictures, with what was clicked in them, and say so in the address.
  * @param {Record<Side, import("../../core/types").Snapshot | null>} next
+ * @param {typeof go} write
  */
-function show(next) {
+function show(next, write) {
   wishes.begin();
   const kept = next.a && next.b ? read(key(next.a.id, next.b.id)) : null;
+  remember(LAST, [next.a?.id ?? null, next.b?.id ?? null]); // first: an address without them is followed by this
   batch(() => {
     pictures.value = next;
     chosen.value = null;
     pair.load({ ...EMPTY, ...kept });
+    if (atPair.value) write("pair", { left: next.a?.id, right: next.b?.id });
   });
-  write(LAST, [next.a?.id ?? null, next.b?.id ?? null]);
   for (const s of SIDES) {
     views[s].fit(next[s]);
     void listSuited(s);
@@ -161,7 +143,7 @@ function show(next) {
 }
 
 /** @param {Side} s @param {import("../../core/types").Snapshot | null} picture */
-export const setPicture = (s, picture) => show({ ...pictures.value, [s]: picture });
+export const setPicture = (s, picture) => show({ ...pictures.value, [s]: picture }, go);
 
 /** @param {Side} s @param {string} camera */
 export const takeFor = (s, camera) =>
@@ -240,14 +222,17 @@ export const missing = computed(() => {
   return `Match ${plural(ENOUGH - complete.value, "more thing")}, some of them above the carpet.`;
 });
 
-/** Keep every change in this browser, and follow another tab that works on the same two pictures. */
+/** Follow the address, and another tab with the same two pictures; keep every change in this browser. */
 export function startPair() {
+  effect(() => {
+    if (route.value.view === "pair") untracked(() => void follow());
+  });
   effect(() => {
     const { a, b } = pictures.value,
       document = pair.doc.value;
     if (a && b && !pair.dragging.value)
       untracked(() => {
-        if (!isEqual(document, { ...EMPTY, ...read(key(a.id, b.id)) })) write(key(a.id, b.id), document);
+        if (!isEqual(document, { ...EMPTY, ...read(key(a.id, b.id)) })) remember(key(a.id, b.id), document);
       });
   });
   addEventListener("storage", (event) => {
@@ -267,7 +252,7 @@ function read(name) {
 }
 
 /** @param {string} name @param {unknown} value */
-function write(name, value) {
+function remember(name, value) {
   try {
     localStorage.setItem(name, JSON.stringify(value));
   } catch {

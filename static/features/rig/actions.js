@@ -1,6 +1,6 @@
 // Actions on a rig: make it, check it, stop its work.
-import { page } from "../../core/page.js";
-import { checkRig, makeRig, openNewRig, rig, search, stopRig } from "./rig.js";
+import { go, route } from "../../core/route.js";
+import { checkRig, makeRig, rig, search, stopRig } from "./rig.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const RIG_ACTIONS = [
@@ -9,14 +9,14 @@ export const RIG_ACTIONS = [
     label: "Make a rig of cameras that share a field…",
     short: "Make a rig…",
     group: "Pages",
-    run: openNewRig,
+    run: () => go("new-rig"),
   },
   {
     id: "make-rig",
     label: "Make the rig",
     group: "Pages",
     run: () => void makeRig(),
-    enabled: () => page.value?.name === "rig",
+    enabled: () => route.value.view === "new-rig",
   },
   {
     id: "check-rig",

@@ -4,9 +4,8 @@ import { address, call, request, toRefusal } from "../../core/api.js";
 import { plural } from "../../core/format.js";
 import { followJob, runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
-import { page } from "../../core/page.js";
-import { cameras, fields, notify, notifyError } from "../../core/state.js";
-import { openPage } from "../shell/open_page.js";
+import { goInstead, route } from "../../core/route.js";
+import { cameras, fields, listed, notify, notifyError } from "../../core/state.js";
 
 /**
  * @typedef {import("./types").Rig} Rig
@@ -36,7 +35,10 @@ export const draft = signal(/** @type {Draft} */ ({ name: "", title: "", field: 
 export const draftRefusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
 export const { search, refusal, watch } = longWork();
 
-const name = computed(() => (page.value?.name === "rig" ? page.value.argument : null));
+/** The rig that the address names; "" a new one, null none. */
+const name = computed(() =>
+  route.value.view === "rig" ? route.value.rig : route.value.view === "new-rig" ? "" : null,
+);
 export const rig = computed(() => rigs.value.find((r) => r.name === name.value) ?? null);
 export const found = computed(() =>
   rigCheck.value && rigCheck.value.of === name.value ? rigCheck.value.found : null,
@@ -130,23 +132,26 @@ export async function loadRigs() {
   }
 }
 
-export function openNewRig() {
-  draft.value = {
-    name: "",
-    title: "",
-    field: cameras.value.find((c) => c.field)?.field ?? fields.value[0]?.name ?? "",
-    cameras: cameras.value.map((c) => ({ camera: c.id, region: c.region })),
-  };
+/** Begin a new one: the field of the first camera that has one, with all cameras above it. */
+function beginDraft() {
+  draft.value = { name: "", title: "", field: "", cameras: [] };
   draftRefusal.value = null;
-  openPage("rig", "");
+  chooseField(cameras.value.find((c) => c.field)?.field ?? fields.value[0]?.name ?? "");
 }
+
+/** Another field has other cameras above it. @param {string} field */
+export const chooseField = (field) =>
+  setDraft({
+    field,
+    cameras: cameras.value.filter((c) => c.field === field).map((c) => ({ camera: c.id, region: c.region })),
+  });
 
 export async function makeRig() {
   const { name: called, ...body } = draft.value;
   try {
     await request("PUT", `/rigs/${encodeURIComponent(called)}`, { json: body });
     await loadRigs();
-    openPage("rig", called);
+    goInstead("rig", { rig: called });
   } catch (error) {
     draftRefusal.value = toRefusal(error);
   }
@@ -157,7 +162,7 @@ export async function removeRig(it) {
   try {
     await call("DELETE", `/rigs/${encodeURIComponent(it.name)}`);
     rigs.value = rigs.value.filter((r) => r.name !== it.name);
-    location.hash = "#/";
+    goInstead("wall");
     notify({
       level: "info",
       text: `The rig ${it.title || it.name} was removed; its cameras and calibrations stay.`,
@@ -232,9 +237,11 @@ export const stopRig = () => search.value?.stop.abort();
 /** Another rig's picture is none of this one. */
 export function startRig() {
   effect(() => {
-    const at = name.value;
+    const at = name.value,
+      isListed = listed.value;
     untracked(() => {
-      if (at === null) return;
+      if (at === null || !isListed) return;
+      if (!at) beginDraft();
       plane.value = "carpet";
       refusal.value = null;
       if (at && !rigs.value.some((r) => r.name === at)) void loadRigs();

@@ -1,6 +1,6 @@
 // Actions on a rolling ball.
+import { go } from "../../core/route.js";
 import { openedCamera as liveShown } from "../live/camera_page.js";
-import { openPage } from "../shell/open_page.js";
 import {
   canInclude,
   counted,
@@ -23,7 +23,7 @@ export const ROLLING_ACTIONS = [
     label: "Let a ball roll before this camera…",
     short: "Let a ball roll…",
     group: "Pictures",
-    run: () => openPage("rolls", liveShown.value?.id ?? ""),
+    run: () => go("ball", { camera: liveShown.value?.id }),
     enabled: () => liveShown.value !== null,
   },
   {

@@ -4,9 +4,9 @@ import { call, online } from "../../core/api.js";
 import { number, pct, plural } from "../../core/format.js";
 import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
-import { page } from "../../core/page.js";
+import { route } from "../../core/route.js";
 import { openSocket } from "../../core/socket.js";
-import { cameras, notifyError } from "../../core/state.js";
+import { namedCamera, notifyError } from "../../core/state.js";
 
 const DOUBT_MS = 5000;
 const GOOD = 5; // rolls that are worth having
@@ -38,9 +38,7 @@ export const fittedLens = signal(
   /** @type {{ lens: string | null, calibration: string | null } | null} */ (null),
 );
 
-export const rollsCamera = computed(() =>
-  page.value?.name === "rolls" ? (cameras.value.find((c) => c.id === page.value?.argument) ?? null) : null,
-);
+export const rollsCamera = computed(() => (route.value.view === "ball" ? namedCamera.value : null));
 export const hasCorrected = computed(() => Boolean(rollsResponse.value?.report?.corrected));
 /** Which numbers are shown. */
 export const view = computed(
@@ -65,8 +63,6 @@ export const level = computed(() => {
 
 export const rollsNextStep = computed(() => {
   const count = counted.value.length;
-  if (!rollsCamera.value)
-    return { action: "back", label: "Back", missing: "", done: false, sentence: "There is no such camera." };
   const sentence = refusal.value
     ? `${refusal.value.detail} ${refusal.value.fix}`
     : !movingTracks.value

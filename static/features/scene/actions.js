@@ -1,10 +1,9 @@
 // Actions on a 3-D scene.
-import { page } from "../../core/page.js";
-import { openPage } from "../shell/open_page.js";
+import { go, route } from "../../core/route.js";
 import { version } from "../versions/versions.js";
 import { changeView, firstScene, shownScene } from "./scene.js";
 
-const atScene = () => page.value?.name === "scene" && shownScene.value !== null && !shownScene.value.boards;
+const atScene = () => route.value.view === "scene" && shownScene.value !== null && !shownScene.value.boards;
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const SCENE_ACTIONS = [
@@ -14,8 +13,8 @@ export const SCENE_ACTIONS = [
     short: "Scene in 3-D",
     group: "Pages",
     keys: ["F8"],
-    run: () => openPage("scene", version.value?.id ?? firstScene.value),
-    enabled: () => page.value?.name !== "scene",
+    run: () => go("scene", { scene: version.value?.id ?? firstScene.value }),
+    enabled: () => route.value.view !== "scene",
   },
   {
     id: "scene-free",

@@ -1,12 +1,11 @@
 // The 3-D scene: one WebSocket as long as its page is open; what is shown, the view, what was clicked.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call, online } from "../../core/api.js";
-import { page } from "../../core/page.js";
+import { go, route } from "../../core/route.js";
 import { cameras, notifyError, pointer } from "../../core/state.js";
 import { theme } from "../../core/theme.js";
 import { mainViewport } from "../../canvas/viewport.js";
-import { openById } from "../calibrate/pictures.js";
-import { openPage } from "../shell/open_page.js";
+import { openPicture } from "../calibrate/pictures.js";
 
 /**
  * @typedef {import("./types").SceneShown} SceneShown
@@ -39,8 +38,8 @@ export const before = signal("");
 /** All versions of the camera whose scene is shown, oldest first. */
 export const versions = signal(/** @type {import("../../core/types").Calibration[]} */ ([]));
 
-/** What follows #/scene/: a version's id, rig/NAME or lens/ID; null where no scene is open. */
-export const what = computed(() => (page.value?.name === "scene" ? page.value.argument : null));
+/** What the address names: a version's id, rig/NAME or lens/ID; null where no scene is open. */
+export const what = computed(() => (route.value.view === "scene" ? route.value.scene : null));
 const system = matchMedia("(prefers-color-scheme: dark)"),
   systemDark = signal(system.matches);
 system.addEventListener("change", () => {
@@ -233,14 +232,14 @@ async function loadVersions(camera, shownNow) {
 /** Another version of the camera, by its place among all. @param {number} index */
 export function showVersion(index) {
   const it = versions.value[index];
-  if (it && it.id !== what.value) openPage("scene", it.id);
+  if (it && it.id !== what.value) go("scene", { scene: it.id });
 }
 
 /** Open the point editor at the place that was clicked. @param {import("./types").PlaceIn} at */
 export async function showInPicture(at) {
   if (!at.snapshot || !at.pixel) return;
   const [x, y] = at.pixel;
-  await openById(at.snapshot, "points");
+  await openPicture(at.snapshot, "points");
   requestAnimationFrame(() => {
     mainViewport.centre(x, y, NEAR);
     pointer.value = { x, y, touch: false, down: false };

@@ -1,7 +1,6 @@
 // Actions that go from step to step; the primary button runs "next".
 import { run } from "../../core/actions.js";
-import { step } from "../../core/state.js";
-import { closePicture } from "../calibrate/pictures.js";
+import { go, goToStep } from "../../core/route.js";
 import { STEPS, nextAction, steps } from "./steps.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
@@ -10,17 +9,12 @@ export const STEP_ACTIONS = [
     id: "step-camera",
     label: "Go to the cameras",
     short: "Cameras",
-    run: () => {
-      step.value = "camera";
-      closePicture();
-    },
+    run: () => go("wall"),
   },
   ...STEPS.map(({ id, label }) => ({
     id: `step-${id}`,
     label: `Go to ${label.toLowerCase()}`,
-    run: () => {
-      step.value = id;
-    },
+    run: () => goToStep(id),
     enabled: () => steps.value.find((s) => s.id === id)?.open ?? false,
   })),
   {

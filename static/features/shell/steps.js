@@ -2,28 +2,12 @@
 import { computed } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { plural } from "../../core/format.js";
-import { page } from "../../core/page.js";
-import {
-  active,
-  atBoard,
-  atLive,
-  atPair,
-  atStraight,
-  camera,
-  nextCamera,
-  region,
-  snapshot,
-  step,
-} from "../../core/state.js";
-import { boardNextStep } from "../board/board.js";
+import { active, camera, nextCamera, region, snapshot, step } from "../../core/state.js";
 import { finding } from "../calibrate/find_lines.js";
 import { preview, refusal, stale } from "../calibrate/fitting.js";
-import { cameraNextStep } from "../live/camera_page.js";
-import { pairNextStep } from "../pair/evaluation.js";
-import { straightNextStep } from "../straight/straight.js";
 import { activationNextStep } from "../verify/actions.js";
 import { isSaved, version } from "../versions/versions.js";
-import { pageNextStep } from "./page_steps.js";
+import { viewNextStep } from "./next_steps.js";
 
 /**
  * @typedef {import("../../core/types").StepId} StepId
@@ -59,7 +43,7 @@ export const steps = computed(() => {
 
 /** Where the page is while no picture is open. @type {Step} */
 const START = {
-  id: "camera",
+  id: "",
   label: "Cameras",
   done: false,
   open: true,
@@ -108,12 +92,8 @@ export const nextAction = computed(() => {
   /** @param {string} action @param {string} label @param {string} [missing] */
   const thing = (action, label, missing = "") => ({ action, label, missing });
   switch (step.value) {
-    case "camera":
-      if (page.value) return pageNextStep.value;
-      if (atLive.value !== null) return cameraNextStep.value;
-      if (atBoard.value) return boardNextStep.value;
-      if (atStraight.value) return straightNextStep.value;
-      if (atPair.value) return pairNextStep.value;
+    case "":
+      if (viewNextStep.value) return viewNextStep.value;
       return nextCamera.value
         ? thing("take", `Calibrate ${nextCamera.value.name}`)
         : thing("open", "Open an image…");

@@ -1,11 +1,10 @@
 // Actions on pictures of straight edges: add them, judge them, show them straightened.
 import { filePicker } from "../../core/actions.js";
-import { atStraight, step } from "../../core/state.js";
-import { closePicture } from "../calibrate/pictures.js";
+import { go } from "../../core/route.js";
 import {
+  atStraight,
   isResultCurrent,
   judgeEdges,
-  openStraight,
   ready,
   search,
   showStraight,
@@ -18,11 +17,7 @@ export const STRAIGHT_ACTIONS = [
     id: "straight",
     label: "Check a lens by straight edges…",
     group: "Pictures",
-    run: () => {
-      closePicture();
-      step.value = "camera";
-      void openStraight();
-    },
+    run: () => go("edges"),
   },
   {
     id: "add-edges",

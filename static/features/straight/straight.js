@@ -1,10 +1,11 @@
 // Straight edges: how straight a camera's pictures show them, the job that judges them, and its result.
-import { batch, computed, effect, signal } from "@preact/signals";
+import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, request } from "../../core/api.js";
 import { plural } from "../../core/format.js";
 import { followJob, runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
-import { atBoard, atPair, atStraight, notifyError } from "../../core/state.js";
+import { route } from "../../core/route.js";
+import { notifyError } from "../../core/state.js";
 import { pictureList } from "../lens_pictures/picture_upload.js";
 
 const KEPT = "touchline.straight"; // a reload goes on with the same pictures
@@ -97,17 +98,17 @@ export function chooseKind(name) {
   keep();
 }
 
-effect(() => {
-  if (atBoard.value || atPair.value) atStraight.value = false;
-}); // at one place at a time
+/** Whether the page is at straight edges. */
+export const atStraight = computed(() => route.value.view === "edges");
 
-/** Go to the desk, and on with what was judged or is being judged. */
-export async function openStraight() {
-  batch(() => {
-    atStraight.value = true;
-    atBoard.value = false;
-    atPair.value = false;
+/** Go on with what was judged or is being judged whenever the page comes to the desk. */
+export function startStraight() {
+  effect(() => {
+    if (atStraight.value) untracked(() => void goOn());
   });
+}
+
+async function goOn() {
   if (!before.job || straightnessResult.value || search.value) return;
   try {
     const job = await call("GET", `/jobs/${encodeURIComponent(before.job)}`);

@@ -1,5 +1,6 @@
 // Activating the version on show: at once where every check is fine, else after a warning.
 import { computed, signal } from "@preact/signals";
+import { go } from "../../core/route.js";
 import { comparing } from "../../core/state.js";
 import { activateCalibration } from "../versions/activate.js";
 import { isSaved, version } from "../versions/versions.js";
@@ -21,7 +22,7 @@ export async function activateAnyway() {
   const it = version.value;
   closeWarning();
   if (!it || !(await activateCalibration(it))) return;
-  if (comparing.value && version.value?.id === it.id) location.hash = "#/"; // nobody went elsewhere meanwhile
+  if (comparing.value && version.value?.id === it.id) go("wall"); // nobody went elsewhere meanwhile
 }
 
 /** The primary button while the version is not active. */

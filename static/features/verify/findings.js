@@ -1,6 +1,6 @@
 // What each check of a version says: from the server's answer to a state, a title, a figure and a fix.
 import { mm, number, plural, words } from "../../core/format.js";
-import { calibrateAddress } from "../../core/page.js";
+import { addressOf } from "../../core/route.js";
 import { models } from "../../core/state.js";
 import { robotTopsMm } from "../calibrate/camera_height.js";
 
@@ -20,9 +20,9 @@ const STATES = /** @type {const} */ ({ good: "ok", fair: "note", poor: "bad", un
 export const check = (known) => ({ value: "", text: "", fix: "", href: "", ...known });
 
 /** Where points are added, and where the lens model is chosen. @param {Calibration} it */
-const pointsAddress = (it) => (it.snapshot ? calibrateAddress(it.snapshot, "points") : "");
+const pointsAddress = (it) => (it.snapshot ? addressOf("calibrate", { picture: it.snapshot, step: "points" }) : "");
 /** With the lens models unfolded. @param {Calibration} it */
-const modelAddress = (it) => (it.snapshot ? `#/${it.snapshot}/model` : "");
+const modelAddress = (it) => (it.snapshot ? `#/calibrate/${it.snapshot}/model` : "");
 
 /** @param {Calibration} it @param {...string} reasons */
 const warningOf = (it, ...reasons) => it.report.warnings.find((w) => reasons.includes(w.reason));
@@ -176,7 +176,7 @@ export function neighbourFinding(id, name, agreement) {
         ? "One of the two versions is not accurate enough for matches."
         : `On ${number(overlap_m2, 0)} m² that both cameras cover.`,
     fix: state === "bad" ? "Compare the two cameras, and calibrate the less accurate one again." : "",
-    href: state === "bad" ? "#/pair" : "",
+    href: state === "bad" ? addressOf("pair") : "",
   });
 }
 

@@ -2,7 +2,7 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";
-import { page } from "../../core/page.js";
+import { route } from "../../core/route.js";
 import { notify, notifyError } from "../../core/state.js";
 import { revision } from "./versions.js";
 
@@ -28,8 +28,8 @@ export const pairDifference = signal(
   ),
 );
 
-/** The camera whose versions are shown: that of the address, else the first there is. */
-export const listedCamera = computed(() => page.value?.argument || "");
+/** The camera whose versions are shown; "": versions of pictures from files. */
+export const listedCamera = computed(() => route.value.camera);
 export const activeVersion = computed(() => versionList.value?.items.find((v) => v.active) ?? null);
 /** What was active before the present one, and still is there. */
 export const formerVersion = computed(() => {

@@ -4,7 +4,8 @@ import { call } from "../../core/api.js";
 import { doc, isEqual } from "../../core/document.js";
 import { Stopped, runJob } from "../../core/jobs.js";
 import { requestOrder } from "../../core/latest_wins.js";
-import { busy, models, notifyError, rotation, snapshot, step } from "../../core/state.js";
+import { goToStep } from "../../core/route.js";
+import { busy, models, notifyError, rotation, snapshot } from "../../core/state.js";
 import { fitBody } from "../calibrate/fitting.js";
 
 /** The newest version of this picture, and its neighbours of the same camera. */
@@ -64,9 +65,11 @@ export async function saveVersion() {
         busy.value = `Saving, ${Math.round(100 * progress)} %`;
       });
       const saved = await call("GET", `/calibrations/${calibration}`);
-      if (snapshot.value?.id !== picture) return; // it stands among the versions of the picture that was left
+      const isLeft = () => snapshot.value?.id !== picture; // then it stands among that picture's versions
+      if (isLeft()) return;
       version.value = saved;
       await list();
+      if (isLeft()) return;
     } catch (error) {
       if (!(error instanceof Stopped)) notifyError(error);
       return;
@@ -75,7 +78,7 @@ export async function saveVersion() {
       saving.value = null;
     }
   }
-  step.value = "verify";
+  goToStep("verify");
 }
 
 /**

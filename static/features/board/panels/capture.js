@@ -16,14 +16,7 @@ const WIDTH_PX = 960;
 export function CapturePage() {
   const camera = captureCamera.value;
   useEffect(() => (camera ? followCameras([camera.id]) : undefined), [camera?.id]);
-  if (!camera)
-    return html`<div class="start desk">
-      <h1>No such camera</h1>
-      <p class="dim">It was removed, or the address is wrong.</p>
-      <p>
-        <a href="#/">Back to the cameras</a>
-      </p>
-    </div>`;
+  if (!camera) return null;
   const it = boardView.value,
     all = views.value;
   return html`<div class="start desk" data-testid="capture-page">

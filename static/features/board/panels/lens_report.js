@@ -2,7 +2,7 @@
 // helps.
 import { number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { addressOf } from "../../../core/page.js";
+import { addressOf } from "../../../core/route.js";
 import { Title } from "../../../ui/title.js";
 import { foundLens } from "../board.js";
 
@@ -67,7 +67,7 @@ export function LensReport() {
         </dl>
       </div>
       ${lens.id && html`<p>
-        <a href=${addressOf({ name: "scene", argument: `lens/${lens.id}` })} data-testid="lens-scene">
+        <a href=${addressOf("scene", { scene: `lens/${lens.id}` })} data-testid="lens-scene">
           Show how the board was held, in 3-D
         </a>
       </p>`}

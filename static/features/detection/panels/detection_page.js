@@ -31,14 +31,7 @@ export function DetectionPage() {
     it = detectionState.value,
     why = heldFrame.value ? heldFrameRefusal.value : refusal.value;
   useEffect(() => (camera ? followCameras([camera.id]) : undefined), [camera?.id]);
-  if (!camera)
-    return html`<div class="start desk">
-      <h1>No such camera</h1>
-      <p class="dim">It was removed, or the address is wrong.</p>
-      <p>
-        <a href="#/">Back to the cameras</a>
-      </p>
-    </div>`;
+  if (!camera) return null;
   return html`<div class="start desk seeing" data-testid="seeing-page">
     <h1>What ${camera.name} sees</h1>
     <div class="line wrap">

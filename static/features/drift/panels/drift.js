@@ -1,7 +1,7 @@
 // Whether the camera has moved: a sentence, an alarm with its one button, and the result of re-registration.
 import { clock, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { addressOf, calibrateAddress } from "../../../core/page.js";
+import { addressOf } from "../../../core/route.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Working } from "../../../ui/working.js";
@@ -78,10 +78,10 @@ function RegisteredVersion() {
       <button type="button" data-testid="use-registered" onClick=${() => void useRegistered()}>
         Activate version ${it.made.version}
       </button>
-      <a data-testid="look-at-registered" href=${calibrateAddress(it.made.snapshot, "verify")}>
+      <a data-testid="look-at-registered" href=${addressOf("calibrate", { picture: it.made.snapshot, step: "verify" })}>
         Look at it on its picture
       </a>
-      <a data-testid="compare-registered" href=${addressOf({ name: "versions", argument: it.camera })}>
+      <a data-testid="compare-registered" href=${addressOf("versions", { camera: it.camera })}>
         Compare it with the others
       </a>
       <button type="button" data-testid="close-registered" onClick=${closeRegistered}>
@@ -98,7 +98,7 @@ export function DriftWords({ id }) {
   if (!it) return null;
   return it.alarm
     ? html`<div class="warning-line" role="alert" data-testid=${`drift-${id}`} data-state=${it.state}>
-      <b>${it.sentence}</b> <a href=${`#/live/${encodeURIComponent(id)}`}>See what to do</a>
+      <b>${it.sentence}</b> <a href=${addressOf("live", { camera: id })}>See what to do</a>
     </div>`
     : html`<small data-testid=${`drift-${id}`} data-state=${it.state}>
       ${it.sentence}

@@ -24,7 +24,7 @@ export function Tour() {
   }, [on, at, isDone]);
   useEffect(() => {
     if (!on) return;
-    if (it.step !== "camera") run(`step-${it.step}`); // as far as it is open; no picture is closed for it
+    if (it.step) run(`step-${it.step}`); // as far as it is open; no picture is closed for it
     unfold("lens", it.fold === "lens"); // its comparison costs: not left running behind the other stops
     if (it.fold) unfold(it.fold);
     const soon = setTimeout(

@@ -2,11 +2,10 @@
 import { call } from "../../../core/api.js";
 import { dayAndTime, number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { calibrateAddress } from "../../../core/page.js";
+import { addressOf, go } from "../../../core/route.js";
 import { notifyError } from "../../../core/state.js";
 import { openBoard, showLens } from "../../board/board.js";
 import { KINDS, cancelJob, isConnected, isOver, jobs, running } from "../job_list.js";
-import { openPage } from "../../shell/open_page.js";
 
 /** @typedef {import("../types").JobInList} JobInList */
 
@@ -122,7 +121,7 @@ function Made({ job: { state, kind, made } }) {
       Show the lens
     </button>`;
   if (kind === "straightness")
-    return html`<a data-testid="show-made" href="#/straight">
+    return html`<a data-testid="show-made" href=${addressOf("edges")}>
       Show the edges
     </a>`;
   return kind === "comparison"
@@ -134,8 +133,8 @@ function Made({ job: { state, kind, made } }) {
 async function showVersion(id) {
   try {
     const { snapshot, camera } = await call("GET", `/calibrations/${id}`);
-    if (snapshot) location.hash = calibrateAddress(snapshot, "verify");
-    else openPage("versions", camera ?? "");
+    if (snapshot) go("calibrate", { picture: snapshot, step: "verify" });
+    else go("versions", { camera: camera ?? "" });
   } catch (error) {
     notifyError(error);
   }
@@ -154,7 +153,7 @@ export function JobsIndicator() {
   const share = now.reduce((sum, job) => sum + job.progress, 0) / now.length;
   return html`<a
     class="pill at-work"
-    href="#/jobs"
+    href=${addressOf("jobs")}
     data-testid="at-work"
     title=${now.map((job) => `${KINDS[job.kind] ?? job.kind}: ${number(100 * job.progress, 0)} %`).join("\n")}
     aria-label=${`${plural(now.length, "job")} at work`}

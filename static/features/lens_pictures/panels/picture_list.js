@@ -2,21 +2,22 @@
 import { ACTIONS, run } from "../../../core/actions.js";
 import { plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { atStraight, cameras } from "../../../core/state.js";
+import { route } from "../../../core/route.js";
+import { cameras } from "../../../core/state.js";
 
-/** @type {[string, string][]} */
+/** Each with its action. @type {[import("../../../core/route.js").View, string, string][]} */
 const KINDS = [
-  ["board", "A board"],
-  ["straight", "Straight edges"],
+  ["board", "board", "A board"],
+  ["edges", "straight", "Straight edges"],
 ];
 
 export const LensTabs = () => html`<div class="tabs desks" role="tablist" aria-label="Know the lens by">
-  ${KINDS.map(([id, label]) => html`<button
+  ${KINDS.map(([view, id, label]) => html`<button
     key=${id}
     type="button"
     role="tab"
     data-testid=${`desk-${id}`}
-    aria-selected=${String((id === "straight") === atStraight.value)}
+    aria-selected=${String(route.value.view === view)}
     onClick=${() => run(id)}
   >
     ${label}

@@ -2,6 +2,7 @@
 import { useEffect } from "preact/hooks";
 import { number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { go } from "../../../core/route.js";
 import { fields } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
@@ -18,7 +19,6 @@ import {
   discoverCameras,
   discoveredCameras,
   form,
-  openForm,
   openedCamera,
   refusal,
   removeCamera,
@@ -50,15 +50,7 @@ export function CameraPage() {
   const it = openedCamera.value,
     { view, lines } = cameraView.value;
   useEffect(() => (it ? followCameras([it.id]) : undefined), [it?.id]);
-  if (form.value) return html`<${CameraForm} />`;
-  if (!it)
-    return html`<div class="start desk">
-      <h1>No such camera</h1>
-      <p class="dim">It was removed, or the address is wrong.</p>
-      <p>
-        <a href="#/">Back to the cameras</a>
-      </p>
-    </div>`;
+  if (!it) return null;
   const can = status.value?.calibration_applied ?? false;
   return html`<div class="start desk" data-testid="live-desk">
     <h1>${it.name}</h1>
@@ -124,7 +116,7 @@ export function CameraPage() {
       <${ActionButton} id="watch-rolls" />
       <${ActionButton} id="seeing" />
       ${it.editable && html`
-        <button type="button" data-testid="edit-camera" onClick=${() => void openForm(it)}>
+        <button type="button" data-testid="edit-camera" onClick=${() => go("camera-form", { camera: it.id })}>
           Change…
         </button>
         <button type="button" data-testid="remove-camera" onClick=${() => void removeCamera(it)}>
@@ -140,7 +132,6 @@ export function CameraPage() {
 /** The left side: how the camera is. */
 export function CameraPanel() {
   const it = status.value;
-  if (form.value) return html`<${SourceHelp} />`;
   if (!it) return null;
   return html`
     <section aria-label="State">
@@ -232,7 +223,6 @@ function Look() {
 /** The right side: what can be set on the camera. */
 export function CameraReport() {
   const at = controls.value;
-  if (form.value) return html`<${Tried} />`;
   if (!at?.items.length)
     return html`
       <${CheckReport} />
@@ -309,7 +299,7 @@ function Setting({ control: { name, label, kind, value, unit, range, choices, au
   </div>`;
 }
 
-function CameraForm() {
+export function CameraForm() {
   const it = form.value;
   if (!it) return null;
   const { values, etag } = it,
@@ -403,7 +393,7 @@ function CameraForm() {
 }
 
 /** What the source showed. */
-function Tried() {
+export function Tried() {
   const it = testedSource.value;
   if (!it || it.source !== form.value?.values.source)
     return html`<section>
@@ -419,7 +409,7 @@ function Tried() {
   </section>`;
 }
 
-function SourceHelp() {
+export function SourceHelp() {
   return html`
     <section aria-label="Plugged in">
       <h2>Plugged in</h2>

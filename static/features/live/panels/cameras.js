@@ -1,11 +1,11 @@
 // All cameras, live, as cards: how each is, and the way to a picture of it.
 import { useEffect } from "preact/hooks";
 import { html } from "../../../core/html.js";
+import { go } from "../../../core/route.js";
 import { busy, cameras, fields } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
 import { takePicture } from "../../calibrate/pictures.js";
 import { DriftWords } from "../../drift/panels/drift.js";
-import { openForm, openLive } from "../camera_page.js";
 import { followCameras } from "../camera_status.js";
 import { LiveView } from "../layers/live_view.js";
 
@@ -19,7 +19,7 @@ export function Cameras() {
     <${Title} of="cameras">${cameras.value.length ? "Take a picture with a camera" : "Cameras"}<//>
     <ul class="cards cameras">
       ${cameras.value.map(({ id, name, field }) => html`<li key=${id} class="card">
-        <button type="button" class="looked" data-testid=${`look-at-${id}`} onClick=${() => openLive(id)}>
+        <button type="button" class="looked" data-testid=${`look-at-${id}`} onClick=${() => go("live", { camera: id })}>
           <span class="sr">Look at </span>
           <${LiveView} id=${id} name=${name} width=${CARD_PX} fps=${CARD_FPS} />
         </button>
@@ -37,7 +37,7 @@ export function Cameras() {
         </button>
       </li>`)}
       <li>
-        <button type="button" class="card add" data-testid="add-camera" onClick=${() => void openForm(null)}>
+        <button type="button" class="card add" data-testid="add-camera" onClick=${() => go("new-camera")}>
           <b>Add a camera…</b>
           <small>network, USB, industrial, a video, or a simulated one</small>
         </button>

@@ -1,9 +1,9 @@
 // A rig's page: its cameras at the left, the whole field in one picture in the middle, what the check says at the
 // right.
 import { run } from "../../../core/actions.js";
-import { dayAndTime, mm, number } from "../../../core/format.js";
+import { dayAndTime, mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { addressOf, page } from "../../../core/page.js";
+import { addressOf, go, route } from "../../../core/route.js";
 import { cameras, fields } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Working } from "../../../ui/working.js";
@@ -13,7 +13,7 @@ import {
   draft,
   draftRefusal,
   found,
-  openNewRig,
+  chooseField,
   others,
   pictureAddress,
   plane,
@@ -31,7 +31,6 @@ import {
   toggleCamera,
   worst,
 } from "../rig.js";
-import { openPage } from "../../shell/open_page.js";
 import { TrackMarks, TrackReport } from "./tracks.js";
 
 /**
@@ -55,11 +54,11 @@ export const Rigs = () => html`<section aria-label="Rigs">
       key=${r.name}
       type="button"
       data-testid=${`rig-${r.name}`}
-      onClick=${() => openPage("rig", r.name)}
+      onClick=${() => go("rig", { rig: r.name })}
     >
       ${r.title || r.name}
     </button>`)}
-    <button type="button" data-testid="new-rig" onClick=${openNewRig}>
+    <button type="button" data-testid="new-rig" onClick=${() => go("new-rig")}>
       Make a rig…
     </button>
   </div>
@@ -123,12 +122,11 @@ export function RigForm() {
 }
 
 export function RigPage() {
-  if (!page.value?.argument) return html`<${NewRig} />`;
   const it = rig.value,
     now = stitched.value;
   if (!it)
     return html`<div class="start">
-      <p class="dim">There is no rig called ${page.value.argument}.</p>
+      <p class="dim">There is no rig called ${route.value.rig}.</p>
     </div>`;
   return html`<div class="start rig" data-testid="rig-page">
     <h1>${it.title || it.name}</h1>
@@ -145,7 +143,7 @@ export function RigPage() {
       <button type="button" data-testid="take-stitched" onClick=${() => void takeStitched()}>
         Take the picture anew
       </button>
-      <a href=${addressOf({ name: "scene", argument: `rig/${it.name}` })} data-testid="rig-scene">
+      <a href=${addressOf("scene", { scene: `rig/${it.name}` })} data-testid="rig-scene">
         Scene in 3-D
       </a>
       ${found.value && html`
@@ -381,7 +379,7 @@ function OnePair({ p }) {
   `;
 }
 
-function NewRig() {
+export function NewRig() {
   const { name, title, field, cameras: chosen } = draft.value,
     regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
   return html`<div class="start rig" data-testid="new-rig-page">
@@ -389,6 +387,7 @@ function NewRig() {
     <label class="pair tall">
       <span>Short name</span>
       <input
+        type="text"
         data-testid="rig-name"
         value=${name}
         maxlength="64"
@@ -398,6 +397,7 @@ function NewRig() {
     <label class="pair tall">
       <span>Title</span>
       <input
+        type="text"
         value=${title}
         maxlength="100"
         onInput=${(/** @type {Changed} */ e) => setDraft({ title: e.target.value })}
@@ -408,7 +408,7 @@ function NewRig() {
       <select
         data-testid="rig-field"
         value=${field}
-        onChange=${(/** @type {Changed} */ e) => setDraft({ field: e.target.value })}
+        onChange=${(/** @type {Changed} */ e) => chooseField(e.target.value)}
       >
         ${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>
           ${f.title}
@@ -438,7 +438,7 @@ function NewRig() {
             >
               <option value="">the part it is calibrated on</option>
               ${regions.map((r) => html`<option key=${r} value=${r}>
-                ${r}
+                ${words(r)}
               </option>`)}
             </select>`}
           </li>`;

@@ -3,7 +3,7 @@ import { useEffect } from "preact/hooks";
 import { call } from "../../../core/api.js";
 import { ago, number, pct, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { addressOf } from "../../../core/page.js";
+import { addressOf, go } from "../../../core/route.js";
 import { notifyError } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
@@ -47,14 +47,7 @@ const LEVELS = {
 export function RollsPage() {
   const camera = rollsCamera.value;
   useEffect(() => (camera ? followCameras([camera.id]) : undefined), [camera?.id]);
-  if (!camera)
-    return html`<div class="start desk">
-      <h1>No such camera</h1>
-      <p class="dim">It was removed, or the address is wrong.</p>
-      <p>
-        <a href="#/">Back to the cameras</a>
-      </p>
-    </div>`;
+  if (!camera) return null;
   const now = movingTracks.value,
     list = rolls.value;
   return html`<div class="start desk" data-testid="rolls-page">
@@ -241,7 +234,7 @@ function Made() {
   if (it.calibration)
     return html`<p class="reason" data-testid="rolls-made">
       <b class="level good">A new version is saved</b>, not active.${" "}
-      <a href=${addressOf({ name: "versions", argument: camera.id })}>Look at the versions</a>
+      <a href=${addressOf("versions", { camera: camera.id })}>Look at the versions</a>
     </p>`;
   return html`
     <p class="reason" data-testid="rolls-made">
@@ -257,7 +250,7 @@ function Made() {
 async function hold(id) {
   try {
     useLens(await call("GET", `/lenses/${id}`));
-    location.hash = "#/";
+    go("wall");
   } catch (error) {
     notifyError(error);
   }

@@ -3,7 +3,7 @@ import { run } from "../../../core/actions.js";
 import { address } from "../../../core/api.js";
 import { dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { addressOf } from "../../../core/page.js";
+import { addressOf, go } from "../../../core/route.js";
 import { cameras } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
 import { STOPS } from "../../../canvas/layers/heat.js";
@@ -25,7 +25,6 @@ import {
   versions,
   what,
 } from "../scene.js";
-import { openPage } from "../../shell/open_page.js";
 
 /**
  * @typedef {import("../types").SceneCamera} SceneCamera
@@ -202,9 +201,9 @@ function Which() {
 /** @param {string} chosen */
 function choose(chosen) {
   before.value = "";
-  if (!chosen.startsWith("camera/")) return openPage("scene", chosen);
+  if (!chosen.startsWith("camera/")) return go("scene", { scene: chosen });
   const id = cameras.value.find((c) => `camera/${c.id}` === chosen)?.active_calibration;
-  if (id) openPage("scene", id);
+  if (id) go("scene", { scene: id });
 }
 
 /** Residuals and what moved are enlarged alike. */
@@ -232,12 +231,13 @@ export function ScenePage() {
       <h1>The scene in 3-D</h1>
       ${firstScene.value
         ? html`<p>
-          <a href=${addressOf({ name: "scene", argument: firstScene.value })}>
+          <a href=${addressOf("scene", { scene: firstScene.value })}>
             Show the first camera that is calibrated
           </a>
         </p>`
         : html`<p class="dim">
-          No camera is calibrated yet. <a href="#/">Take or open a picture</a>, click its borders and save.
+          No camera is calibrated yet.${" "}
+          <a href=${addressOf("wall")}>Take or open a picture</a>, click its borders and save.
         </p>`}
     </div>`;
   return html`<div class="scene" data-testid="scene-page" data-ready=${String(shownScene.value !== null)}>

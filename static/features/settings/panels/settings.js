@@ -4,7 +4,7 @@ import { address } from "../../../core/api.js";
 import { ago, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { MAX_NAME_LENGTH } from "../../../core/operator.js";
-import { addressOf, backAddress, leftPicture, page } from "../../../core/page.js";
+import { addressOf, backAddress, route } from "../../../core/route.js";
 import { Typed } from "../../../ui/typed.js";
 import {
   chooseName,
@@ -20,8 +20,8 @@ import {
 const MB = 1e6;
 /** Where what can be changed while the server runs is changed. @type {Record<string, [string, string]>} */
 const CHANGE = {
-  cameras: ["#/", "Add or change cameras"],
-  network: ["#/", "Change it under Network on the start page"],
+  cameras: [addressOf("wall"), "Add or change cameras"],
+  network: [addressOf("wall"), "Change it under Network on the start page"],
 };
 
 export function SettingsPage() {
@@ -220,24 +220,24 @@ const plain = (value) =>
 
 /** On the left of every page: the other ones. */
 export function PageMenu() {
-  /** @type {[import("../../../core/page_address").PageAddress["name"], string, string][]} */
+  /** @type {[import("../../../core/route.js").View, string, string][]} */
   const pages = [
-    ["versions", "", "Saved versions"],
-    ["jobs", "", "Long work"],
-    ["settings", "", "Settings"],
+    ["versions", "versions", "Saved versions"],
+    ["jobs", "jobs", "Long work"],
+    ["server", "settings", "Settings"],
   ];
   return html`<nav aria-label="Pages">
     <ul class="plain page-menu">
       <li>
-        <a href=${backAddress()} data-testid="page-back">
-          ${leftPicture.value ? "Back to the picture" : "Back to the cameras"}
+        <a href=${backAddress.value} data-testid="page-back">
+          ${backAddress.value === addressOf("wall") ? "Back to the cameras" : "Back to the picture"}
         </a>
       </li>
-      ${pages.map(([name, argument, label]) => html`<li key=${name}>
+      ${pages.map(([view, name, label]) => html`<li key=${view}>
         <a
-          href=${addressOf({ name, argument })}
+          href=${addressOf(view)}
           data-testid=${`page-${name}`}
-          aria-current=${page.value?.name === name ? "page" : undefined}
+          aria-current=${route.value.view === view ? "page" : undefined}
         >
           ${label}
         </a>

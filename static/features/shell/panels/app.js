@@ -3,8 +3,8 @@ import { computed, signal } from "@preact/signals";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { filePicker } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
-import { opening } from "../../../core/router.js";
-import { atPair, camera, help, step } from "../../../core/state.js";
+import { route } from "../../../core/route.js";
+import { camera, help, opening, step } from "../../../core/state.js";
 import { DockedLoupe } from "../../../canvas/layers/loupe.js";
 import { Stage } from "../../../canvas/stage.js";
 import { BordersPanel } from "../../calibrate/panels/borders.js";
@@ -77,9 +77,9 @@ const Legends = () => html`
 function Guide() {
   if (opening.value) return null;
   const at = place.value,
-    { label, done, sentence } = at ? { ...at.nextStep.value, label: at.label } : current.value;
+    { label, done, sentence } = at ? { ...at.nextStep, label: at.label } : current.value;
   return html`<section class=${`guide${done ? " done" : ""}`} aria-live="polite">
-    ${(atPair.value || step.value !== "camera") && html`<h1 class="sr">${label} – Touchline</h1>`}
+    ${(route.value.view === "pair" || step.value) && html`<h1 class="sr">${label} – Touchline</h1>`}
     <h2>${label}</h2>
     <p data-testid="sentence">${sentence}</p>
     <${Presence} />
@@ -90,7 +90,7 @@ function Left() {
   if (opening.value) return null;
   if (place.value) return html`<${place.value.Form} />`;
   switch (step.value) {
-    case "camera":
+    case "":
       return html`<section>
         <h2>How it goes</h2>
         <ol class="plain">
@@ -120,7 +120,7 @@ function Right() {
   if (opening.value) return null;
   if (place.value) return html`<${place.value.Report} />`;
   switch (step.value) {
-    case "camera":
+    case "":
       return html`<${PictureAdvice} />`;
     case "field":
       return html`<${PictureHelp} />`;
@@ -133,7 +133,7 @@ function Right() {
 
 /** Files for what the page is at. @param {FileList | null | undefined} files */
 function take(files) {
-  if (files?.length) void (place.value ? place.value.add(files) : openFile(files[0]));
+  if (files?.length) void (place.value ? place.value.add?.(files) : openFile(files[0]));
 }
 
 /** The one file input; also drops and pastes anywhere on the page. */

@@ -1,13 +1,14 @@
 // Bottom of the page: which version stands, the keys that matter now, and dark or light.
 import { clock } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { atPair, snapshot, step } from "../../../core/state.js";
+import { route } from "../../../core/route.js";
+import { snapshot, step } from "../../../core/state.js";
 import { THEMES, chooseTheme, theme } from "../../../core/theme.js";
 import { isSaved, version } from "../../versions/versions.js";
 
 /** @type {Record<string, [string, string][]>} */
 const KEYS = {
-  camera: [
+  "": [
     ["O", "open a picture"],
     ["?", "all keys"],
   ],
@@ -66,7 +67,7 @@ export function Footer() {
       )}
     </span>
     <span class="hints">
-      ${KEYS[atPair.value ? "pair" : step.value].map(([key, what]) => html`<span key=${key}>
+      ${KEYS[route.value.view === "pair" ? "pair" : step.value].map(([key, what]) => html`<span key=${key}>
         <kbd>${key}</kbd> ${what}
       </span>`)}
     </span>

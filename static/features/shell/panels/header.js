@@ -4,8 +4,8 @@ import { run } from "../../../core/actions.js";
 import { online } from "../../../core/api.js";
 import { ago } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { opening } from "../../../core/router.js";
-import { atPair, busy, camera, help, snapshot, step } from "../../../core/state.js";
+import { addressOf, route } from "../../../core/route.js";
+import { busy, camera, help, opening, snapshot, step } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { draft } from "../../calibrate/draft.js";
 import { JobsIndicator } from "../../jobs/panels/jobs.js";
@@ -20,10 +20,10 @@ setInterval(() => {
 
 export function Header() {
   return html`<header>
-    <a class="skip" href="#/" onClick=${toStage}>
+    <a class="skip" href=${addressOf("wall")} onClick=${toStage}>
       Skip to the picture
     </a>
-    <a class="brand" href="#/" aria-label="Touchline, start page">
+    <a class="brand" href=${addressOf("wall")} aria-label="Touchline, start page">
       <${Logo} />
       <span>Touchline</span>
     </a>
@@ -71,7 +71,7 @@ export function Header() {
     <${Saved} />
     <a
       class="round as-button"
-      href="#/settings"
+      href=${addressOf("server")}
       data-testid="to-settings"
       aria-label="Settings, long work, saved versions"
       title="Settings, long work, saved versions"
@@ -118,10 +118,11 @@ function Next() {
 }
 
 function Saved() {
-  const { state, at } = draft.value;
+  const { state, at } = draft.value,
+    isKept = route.value.view === "pair" && both.value;
   if (state === "none")
-    return html`<span class="saved" data-testid=${atPair.value && both.value ? "kept" : undefined}>
-      ${atPair.value && both.value ? "Kept in this browser" : ""}
+    return html`<span class="saved" data-testid=${isKept ? "kept" : undefined}>
+      ${isKept ? "Kept in this browser" : ""}
     </span>`;
   const text =
     !online.value || state === "away"

@@ -3,11 +3,10 @@ import { run } from "../../../core/actions.js";
 import { address } from "../../../core/api.js";
 import { dayAndTime } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { opening } from "../../../core/router.js";
-import { busy, cameras, snapshots } from "../../../core/state.js";
+import { addressOf } from "../../../core/route.js";
+import { busy, cameras, opening, snapshots } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { LensForNextPicture, ToBoard } from "../../board/panels/board.js";
-import { openById } from "../../calibrate/pictures.js";
 import { TourButton } from "../../help/panels/tour.js";
 import { Cameras } from "../../live/panels/cameras.js";
 import { Network } from "../../network/panels/network.js";
@@ -63,11 +62,7 @@ export function Start() {
       <h2>Go on with an earlier picture</h2>
       <ul class="recent">
         ${snapshots.value.map((s) => html`<li key=${s.id}>
-          <button
-            type="button"
-            data-testid=${`recent-${s.id}`}
-            onClick=${() => void openById(s.id, "points")}
-          >
+          <a href=${addressOf("calibrate", { picture: s.id, step: "points" })} data-testid=${`recent-${s.id}`}>
             <span class="sr">Go on with the picture of </span>
             <img loading="lazy" alt="" src=${address(`/snapshots/${s.id}/image.jpg`)} />
             <small>
@@ -75,7 +70,7 @@ export function Start() {
               <br />
               ${s.width} × ${s.height} px
             </small>
-          </button>
+          </a>
         </li>`)}
       </ul>
     </section>`}

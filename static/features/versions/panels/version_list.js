@@ -3,7 +3,7 @@ import { useEffect } from "preact/hooks";
 import { address } from "../../../core/api.js";
 import { dayAndTime, mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { addressOf, calibrateAddress } from "../../../core/page.js";
+import { addressOf } from "../../../core/route.js";
 import { cameras, models } from "../../../core/state.js";
 import { Typed } from "../../../ui/typed.js";
 import { activateCalibration } from "../activate.js";
@@ -36,7 +36,7 @@ export function VersionListPage() {
       ${[...cameras.value, { id: "", name: "Pictures from files" }].map(({ id, name }) => html`<a
         key=${id}
         class="tab"
-        href=${addressOf({ name: "versions", argument: id })}
+        href=${addressOf("versions", { camera: id })}
         data-testid=${`shelf-${id || "files"}`}
         aria-current=${id === camera ? "page" : undefined}
       >
@@ -52,7 +52,8 @@ export function VersionListPage() {
             ${it.items.map((v) => html`<${Version} key=${v.id} it=${v} />`)}
           </ul>`
           : html`<p class="dim">
-            Nothing is saved here yet. <a href="#/">Take or open a picture</a>, click its borders and save.
+            Nothing is saved here yet.${" "}
+            <a href=${addressOf("wall")}>Take or open a picture</a>, click its borders and save.
           </p>`}
         ${it.next && html`<button type="button" onClick=${() => void loadMore()}>
           Show older ones
@@ -117,13 +118,16 @@ function Version({ it }) {
         html`<button type="button" data-testid="shelf-activate" onClick=${() => void activateCalibration(it)}>
           Activate
         </button>`}
-      ${snapshot && html`<a href=${calibrateAddress(snapshot, "verify")} data-testid="shelf-open">
+      ${snapshot && html`<a
+        href=${addressOf("calibrate", { picture: snapshot, step: "verify" })}
+        data-testid="shelf-open"
+      >
         Open its picture
       </a>`}
       <a href=${address(`/calibrations/${id}/report.html`)} target="_blank" rel="noopener">
         Open report
       </a>
-      <a href=${addressOf({ name: "scene", argument: id })} data-testid="shelf-scene">
+      <a href=${addressOf("scene", { scene: id })} data-testid="shelf-scene">
         Scene in 3-D
       </a>
       <a href=${address(`/calibrations/${id}/export/json`)} download=${`touchline-v${version}.json`}>

@@ -2,7 +2,7 @@
 import { address } from "../../../core/api.js";
 import { dayAndTime, mm, pct } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { addressOf } from "../../../core/page.js";
+import { addressOf } from "../../../core/route.js";
 import { camera } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
@@ -75,7 +75,7 @@ export function Downloads() {
         <small>Pictures, numbers, error maps, versions.</small>
       </li>
       <li>
-        <a data-testid="scene-link" href=${addressOf({ name: "scene", argument: it.id })}>
+        <a data-testid="scene-link" href=${addressOf("scene", { scene: it.id })}>
           Show the scene in 3-D
         </a>
         <small>Where the camera hangs, and where its rays miss.</small>
@@ -151,7 +151,7 @@ export function VersionsPanel() {
       <p>
         <a
           data-testid="all-versions"
-          href=${addressOf({ name: "versions", argument: camera.value?.id ?? "" })}
+          href=${addressOf("versions", { camera: camera.value?.id })}
         >
           Show all versions, their history, notes and differences
         </a>

@@ -1,0 +1,139 @@
+// Where the page is. The address says so and nothing else does: to go somewhere is to write an address, and what is
+// shown, opened and kept alive follows it.
+import { effect, signal, untracked } from "@preact/signals";
+import { unfold } from "./folds.js";
+import { redirected } from "./redirects.js";
+
+/**
+ * Each view and its addresses; a view with several has the fuller one where its words are known. ":word" stands for one
+ * word, "*word" for all that follow.
+ */
+const ADDRESSES = /** @type {const} */ ([
+  ["wall", "cameras"],
+  ["new-camera", "cameras/new"],
+  ["live", "cameras/:camera/live"],
+  ["camera-form", "cameras/:camera/settings"],
+  ["detection", "cameras/:camera/detection"],
+  ["versions", "cameras/:camera/versions"],
+  ["calibrate", "calibrate/:picture/:step"],
+  ["new-rig", "field/new"],
+  ["rig", "field/rigs/:rig"],
+  ["pair", "field/pairs/:left/:right"],
+  ["pair", "field/pairs"],
+  ["scene", "field/scene/*scene"],
+  ["scene", "field/scene"],
+  ["board", "lenses/board"],
+  ["capture", "lenses/board/:camera"],
+  ["edges", "lenses/edges"],
+  ["ball", "lenses/ball/:camera"],
+  ["versions", "library/versions"],
+  ["jobs", "system/jobs"],
+  ["server", "system/server"],
+]);
+const STEPS = new Set(["field", "points", "verify"]);
+
+/**
+ * @typedef {(typeof ADDRESSES)[number][0]} View
+ * @typedef {{ camera: string, picture: string, step: import("./types").StepId, rig: string, left: string,
+ *   right: string, scene: string }} Words what an address names; "" is nothing
+ * @typedef {{ view: View | "nowhere" } & Words} Route
+ */
+
+/** @type {Words} */
+const NOTHING = { camera: "", picture: "", step: "", rig: "", left: "", right: "", scene: "" };
+
+/** @param {string} word */
+function decoded(word) {
+  try {
+    return decodeURIComponent(word);
+  } catch {
+    return word; // a stray per cent sign
+  }
+}
+
+/** @param {string} pattern @param {string[]} words @returns {Partial<Words> | null} */
+function match(pattern, words) {
+  const parts = pattern.split("/"),
+    isOpen = parts.some((part) => part.startsWith("*"));
+  if (isOpen ? words.length < parts.length : words.length !== parts.length) return null;
+  /** @type {Record<string, string>} */
+  const found = {};
+  for (const [i, part] of parts.entries()) {
+    if (part.startsWith("*")) found[part.slice(1)] = words.slice(i).join("/");
+    else if (part.startsWith(":") && words[i]) found[part.slice(1)] = words[i];
+    else if (part !== words[i]) return null;
+  }
+  return found;
+}
+
+/** @param {string[]} words @returns {Route | null} */
+function routeOf(words) {
+  for (const [view, pattern] of ADDRESSES) {
+    const found = match(pattern, words);
+    if (found && (!found.step || STEPS.has(found.step))) return { view, ...NOTHING, ...found };
+  }
+  return null;
+}
+
+/** @param {string} address from the number sign on */
+const wordsOf = (address) => address.replace(/^#?\/?/, "").split("/").map(decoded);
+/** @param {string[]} words */
+const written = (words) => `#/${words.map(encodeURIComponent).join("/")}`;
+
+/** Where the page is. */
+export const route = signal(follow());
+
+/** The route of the address bar; a former address is replaced by the present one. @returns {Route} */
+function follow() {
+  const words = wordsOf(location.hash),
+    there = redirected(words);
+  if (there?.[2] === "model") {
+    unfold("lens");
+    there[2] = "points";
+  }
+  if (there) history.replaceState(null, "", written(there));
+  return routeOf(there ?? words) ?? { view: "nowhere", ...NOTHING };
+}
+addEventListener("hashchange", () => {
+  route.value = follow();
+});
+
+/**
+ * The address of a view.
+ * @param {View} view
+ * @param {Partial<Words>} [words]
+ */
+export function addressOf(view, words = {}) {
+  for (const [name, pattern] of ADDRESSES) {
+    const parts = pattern.split("/"),
+      of = (/** @type {string} */ part) => words[/** @type {keyof Words} */ (part.slice(1))] ?? "";
+    if (name === view && parts.every((part) => !/^[:*]/.test(part) || of(part)))
+      return written(
+        parts.flatMap((part) => (part.startsWith(":") ? of(part) : part.startsWith("*") ? of(part).split("/") : part)),
+      );
+  }
+  throw new Error(`No address of ${view} with ${JSON.stringify(words)}`);
+}
+
+/** @param {"pushState" | "replaceState"} how @param {string} address */
+function write(how, address) {
+  if (location.hash === address) return;
+  history[how](null, "", address);
+  route.value = follow();
+}
+
+/** Go to a view. @param {View} view @param {Partial<Words>} [words] */
+export const go = (view, words) => write("pushState", addressOf(view, words));
+/** The same view by its fuller address, or the one to be in its stead: the way back leads past it.
+ * @param {View} view @param {Partial<Words>} [words] */
+export const goInstead = (view, words) => write("replaceState", addressOf(view, words));
+
+/** Another step of calibrating the same picture. @param {import("./types").StepId} step */
+export const goToStep = (step) => go("calibrate", { picture: route.value.picture, step });
+
+/** Where "Back" leads from a page beside the calibration: to the picture that was left for it, or to the cameras. */
+export const backAddress = signal(addressOf("wall"));
+effect(() => {
+  const { view } = route.value;
+  if (view === "calibrate" || view === "wall") untracked(() => (backAddress.value = location.hash));
+});
