@@ -97,6 +97,8 @@ class LiveCamera:
 
     def _state(self, now: float) -> tuple[str, dict[str, Any] | None]:
         process = self._supervisor.status
+        if not self._supervisor.started:
+            return "idle", None
         if process is None:
             return ("offline", self._supervisor.problem) if self._supervisor.problem else ("connecting", None)
         if why := stall_reason(process, now):

@@ -47,6 +47,10 @@ class LiveCameras:
         """Return the same; None where it was not started."""
         return self._live.get(id)
 
+    def status(self, id: str) -> dict[str, Any]:
+        """Return one camera's status now, without starting it: its state is "idle" where it was not started."""
+        return (self._live.get(id) or LiveCamera(id, {})).status()
+
     def refresh(self, id: str) -> None:
         """Note that its active calibration, its evidence or what it is to detect has changed."""
         if camera := self._live.get(id):

@@ -45,6 +45,10 @@ class CameraSupervisor:
         self._process: CameraProcess | None = None
         self._task: asyncio.Task[None] | None = None
 
+    @property
+    def started(self) -> bool:
+        return self._task is not None
+
     def start(self) -> None:
         if self._task is None:
             self._task = asyncio.create_task(self._keep_alive(), name=self._name)

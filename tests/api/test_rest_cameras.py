@@ -93,6 +93,18 @@ def test_a_changed_source_is_shown_at_once(shared):
     until(lambda: status_of(shared, "south")["width"] == 160)
 
 
+def test_all_statuses_come_at_once_and_wake_nobody(shared):
+    shared.post(f"{API}/cameras", json=SOUTH)
+    north = alive(shared)
+    for _ in range(2):  # the first call has not started what the second one would then show
+        listed = {status["id"]: status for status in shared.get(f"{API}/cameras/status").json()["items"]}
+        assert list(listed) == ["north", "south"]
+        assert listed["north"].keys() == {"id", *north} and listed["north"]["state"] == "live"
+        assert listed["south"]["state"] == "idle" and listed["south"]["frame_age_s"] is None
+    alive(shared, "south")
+    assert shared.get(f"{API}/cameras/status").json()["items"][1]["state"] == "live"
+
+
 def test_passwords_in_addresses_are_never_told(shared):
     secret = {**SOUTH, "source": "rtsp://operator:s3cret@10.255.255.1:554/live"}
     answers = [shared.post(f"{API}/cameras", json=secret), shared.get(f"{API}/cameras"),

@@ -65,6 +65,13 @@ def list_sources() -> Json:
     return Json({"items": [_source(name) for name in SOURCES]})
 
 
+@router.get("/status", response_model=responses.CameraStatuses)
+async def list_statuses(services: ServicesDep) -> Json:
+    """Return the status of every camera at once and start none: the state of one that does not run is `idle`."""
+    cameras = await asyncio.to_thread(services.cameras.all)  # never behind work that fills the services' threads
+    return Json({"items": [{"id": camera.id, **services.live.status(camera.id)} for camera in cameras]})
+
+
 @router.get("/{id}", response_model=responses.Camera)
 def read_camera(services: ServicesDep, id: Id) -> Json:
     """Return one camera. The ETag of one that was added goes into If-Match of PATCH and DELETE."""

@@ -128,6 +128,8 @@ CameraStatus = response("CameraStatus", state=Literal["connecting", "live", "sta
     problem=JsonObject | None, fps=float, width=int | None, height=int | None, frame_age_s=float | None, reconnects=int,
     light=JsonObject | None, sharpness=Any, active_calibration=str | None, drift_px=float | None,
     drift=JsonObject | None)
+CameraStatuses = response("CameraStatuses", items=list[response("ListedCameraStatus", CameraStatus, id=str,
+    state=Literal["idle", "connecting", "live", "stalled", "offline", "mismatch"])])
 Clip = response("Clip", clip=str, camera=str, frames=int, seconds=float)
 Clips = page_of("Clips", Clip)
 # items: oldest first, each with what it says raw and corrected; report: what all say together
