@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from app.core.errors import BadInput, Conflict, NotFound, TouchlineError, Unavailable
 from app.core.records import Calibration
+from app.evaluate.fit.report import expected_figures
 from app.images import ImageLimits
 from app.live import LiveCamera
 from app.settings import CameraSettings, Settings
@@ -61,7 +62,7 @@ class CameraService:
         active = self._store.calibrations.active(camera.id)
         return {"id": camera.id, "name": camera.title, "field": camera.field, "region": camera.region,
                 "source": without_password(camera.source), "editable": row is not None,
-                "active_calibration": active.id if active else None,
+                "active_calibration": active.id if active else None, "active": _summary(active) if active else None,
                 "updated_at": row.updated_at if row else None, "updated_by": row.updated_by if row else None}
 
     def add(self, camera: CameraSettings, by: str) -> CameraSettings:
@@ -151,6 +152,13 @@ class CameraService:
         if self._from_settings(id):
             raise Conflict(f"The camera {id!r} stands in the settings file.", "Change it there, and start anew.",
                            reason="camera-in-settings")
+
+
+def _summary(calibration: Calibration) -> dict[str, Any]:
+    """Return what a list of cameras shows of a version; an imported one may have no verdict."""
+    return {"id": calibration.id, "version": calibration.version, "model": calibration.model_name,
+            "created_at": calibration.created_at, "verdict": calibration.report.get("verdict") or {},
+            **expected_figures(calibration.report)}
 
 
 def _read(id: str, body: Mapping[str, Any]) -> CameraSettings:

@@ -61,7 +61,7 @@ def test_a_camera_is_added_changed_and_removed(shared):
     assert added.status_code == 201 and added.headers["location"] == f"{API}/cameras/south"
     told = added.json()
     assert told.pop("updated_at") and told.pop("updated_by") == "testclient"
-    assert told == {**SOUTH, "editable": True, "active_calibration": None}
+    assert told == {**SOUTH, "editable": True, "active_calibration": None, "active": None}
     assert [camera["id"] for camera in shared.get(f"{API}/cameras").json()["items"]] == ["north", "south"]
     etag = shared.get(f"{API}/cameras/south").headers["etag"]
     changed = shared.patch(f"{API}/cameras/south", json={"name": "South"}, headers={"If-Match": etag})
@@ -174,6 +174,23 @@ def test_the_corrected_view_comes_with_the_active_calibration(client, task):
     assert shown.status_code == 200 and pixels_of(shown.content).shape[1] == 320
     exact = client.get(f"{API}/cameras/north/frame.png", params={"view": "corrected"})
     assert list(pixels_of(exact.content).shape[1::-1]) == made["corrected_size"]
+
+
+def test_a_camera_says_how_good_its_active_version_is(client, calibration, task):
+    data = {**client.get(f"{API}/calibrations/{calibration['id']}/export/json").json(), "camera": "north"}
+    imported = {**data, "report": {"verdict": "splendid", "sigma_mm": {"rms": "small"}}}
+    rays = client.post(f"{API}/calibrations", json={**task, "camera": "north", "model": "brown-conrady"}).json()
+    strange = client.post(f"{API}/calibrations/import", files={"file": json.dumps(imported).encode()}).json()
+    for made in (rays, strange):
+        client.post(f"{API}/calibrations/{made['id']}/activate")
+        camera = client.get(f"{API}/cameras/north").json()
+        assert client.get(f"{API}/cameras").json()["items"] == [camera]
+        shown = camera["active"]
+        assert (shown["id"], shown["version"], shown["created_at"]) == (made["id"], made["version"], made["created_at"])
+        assert shown["model"] == made["model"]["name"] and shown["verdict"] == (made["report"]["verdict"] or {})
+        sigma = made["report"]["sigma_mm"]
+        figures = [sigma["rms"], *(sigma["hat"][name] for name in ("rms", "z_mm"))] if made is rays else [None] * 3
+        assert [shown[name] for name in ("expected_mm", "expected_hat_mm", "hat_height_mm")] == figures
 
 
 def test_a_calibration_stays_with_the_camera_whose_picture_it_was_made_on(settings, task):

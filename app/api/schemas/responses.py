@@ -117,8 +117,11 @@ PairLines = response("PairLines", in_a=list[Points | None] | None, in_b=list[Poi
 # --- cameras and their pictures
 Snapshot = response("Snapshot", record=snapshots.Snapshot)
 Snapshots = page_of("Snapshots", Snapshot)
+# expected_mm: rms on the carpet, expected_hat_mm at hat_height_mm; null where the model knows none
+ActiveVersion = response("ActiveVersion", id=str, version=int, model=str, created_at=str, verdict=JsonObject,
+    expected_mm=float | None, expected_hat_mm=float | None, hat_height_mm=float | None)
 Camera = response("Camera", id=str, name=str, field=str | None, region=str | None, source=str, editable=bool,
-    active_calibration=str | None, updated_at=str | None, updated_by=str | None)
+    active_calibration=str | None, active=ActiveVersion | None, updated_at=str | None, updated_by=str | None)
 Cameras = page_of("Cameras", Camera)
 CameraTest = response("CameraTest", width=int, height=int, fps=float, identity=Texts, picture=str)
 FoundCameras = response("FoundCameras", items=list[JsonObject])

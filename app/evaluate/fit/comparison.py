@@ -22,6 +22,7 @@ from app.core.field import BORDERS, Region
 from app.core.records import Fit
 from app.evaluate.fit.contradiction import EXPLAINS, EXPLAINS_PX, MIN_TERMS
 from app.evaluate.fit.difference import difference_mm
+from app.evaluate.fit.report import expected_figures
 from app.evaluate.fit.residuals import rms
 from app.models import RayModel
 from app.models.ray_camera import RayCamera
@@ -107,13 +108,10 @@ def _row(candidate: FittedModel, reference: FittedModel | None, region: Region) 
     if reference is not None and candidate is not reference:
         apart = rms(difference_mm(reference.fit.model, candidate.fit.model, region)[1].ravel())
     parts = [v for v in (max(filter(None, (held_out, check)), default=None), apart) if v is not None]
-    sigma = candidate.report["sigma_mm"]
     return {"model": candidate.name, "title": candidate.title, "parameters": candidate.parameters,
             "held_out_mm": held_out, "check_mm": check, "apart_mm": apart,
             "field_mm": float(np.hypot.reduce(parts)) if held_out is not None else None,
-            "rms_px": candidate.report["rms_px"], "expected_mm": None if sigma is None else sigma["rms"],
-            "expected_hat_mm": sigma["hat"]["rms"] if sigma and "hat" in sigma else None,
-            "hat_height_mm": sigma["hat"]["z_mm"] if sigma and "hat" in sigma else None,
+            "rms_px": candidate.report["rms_px"], **expected_figures(candidate.report),
             "verdict": candidate.report["verdict"], "warnings": [w["reason"] for w in candidate.report["warnings"]]}
 
 

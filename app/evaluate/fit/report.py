@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from app.core.field import BORDERS, Field, Region
+from app.core.json_values import number
 from app.core.records import Fit, Observation, Observations, Warning
 from app.evaluate.fit.contradiction import Contradiction
 from app.evaluate.fit.distortion import distortion_report
@@ -82,6 +83,14 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
         if knows_its_error(fit) else None,
         **{key: value for key, value in fit.notes.items() if key in REPORTED_NOTES},
     }
+
+
+def expected_figures(report: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the expected error of a report, rms mm: on the carpet, and at hat height; None where it is not known."""
+    sigma = report.get("sigma_mm") or {}
+    hat = sigma.get("hat") or {}
+    return {"expected_mm": sigma.get("rms"), "expected_hat_mm": hat.get("rms"),
+            "hat_height_mm": number(hat.get("z_mm"))}
 
 
 def _camera_json(model: CameraModel) -> dict[str, float] | None:
