@@ -47,6 +47,11 @@ class LiveCameras:
         """Return the same; None where it was not started."""
         return self._live.get(id)
 
+    @property
+    def running(self) -> tuple[str, ...]:
+        """The ids of those that were started."""
+        return tuple(self._live)
+
     def status(self, id: str) -> dict[str, Any]:
         """Return one camera's status now, without starting it: its state is "idle" where it was not started."""
         return (self._live.get(id) or LiveCamera(id, {})).status()

@@ -21,6 +21,7 @@ from app.scene.scene_registry import SceneRegistry
 from app.services.cache import LruCache
 from app.services.cameras import CameraService
 from app.services.detection import DetectionService
+from app.services.events import CameraEvents
 from app.services.live import start_live_cameras, take_frame
 from app.services.presence import Presence
 from app.services.publishing import PublishingService
@@ -56,6 +57,7 @@ class Services:
         self.publishing = PublishingService(settings, store, self.cameras)
         self.detection = DetectionService(store, self.cameras, self.fields, self.publishing)
         self.presence = Presence()
+        self.events = CameraEvents()
         self.track_fusions: dict[str, TrackFusion] = {}  # by the rig's name
         self.stitchers: LruCache[tuple[object, ...], tuple[Stitcher, list[str]]] = LruCache(MAX_STITCHERS)
         self.scene_pages: LruCache[tuple[object, ...], bytes] = LruCache(MAX_SCENE_PAGES)
@@ -73,7 +75,8 @@ class Services:
             async with aclosing(live) as self.live, aclosing(SceneRegistry()) as self.scenes:
                 with closing(self.publishing.publisher) as publisher:
                     publisher.start()
-                    yield
+                    async with self.events.following(live):
+                        yield
 
     def frame(self, snapshot: str) -> Frame:
         """Return a snapshot decoded; NotFound."""

@@ -14,6 +14,7 @@ from sqlalchemy import ColumnElement, func, select
 from app.core.errors import Conflict
 from app.core.records import Calibration
 from app.store.checksummed import checksummed, content, is_intact, json_text
+from app.store.quarantine import DamagedFile
 from app.store.repository import Page, Repository, column_text, new_id, timestamp
 from app.store.tables import ActivationRow, ActiveRow, CalibrationRow
 
@@ -31,6 +32,10 @@ class CalibrationRepository(Repository):
 
     table, kind, noun = CalibrationRow, "calibrations", "calibration"
     listing = "List them with GET /api/v1/calibrations."
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self._cameras: dict[str, str | None] = {}  # by key
 
     def add(self, calibration: Calibration, by: str = "") -> Calibration:
         """Save a new version; its id, version, date and maker are given here."""
@@ -101,6 +106,28 @@ class CalibrationRepository(Repository):
         query = (select(ActivationRow).where(ActivationRow.camera_key == camera_key(camera))
                  .order_by(ActivationRow.sequence.desc()).limit(limit))
         return tuple({"calibration": row.calibration, "at": row.at, "by": row.by} for row in self._find(query))
+
+    def activations(self, limit: int = 50) -> tuple[dict[str, Any], ...]:
+        """Return what was activated for any camera, newest first: {"camera", "version", "at", "by"}.
+
+        Versions that were deleted since are there too. camera: None for pictures from files.
+        """
+        query = (select(ActivationRow, CalibrationRow.version)
+                 .join(CalibrationRow, CalibrationRow.id == ActivationRow.calibration)
+                 .order_by(ActivationRow.sequence.desc()).limit(limit))
+        with self._database.reading() as rows:
+            found = rows.execute(query).all()
+        return tuple({"camera": self._camera(row), "version": version, "at": row.at, "by": row.by}
+                     for row, version in found)
+
+    def _camera(self, row: ActivationRow) -> str | None:
+        """Return the name behind a key, which only a version's body has; read once, for it is always the same."""
+        if row.camera_key not in self._cameras:
+            try:
+                self._cameras[row.camera_key] = content(self._row(row.calibration))["camera"]
+            except DamagedFile:
+                return None
+        return self._cameras[row.camera_key]
 
     def _read(self, row: CalibrationRow, active: set[str]) -> Calibration:
         return Calibration.from_json(content(row)).activated(row.id in active)

@@ -1,5 +1,6 @@
 """A camera that is knocked while it is live: found in seconds, told with a cure, and registered anew by one call."""
 
+import re
 
 import pytest
 from starlette.testclient import TestClient
@@ -59,6 +60,11 @@ def test_a_knock_is_found_told_and_registered_anew(served):
     assert alarm["px"] == pytest.approx(3, rel=0.15) and alarm["mm"] > 3 * alarm["px"]
     assert alarm["alarm"] is True and "knocked" in alarm["sentence"] and alarm["fix"] and alarm["since"] > 1e9
     assert served.get(f"{API}/cameras/north/status").json()["drift_px"] == pytest.approx(alarm["px"], abs=0.2)
+
+    events = until(lambda: served.get(f"{API}/events").json()["items"],
+                   lambda items: any(event["kind"] == "moved" for event in items))
+    moved = next(event for event in events if event["kind"] == "moved")
+    assert moved["camera"] == "north" and re.fullmatch(r"North moved by [\d.]+ mm\.", moved["text"])
 
     job = finished(served, accepted(served.post(f"{API}/cameras/north/reregister", json={"frames": 3})))
     assert job["state"] == "done", job

@@ -8,6 +8,7 @@ from app import jobs
 from app.api.schemas.base import JsonObject, Point, Points, page_of, response
 from app.core.jobs import INTERNAL
 from app.league.config import PublishingConfig
+from app.services import events
 from app.store import snapshots
 
 Level = Literal["good", "fair", "poor"] | None
@@ -133,6 +134,10 @@ CameraStatus = response("CameraStatus", state=Literal["connecting", "live", "sta
     drift=JsonObject | None)
 CameraStatuses = response("CameraStatuses", items=list[response("ListedCameraStatus", CameraStatus, id=str,
     state=Literal["idle", "connecting", "live", "stalled", "offline", "mismatch"])])
+# version, by: of activations, null of others
+Event = response("Event", at=str, kind=events.Kind, camera=described(str | None, "null: pictures from files"),
+    version=int | None, by=str | None, text=str)
+Events = response("Events", items=list[Event])
 Clip = response("Clip", clip=str, camera=str, frames=int, seconds=float)
 Clips = page_of("Clips", Clip)
 # items: oldest first, each with what it says raw and corrected; report: what all say together

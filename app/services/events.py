@@ -1,0 +1,114 @@
+"""What has happened: versions that were activated, and cameras that went offline, came back or were moved.
+
+The store keeps activations. What cameras did is noted here while the server runs, and forgotten with it.
+"""
+
+import asyncio
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from app.core.text_format import format_mm
+from app.live import LiveCameras
+from app.live.supervisor import LATE_S
+from app.services.cameras import CameraService
+from app.store.repository import timestamp, utc_now
+from app.store.store import Store
+
+Kind = Literal["activated", "offline", "back", "moved", "cleared"]
+
+POLL_S = 0.25  # a camera that hangs is stalled for half a second, then its process starts anew
+MAX_NOTED = 500  # of all cameras together; a loose cable makes two a minute
+WORKS = {"live": True, "mismatch": True, "stalled": False, "offline": False}  # other states tell nothing new
+ALARMS = {
+    "knocked": "{} moved by {}.",
+    "replaced": "{} was turned far, or replaced.",
+    "out-of-focus": "The focus of {} was changed.",
+    "misplaced": "The calibration of {} does not fit the field's lines.",
+}
+
+
+@dataclass(frozen=True)
+class _Known:
+    """What was noted last of a camera: whether it works, by which calibration it is followed, and its alarm."""
+
+    works: bool | None = None
+    calibration: str | None = None
+    alarm: str | None = None
+
+
+@dataclass(frozen=True)
+class _Event:
+    """text: a sentence with a place for the camera's name."""
+
+    at: str
+    kind: Kind
+    camera: str
+    text: str
+
+
+class CameraEvents:
+    """What cameras have done since the server was started. Written by the event loop's thread, read by any."""
+
+    def __init__(self) -> None:
+        self.noted: tuple[_Event, ...] = ()  # newest first
+        self._known: dict[str, _Known] = {}
+
+    @asynccontextmanager
+    async def following(self, live: LiveCameras) -> AsyncIterator[None]:
+        """Note what the running cameras do as long as the context lasts."""
+        task = asyncio.create_task(self._follow(live), name="camera events")
+        try:
+            yield
+        finally:
+            task.cancel()
+
+    def note(self, statuses: Mapping[str, Mapping[str, Any]]) -> None:
+        """Note what has changed since the last call. statuses: of every camera that runs; others are forgotten."""
+        self._known = {id: self._compare(id, self._known.get(id, _Known()), status) for id, status in statuses.items()}
+
+    async def _follow(self, live: LiveCameras) -> None:
+        loop = asyncio.get_running_loop()
+        while True:
+            slept = loop.time()
+            await asyncio.sleep(POLL_S)
+            if loop.time() - slept < POLL_S + LATE_S:  # else we were held up, and what cameras have sent lies unread
+                self.note({id: live.status(id) for id in live.running})
+
+    def _compare(self, id: str, known: _Known, status: Mapping[str, Any]) -> _Known:
+        works = WORKS.get(status["state"], known.works)
+        if works is not known.works and (works is False or known.works is False):
+            self._add(id, "back" if works else "offline", "{} is back." if works else "{} went offline.")
+        known = replace(known, works=works)
+        drift = status["drift"]
+        if drift is None:
+            return known
+        if drift["calibration"] != known.calibration:  # an alarm about the one before says nothing of this one
+            known = replace(known, calibration=drift["calibration"], alarm=None)
+        alarm = drift["state"] if drift["alarm"] else None
+        if alarm is not None and alarm != known.alarm:
+            self._add(id, "moved", ALARMS[alarm].format("{}", format_mm(drift["mm"] or 0.0)))
+        elif alarm is None and known.alarm is not None:
+            if drift["state"] != "steady":  # whoever covers the lines does not put the camera back
+                return known
+            self._add(id, "cleared", "{} is steady again.")
+        return replace(known, alarm=alarm)
+
+    def _add(self, camera: str, kind: Kind, text: str) -> None:
+        self.noted = (_Event(timestamp(utc_now), kind, camera, text), *self.noted)[:MAX_NOTED]
+
+
+def newest_events(noted: tuple[_Event, ...], store: Store, cameras: CameraService, limit: int) -> list[dict[str, Any]]:
+    """Return the newest activations and what cameras did, as plain JSON, newest first."""
+    titles = {camera.id: camera.title for camera in cameras.all()}
+
+    def title(camera: str | None) -> str:
+        return "the pictures from files" if camera is None else titles.get(camera, camera)
+
+    activated = [{"at": row["at"], "kind": "activated", "camera": row["camera"], "version": row["version"],
+                  "by": row["by"] or None, "text": f"Version {row['version']} of {title(row['camera'])} was activated."}
+                 for row in store.calibrations.activations(limit)]
+    did = [{"at": event.at, "kind": event.kind, "camera": event.camera, "version": None, "by": None,
+            "text": event.text.format(title(event.camera))} for event in noted[:limit]]
+    return sorted([*activated, *did], key=lambda event: event["at"], reverse=True)[:limit]

@@ -1,0 +1,79 @@
+"""REST of what has happened: activations over all cameras, and what cameras did by themselves."""
+
+import pytest
+
+from app.services.events import MAX_NOTED, CameraEvents
+from tests.support.pictures import encoded
+from tests.support.refusals import API, refusal
+from tests.support.waiting import until
+
+CAL = f"{API}/calibrations"
+STEADY = {"calibration": "a", "state": "steady", "alarm": False, "mm": 0.1}
+KNOCKED = {"calibration": "a", "state": "knocked", "alarm": True, "mm": 49.2}
+
+
+def events(client, **params):
+    return client.get(f"{API}/events", params=params).json()["items"]
+
+
+def noted(*story):
+    """What is noted of a camera, oldest first, that is in these states one after the other."""
+    log = CameraEvents()
+    for state, drift in story:
+        log.note({"east": {"state": state, "drift": drift}})
+    return [(event.kind, event.text) for event in reversed(log.noted)]
+
+
+def test_activations_of_all_cameras_are_listed_newest_first(client, task, calibration):
+    body = {**task, "model": "homography", "options": {}}
+    north, removed = (client.post(CAL, json={**body, "camera": camera}).json() for camera in ("north", "removed"))
+    for made, who in ((calibration, "Ada"), (north, "Bo"), (removed, "Cy")):
+        assert client.post(f"{CAL}/{made['id']}/activate", headers={"X-Operator": who}).status_code == 200
+    found = events(client)
+    assert [(one["kind"], one["camera"], one["version"], one["by"], one["text"]) for one in found] == [
+        ("activated", "removed", 1, "Cy", "Version 1 of removed was activated."),
+        ("activated", "north", 1, "Bo", "Version 1 of North half was activated."),
+        ("activated", None, 1, "Ada", "Version 1 of the pictures from files was activated.")]
+    assert [one["at"] for one in found] == sorted((one["at"] for one in found), reverse=True)
+    assert events(client, limit=1) == found[:1]
+    for limit in (0, 201, "many"):
+        refusal(client.get(f"{API}/events", params={"limit": limit}), 422)
+
+
+def test_a_camera_that_goes_offline_and_comes_back_is_told(client):
+    client.post(f"{API}/cameras", json={"id": "east", "name": "East", "source": "picture://field.png?fps=20"})
+    client.get(f"{API}/cameras/east/status")
+    until(lambda: [one["text"] for one in events(client)] == ["East went offline."])
+    folder = client.app.state.services.settings.shown_pictures
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "field.png").write_bytes(encoded("png"))
+    until(lambda: [(one["kind"], one["text"]) for one in events(client)][-2:] == [
+        ("back", "East is back."), ("offline", "East went offline.")])
+
+
+@pytest.mark.parametrize(("story", "told"), [
+    ([("connecting", None), ("live", None), ("live", STEADY)], []),
+    ([("live", None), ("stalled", None), ("connecting", None), ("offline", None), ("connecting", None), ("live", None)],
+     [("offline", "{} went offline."), ("back", "{} is back.")]),
+    ([("live", STEADY), ("live", KNOCKED), ("live", {**KNOCKED, "mm": 50}), ("stalled", None), ("live", KNOCKED)],
+     [("moved", "{} moved by 49 mm."), ("offline", "{} went offline."), ("back", "{} is back.")]),
+    ([("live", KNOCKED), ("live", {**STEADY, "state": "covered"}), ("live", KNOCKED), ("live", STEADY)],
+     [("moved", "{} moved by 49 mm."), ("cleared", "{} is steady again.")]),
+    ([("live", KNOCKED), ("live", {**KNOCKED, "state": "out-of-focus"})],
+     [("moved", "{} moved by 49 mm."), ("moved", "The focus of {} was changed.")]),
+    ([("live", KNOCKED), ("live", {**STEADY, "calibration": "b"})], [("moved", "{} moved by 49 mm.")]),
+])
+def test_only_what_changes_is_noted(story, told):
+    assert noted(*story) == told
+
+
+def test_what_is_noted_is_bounded():
+    story = [("live", None), ("offline", None)] * MAX_NOTED
+    assert len(noted(*story)) == MAX_NOTED
+
+
+def test_a_camera_whose_process_was_ended_is_forgotten():
+    log = CameraEvents()
+    for statuses in ({"east": {"state": "offline", "drift": None}}, {}, {"east": {"state": "live", "drift": None}}):
+        log.note(statuses)
+    assert [event.kind for event in log.noted] == ["offline"]
