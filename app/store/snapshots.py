@@ -15,7 +15,7 @@ from sqlalchemy import ColumnElement, delete, func, select
 from sqlalchemy.orm import Session
 
 from app.core.geometry import ImageSize
-from app.store.checksummed import checksummed, content
+from app.store.checksummed import checksummed, content, json_text
 from app.store.database import Database
 from app.store.files import make_folder, remove_temporary_files, translate_disk_errors, write_atomically
 from app.store.quarantine import Damage, DamagedFile, Quarantine
@@ -117,9 +117,13 @@ class SnapshotRepository(Repository):
             raise self._quarantine.move(path, "its checksum is wrong")
         return data
 
-    def list(self, limit: int = 50, cursor: str | None = None, purpose: str | None = None) -> Page[Snapshot]:
-        """Return a page, newest first, of one purpose or of all, without damaged ones."""
+    def list(self, limit: int = 50, cursor: str | None = None, purpose: str | None = None,
+             camera: str | None = None) -> Page[Snapshot]:
+        """Return a page, newest first, of one purpose, of one camera or of all, without damaged ones."""
         where = [] if purpose is None else [SnapshotRow.purpose == column_text(purpose)]
+        if camera is not None:  # only the body names it; LIKE would not tell North from north
+            entry = json_text({"camera": camera}, "The camera")[1:-1]
+            where.append(func.replace(SnapshotRow.body, entry, "") != SnapshotRow.body)
         return self._page(limit, cursor, _read, *where)
 
     def _free_space(self, size_bytes: int) -> None:

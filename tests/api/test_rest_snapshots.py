@@ -75,6 +75,31 @@ def test_what_a_picture_was_taken_for_is_kept_and_sorts_the_list(client, picture
     assert len(client.get(f"{API}/snapshots").json()["items"]) == 3
 
 
+def test_the_pictures_of_one_camera_are_listed(client, picture):
+    for camera in ("NORTH", "nor_h"):
+        client.post(f"{API}/cameras", json={"id": camera, "source": "sim://table"})
+    ids = {camera: [client.post(f"{API}/snapshots", files={"file": picture},
+                                data={"camera": camera, "purpose": purpose}).json()["id"]
+                    for purpose in ("picture", "board")] for camera in ("north", "NORTH", "nor_h")}
+    client.post(f"{API}/snapshots", files={"file": picture})
+    for camera, of_it in ids.items():
+        listed = client.get(f"{API}/snapshots", params={"camera": camera}).json()["items"]
+        assert [one["id"] for one in listed] == of_it[::-1]
+        both = client.get(f"{API}/snapshots", params={"camera": camera, "purpose": "board"}).json()["items"]
+        assert [one["id"] for one in both] == of_it[1:]
+    assert client.get(f"{API}/snapshots", params={"camera": "nobody"}).json()["items"] == []
+    refusal(client.get(f"{API}/snapshots", params={"camera": "../etc"}), 422)
+
+
+def test_a_picture_comes_small_when_a_width_is_named(standing):
+    id = standing.post(f"{API}/snapshots", files={"file": encoded("png", gradient(64, 48))}).json()["id"]
+    for width, shape in ((32, (24, 32, 3)), (64, (48, 64, 3)), (8192, (48, 64, 3))):
+        shown = standing.get(f"{API}/snapshots/{id}/image.jpg", params={"width": width})
+        assert pixels_of(shown).shape == shape and "immutable" in shown.headers["cache-control"]
+    for width in (15, 8193, "wide"):
+        refusal(standing.get(f"{API}/snapshots/{id}/image.jpg", params={"width": width}), 422)
+
+
 def test_snapshots_are_listed_newest_first_in_pages(client, picture):
     ids = [client.post(f"{API}/snapshots", files={"file": picture}).json()["id"] for _ in range(5)]
     seen, cursor = [], ""

@@ -2,7 +2,7 @@
 
 from typing import Annotated, get_args
 
-from fastapi import APIRouter, Request, WebSocket
+from fastapi import APIRouter, Query, Request, WebSocket
 from pydantic import Field
 from starlette.responses import Response
 
@@ -11,9 +11,10 @@ from app.api.dependencies import MAX_NAME, IfMatch, IfMatchNeeded, OperatorDep, 
 from app.api.responses import Json, created, page, picture, versioned
 from app.api.schemas import requests, responses
 from app.api.schemas.media import PICTURE, upload
-from app.api.schemas.requests import CameraSnapshot, Cursor, Format, Id, Limit, Purpose
+from app.api.schemas.requests import CameraSnapshot, Cursor, Format, Id, IdQuery, Limit, Purpose, WidthPx
 from app.api.sockets import send_stream
 from app.core.errors import BadInput
+from app.core.opencv import shrink_to_width
 from app.images import screen
 from app.services.container import Services
 from app.services.forms import FittedModelForm, Name, Pair, Rotate, Strict
@@ -62,9 +63,9 @@ def _save(services: Services, data: bytes, camera: str | None, purpose: str) -> 
 
 @router.get("/snapshots", tags=["snapshots"], response_model=responses.Snapshots)
 def list_snapshots(services: ServicesDep, limit: Limit = 50, cursor: Cursor = None,
-                   purpose: Purpose | None = None) -> Json:
-    """List snapshots, newest first; those that were taken for one purpose, or all."""
-    snapshots = services.store.snapshots.list(limit, cursor, purpose)
+                   purpose: Purpose | None = None, camera: Annotated[IdQuery | None, Query()] = None) -> Json:
+    """List snapshots, newest first; those that were taken for one purpose, of one camera, or all."""
+    snapshots = services.store.snapshots.list(limit, cursor, purpose, camera)
     return page((snapshot.to_json() for snapshot in snapshots.items), snapshots.next_cursor)
 
 
@@ -76,10 +77,16 @@ def read_snapshot(services: ServicesDep, id: Id) -> Json:
 
 @router.get("/snapshots/{id}/image.{format}", tags=["snapshots"], response_class=Response, responses=PICTURE)
 @in_thread
-def show_snapshot(services: ServicesDep, id: Id, format: Format) -> Response:
-    """Return the picture, pixel for pixel as the sensor saw it: encoded anew, so that EXIF tags rotate nothing."""
+def show_snapshot(services: ServicesDep, id: Id, format: Format, width: WidthPx = None) -> Response:
+    """Return the picture, pixel for pixel as the sensor saw it: encoded anew, so that EXIF tags rotate nothing.
+
+    With `width` scaled down to that, unless it is no wider.
+    """
+    pixels = services.frame(id).pixels
+    if width is not None:
+        pixels = shrink_to_width(pixels, width)
     # An id is never used for another picture, so a browser may keep it for ever.
-    return picture(services.frame(id).pixels, format, {"Cache-Control": "private, max-age=31536000, immutable"})
+    return picture(pixels, format, {"Cache-Control": "private, max-age=31536000, immutable"})
 
 
 class FitForm(Strict):
