@@ -65,11 +65,14 @@ def accepted(job: Job) -> Json:
 
 
 async def finished_or_queued(request: Request, services: Services, kind: str, run: Callable[[Any, Progress], Any],
-                             spec: Any, as_job: bool) -> Response:
-    """Return 202 with a job at once, or wait for the result while the caller does."""
+                             spec: Any, as_job: bool, saver: str | None = None, context: Any = None) -> Response:
+    """Return 202 with a job at once, or wait for the result while the caller does.
+
+    saver, context: what keeps the result, as JobEngine.start takes them.
+    """
     if as_job:
-        return accepted(await services.run_in_thread(services.jobs.start, kind, run, spec))
-    job = await services.run_as_job(kind, run, spec, request.is_disconnected)
+        return accepted(await services.run_in_thread(services.jobs.start, kind, run, spec, saver, context))
+    job = await services.run_as_job(kind, run, spec, request.is_disconnected, saver, context)
     if job.state == "done":
         return Json(job.result)
     return problem(**(job.problem or {"reason": "cancelled", "title": "Cancelled", "status": 409, "fix": "Ask again.",

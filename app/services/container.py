@@ -26,6 +26,7 @@ from app.services.live import start_live_cameras, take_frame
 from app.services.presence import Presence
 from app.services.publishing import PublishingService
 from app.services.result_savers import result_savers
+from app.services.rig_checks import RigChecks
 from app.settings import Settings
 from app.store.fields import FieldRepository
 from app.store.snapshots import Snapshot
@@ -58,12 +59,13 @@ class Services:
         self.detection = DetectionService(store, self.cameras, self.fields, self.publishing)
         self.presence = Presence()
         self.events = CameraEvents()
+        self.rig_checks = RigChecks()
         self.track_fusions: dict[str, TrackFusion] = {}  # by the rig's name
         self.stitchers: LruCache[tuple[object, ...], tuple[Stitcher, list[str]]] = LruCache(MAX_STITCHERS)
         self.scene_pages: LruCache[tuple[object, ...], bytes] = LruCache(MAX_SCENE_PAGES)
         self._frames: LruCache[str, Frame] = LruCache(MAX_FRAME_BYTES, lambda frame: frame.pixels.nbytes)
         self._limits = limits
-        jobs.result_savers.update(result_savers(store))
+        jobs.result_savers.update(result_savers(store) | {"rig-check": self.rig_checks.save})
 
     @asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
@@ -97,9 +99,10 @@ class Services:
         return await to_thread.run_sync(lambda: work(*args, **kwargs), limiter=self._threads)
 
     async def run_as_job(self, kind: str, run: Callable[[Any, Progress], Any], spec: Any,
-                         is_abandoned: Callable[[], Awaitable[bool]]) -> Job:
+                         is_abandoned: Callable[[], Awaitable[bool]], saver: str | None = None,
+                         context: Any = None) -> Job:
         """Run work of many seconds in a process and wait for its end; cancel it once its caller has gone."""
-        job = self.jobs.start(kind, run, spec, durable=False)
+        job = self.jobs.start(kind, run, spec, saver, context, durable=False)
         polls = 0
         try:
             while not self.jobs.get(job.id).ended:

@@ -50,8 +50,9 @@ def rig_spec(services: Services, rig: Document, pictures: Pictures | None = None
 
 def rig_json(services: Services, rig: Document) -> dict[str, Any]:
     """Return the rig as the API shows it."""
+    spec = rig_spec(services, rig)
     return {"name": rig.name, "title": rig.body["title"], "field": rig.body["field"],
-            **{name: rig.body[name] for name in NAMES}, **rig_status(rig_spec(services, rig)),
+            **{name: rig.body[name] for name in NAMES}, **rig_status(spec), "checked": services.rig_checks.get(spec),
             "updated_at": rig.updated_at, "updated_by": rig.updated_by}
 
 

@@ -129,6 +129,28 @@ def test_a_check_by_clicks_says_what_it_cannot_see(client, rig):
     assert pair["from"] == "clicks" and "Check with pictures" in pair["verdict"]["fix"]
 
 
+@pytest.mark.parametrize("as_job", [False, True])
+def test_a_rig_shows_its_newest_check_until_a_calibration_is_replaced(client, rig, as_job):
+    def checked():
+        (listed,) = client.get(RIGS).json()["items"]
+        assert listed["checked"] == client.get(rig).json()["checked"]
+        return listed["checked"]
+
+    former = activate(client, 0)
+    assert checked() is None
+    answer = client.post(f"{rig}/check", params={"job": as_job}, json={"pictures": "none"})
+    result = finished(client, accepted(answer))["result"] if as_job else answer.json()
+    (pair,) = result["pairs"]
+    assert checked()["verdict"] == result["verdict"] and checked()["at"].endswith("Z")
+    assert checked()["p95_mm"] == max(pair["agreement"][z]["p95_mm"] for z in ("carpet", "hat"))
+    etag = client.get(rig).headers["etag"]
+    assert client.put(rig, json={**BODY, "title": "Other words"}, headers={"If-Match": etag}).json()["checked"]
+    activate(client, 0)
+    assert checked() is None
+    assert client.post(f"{API}/calibrations/{former}/activate").status_code == 200
+    assert checked()["verdict"] == result["verdict"]  # it is about these very calibrations
+
+
 @pytest.mark.parametrize("body", [{"snapshots": {"nobody": "a" * 16}}, {"matches": [
     {"a": "cam0", "b": "nobody", "points_a": [[1, 2]], "points_b": [[1, 2]]}], "pictures": "none"},
     {"matches": [{"a": "cam0", "b": "cam1", "points_a": [[1, 2]], "points_b": [[1, 2], [3, 4]]}], "pictures": "none"}])

@@ -129,7 +129,8 @@ async def check_rig(request: Request, services: ServicesDep, name: Id, body: sch
         pictures |= await services.run_in_thread(rigs.save_frames, services, frames)
     rig = await services.run_in_thread(rigs.rig_spec, services, saved, pictures)
     spec = {"rig": rig, "missing": missing, "matches": [one.model_dump() for one in body.matches]}
-    return await finished_or_queued(request, services, "rig-check", run_check, spec, job)
+    return await finished_or_queued(request, services, "rig-check", run_check, spec, job, "rig-check",
+                                    services.rig_checks.context(rig))
 
 
 @router.post("/{name}/refit", status_code=202, response_model=responses.Job)

@@ -162,11 +162,16 @@ RigTrouble = response("RigTrouble", camera=str, reason=str, text=str, fix=str,
 CameraOfRig = response("CameraOfRig", camera=str, title=str, region=str | None, rotate=int | None,
     calibration=described(str | None, "its active one"), version=int | None, model=str | None,
     rectangles=JsonObject | None, troubles=list[RigTrouble])
+RigVerdict = response("RigVerdict", level=Level, sentence=str, fix=str)
+CheckedRig = response("CheckedRig", at=str, verdict=RigVerdict,
+    p95_mm=described(float | None, "of the two cameras that are farthest apart; null where none could be compared"))
 Rig = response("Rig", name=str, title=str, field=str, w_max_rectangle_px=float | None, h_max_rectangle_px=float | None,
     n_rectangles_x=int | None, n_rectangles_y=int | None, rectangles=described(JsonObject | None, "the common ones"),
-    rectangles_from=Literal["rig", "cameras"] | None, cameras=list[CameraOfRig], updated_at=str, updated_by=str)
+    rectangles_from=Literal["rig", "cameras"] | None, cameras=list[CameraOfRig],
+    checked=described(CheckedRig | None, "newest check since the server was started; null where there is none, or "
+                                         "the rig or a calibration has changed since"),
+    updated_at=str, updated_by=str)
 Rigs = page_of("Rigs", Rig)
-RigVerdict = response("RigVerdict", level=Level, sentence=str, fix=str)
 # fundamental: predicted by the calibrations, in ideal pixels
 RigPair = response("RigPair", a=str, b=str, agreement=JsonObject | None, fundamental=JsonObject | None,
     matches=JsonObject | None, verdict=RigVerdict | None, notes=list[str], failed=Texts)
