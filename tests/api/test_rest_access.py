@@ -68,6 +68,23 @@ def test_a_browser_is_led_to_the_login_and_gets_a_cookie_for_the_token(guarded):
     assert guarded.get("/api/v1/models").status_code == 200  # the client kept the cookie
 
 
+def test_who_signs_out_needs_the_token_again(guarded):
+    guarded.post("/login", data={"token": TOKEN})
+    elsewhere = guarded.post("/logout", headers={"Origin": "http://evil.example"})
+    assert elsewhere.status_code == 403 and guarded.get("/api/v1/models").status_code == 200
+    assert guarded.get("/logout").status_code in (404, 405) and guarded.get("/api/v1/models").status_code == 200
+    left = guarded.post("/logout", headers={"Origin": LAN})
+    assert (left.status_code, left.headers["location"]) == (303, "/login")
+    assert "Max-Age=0" in left.headers["set-cookie"] and "HttpOnly" in left.headers["set-cookie"]
+    assert guarded.get("/api/v1/models").status_code == 401  # the client has dropped the cookie
+    assert guarded.post("/logout").status_code == 401
+    assert guarded.post("/logout", headers={"Accept": "text/html"}).headers["location"] == "/login"
+
+
+def test_without_a_token_signing_out_changes_nothing(standing):
+    assert standing.post("/logout", follow_redirects=True).status_code == 200
+
+
 def test_a_wrong_token_at_the_login_is_told(guarded):
     answer = guarded.post("/login", data={"token": "wrong"})
     assert answer.status_code == 401 and "not the token" in answer.text

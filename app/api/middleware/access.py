@@ -11,6 +11,7 @@ import hmac
 import time
 from collections import deque
 from http.cookies import CookieError, SimpleCookie
+from typing import Any
 from urllib.parse import urlsplit
 
 from fastapi import APIRouter, Request
@@ -133,8 +134,12 @@ def too_many_tokens() -> Response:
                    "Wait a minute, then send the token that the server printed.", {"Retry-After": "60"})
 
 
+def _attributes(request: Request) -> dict[str, Any]:
+    return {"httponly": True, "samesite": "strict", "secure": request.url.scheme == "https"}
+
+
 def login_router(token: str | None) -> APIRouter:
-    """Return the routes of the page on which a browser exchanges the token for a cookie."""
+    """Return the routes of the page on which a browser exchanges the token for a cookie, and back."""
     router = APIRouter(include_in_schema=False)
     wrong = WrongTokens()
 
@@ -149,11 +154,16 @@ def login_router(token: str | None) -> APIRouter:
         if token is None or hmac.compare_digest(given.encode("utf-8", "replace"), token.encode()):
             answer = RedirectResponse("/", 303)
             if token:
-                answer.set_cookie(COOKIE, cookie_of(token), max_age=COOKIE_DAYS * 86400, httponly=True,
-                                  samesite="strict", secure=request.url.scheme == "https")
+                answer.set_cookie(COOKIE, cookie_of(token), max_age=COOKIE_DAYS * 86400, **_attributes(request))
             return answer
         if wrong.too_many(_address(request.scope)):
             return too_many_tokens()
         return HTMLResponse(LOGIN_PAGE.format(message="That is not the token that the server printed."), 401)
+
+    @router.post("/logout")
+    def logout(request: Request) -> Response:
+        answer = RedirectResponse("/login", 303)
+        answer.delete_cookie(COOKIE, **_attributes(request))
+        return answer
 
     return router
