@@ -1,10 +1,12 @@
-"""All cameras of a server: each is started when it is first asked for, and runs until the server ends."""
+"""All cameras of a server: each is started when it is calibrated or first asked for, and runs until the server ends."""
 
 import asyncio
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
+from app.core.errors import TouchlineError
 from app.core.records import Calibration
 from app.live.camera import LiveCamera, Trust
 from app.live.detection_feed import OFF, Publish
@@ -57,9 +59,15 @@ class LiveCameras:
         return (self._live.get(id) or LiveCamera(id, {})).status()
 
     def refresh(self, id: str) -> None:
-        """Note that its active calibration, its evidence or what it is to detect has changed."""
+        """Note that its active calibration, its evidence or what it is to detect has changed.
+
+        One that has a calibration is started: whether it still stands as it did is watched though nobody looks.
+        """
         if camera := self._live.get(id):
             self._show(camera)
+        elif self.calibration(id)[0] is not None:
+            with suppress(TouchlineError):  # versions may have been made for a camera that is not here
+                self.get(id)
 
     def _show(self, camera: LiveCamera) -> None:
         calibration, confirmed = self.calibration(camera.id)

@@ -84,6 +84,5 @@ def start_live_cameras(cameras: CameraService, detection: DetectionService) -> L
     live = LiveCameras(cameras.process_spec, cameras.active_calibration, trust, cameras.calibration_picture,
                        detection.process_settings, detection.publish)
     for camera in cameras.all():
-        if cameras.active_calibration(camera.id)[0] is not None:
-            live.get(camera.id)
+        live.refresh(camera.id)
     return live

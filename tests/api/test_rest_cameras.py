@@ -105,6 +105,20 @@ def test_all_statuses_come_at_once_and_wake_nobody(shared):
     assert shared.get(f"{API}/cameras/status").json()["items"][1]["state"] == "live"
 
 
+def test_a_calibrated_camera_runs_though_nobody_looks_at_it(client, task):
+    def state():
+        return {one["id"]: one["state"] for one in client.get(f"{API}/cameras/status").json()["items"]}["south"]
+
+    client.post(f"{API}/cameras", json=SOUTH)
+    made = client.post(f"{API}/calibrations", json={**task, "camera": "south", "model": "homography"}).json()
+    assert state() == "idle"
+    client.post(f"{API}/calibrations/{made['id']}/activate")
+    until(state, lambda now: now == "mismatch")  # its version is of another size
+    etag = client.get(f"{API}/cameras/south").headers["etag"]
+    client.patch(f"{API}/cameras/south", json={"source": "sim://table?size=780x580"}, headers={"If-Match": etag})
+    until(state, lambda now: now == "live")
+
+
 def test_passwords_in_addresses_are_never_told(shared):
     secret = {**SOUTH, "source": "rtsp://operator:s3cret@10.255.255.1:554/live"}
     answers = [shared.post(f"{API}/cameras", json=secret), shared.get(f"{API}/cameras"),

@@ -89,6 +89,7 @@ async def change_camera(services: ServicesDep, by: OperatorDep, id: Id, body: re
     camera = await services.run_in_thread(services.cameras.change, id, changes, if_match, by)
     if body.source is not None:
         await services.live.forget(id)
+        services.live.refresh(id)
     return _camera(services, camera, services.cameras.etag(id))
 
 
