@@ -14,7 +14,6 @@ from sqlalchemy import ColumnElement, func, select
 from app.core.errors import Conflict
 from app.core.records import Calibration
 from app.store.checksummed import checksummed, content, is_intact, json_text
-from app.store.quarantine import DamagedFile
 from app.store.repository import Page, Repository, column_text, new_id, timestamp
 from app.store.tables import ActivationRow, ActiveRow, CalibrationRow
 
@@ -110,23 +109,20 @@ class CalibrationRepository(Repository):
     def activations(self, limit: int = 50) -> tuple[dict[str, Any], ...]:
         """Return what was activated for any camera, newest first: {"camera", "version", "at", "by"}.
 
-        Versions that were deleted since are there too. camera: None for pictures from files.
+        Versions that were deleted since are there too, damaged ones are not. camera: None for pictures from files.
         """
         query = (select(ActivationRow, CalibrationRow.version)
                  .join(CalibrationRow, CalibrationRow.id == ActivationRow.calibration)
                  .order_by(ActivationRow.sequence.desc()).limit(limit))
         with self._database.reading() as rows:
             found = rows.execute(query).all()
-        return tuple({"camera": self._camera(row), "version": version, "at": row.at, "by": row.by}
-                     for row, version in found)
+        return self._intact(found, lambda pair: {"camera": self._camera(pair[0]), "version": pair[1],
+                                                 "at": pair[0].at, "by": pair[0].by})
 
     def _camera(self, row: ActivationRow) -> str | None:
         """Return the name behind a key, which only a version's body has; read once, for it is always the same."""
         if row.camera_key not in self._cameras:
-            try:
-                self._cameras[row.camera_key] = content(self._row(row.calibration))["camera"]
-            except DamagedFile:
-                return None
+            self._cameras[row.camera_key] = content(self._row(row.calibration))["camera"]
         return self._cameras[row.camera_key]
 
     def _read(self, row: CalibrationRow, active: set[str]) -> Calibration:

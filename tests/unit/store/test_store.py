@@ -72,6 +72,15 @@ def test_snapshots_are_listed_by_what_they_were_taken_for_also_after_a_restart(o
     look.close()
 
 
+def test_snapshots_are_listed_by_their_camera(store):
+    cameras = ["north", "NORTH", "nor_h", 'n"h', "é", None, "north"]
+    kept = [store.snapshots.add(b"%d" % k, SIZE, "png", camera) for k, camera in enumerate(cameras)]
+    for camera in cameras[:5]:
+        assert store.snapshots.list(camera=camera).items == tuple(s for s in kept[::-1] if s.camera == camera)
+    assert [s.id for s in store.snapshots.list(camera="north", limit=1).items] == [kept[-1].id]
+    assert store.snapshots.list(camera="orth").items == ()
+
+
 def test_the_same_picture_twice_is_two_snapshots_and_one_file(store):
     first, second = (store.snapshots.add(b"same", SIZE, "png") for _ in range(2))
     assert first.id != second.id
@@ -204,6 +213,23 @@ def test_each_camera_has_one_active_version_and_rolling_back_is_activating_it(op
         assert [again.calibrations.active(camera).id for camera in ("north", "south", None)] == [old.id, other.id,
                                                                                                  nobodys.id]
         assert {c.id for c in again.calibrations.list().items if c.active} == {old.id, other.id, nobodys.id}
+
+
+def test_activations_of_all_cameras_are_told_also_of_versions_that_are_gone(opener, store):
+    north, south, files, newer = (store.calibrations.add(calibration(camera))
+                                  for camera in ("north", "south", None, "north"))
+    for one in (north, south, files, newer):
+        store.calibrations.activate(one.id, "Ada")
+    store.calibrations.delete(north.id)
+    told = [("north", 2), (None, 1), ("south", 1), ("north", 1)]
+    for look in now_and_after_a_restart(opener, store):
+        found = look.calibrations.activations()
+        assert [(one["camera"], one["version"]) for one in found] == told and {one["by"] for one in found} == {"Ada"}
+        assert look.calibrations.activations(limit=2) == found[:2]
+    look.close()
+    with opener.again(store) as again:
+        damage_row(again, CalibrationRow, DAMAGE["one bit"], id=south.id)
+        assert [(one["camera"], one["version"]) for one in again.calibrations.activations()] == told[:2] + told[3:]
 
 
 def test_the_active_version_cannot_be_deleted(store):
