@@ -3,8 +3,9 @@
 A source that says it is off is opened anew after 0.5 s, then after twice as long each time, up to 5 s, for ever. One
 that hangs is not noticed here: the server sees that no frame comes, and kills the whole process.
 
-A source that makes its pictures itself rests while nobody needs them: one a second is made, to be looked at for light
-and focus. A real camera never rests: what it would not be asked for piles up, and the next picture would be an old one.
+A source that makes its pictures itself makes no more of them than somebody needs: as many as who watches the most of
+them asks for, and while nobody does one a second, to be looked at for light and focus. A real camera gives all it has:
+what it would not be asked for piles up, and the next picture would be an old one.
 """
 
 import threading
@@ -24,7 +25,7 @@ RETRY_S, MAX_RETRY_S = 0.5, 5.0
 ENDED = "source-ended"
 RATE_FRAMES = 20  # frames from which the rate is computed
 REST_S = 1.0  # between two frames that nobody needs
-RESTS_AFTER_S = 10.0  # unneeded for so long: whoever comes back soon finds it awake
+RESTS_AFTER_S = 10.0  # not all needed for so long: whoever comes back soon finds it awake
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +52,8 @@ class FrameCapture:
         self._since = time.monotonic()
         self._identity: dict[str, Any] | None = None
         self._reopened = 0
-        self._watched = self._can_rest = False
+        self._watched_s = REST_S
+        self._can_rest = False
         self._awake_until = 0.0
         self._actions: deque[tuple[Callable[[Source], Any], Future[Any]]] = deque()
 
@@ -59,33 +61,46 @@ class FrameCapture:
         """Return what the server needs to judge it by; ages in s on this process' clock."""
         now = time.monotonic()
         with self._changed:
-            newest, least_s = self._newest, REST_S if self.resting else 0.0
+            newest = self._newest
             return {"state": self._state, "problem": self._problem, "since_s": now - self._since, "seq": self._seq,
-                    "interval_s": max(self._interval_s(), least_s), "identity": self._identity,
+                    "interval_s": max(self._interval_s(), self._pace_s), "identity": self._identity,
                     "reopened": self._reopened, "age_s": now - newest.moment if newest else None,
                     "size": list(newest.frame.size) if newest else None}
 
     @property
     def resting(self) -> bool:
-        """Whether frames are made only once in a while, because nobody needs them."""
-        return self._can_rest and not self._watched and time.monotonic() >= self._awake_until
+        """Whether fewer frames are made than there could be, because nobody needs more."""
+        return self._pace_s > 0
 
-    def watch(self, watched: bool) -> None:
-        """Say whether somebody watches from now on."""
+    @property
+    def _pace_s(self) -> float:
+        """The time from frame to frame that is enough for all, s; 0: all frames are needed."""
+        return self._watched_s if self._can_rest and time.monotonic() >= self._awake_until else 0.0
+
+    def watch(self, interval_s: float) -> None:
+        """Give a frame at least so often from now on, 0: every one; where nobody watches, REST_S."""
+        interval_s = min(interval_s, REST_S)
         with self._changed:
-            self._watched = watched
-            self._wake()
+            if 0 in (interval_s, self._watched_s):
+                self._wake()
+            elif self.resting and interval_s < self._watched_s:
+                self._forget_rate()
+            self._watched_s = interval_s
 
     def _wake(self) -> None:
         if self.resting:
-            self._moments.clear()  # the rate while it rested is not the camera's
+            self._forget_rate()
         self._awake_until = time.monotonic() + RESTS_AFTER_S
+
+    def _forget_rate(self) -> None:
+        """Begin a faster one at once: the rate while it rested is not the camera's."""
+        self._moments.clear()
         self._changed.notify_all()
 
     def after(self, seq: int, timeout_s: float, in_passing: bool = False) -> CapturedFrame | None:
         """Return the newest frame if it is newer than seq, or the next one; None when none comes in time.
 
-        in_passing: a source that rests may go on resting.
+        in_passing: no frame is made for this alone.
         """
         with self._changed:
             if not in_passing:
@@ -143,19 +158,27 @@ class FrameCapture:
                 self._can_rest = getattr(source, "CAN_REST", False)
                 self._wake()
             while True:
-                frame = source.read()
-                self._keep(frame)
+                begun = time.monotonic()
+                self._keep(source.read())
                 came = True
                 while self._actions:
                     _answer(source, *self._actions.popleft())
-                with self._changed:
-                    if self.resting:
-                        self._changed.wait_for(lambda: not self.resting, REST_S)
+                self._rest(source, begun)
         except Exception as error:
             self._fail(_explained(error))
         finally:
             source.close()
         return came
+
+    def _rest(self, source: Source, begun: float) -> None:
+        """Wait until another frame is needed, and let the time since the last was begun go by in the source, too."""
+        rested_s = 0.0
+        with self._changed:
+            while (left_s := begun + self._pace_s - time.monotonic()) > 0:
+                self._changed.wait(left_s)
+                rested_s = time.monotonic() - begun
+        if rested_s:
+            source.pass_over(rested_s)
 
     def _keep(self, frame: Frame) -> None:
         now = time.monotonic()

@@ -49,7 +49,7 @@ class Encoder:
                 done = set()
                 continue
             fresh = bool(set(watched) - done)
-            taken = self._capture.after(seq - 1 if fresh else seq, IDLE_S)
+            taken = self._capture.after(seq - 1 if fresh else seq, IDLE_S, in_passing=True)  # watch() said how often
             if taken is None:
                 continue
             for number, (spec, interval_s) in watched.items():

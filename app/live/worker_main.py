@@ -14,7 +14,7 @@ from app.core.records import Calibration
 from app.images import ImageLimits, decode_in_process
 from app.live import messages
 from app.live.board_capture import find_board
-from app.live.capture import FrameCapture
+from app.live.capture import REST_S, FrameCapture
 from app.live.detector import LiveDetector
 from app.live.drift import CameraDriftMonitor
 from app.live.encoder import Encoder
@@ -81,7 +81,7 @@ class CameraWorker:
         self._encoder.watch({number: one for number, one in streams.items() if number not in detections})
         self._detector.watch(detections)
         self._buffer.keep(bool(detections))
-        self._capture.watch(bool(streams))
+        self._capture.watch(min((interval_s for _, interval_s in streams.values()), default=REST_S))
 
     def _report(self) -> None:
         with contextlib.suppress(OSError):  # the server is gone

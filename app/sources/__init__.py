@@ -11,7 +11,8 @@ and refuses to read after close(), control_errors.py words the refusals of set_c
 but the driver of a GenICam camera, network/endpoint.py connects to addresses that an untrusted user may name.
 
 read() may block, and a bad source may hang or crash: live pictures are read in a process per camera, which keeps only
-the newest frame.
+the newest frame. A source that makes its pictures itself has CAN_REST = True, and pass_over(seconds) for the time in
+which nobody needs one.
 """
 
 from collections.abc import Callable, Mapping

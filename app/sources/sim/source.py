@@ -43,7 +43,7 @@ class SimSource(BaseSource):
     TITLE: ClassVar = "Simulated camera"
     HELP: ClassVar = "A field seen through a real lens model, with robots and a ball; nothing to plug in."
     TARGET: ClassVar = "the field's name"
-    CAN_REST: ClassVar = True  # rendering costs CPU time: no frames without viewers
+    CAN_REST: ClassVar = True  # rendering costs CPU time: no more frames than viewers want
     OPTIONS: ClassVar = (
         Option("camera", "int", 0, "Which of the cameras above the field this is.", (0, 7)),
         Option("cameras", "choice", "1", "How many cameras share the field.", choices=tuple(CAMERAS)),
@@ -159,6 +159,10 @@ class SimSource(BaseSource):
             timecode.paint(pixels, time.time_ns() // 1_000_000)
         pixels.setflags(write=False)
         return Frame(pixels)
+
+    def pass_over(self, seconds: float) -> None:
+        """Let so much time go by without a frame, up to the next one."""
+        self.time_s += max(0.0, seconds - 1 / self.settings.frame_rate)
 
     def _level(self, shot: Shot) -> float:
         return self.rendering.mean_level * float(np.mean(self.rendering.row_gain(self.time_s, shot)))

@@ -105,6 +105,17 @@ def test_the_frame_rate_can_be_changed_without_a_jump_in_time():
     assert source.time_s == pytest.approx(2 / 240 + 1 / 120)
 
 
+def test_time_goes_by_while_no_picture_is_made():
+    source = sim()
+    source.read()
+    source.pass_over(0.5)
+    source.read()
+    assert source.time_s == pytest.approx(0.5)
+    source.pass_over(0.001)  # less than from frame to frame
+    source.read()
+    assert source.time_s == pytest.approx(0.5 + 1 / 240)
+
+
 @pytest.mark.parametrize(("name", "value"), [
     ("exposure", float("nan")), ("exposure", 0), ("exposure", "bright"), ("exposure", True), ("gain", "auto"),
     ("gain", -1), ("white_balance", 1e9), ("resolution", "1x1"), ("resolution", 3), ("frame_rate", 0),

@@ -10,7 +10,7 @@ import { followCameras } from "../camera_status.js";
 import { LiveView } from "../layers/live_view.js";
 
 const CARD_PX = 480,
-  CARD_FPS = 8; // enough to see what goes on; the desk shows every frame
+  CARD_FPS = 4; // enough to see what goes on; the desk shows every frame
 
 export function Cameras() {
   const ids = cameras.value.map((c) => c.id).join(" ");
