@@ -10,7 +10,8 @@ from app.api.middleware.connections import ABORT
 from app.api.responses import NO_STORE
 from app.api.sockets import SEND_TIMEOUT_S, run_until_first
 from app.core.errors import Unavailable
-from app.live import LiveCamera, StreamSpec
+from app.live.camera import LiveCamera
+from app.live.stream_spec import StreamSpec
 from app.processes.framing import decode_body
 
 BOUNDARY = "touchline-frame"

@@ -18,6 +18,7 @@ from typing import Any
 
 from app.core.errors import TouchlineError, Unavailable
 from app.core.records import Frame
+from app.processes.limits import return_memory
 from app.processes.problems import problem_json
 from app.sources import Control, Source, SourceContext, source_from_url
 
@@ -160,6 +161,8 @@ class FrameCapture:
             while True:
                 begun = time.monotonic()
                 self._keep(source.read())
+                if not came:
+                    return_memory()  # opening may have taken much more than what is kept: a field is painted
                 came = True
                 while self._actions:
                     _answer(source, *self._actions.popleft())

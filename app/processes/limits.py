@@ -1,6 +1,7 @@
-"""What a child process may use, so that strangers' bytes harm nobody but itself, and what its threads leave to others.
+"""What a child process may use, so that strangers' bytes harm nobody but itself, and what it leaves to others.
 """
 
+import ctypes
 import os
 import resource
 import threading
@@ -25,3 +26,10 @@ def give_way(nice: int) -> None:
     """Lower the priority of this thread alone by a niceness, where the system can: on Linux."""
     with suppress(OSError, AttributeError):
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), nice)
+
+
+def return_memory() -> None:
+    """Give back to the system what was freed, where the C library keeps it for later: the GNU one does."""
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)

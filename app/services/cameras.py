@@ -11,7 +11,7 @@ from app.core.errors import BadInput, Conflict, NotFound, TouchlineError, Unavai
 from app.core.records import Calibration
 from app.evaluate.fit.report import expected_figures
 from app.images import ImageLimits
-from app.live import LiveCamera
+from app.live.camera import LiveCamera
 from app.settings import CameraSettings, Settings
 from app.sources import SOURCES, Identity, SourceContext, read_query, split_address, without_password
 from app.store.fields import FieldRepository

@@ -15,7 +15,7 @@ from app.core.records import Frame
 from app.images import ImageDecoder, ImageLimits
 from app.imaging.mosaic import Stitcher
 from app.jobs import Job, JobEngine
-from app.live import LiveCameras
+from app.live.cameras import LiveCameras
 from app.live.track_fusion import TrackFusion
 from app.scene.scene_registry import SceneRegistry
 from app.services.cache import LruCache

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from app.core.text_format import format_mm
-from app.live import LiveCameras
+from app.live.cameras import LiveCameras
 from app.live.supervisor import LATE_S
 from app.services.cameras import CameraService
 from app.store.repository import timestamp, utc_now

@@ -10,7 +10,8 @@ from typing import Any, TypeVar
 from app.core.errors import Unavailable
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
-from app.live import LiveCamera, LiveCameras
+from app.live.camera import LiveCamera
+from app.live.cameras import LiveCameras
 from app.services.cameras import CameraService
 from app.services.detection import DetectionService
 from app.sources import Identity

@@ -1,12 +1,15 @@
 """The page in a real Chromium. Command: python -m pytest tests/bench/bench_page.py -s
 
-How soon something useful is on the screen, what a page costs that nobody looks at, and whether memory stays flat over
-a long live view, shortened by a fast camera. Each prints its figures; the promises are asserted.
+How soon something useful is on the screen, what a page costs that nobody looks at, what the demo's server needs for its
+start page, and whether memory stays flat over a long live view, shortened by a fast camera. Each prints its figures;
+the promises are asserted.
 """
 
+import os
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
 from statistics import median
 
@@ -19,6 +22,7 @@ from tests.support.chromium import ARGUMENTS, chromium_path  # noqa: E402
 
 ROUNDS = 7
 IDLE_S = 20.0
+AWAKE_S = 15.0  # a simulated camera that was opened or looked at gives all its pictures for ten seconds
 LONG_S, SAMPLES = 180.0, 9
 CAMERAS = """server: {port: 0}
 cameras:
@@ -32,16 +36,22 @@ HIDE = """() => { Object.defineProperty(document, "hidden", { get: () => true, c
   document.dispatchEvent(new Event("visibilitychange")); }"""
 
 
+@contextmanager
+def serving(*arguments: str):
+    """A server of the shell's: its address and its process."""
+    server = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", *arguments], cwd=ROOT,
+                              stdout=subprocess.PIPE, text=True)
+    yield server.stdout.readline().split()[-1].rstrip("/"), server.pid
+    server.terminate()
+    server.wait(20)
+
+
 @pytest.fixture(scope="module")
 def url(tmp_path_factory):
     folder = tmp_path_factory.mktemp("page")
     (folder / "settings.yaml").write_text(CAMERAS)
-    server = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", "serve", "--config",
-                               str(folder / "settings.yaml"), "--data", str(folder / "data")], cwd=ROOT,
-                              stdout=subprocess.PIPE, text=True)
-    yield server.stdout.readline().split()[-1].rstrip("/")
-    server.terminate()
-    server.wait(20)
+    with serving("serve", "--config", str(folder / "settings.yaml"), "--data", str(folder / "data")) as (address, _):
+        yield address
 
 
 @pytest.fixture
@@ -94,6 +104,23 @@ def test_a_page_that_nobody_sees_costs_next_to_nothing(browser, url):
     assert hidden <= 0.03
 
 
+def test_the_demo_with_its_start_page_costs_little(browser, tmp_path):
+    with serving("demo", "--port", "0", "--data", str(tmp_path)) as (address, pid):
+        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        page.goto(address)
+        for name in ("overhead", "east", "table"):
+            page.locator(f"[data-testid=live-{name}][data-state=live]").wait_for(timeout=60_000)
+        time.sleep(AWAKE_S)
+        watched = [status(page, name)["fps"] for name in ("overhead", "east", "table")]
+        seen, resident, shared = cost(pid)
+        page.goto("about:blank")
+        time.sleep(3)
+        unseen, *_ = cost(pid)
+    print(f"\nthe demo's server, its start page in sight at {watched} Hz: {seen:.2f} cores, {shared:.0f} MB "
+          f"(PSS; RSS {resident:.0f}); nobody there: {unseen:.2f} cores")
+    assert seen < 0.6 and shared < 500 and min(watched) > 3
+
+
 def test_memory_stays_flat_over_a_long_live_view(browser, url):
     session = browser.new_browser_cdp_session()
     page = browser.new_page()
@@ -115,6 +142,24 @@ def test_memory_stays_flat_over_a_long_live_view(browser, url):
           f" largest renderer {resident[1]:.0f} → {resident[-1]:.0f} MB")
     assert heaps[-1] - heaps[1] < 2
     assert resident[-1] - resident[1] < 25
+
+
+def cost(pid: int) -> tuple[float, float, float]:
+    """Cores that a process and all below it need over IDLE_S; their RSS and PSS, MB."""
+    def spent_s() -> float:
+        fields = [Path(f"/proc/{one}/stat").read_text().rpartition(")")[2].split() for one in family(pid)]
+        return sum(int(one[11]) + int(one[12]) for one in fields) / os.sysconf("SC_CLK_TCK")
+    before, begun = spent_s(), time.monotonic()
+    time.sleep(IDLE_S)
+    cores = (spent_s() - before) / (time.monotonic() - begun)
+    told = [line.split() for one in family(pid) for line in Path(f"/proc/{one}/smaps_rollup").read_text().splitlines()]
+    return cores, *(sum(int(line[1]) for line in told if line[0] == name) / 1000 for name in ("Rss:", "Pss:"))
+
+
+def family(pid: int) -> list[int]:
+    children = [int(child) for task in Path(f"/proc/{pid}/task").iterdir()
+                for child in (task / "children").read_text().split()]
+    return [pid, *(one for child in children for one in family(child))]
 
 
 def memory_mb(pid: int) -> float:

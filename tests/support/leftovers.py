@@ -1,11 +1,11 @@
 """What a test leaves behind: child processes, threads, files in the project's folder, and memory."""
 
-import ctypes
 import sys
 import threading
 from pathlib import Path
 from types import ModuleType
 
+from app.processes.limits import return_memory
 from tests.support.paths import ROOT
 from tests.support.postgres import FOLDER_PREFIX
 from tests.support.standing_decoder import standing_pids
@@ -29,9 +29,7 @@ def forget_cached(module: ModuleType) -> None:
         for value in list(vars(place).values()):
             if hasattr(value, "cache_clear"):
                 value.cache_clear()
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # of the GNU library: what is free goes back to the system
-    if trim is not None:
-        trim(0)
+    return_memory()
 
 
 def _children() -> set[str]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from app.core.records import Calibration
 from app.images import ImageLimits
-from app.live import LiveCamera
+from app.live.camera import LiveCamera
 from app.live.capture import FrameCapture
 from app.sources import SourceContext, source_from_url
 from app.store.fields import load_fields

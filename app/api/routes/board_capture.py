@@ -12,8 +12,8 @@ from app.api.sockets import SessionLimit, run_until_first, send_json, websocket_
 from app.core.board import Board
 from app.core.errors import BadInput
 from app.core.geometry import ImageSize
-from app.live import LiveCamera
 from app.live.board_capture import MAX_VIEWS, BoardCapture
+from app.live.camera import LiveCamera
 from app.services.container import Services
 from app.services.forms import Number, Strict
 from app.services.live import TakenFrame, when_awake

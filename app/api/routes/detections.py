@@ -16,7 +16,7 @@ from app.api.sockets import run_until_first, send_text, until_disconnect, websoc
 from app.core.colour_profile import ColourProfile
 from app.core.errors import NotFound
 from app.core.records import Calibration, Frame
-from app.live import LiveCamera
+from app.live.camera import LiveCamera
 from app.live.detection_feed import json_text
 from app.services.container import Services
 from app.services.detection import health_json

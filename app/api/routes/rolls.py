@@ -15,7 +15,7 @@ from app.api.sockets import SessionLimit, run_until_first, send_json, until_disc
 from app.core.errors import BadInput, Conflict
 from app.core.geometry import MAX_COORDINATE
 from app.core.records import Calibration
-from app.live import LiveCamera
+from app.live.camera import LiveCamera
 from app.services.container import Services
 from app.services.forms import Name, Note, Number, Pair, Size, Strict
 from app.services.live import when_awake

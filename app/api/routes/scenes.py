@@ -16,7 +16,7 @@ from app.api.schemas.requests import Id
 from app.api.sockets import run_until_first, send_json, websocket_session
 from app.core.errors import BadInput, TouchlineError, Unavailable
 from app.core.records import Calibration
-from app.live import StreamSpec
+from app.live.stream_spec import StreamSpec
 from app.processes.framing import decode_body, split_body
 from app.scene import messages
 from app.scene.page import EXPORT_POLICY

@@ -20,7 +20,8 @@ from app.api.sockets import SEND_TIMEOUT_S, run_until_first, websocket_session
 from app.core.errors import BadInput, Conflict
 from app.images import encode
 from app.imaging.correction import CorrectedView
-from app.live import LiveCamera, StreamSpec
+from app.live.camera import LiveCamera
+from app.live.stream_spec import StreamSpec
 from app.models.restored import model_of
 from app.processes.framing import decode_body
 from app.services.container import Services

@@ -1,10 +1,12 @@
-"""A canvas: the still picture in 16 bits, on which moving solids are drawn and erased, and which is made into frames.
+"""A canvas: the still picture in 16 bits, on which moving solids are drawn for a frame, and erased after it.
 
 A grey level is 32 steps, so that what is still stays exact to 0.03 grey levels. Per frame only the windows of moving
 solids are touched; then the whole is scaled by the light, given noise and rounded to 8 bits, strip by strip, so that
 no strip leaves the processor's cache on the way.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 
 import cv2
@@ -19,21 +21,29 @@ _ROWS = 8  # of a strip
 _SHEET = 1 << 22  # random numbers; each strip takes a random piece
 
 
+def in_steps(picture: NDArray, steps: float | Colour) -> NDArray[np.int16]:
+    """Return a picture (height, width, 3) times so many, of each colour, as whole numbers."""
+    made = np.multiply(picture, np.float32(steps))
+    np.rint(made, out=made)
+    return np.clip(made, 0, np.iinfo(np.int16).max, out=made).astype(np.int16)
+
+
 class Canvas:
-    """One still picture (height, width, 3), tinted, ready to be drawn on."""
+    """One still picture (height, width, 3) in steps, ready to be drawn on; untinted, that very array."""
 
-    def __init__(self, still: NDArray[np.float32], scene: Scene, tint: Colour) -> None:
+    def __init__(self, still: NDArray[np.int16], scene: Scene, tint: Colour) -> None:
         self._scene, self._tint = scene, tint
-        steps = np.multiply(still, np.float32(STEPS) * np.float32(tint))
-        self._still = np.clip(np.rint(steps, out=steps), 0, np.iinfo(np.int16).max).astype(np.int16)
-        self._picture = self._still.copy()
-        self._drawn = []
+        self._picture = still if tint == (1.0, 1.0, 1.0) else in_steps(still, tint)
 
-    def draw(self, solids: list[Solid]) -> None:
-        """Erase what was drawn before and draw these."""
-        for window in self._drawn:
-            self._picture[window] = self._still[window]
-        self._drawn = draw(self._picture, self._scene, solids, STEPS, self._tint)
+    @contextmanager
+    def drawn(self, solids: list[Solid]) -> Iterator[None]:
+        """Have these on it for as long as the context lasts."""
+        changed = draw(self._picture, self._scene, solids, STEPS, self._tint)
+        try:
+            yield
+        finally:
+            for window, before in reversed(changed):  # they may overlap
+                self._picture[window] = before
 
     def develop(self, gain: NDArray, noise: float, seed: int, index: int) -> NDArray[np.uint8]:
         """Return a new frame. gain: (height,) of each row, or one number. noise: standard deviation in grey levels."""

@@ -101,8 +101,8 @@ def _shifted(part: Window, within: Window) -> Window:
 
 
 def draw(picture: NDArray, scene: Scene, solids: Iterable[Solid], scale: float = 1.0,
-         tint: Colour = (1.0, 1.0, 1.0)) -> list[Window]:
-    """Draw into a BGR picture in place, farther solids first; return the changed windows.
+         tint: Colour = (1.0, 1.0, 1.0)) -> list[tuple[Window, NDArray]]:
+    """Draw into a BGR picture in place, farther solids first; return the changed windows, and what was there before.
 
     A colour becomes colour · tint · scale · light.
     """
@@ -112,6 +112,7 @@ def draw(picture: NDArray, scene: Scene, solids: Iterable[Solid], scale: float =
         if window is None:
             continue
         patch = scene.cut(window)
+        changed.append((window, picture[window].copy()))
         planes = picture[window].transpose(2, 0, 1).astype(np.float32)  # channel by channel is twice as fast
         darker = shadow(patch, solid)
         if darker is not None:
@@ -127,7 +128,6 @@ def draw(picture: NDArray, scene: Scene, solids: Iterable[Solid], scale: float =
             np.rint(planes, out=planes)
             np.clip(planes, 0, np.iinfo(picture.dtype).max, out=planes)
         picture[window] = planes.transpose(1, 2, 0)
-        changed.append(window)
     return changed
 
 

@@ -12,7 +12,7 @@ from app.core.field import Field, Region
 from app.core.geometry import ImageSize
 from app.sources.sim import illumination, robot_shapes
 from app.sources.sim.camera import SimCamera
-from app.sources.sim.canvas import Canvas
+from app.sources.sim.canvas import STEPS, Canvas, in_steps
 from app.sources.sim.draw import Scene, draw
 from app.sources.sim.illumination import Light
 from app.sources.sim.lamps import Lamps
@@ -50,7 +50,7 @@ MOTION, LIGHT, SENSOR, LAMPS, SHOT = Motion(), Light(), Sensor(), Lamps(), Shot(
 class Rendering:
     """A camera above a field, ready to give frame after frame; the same arguments give the same frames.
 
-    region: the part of the field with the motion. still: everything that does not move.
+    region: the part of the field with the motion. still: everything that does not move, in steps of the canvas.
     Frames share one canvas: only one thread at a time may render.
     """
 
@@ -61,7 +61,7 @@ class Rendering:
     sensor: Sensor
     lamps: Lamps
     scene: Scene
-    still: NDArray[np.float32]
+    still: NDArray[np.int16]
 
     @classmethod
     def of(cls, camera: SimCamera, field: Field, region: Region, motion: Motion = MOTION, light: Light = LIGHT,
@@ -73,7 +73,7 @@ class Rendering:
         draw(still, scene, robot_shapes.goals(field))
         if light.glare:
             still += illumination.glare(ground, light, field)[..., None]
-        return cls(camera, field, region, motion, sensor, lamps, scene, still)
+        return cls(camera, field, region, motion, sensor, lamps, scene, in_steps(still, STEPS))
 
     def knocked(self, by_px: float, softer_px: float, light: Light = LIGHT) -> Self:
         """Turn the camera so that its picture's centre moves by by_px, and blur it by softer_px."""
@@ -104,8 +104,8 @@ class Rendering:
     def frame_at(self, index: int, time_s: float, shot: Shot = SHOT) -> NDArray[np.uint8]:
         """Return a frame. index: of the noise. time_s: of the motion."""
         canvas = self._canvas(shot.tint)
-        canvas.draw(self.moving(time_s))
-        return canvas.develop(self.row_gain(time_s, shot), self.sensor.noise * shot.gain, self.motion.seed, index)
+        with canvas.drawn(self.moving(time_s)):
+            return canvas.develop(self.row_gain(time_s, shot), self.sensor.noise * shot.gain, self.motion.seed, index)
 
     def row_gain(self, time_s: float, shot: Shot = SHOT) -> Plane | float:
         """Return each row's brightness relative to the usual light and exposure."""
@@ -119,7 +119,7 @@ class Rendering:
     @cached_property
     def mean_level(self) -> float:
         """The still picture's mean grey level, in the usual light at the usual exposure."""
-        return float(self.still.mean())
+        return float(self.still.mean()) / STEPS
 
     def moving(self, time_s: float) -> list[Solid]:
         """Return what moves, in the order to draw it."""

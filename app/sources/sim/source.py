@@ -14,6 +14,7 @@ from app.core.field import Field, Region
 from app.core.geometry import ImageSize
 from app.core.options import Option
 from app.core.records import Frame
+from app.processes.limits import return_memory
 from app.sources import BaseSource, Control, Identity, SourceContext, named_field
 from app.sources.lifecycle import Pacer, require_open
 from app.sources.sim import timecode
@@ -143,6 +144,7 @@ class SimSource(BaseSource):
                 state = self.settings.knock_px, self.settings.softer_px
                 self._sizes = {1: self._untouched[1].knocked(*state, self._light)} if any(state) else self._untouched
                 self._painted_state = state
+        return_memory()
 
     @property
     def camera(self) -> SimCamera:

@@ -20,10 +20,12 @@ from app.core.errors import BadInput, Conflict, NotFound, Unavailable
 from app.core.geometry import ImageSize
 from app.core.records import Frame
 from app.imaging.correction import correction_map
-from app.live import LiveCamera, StreamSpec, frame_buffer
+from app.live import frame_buffer
+from app.live.camera import LiveCamera
 from app.live.capture import RETRY_S, CapturedFrame
 from app.live.picture import AppliedCalibration
 from app.live.state import KILL_AFTER_S, STALL_S
+from app.live.stream_spec import StreamSpec
 from app.processes.framing import decode_body
 from app.sources import Identity, SourceContext, source_from_url
 from tests.support.live_cameras import FIELDS, SIM, calibrated, live, pid_of, spec
@@ -433,3 +435,9 @@ def test_a_picture_whose_size_keeps_changing_is_recorded_up_to_the_limit(monkeyp
     clip, jpegs = buffer.clip(0.3)
     assert [one["seq"] for one in clip["frames"]] == [57, 58, 59, 60] and (clip["width"], clip["height"]) == (64, 48)
     assert len(jpegs) == sum(one["bytes"] for one in clip["frames"]) <= 3000
+
+
+def test_a_cameras_process_has_nothing_of_the_servers_half():
+    story = "import sys, app.live.worker_main; print([name for name in ('asyncio', 'ssl') if name in sys.modules])"
+    told = subprocess.run([sys.executable, "-c", story], capture_output=True, text=True, check=True).stdout
+    assert told == "[]\n"

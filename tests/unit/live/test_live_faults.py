@@ -9,7 +9,8 @@ from contextlib import contextmanager
 
 import pytest
 
-from app.live import StreamSpec, state
+from app.live import state
+from app.live.stream_spec import StreamSpec
 from app.processes.framing import decode_body
 from tests.support.live_cameras import SIM, live, pid_of
 from tests.support.mjpeg_camera import MjpegCamera, coded

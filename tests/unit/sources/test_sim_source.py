@@ -1,6 +1,8 @@
 """The simulated camera can be set like a real one, its light changes, and its pictures can tell the time."""
 
+import gc
 import time
+import tracemalloc
 
 import cv2
 import numpy as np
@@ -114,6 +116,24 @@ def test_time_goes_by_while_no_picture_is_made():
     source.pass_over(0.001)  # less than from frame to frame
     source.read()
     assert source.time_s == pytest.approx(0.5 + 1 / 240)
+
+
+def test_what_a_camera_keeps_is_little():
+    """Where its pixels look, two planes; their blur and light; the still picture in 16 bits; a picture: 25 bytes."""
+    def open_and_read():
+        source = sim(QUIET.replace("noise=0", "noise=2"))
+        return source, source.read()
+    open_and_read()  # what all cameras share
+    gc.collect()
+    tracemalloc.start()
+    try:
+        source, frame = open_and_read()
+        gc.collect()
+        kept, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert kept < 28 * frame.size.width * frame.size.height
+    assert source.rendering.camera.image_size == frame.size
 
 
 @pytest.mark.parametrize(("name", "value"), [
