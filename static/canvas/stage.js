@@ -3,7 +3,6 @@ import { useLayoutEffect, useRef } from "preact/hooks";
 import { address } from "../core/api.js";
 import { mm, number } from "../core/format.js";
 import { html } from "../core/html.js";
-import { route } from "../core/route.js";
 import { comparing, editing, pointer, snapshot, tool } from "../core/state.js";
 import { Corrected, OnRaw, Wipe, rawClip } from "./layers/compare.js";
 import { Heat } from "./layers/heat.js";
@@ -19,14 +18,10 @@ import { snapMessage } from "../features/calibrate/snapping.js";
 import { fieldUnderPointer, paneUnder, pointedAt } from "../features/compare/comparison.js";
 import { shownMap as heatMap, valueAt } from "../features/compare/heat.js";
 
-/**
- * @param {{ Empty: () => any, Legends: () => any }} props Empty: what stands here while no picture does; Legends: the
- * words beside what is drawn
- */
-export function Stage({ Empty, Legends }) {
+/** @param {{ Legends: () => any }} props the words beside what is drawn */
+export function Stage({ Legends }) {
   const stage = useRef(/** @type {HTMLElement | null} */ (null));
-  const shown = snapshot.value,
-    empty = route.value.view === "pair" ? "paired" : "empty";
+  const shown = snapshot.value;
 
   // Before anything is painted: a press on what is seen must not go unheard.
   useLayoutEffect(() => {
@@ -45,7 +40,7 @@ export function Stage({ Empty, Legends }) {
   return html`
     ${shown && html`<${Toolbar} />`}
     <section
-      class=${`stage ${shown ? (editing.value ? tool.value : "pan") : empty}`}
+      class=${`stage ${shown ? (editing.value ? tool.value : "pan") : "empty"}`}
       ref=${stage}
       data-testid="stage"
       tabindex=${shown ? 0 : -1}
@@ -54,7 +49,6 @@ export function Stage({ Empty, Legends }) {
       onPointerMoveCapture=${inPane}
       onPointerDownCapture=${inPane}
     >
-      ${!shown && html`<${Empty} />`}
       ${shown && html`
         <div class="half" style=${rawClip.value}>
           <img

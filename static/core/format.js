@@ -17,8 +17,8 @@ export const mm = (value) =>
 export const pct = (value) =>
   (value !== null && value !== undefined && value >= 0.005 ? "+" : "") + number(value, 2);
 
-/** @param {number} count @param {string} one */
-export const plural = (count, one) => `${count} ${one}${count === 1 ? "" : "s"}`;
+/** @param {number} count @param {string} one @param {string} [many] */
+export const plural = (count, one, many = `${one}s`) => `${count} ${count === 1 ? one : many}`;
 
 /** @param {string} name "halfway-line" → "Halfway line" */
 export const words = (name) => {

@@ -27,12 +27,18 @@ const FORMER = {
   settings: () => ["system", "server"],
 };
 
+/** What a place, or a camera, shows first. @type {Record<string, string[]>} */
+const FIRST = { "field/rigs": ["field"], library: ["library", "images"], system: ["system", "publishing"] };
+
 /**
  * Return the words of the present address that a former one leads to, or null where it is none.
  * @param {string[]} words of the address, decoded
  * @returns {string[] | null}
  */
-export function redirected([first = "", ...rest]) {
+export function redirected(words) {
+  const [first = "", ...rest] = words;
+  if (first === "cameras" && rest.length === 1 && rest[0] !== "new") return [...words, "live"];
+  if (words.join("/") in FIRST) return FIRST[words.join("/")];
   if (first === "calibrate") return rest.length === 1 || rest[1] in FORMER_STEPS ? calibrate(rest[0], rest[1]) : null;
   if (first in FORMER) return FORMER[first](...rest).filter(Boolean);
   return /^[0-9a-f]+$/.test(first) ? calibrate(first, rest[0]) : null;

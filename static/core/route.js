@@ -1,6 +1,6 @@
 // Where the page is. The address says so and nothing else does: to go somewhere is to write an address, and what is
 // shown, opened and kept alive follows it.
-import { effect, signal, untracked } from "@preact/signals";
+import { signal } from "@preact/signals";
 import { unfold } from "./folds.js";
 import { redirected } from "./redirects.js";
 
@@ -12,21 +12,28 @@ const ADDRESSES = /** @type {const} */ ([
   ["wall", "cameras"],
   ["new-camera", "cameras/new"],
   ["live", "cameras/:camera/live"],
-  ["camera-form", "cameras/:camera/settings"],
+  ["camera-images", "cameras/:camera/calibrate"],
+  ["drift", "cameras/:camera/drift"],
   ["detection", "cameras/:camera/detection"],
+  ["camera-form", "cameras/:camera/settings"],
   ["versions", "cameras/:camera/versions"],
   ["calibrate", "calibrate/:picture/:step"],
+  ["field", "field"],
   ["new-rig", "field/new"],
   ["rig", "field/rigs/:rig"],
   ["pair", "field/pairs/:left/:right"],
   ["pair", "field/pairs"],
   ["scene", "field/scene/*scene"],
   ["scene", "field/scene"],
+  ["lenses", "lenses"],
   ["board", "lenses/board"],
   ["capture", "lenses/board/:camera"],
   ["edges", "lenses/edges"],
   ["ball", "lenses/ball/:camera"],
+  ["images", "library/images"],
   ["versions", "library/versions"],
+  ["import", "library/import"],
+  ["publishing", "system/publishing"],
   ["jobs", "system/jobs"],
   ["server", "system/server"],
 ]);
@@ -34,9 +41,10 @@ const STEPS = new Set(["field", "points", "verify"]);
 
 /**
  * @typedef {(typeof ADDRESSES)[number][0]} View
+ * @typedef {"cameras" | "field" | "lenses" | "library" | "system" | ""} Place one of the rail; "" is none
  * @typedef {{ camera: string, picture: string, step: import("./types").StepId, rig: string, left: string,
  *   right: string, scene: string }} Words what an address names; "" is nothing
- * @typedef {{ view: View | "nowhere" } & Words} Route
+ * @typedef {{ view: View | "nowhere", place: Place } & Words} Route
  */
 
 /** @type {Words} */
@@ -70,7 +78,9 @@ function match(pattern, words) {
 function routeOf(words) {
   for (const [view, pattern] of ADDRESSES) {
     const found = match(pattern, words);
-    if (found && (!found.step || STEPS.has(found.step))) return { view, ...NOTHING, ...found };
+    if (!found || (found.step && !STEPS.has(found.step))) continue;
+    const place = /** @type {Place} */ (words[0] === "calibrate" ? "cameras" : words[0]);
+    return { view, place, ...NOTHING, ...found };
   }
   return null;
 }
@@ -92,7 +102,7 @@ function follow() {
     there[2] = "points";
   }
   if (there) history.replaceState(null, "", written(there));
-  return routeOf(there ?? words) ?? { view: "nowhere", ...NOTHING };
+  return routeOf(there ?? words) ?? { view: "nowhere", place: "", ...NOTHING };
 }
 addEventListener("hashchange", () => {
   route.value = follow();
@@ -130,10 +140,3 @@ export const goInstead = (view, words) => write("replaceState", addressOf(view, 
 
 /** Another step of calibrating the same picture. @param {import("./types").StepId} step */
 export const goToStep = (step) => go("calibrate", { picture: route.value.picture, step });
-
-/** Where "Back" leads from a page beside the calibration: to the picture that was left for it, or to the cameras. */
-export const backAddress = signal(addressOf("wall"));
-effect(() => {
-  const { view } = route.value;
-  if (view === "calibrate" || view === "wall") untracked(() => (backAddress.value = location.hash));
-});

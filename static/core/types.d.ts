@@ -17,10 +17,16 @@ export interface Doc {
 export interface Pick { feature: string; index: number }
 
 export interface Snapshot { id: string; width: number; height: number; camera: string | null; taken_at: string; sha256: string }
-export interface Camera { id: string; name: string; field: string | null; region: string | null; active_calibration: string | null; source: string; editable: boolean }
+export interface Camera {
+  id: string; name: string; field: string | null; region: string | null; active_calibration: string | null; active: ActiveVersion | null; source: string; editable: boolean;
+}
+export interface ActiveVersion {
+  id: string; version: number; created_at: string; verdict: { mm?: number; level?: "good" | "fair" | "poor" | "unknown"; sentence?: string };
+  expected_mm: number | null; expected_hat_mm: number | null; hat_height_mm: number | null;
+}
 /** GET /cameras/{id}/status. words: light and focus, what is wrong with them first. */
 export interface CameraStatus {
-  state: "connecting" | "live" | "stalled" | "offline" | "mismatch"; problem: { reason: string; what: string; fix: string } | null;
+  state: "idle" | "connecting" | "live" | "stalled" | "offline" | "mismatch"; problem: { reason: string; what: string; fix: string } | null;
   fps: number; width: number | null; height: number | null; frame_age_s: number | null; reconnects: number; viewers: number; calibration_applied: boolean;
   active_calibration: string | null; identity: Record<string, string> | null; words: { text: string; fix: string; severity: string }[];
   light: { mean: number; clipped_low: number; clipped_high: number; evenness: number | null } | null; drift: Drift | null;

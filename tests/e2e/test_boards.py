@@ -14,7 +14,8 @@ from tests.support.waiting import jobs_so_far, newest_job
 
 @pytest.fixture
 def desk(operator):
-    """At the board, from the start page, without pictures."""
+    """At the board, by the rail, without pictures."""
+    operator.page.get_by_test_id("rail-lenses").click()
     operator.page.get_by_test_id("do-board").click()
     expect(operator.page.get_by_test_id("board-desk")).to_be_visible()
     return operator.page
@@ -121,14 +122,14 @@ def test_the_form_asks_for_what_a_charuco_board_has_more(desk):
 
 
 @pytest.mark.long
-def test_a_desk_that_is_gone_to_while_lists_are_on_their_way_has_its_address_at_once(page, server):
+def test_a_place_that_is_gone_to_while_lists_are_on_their_way_has_its_address_at_once(page, server):
     with holding(page, "**/api/v1/snapshots?*", "GET") as held:
         page.goto(server.url)
         wait_until_held(page, held)
-        page.get_by_test_id("do-board").click()
-        expect(page).to_have_url(re.compile("#/lenses/board$"))
+        page.get_by_test_id("rail-lenses").click()
+        expect(page).to_have_url(re.compile("#/lenses$"))
     page.reload()
-    expect(page.get_by_test_id("board-desk")).to_be_visible()
+    expect(page.get_by_test_id("lenses-page")).to_be_visible()
 
 
 @pytest.mark.long
@@ -138,9 +139,8 @@ def test_pictures_of_a_board_are_not_among_the_earlier_pictures_of_a_field(desk,
     expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(1, timeout=LONG_MS)
     kept = server.api("GET", "/snapshots").json()["items"][0]
     assert kept["purpose"] == "board"
-    desk.goto(f"{server.url}/#/")
+    desk.goto(f"{server.url}/#/library/images")
     desk.reload()
-    expect(desk.get_by_test_id("camera-overhead")).to_be_visible()
     recent = desk.get_by_role("region", name="Earlier pictures")
     expect(recent.locator("img")).to_have_count(min(len(before), 12))
     expect(recent.locator(f"img[src*='{kept['id']}']")).to_have_count(0)

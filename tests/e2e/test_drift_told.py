@@ -1,4 +1,6 @@
-"""A camera that is knocked while the operator looks on: told at once, registered anew by a button, used by another."""
+"""A camera that is knocked: told on every page, registered anew by a button, used by another, and no longer told."""
+
+import re
 
 import pytest
 from playwright.sync_api import expect
@@ -27,30 +29,57 @@ def followed(server):
     server.api("DELETE", f"/cameras/{ID}")
 
 
+def is_told(page, level: str) -> None:
+    """Wherever the page is: by bell, status bar, rail and title. level: "bad", or "ok" where it stands well."""
+    told = page.get_by_test_id("problem").filter(has_text="Knocked: The camera was knocked")
+    if level == "bad":
+        expect(told).to_have_count(1, timeout=LONG_MS)
+        expect(page.get_by_test_id("bell")).to_have_attribute("data-level", "bad")
+        expect(page.get_by_test_id("status")).to_have_attribute("data-level", "bad")
+        expect(page.get_by_test_id("dot-cameras")).to_have_attribute("data-level", "bad")
+        expect(page).to_have_title(re.compile("^▲ "))
+    else:
+        expect(told).to_have_count(0, timeout=LONG_MS)
+        expect(page).not_to_have_title(re.compile("Knocked: The camera was knocked"))
+
+
 def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so(operator, server, followed, tmp_path):
     page = operator.page
     operator.visit()
     card = page.get_by_test_id(f"drift-{ID}")
     expect(card).to_contain_text("Steady", timeout=LONG_MS)
-    page.get_by_test_id(f"look-at-{ID}").click()
-    drift = page.get_by_test_id("drift")
-    expect(drift).to_have_attribute("data-state", "steady", timeout=LONG_MS)
-    page.screenshot(path=tmp_path / "steady.png")
+    is_told(page, "ok")
+    page.get_by_test_id("rail-system").click()
     assert server.api("PATCH", f"/cameras/{ID}/controls", json={"controls": {"knock": 4}}).ok
-    alarm = page.get_by_role("alert").filter(has_text="knocked")
-    expect(alarm).to_contain_text("mm", timeout=LONG_MS)
-    page.screenshot(path=tmp_path / "alarm.png")
-    page.get_by_test_id("do-reregister").click()
+    is_told(page, "bad")  # though nobody looks at a camera
+    page.screenshot(path=tmp_path / "elsewhere.png")
+    page.get_by_test_id("rail-cameras").click()
+    expect(page.get_by_test_id(f"tile-{ID}")).to_have_attribute("data-level", "bad")
+    expect(page.get_by_test_id(f"tile-{ID}")).to_contain_text("mm off")
+    page.screenshot(path=tmp_path / "wall.png")
+    page.get_by_test_id("bell").click()
+    page.get_by_test_id("problem").filter(has_text="Knocked").get_by_role("link").click()
+    drift = page.get_by_test_id("drift")
+    expect(drift).to_have_attribute("data-state", "knocked", timeout=LONG_MS)
+    expect(page.get_by_test_id("problems")).to_be_hidden()
+    expect(page.get_by_test_id("next")).to_have_text("Re-register the pose")
+    page.get_by_test_id("next").click()
     made = page.get_by_test_id("registered")
     expect(made).to_contain_text("Version 2 is made, and not yet used", timeout=LONG_MS)
     expect(made).to_contain_text("mm at most", timeout=LONG_MS)
+    expect(page.get_by_test_id("next")).to_have_text("Activate version 2")
     assert server.api("GET", f"/cameras/{ID}").json()["active_calibration"] == followed
     page.screenshot(path=tmp_path / "made.png")
     page.get_by_test_id("look-at-registered").click()
     expect(page.get_by_text("Version 2", exact=False).first).to_be_visible(timeout=LONG_MS)
+    is_told(page, "bad")
     page.screenshot(path=tmp_path / "looked_at.png")
-    page.goto(f"{server.url}/#/cameras/{ID}/live")
+    page.goto(f"{server.url}/#/cameras/{ID}/drift")
     page.get_by_test_id("use-registered").click()
     expect(drift).to_have_attribute("data-state", "steady", timeout=LONG_MS)
     expect(page.get_by_test_id("drift-alarm")).to_have_count(0, timeout=LONG_MS)
     assert server.api("GET", f"/cameras/{ID}").json()["active_calibration"] != followed
+    is_told(page, "ok")
+    page.get_by_test_id("rail-cameras").click()
+    expect(page.get_by_test_id(f"tile-{ID}")).to_have_attribute("data-level", "ok")
+    expect(page.get_by_test_id("events")).to_contain_text("Knocked moved by")

@@ -5,6 +5,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import WHERE
 from tests.support.waiting import until
 
 # Marks when a move of the pointer was heard, when the curve was redrawn, and when the next frame began.
@@ -105,17 +106,19 @@ def test_a_box_selects_what_lies_in_it(editing):
 
 def test_the_wheel_zooms_about_the_pointer_and_space_pans(editing):
     page = editing.page
-    before = editing.spot(80, 210)
+    left, top, across, down = page.get_by_test_id("picture").evaluate(WHERE)
+    before = tuple(map(round, editing.spot(80, 210)))  # a browser tells whole pixels of a wheel
+    there = (before[0] - left) / across - 0.5, (before[1] - top) / down - 0.5
     page.mouse.move(*before)
     page.mouse.wheel(0, -600)  # nobody waits until the page has heard it
     expect(page.locator("[data-testid=read-out] .zoom")).to_have_text(re.compile("^2"))
-    assert editing.spot(80, 210) == (pytest.approx(before[0], abs=0.5), pytest.approx(before[1], abs=0.5))
+    assert editing.spot(*there) == (pytest.approx(before[0], abs=0.5), pytest.approx(before[1], abs=0.5))
     page.keyboard.down(" ")
     page.mouse.down()
     page.mouse.move(before[0] + 50, before[1] + 30)
     page.mouse.up()
     page.keyboard.up(" ")
-    assert editing.spot(80, 210) == (pytest.approx(before[0] + 50, abs=0.5), pytest.approx(before[1] + 30, abs=0.5))
+    assert editing.spot(*there) == (pytest.approx(before[0] + 50, abs=0.5), pytest.approx(before[1] + 30, abs=0.5))
     assert len(editing.points("left")) == 6
 
 

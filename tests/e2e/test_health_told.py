@@ -24,11 +24,12 @@ def test_a_damaged_version_is_a_banner_with_what_to_do_and_the_page_goes_on(page
     own_server.start()
     (damage,) = api("GET", "/health").json()["damaged"]
     page.goto(own_server.url)
-    notice = page.get_by_test_id("notice").filter(has_text="Something kept was damaged")  # a full disk is told as well
-    expect(notice).to_be_visible(timeout=LONG_MS)
-    expect(notice).to_contain_text(damage["file"])
-    expect(notice).to_contain_text(damage["note"] or "Restore it from a backup")
+    told = page.get_by_test_id("problem").filter(has_text="Something kept was damaged")  # a full disk is told as well
+    expect(told).to_have_count(1, timeout=LONG_MS)
+    page.get_by_test_id("bell").click()
+    expect(told).to_contain_text(damage["file"])
+    expect(told).to_contain_text(damage["note"] or "Restore it from a backup")
     page.screenshot(path=tmp_path / "damaged.png")
-    expect(page.get_by_test_id("drop")).to_be_enabled()
-    notice.get_by_role("button", name="Dismiss").click()
-    expect(notice).to_have_count(0)
+    told.get_by_role("link").click()
+    expect(page.get_by_test_id("health-warnings")).to_contain_text(damage["file"])
+    expect(page.get_by_test_id("status")).to_have_attribute("data-level", "bad")  # told as long as it is so

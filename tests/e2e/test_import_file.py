@@ -29,7 +29,7 @@ def camera(server):
 
 
 def start(page, server):
-    page.goto(server.url + "/#/")
+    page.goto(server.url + "/#/library/import")
     expect(page.get_by_test_id("import-file")).to_be_enabled(timeout=LONG_MS)
 
 

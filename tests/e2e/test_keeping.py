@@ -146,7 +146,7 @@ def test_of_two_pictures_that_are_opened_the_one_asked_for_last_stays(operator, 
     page = operator.page
     first = operator.open(straight_picture, "table", "full").click("left", frame_points["left"][:3]).snapshot
     operator.draft()
-    page.goto(f"{server.url}/#/")
+    page.goto(f"{server.url}/#/library/images")
     second = server.api("POST", "/snapshots", json={"camera": "overhead"}).json()["id"]
     page.reload()
     expect(page.get_by_test_id(f"recent-{second}")).to_be_visible()

@@ -1,4 +1,4 @@
-"""The network on the start page: switched on and off, what is lost, who else is there, and taking over from them."""
+"""Publishing to the network: switched on and off, what is lost, who else is there, and taking over from them."""
 
 import os
 import re
@@ -42,10 +42,9 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
     way = free_group()
     activate(own_server, "overhead", "brown-conrady", 0)
     activate(own_server, "east", "fisheye", 1)
-    page.goto(own_server.url)
+    page.goto(f"{own_server.url}/#/system/publishing")
     state = page.get_by_test_id("network-state")
     expect(state).to_have_attribute("data-state", "off")
-    state.click()
     expect(page.get_by_test_id("sent-overhead")).to_contain_text("ready")
     shot(page, "off")
 
@@ -93,10 +92,9 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
 
 @pytest.mark.long
 def test_an_interface_that_is_not_there_is_told_on_the_page(page, own_server):
-    page.goto(own_server.url)
+    page.goto(f"{own_server.url}/#/system/publishing")
     assert own_server.api("PUT", "/publishing", json={"interface": "gone0"}).ok
     page.reload()
-    page.get_by_test_id("network-state").click()
     page.get_by_test_id("publish").click()
     expect(page.get_by_test_id("notice").filter(has_text="This machine has no interface gone0 now.")).to_be_visible()
     expect(page.get_by_test_id("network-state")).to_have_attribute("data-state", "off")

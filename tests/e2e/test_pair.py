@@ -28,6 +28,7 @@ class Desk:
         self.page, self.server = page, server
 
     def open(self, pictures):
+        self.page.get_by_test_id("rail-field").click()
         self.page.get_by_test_id("do-pair").click()
         expect(self.page.get_by_test_id("choice-a")).to_be_visible()
         self.page.get_by_test_id("file").set_input_files(
@@ -374,7 +375,7 @@ def test_the_newest_question_is_the_one_that_is_answered(matched, seen):
 @pytest.mark.long
 def test_a_picture_that_is_chosen_while_the_last_ones_come_stays(desk):
     page, (left, right) = desk.page, desk.ids
-    page.goto(f"{desk.server.url}/#/")
+    page.goto(f"{desk.server.url}/#/field")
     page.reload()
     with holding(page, "**/api/v1/snapshots/*", "GET") as held:
         page.get_by_test_id("do-pair").click()
@@ -393,8 +394,9 @@ def test_a_cameras_active_calibration_is_proposed(operator, server, border_draft
     first, second = (server.api("POST", "/calibrations", json=body).json()["id"] for _ in range(2))
     assert server.api("POST", f"/calibrations/{first}/activate").ok
     page = operator.page
+    page.goto(f"{server.url}/#/field")
     page.reload()
-    page.get_by_test_id("do-pair").click()
+    page.get_by_test_id("tab-pair").click()
     page.get_by_test_id("take-b-overhead").click()
     expect(page.get_by_test_id("calibration-b")).to_have_value(first, timeout=LONG_MS)
     expect(page.get_by_text("The active one, proposed.")).to_be_visible()

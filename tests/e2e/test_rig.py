@@ -54,9 +54,8 @@ def without_south(route):
 
 
 def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, server, two_cameras, tmp_path):
-    page.goto(server.url)
-    expect(page.get_by_test_id("camera-overhead")).to_be_visible(timeout=LONG_MS)  # the lists are there
-    page.get_by_test_id("new-rig").click()
+    page.goto(f"{server.url}/#/field")
+    page.get_by_test_id("do-new-rig").click()
     page.get_by_test_id("rig-name").fill("hall")
     page.get_by_test_id("rig-field").select_option("ssl-div-b")
     expect(page.get_by_test_id(f"with-{two_cameras[1]}")).to_be_visible()
@@ -88,7 +87,7 @@ def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, se
     expect(page.get_by_test_id("rig-worst")).to_have_count(0)
     page.reload()
     expect(page.get_by_test_id("rig-page")).to_be_visible(timeout=LONG_MS)
-    page.goto(server.url)
+    page.get_by_test_id("rail-field").click()
     expect(page.get_by_test_id("rig-hall")).to_be_visible(timeout=LONG_MS)
 
 

@@ -52,7 +52,7 @@ def page(operator, server, play):
     page = operator.page
     page.goto(f"{server.url}/#/cameras/seer/live")
     page.reload()
-    expect(page.get_by_test_id("do-seeing")).to_be_enabled()
+    expect(page.get_by_test_id("live-desk")).to_be_visible()
     page.keyboard.press("F9")
     expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG_MS)
     # The colours that the camera found are known to the page as well: samples are counted from here on.

@@ -14,7 +14,8 @@ from tests.support.waiting import jobs_so_far, newest_job
 
 @pytest.fixture
 def desk(operator):
-    """At the straight edges, from the start page, without pictures."""
+    """At the straight edges, by the rail, without pictures."""
+    operator.page.get_by_test_id("rail-lenses").click()
     operator.page.get_by_test_id("do-straight").click()
     expect(operator.page.get_by_test_id("straight-desk")).to_be_visible()
     return operator.page
@@ -136,7 +137,7 @@ def test_judging_is_stopped_and_what_shows_no_edges_is_refused_with_what_to_do(d
 @pytest.mark.long
 def test_the_desk_has_an_address_and_tabs_to_the_board_and_back(desk, server):
     expect(desk).to_have_url(re.compile("#/lenses/edges$"))
-    desk.get_by_test_id("desk-board").click()
+    desk.get_by_test_id("tab-board").click()
     expect(desk.get_by_test_id("board-desk")).to_be_visible()
     expect(desk).to_have_url(re.compile("#/lenses/board$"))
     desk.go_back()

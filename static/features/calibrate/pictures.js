@@ -65,6 +65,17 @@ async function fetchLists() {
 }
 
 /**
+ * Ask for the cameras again where the list is not what their statuses say: another operator added one, or activated a
+ * version.
+ * @param {{ id: string, active_calibration: string | null }[]} now
+ */
+export async function refreshCameras(now) {
+  const shown = cameras.value.map((it) => `${it.id} ${it.active?.id ?? null}`).join();
+  if (listed.value && shown !== now.map((it) => `${it.id} ${it.active_calibration}`).join())
+    cameras.value = (await call("GET", "/cameras")).items;
+}
+
+/**
  * Upload a file and work on it; what holds a calibration is kept as a version.
  * @param {Blob & { name?: string }} file
  */

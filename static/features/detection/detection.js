@@ -48,7 +48,7 @@ export const detectionNextStep = computed(() => {
     : !it
       ? "Waiting for the camera…"
       : `${plural(robots, "robot")} and ${plural(balls, "ball")} in ${number(it.ms, 1)} ms.`;
-  return { action: "back", label: "Back", missing: "", done: it !== null && !refusal.value, sentence };
+  return { action: "", label: "", missing: "", done: it !== null && !refusal.value, sentence };
 });
 
 /** @type {import("../../core/socket.js").Socket | null} */

@@ -3,6 +3,8 @@ import { computed, effect, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
+import { go } from "../../core/route.js";
+import { canCheck, checking } from "../check/check.js";
 import { openedCamera, status } from "../live/camera_page.js";
 import { activateCalibration } from "../versions/activate.js";
 
@@ -68,8 +70,41 @@ effect(() => {
   notRegistered.value = null;
 });
 
+/** On the tab Drift: what is wrong, and the next thing to do. */
+export const driftNextStep = computed(() => {
+  const made = registered.value?.made,
+    drift = status.value?.state === "live" ? status.value.drift : null,
+    sentence = drift?.sentence ?? "The camera is not watched.",
+    isDone = drift?.state === "steady";
+  /** @param {string} action @param {string} label */
+  const step = (action, label, missing = "") => ({ action, label, missing, done: isDone, sentence });
+  if (made) return step("use-registered", `Activate version ${made.version}`);
+  if (drift?.state === "knocked")
+    return step("reregister", "Re-register the pose", registering.value ? "It is being registered." : "");
+  return step(
+    "check-calibration",
+    "Check the calibration",
+    canCheck.value ? "" : checking.value ? "It is being checked." : "The camera must be live, with an active version.",
+  );
+});
+
 /** @type {import("../../core/actions.js").Action[]} */
 export const DRIFT_ACTIONS = [
+  {
+    id: "drift",
+    label: "Show whether this camera has moved",
+    short: "Drift…",
+    group: "Pictures",
+    run: () => go("drift", { camera: openedCamera.value?.id }),
+    enabled: () => openedCamera.value !== null,
+  },
+  {
+    id: "use-registered",
+    label: "Activate the version with the pose of now",
+    group: "Pictures",
+    run: () => void useRegistered(),
+    enabled: () => registered.value !== null,
+  },
   {
     id: "reregister",
     label: "Re-register the pose of this camera from the field's lines, its lens kept",

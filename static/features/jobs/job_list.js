@@ -1,7 +1,6 @@
 // All long work on the server, over one socket that reconnects.
 import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { plural } from "../../core/format.js";
 import { openSocket } from "../../core/socket.js";
 import { notifyError } from "../../core/state.js";
 
@@ -29,21 +28,6 @@ export const KINDS = {
   check: "Checking a calibration",
   batch: "A whole archive of pictures",
 };
-
-export const jobsNextStep = computed(() => {
-  const now = running.value.length;
-  return {
-    action: "back",
-    label: "Back",
-    missing: "",
-    done: now === 0,
-    sentence: !isConnected.value
-      ? "The server does not answer; this is what was known last."
-      : now
-        ? `${plural(now, "job")} at work or waiting. You may go on with anything else meanwhile.`
-        : "Nothing is at work.",
-  };
-});
 
 /** Hear of all jobs from now on. */
 export function startJobs() {

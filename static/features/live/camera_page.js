@@ -34,7 +34,7 @@ export const discoveredCameras = signal(/** @type {{ address: string, title: str
 export const sourceKinds = signal(/** @type {import("../../core/types").SourceKind[]} */ ([]));
 
 /** The camera that the page is at. */
-export const openedCamera = computed(() => (route.value.view === "live" ? namedCamera.value : null));
+export const openedCamera = computed(() => (route.value.place === "cameras" ? namedCamera.value : null));
 export const status = computed(() =>
   openedCamera.value ? (statuses.value[openedCamera.value.id] ?? null) : null,
 );
@@ -42,6 +42,8 @@ export const status = computed(() =>
 /** What the form of a camera still wants. */
 export const formNextStep = computed(() => {
   const values = form.value?.values;
+  if (namedCamera.value?.editable === false)
+    return { action: "", label: "", missing: "", done: false, sentence: "It is changed in the settings file." };
   if (values && testedSource.value?.source === values.source)
     return {
       action: "keep-camera",
@@ -70,10 +72,10 @@ export const cameraNextStep = computed(() => {
       done: false,
       sentence: now.problem?.what ?? "",
     };
-  if (now?.drift?.state === "knocked")
+  if (now?.drift?.alarm)
     return {
-      action: "reregister",
-      label: "Re-register the pose",
+      action: "drift",
+      label: "See what to do",
       missing: "",
       done: false,
       sentence: now.drift.sentence,
@@ -85,9 +87,7 @@ export const cameraNextStep = computed(() => {
     done: now?.state === "live",
     sentence: now?.problem
       ? `${now.problem.what} ${now.problem.fix}`
-      : now?.drift?.alarm
-        ? now.drift.sentence
-        : (now?.words[0]?.text ?? "The camera is live."),
+      : (now?.words[0]?.text ?? "The camera is live."),
   };
 });
 
@@ -119,8 +119,9 @@ export function startCameraForm() {
       if (id === "" || camera) void openForm(camera);
     });
   });
+  const looked = computed(() => (route.value.view === "live" ? route.value.camera : ""));
   effect(() => {
-    if (openedCamera.value?.id) untracked(() => (cameraView.value = { ...cameraView.value, view: "raw" }));
+    if (looked.value) untracked(() => (cameraView.value = { ...cameraView.value, view: "raw" }));
   });
 }
 

@@ -1,20 +1,24 @@
-// Status of live cameras, polled while shown, and the addresses of their streams.
+// Status of all cameras, polled as long as the page is open, and the addresses of their streams.
 import { signal } from "@preact/signals";
 import { address, call } from "../../core/api.js";
+import { refreshCameras } from "../calibrate/pictures.js";
 
 /** @typedef {import("../../core/types").CameraStatus} CameraStatus */
 
-const EVERY_MS = 1000;
+const LOOKED_AT_MS = 1000,
+  EVERY_MS = 2000; // a knock is told after two looks of the camera's own, one a second
+
+export const SERVER_GONE = "server-gone";
 
 /** By camera. */
 export const statuses = signal(/** @type {Record<string, CameraStatus>} */ ({}));
-/** Whose status is wanted now, by what shows it. @type {Map<object, string[]>} */
+/** Which cameras are looked at, by what shows them. @type {Map<object, string[]>} */
 const wanted = new Map();
 let timer = 0,
   asking = false;
 
 /**
- * Keep those cameras' statuses fresh until the returned function is called.
+ * Start those cameras, and keep their statuses fresher, until the returned function is called.
  * @param {string[]} ids
  * @returns {() => void}
  */
@@ -27,32 +31,44 @@ export function followCameras(ids) {
   };
 }
 
-/** Ask at once, and again as long as somebody looks. */
+/** Ask at once, and again and again from then on. */
 export async function refreshStatuses() {
   clearTimeout(timer);
   if (asking) return;
   asking = true;
-  const ids = [...new Set([...wanted.values()].flat())];
-  if (!document.hidden) {
-    const answers = await Promise.all(ids.map((id) => call("GET", `/cameras/${id}/status`).catch(() => null)));
-    statuses.value = Object.fromEntries(ids.map((id, i) => [id, answers[i] ?? lost(statuses.value[id])]));
-  }
+  if (!document.hidden) await look();
   asking = false;
-  if (wanted.size) timer = setTimeout(() => void refreshStatuses(), EVERY_MS);
+  timer = setTimeout(() => void refreshStatuses(), wanted.size ? LOOKED_AT_MS : EVERY_MS);
 }
 
-/** @param {CameraStatus | undefined} before @returns {CameraStatus} */
-const lost = (before) =>
-  /** @type {any} */ ({
-    ...before,
-    state: "offline",
-    words: [],
-    problem: {
-      reason: "server-gone",
-      what: "The server does not answer.",
-      fix: "Check that it runs; the page tries again by itself.",
-    },
-  });
+async function look() {
+  /** @type {(CameraStatus & { id: string })[]} */
+  let items;
+  try {
+    items = (await call("GET", "/cameras/status")).items;
+  } catch {
+    statuses.value = Object.fromEntries(Object.entries(statuses.value).map(([id, it]) => [id, lost(it)]));
+    return;
+  }
+  statuses.value = Object.fromEntries(items.map((it) => [it.id, it]));
+  const idle = [...wanted.values()].flat().filter((id) => statuses.value[id]?.state === "idle");
+  await Promise.allSettled([
+    refreshCameras(items),
+    ...idle.map((id) => call("GET", `/cameras/${encodeURIComponent(id)}/status`)), // that starts it
+  ]);
+}
+
+/** @param {CameraStatus} before @returns {CameraStatus} */
+const lost = (before) => ({
+  ...before,
+  state: "offline",
+  words: [],
+  problem: {
+    reason: SERVER_GONE,
+    what: "The server does not answer.",
+    fix: "Check that it runs; the page tries again by itself.",
+  },
+});
 
 /**
  * A stream's address. fps: at most; 0 all.
@@ -74,6 +90,7 @@ export function streamAddress(id, view, width, fps = 0) {
 
 /** What a state is called. */
 export const STATES = {
+  idle: "Idle",
   connecting: "Connecting",
   live: "Live",
   stalled: "Stalled",

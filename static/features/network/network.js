@@ -1,7 +1,8 @@
 // Geometry on the league's multicast group: published and received, polled while the panel is open.
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal, untracked } from "@preact/signals";
 import { call, online } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";
+import { route } from "../../core/route.js";
 import { notify, notifyError } from "../../core/state.js";
 import { activateCalibration } from "../versions/activate.js";
 
@@ -11,13 +12,11 @@ import { activateCalibration } from "../versions/activate.js";
  * @typedef {import("./types").ReceivedCamera} ReceivedCamera
  */
 
-const OPEN_MS = 2000,
-  CLOSED_MS = 10_000;
+const LOOK_MS = 2000,
+  ELSEWHERE_MS = 10_000;
 
 export const publishing = signal(/** @type {Publishing | null} */ (null));
 export const receivedGeometry = signal(/** @type {import("./types").ReceivedGeometry | null} */ (null));
-/** Whether the panel is unfolded. */
-export const unfolded = signal(false);
 const changes = requestOrder(),
   underway = signal(0);
 /** Whether a change is under way. */
@@ -30,20 +29,23 @@ export const contradictions = computed(() =>
   ),
 );
 
-/** Keep both fresh until the returned function is called. @returns {() => void} */
+/** Keep both fresh from now on, and fresher where they are shown. */
 export function followNetwork() {
+  const isShown = computed(() => route.value.view === "publishing");
   let timer = 0,
-    ended = false;
+    asking = false;
   const look = async () => {
     clearTimeout(timer);
+    if (asking) return;
+    asking = true;
     if (!document.hidden && online.value && !changing.value) await refreshNetwork();
-    if (!ended) timer = setTimeout(() => void look(), unfolded.value ? OPEN_MS : CLOSED_MS);
+    asking = false;
+    timer = setTimeout(() => void look(), isShown.value ? LOOK_MS : ELSEWHERE_MS);
   };
-  void look();
-  return () => {
-    ended = true;
-    clearTimeout(timer);
-  };
+  effect(() => {
+    void isShown.value;
+    untracked(() => void look());
+  });
 }
 
 export async function refreshNetwork() {

@@ -72,8 +72,8 @@ export const rigNextStep = computed(() => {
     };
   if (!it)
     return {
-      action: "back",
-      label: "Back to the start",
+      action: "step-camera",
+      label: "Back to the cameras",
       missing: "",
       done: false,
       sentence: "There is no such rig.",
@@ -248,5 +248,8 @@ export function startRig() {
       if (at && stitched.value?.of !== at) void takeStitched();
     });
   });
-  void loadRigs();
+  effect(() => {
+    void cameras.value; // another version is active, or a camera came
+    if (listed.value) void untracked(loadRigs);
+  });
 }

@@ -7,6 +7,7 @@ export interface Member { camera: string; title: string; region: string | null; 
 export interface Rectangles { w_max_rectangle_px: number; h_max_rectangle_px: number; n_rectangles_x: number; n_rectangles_y: number }
 export interface Rig {
   name: string; title: string; field: string; cameras: Member[]; rectangles: Rectangles | null; rectangles_from: "rig" | "cameras" | null; updated_at: string;
+  checked: { at: string; verdict: Verdict; p95_mm: number | null } | null;
   w_max_rectangle_px: number | null; h_max_rectangle_px: number | null; n_rectangles_x: number | null; n_rectangles_y: number | null;
 }
 export interface Verdict { level: "good" | "fair" | "poor" | null; sentence: string; fix: string }

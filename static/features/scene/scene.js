@@ -56,8 +56,8 @@ export const sceneNextStep = computed(() => {
   const it = shownScene.value,
     cannot = it?.cameras.find((c) => c.why_no_frustum);
   return {
-    action: "back",
-    label: "Back",
+    action: "",
+    label: "",
     missing: "",
     done: it !== null && !refusal.value,
     sentence: refusal.value

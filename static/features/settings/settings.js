@@ -1,5 +1,5 @@
 // The server's settings and disk usage, and what this browser stores.
-import { computed, signal } from "@preact/signals";
+import { signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { chooseName, operatorName } from "../../core/operator.js";
 import { notifyError } from "../../core/state.js";
@@ -10,28 +10,18 @@ export { chooseName, operatorName };
 export const serverSettings = signal(/** @type {import("./types").ServerSettings | null} */ (null));
 export const health = signal(/** @type {import("./types").Health | null} */ (null));
 
-export const settingsNextStep = computed(() => {
-  const now = health.value,
-    wrong = now ? now.warnings.length + now.damaged.length : 0;
-  return {
-    action: "back",
-    label: "Back",
-    missing: "",
-    done: wrong === 0,
-    sentence: !now
-      ? "Asking the server…"
-      : wrong
-        ? "Something needs care: it stands at the top."
-        : "The server says that all is well.",
-  };
-});
+/** Ask how the server is; a silent one is told elsewhere. */
+export const fetchHealth = () =>
+  call("GET", "/health").then(
+    (it) => {
+      health.value = it;
+    },
+    () => {},
+  );
 
 export async function fetchSettings() {
   try {
-    [serverSettings.value, health.value] = await Promise.all([
-      call("GET", "/settings"),
-      call("GET", "/health"),
-    ]);
+    [serverSettings.value] = await Promise.all([call("GET", "/settings"), fetchHealth()]);
   } catch (error) {
     notifyError(error);
   }

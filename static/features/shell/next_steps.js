@@ -1,19 +1,17 @@
-// The next step of every view beside calibrating and the start page.
+// The next step of each view beside calibrating and the wall.
 import { computed } from "@preact/signals";
 import { route } from "../../core/route.js";
 import { isNowhere } from "../../core/state.js";
 import { boardNextStep } from "../board/board.js";
 import { captureNextStep } from "../board/capture.js";
 import { detectionNextStep } from "../detection/detection.js";
-import { jobsNextStep } from "../jobs/job_list.js";
+import { driftNextStep } from "../drift/drift.js";
 import { cameraNextStep, formNextStep } from "../live/camera_page.js";
 import { pairNextStep } from "../pair/evaluation.js";
 import { rigNextStep } from "../rig/rig.js";
 import { rollsNextStep } from "../rolling/rolls.js";
 import { sceneNextStep } from "../scene/scene.js";
-import { settingsNextStep } from "../settings/settings.js";
 import { straightNextStep } from "../straight/straight.js";
-import { versionListNextStep } from "../versions/version_list.js";
 
 const nowhereNextStep = computed(() => ({
   action: "step-camera",
@@ -23,12 +21,18 @@ const nowhereNextStep = computed(() => ({
   sentence: "There is nothing at this address.",
 }));
 
+/** @typedef {import("@preact/signals").ReadonlySignal<{ action: string, label: string, missing: string, done: boolean,
+ * sentence: string }>} NextStep */
+
+/** Views that are not here show lists: nothing in them is the next thing to do.
+ * @type {Partial<Record<import("../../core/route.js").View, NextStep>>} */
 const NEXT_STEPS = {
   "new-camera": formNextStep,
   "camera-form": formNextStep,
   live: cameraNextStep,
+  "camera-images": cameraNextStep,
+  drift: driftNextStep,
   detection: detectionNextStep,
-  versions: versionListNextStep,
   "new-rig": rigNextStep,
   rig: rigNextStep,
   pair: pairNextStep,
@@ -37,13 +41,11 @@ const NEXT_STEPS = {
   capture: captureNextStep,
   edges: straightNextStep,
   ball: rollsNextStep,
-  jobs: jobsNextStep,
-  server: settingsNextStep,
 };
 
-/** Of the view that is shown; null at the start page and while calibrating. */
+/** Of the view that is shown; null where there is none, on the wall, and while calibrating. */
 export const viewNextStep = computed(() => {
   const { view } = route.value;
   if (view === "nowhere" || isNowhere.value) return nowhereNextStep.value;
-  return view === "wall" || view === "calibrate" ? null : NEXT_STEPS[view].value;
+  return NEXT_STEPS[view]?.value ?? null;
 });

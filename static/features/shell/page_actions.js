@@ -1,26 +1,23 @@
-// Actions that open a page beside calibrating, and that go back from it.
-import { backAddress, go } from "../../core/route.js";
+// Actions that go to a place.
+import { go } from "../../core/route.js";
 import { cameras, snapshot } from "../../core/state.js";
+import { PLACES } from "./places.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const PAGE_ACTIONS = [
-  { id: "jobs", label: "Show long work", keys: ["i"], group: "Pages", run: () => go("jobs") },
+  ...PLACES.map(({ place, view, label }) => ({
+    id: `go-${place}`,
+    label: `Go to ${label}`,
+    group: "Places",
+    run: () => go(view),
+  })),
+  { id: "jobs", label: "Show the jobs", keys: ["i"], group: "Places", run: () => go("jobs") },
   {
     id: "versions",
     label: "Show all saved versions",
     keys: ["y"],
-    group: "Pages",
+    group: "Places",
     run: () => go("versions", { camera: snapshot.value?.camera ?? cameras.value[0]?.id }),
   },
-  { id: "settings", label: "Show the settings", group: "Pages", run: () => go("server") },
-  {
-    id: "back",
-    label: "Go back from a page",
-    short: "Back",
-    group: "Pages",
-    run: () => {
-      location.hash = backAddress.value;
-    },
-    enabled: () => location.hash !== backAddress.value,
-  },
+  { id: "settings", label: "Show the server's settings", group: "Places", run: () => go("server") },
 ];

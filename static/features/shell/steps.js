@@ -2,6 +2,7 @@
 import { computed } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { plural } from "../../core/format.js";
+import { route } from "../../core/route.js";
 import { active, camera, nextCamera, region, snapshot, step } from "../../core/state.js";
 import { finding } from "../calibrate/find_lines.js";
 import { preview, refusal, stale } from "../calibrate/fitting.js";
@@ -93,7 +94,7 @@ export const nextAction = computed(() => {
   const thing = (action, label, missing = "") => ({ action, label, missing });
   switch (step.value) {
     case "":
-      if (viewNextStep.value) return viewNextStep.value;
+      if (route.value.view !== "wall") return viewNextStep.value ?? thing("", "");
       return nextCamera.value
         ? thing("take", `Calibrate ${nextCamera.value.name}`)
         : thing("open", "Open an image…");

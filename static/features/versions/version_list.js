@@ -38,26 +38,6 @@ export const formerVersion = computed(() => {
   return now && before ? before : null;
 });
 
-export const versionListNextStep = computed(() => {
-  const it = versionList.value,
-    active = activeVersion.value;
-  return {
-    action: "back",
-    label: "Back",
-    missing: "",
-    done: active !== null,
-    sentence: !it
-      ? "Asking the server…"
-      : !it.items.length
-        ? "Nothing is saved here yet: take a picture, click its borders and save."
-        : !it.camera
-          ? "Pictures from files have no camera to activate a version for."
-          : active
-            ? `Version ${active.version} is what the camera is corrected with.`
-            : "No version is active: the camera is shown as it is.",
-  };
-});
-
 /** Of which camera it is, in a path. @param {string} camera */
 const query = (camera) => (camera ? `camera=${encodeURIComponent(camera)}` : "");
 

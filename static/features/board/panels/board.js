@@ -1,28 +1,24 @@
 // The board: which one it is, its pictures, and the lenses that were found before.
 import { address } from "../../../core/api.js";
-import { dayAndTime, number, plural } from "../../../core/format.js";
+import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { models, notifyError } from "../../../core/state.js";
-import { ActionButton } from "../../../ui/action_button.js";
+import { models } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
 import { Working } from "../../../ui/working.js";
 import {
   boardRequest,
   changeBoard,
-  foundLens,
   lensForNextPicture,
   pictures,
   refusal,
   removePicture,
   removePictures,
   search,
-  showLens,
   takeBoardPicture,
   viewReport,
 } from "../board.js";
-import { lenses } from "../lenses.js";
-import { LensTabs, Pictures } from "../../lens_pictures/panels/picture_list.js";
+import { Pictures } from "../../lens_pictures/panels/picture_list.js";
 
 const DICTIONARIES = [
   ...[4, 5, 6, 7].flatMap((n) => [50, 100, 250, 1000].map((count) => `DICT_${n}X${n}_${count}`)),
@@ -146,8 +142,7 @@ const Length = ({ name, label }) => html`<label class="pair length">
 export function BoardPage() {
   const now = search.value,
     all = pictures.value;
-  return html`<div class="start desk" data-testid="board-desk">
-    <${LensTabs} />
+  return html`<div class="page" data-testid="board-desk">
     <h1>Calibrate a lens with a board</h1>
     <p class="dim">
       A board tells the lens; the field's lines then tell where the camera hangs. About twenty pictures,
@@ -165,26 +160,6 @@ export function BoardPage() {
     >
       ${all.map((p) => html`<${View} key=${p.key} picture=${p} />`)}
     <//>
-    ${lenses.value.length > 0 && html`<section aria-label="Lenses found before">
-      <h2>Lenses found before</h2>
-      <ul class="versions" data-testid="lenses">
-        ${lenses.value.map((l) => html`<li key=${l.id} class=${l.id === foundLens.value?.id ? "now" : ""}>
-          <div>
-            <b>
-              ${l.note || (l.board ? `${l.board.columns} × ${l.board.rows} ${l.board.kind}` : "Corners")}
-            </b>
-          </div>
-          <em>${number(l.rms_px, 2)} px rms</em>
-          <small>
-            ${dayAndTime(l.created_at)}, ${plural(l.views, "view")}, ${l.image_size[0]} × ${l.image_size[1]}${" "}
-            px
-          </small>
-          <button type="button" onClick=${() => void showLens(l.id).catch(notifyError)}>
-            Show its report
-          </button>
-        </li>`)}
-      </ul>
-    </section>`}
   </div>`;
 }
 
@@ -233,7 +208,7 @@ function View({ picture }) {
   </li>`;
 }
 
-/** On the start page: the lens that the next picture gets. */
+/** On the wall: the lens that the next picture gets. */
 export function LensForNextPicture() {
   const lens = lensForNextPicture.value;
   return (
@@ -253,12 +228,3 @@ export function LensForNextPicture() {
     </div>`
   );
 }
-
-/** The way there, on the start page. */
-export const ToBoard = () => html`<section aria-label="Lens">
-  <h2>Know the lens first</h2>
-  <div class="line">
-    <${ActionButton} id="board" />
-    <${ActionButton} id="straight" />
-  </div>
-</section>`;

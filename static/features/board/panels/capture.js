@@ -19,7 +19,7 @@ export function CapturePage() {
   if (!camera) return null;
   const it = boardView.value,
     all = views.value;
-  return html`<div class="start desk" data-testid="capture-page">
+  return html`<div class="page" data-testid="capture-page">
     <h1>A board before ${camera.name}</h1>
     <p class="dim">
       Hold the board as the outline shows. Whenever it stands still in a new way, a picture is taken by

@@ -54,7 +54,14 @@ export function CheckedPicture() {
 /** At the right: verdict and lines. */
 export function CheckReport() {
   const it = checked.value;
-  if (!it) return null;
+  if (!it)
+    return html`<section>
+      <${Title} of="check">Check<//>
+      <p class="reason">
+        Holds the active version against an image of now: which field lines are where it has them, and how far the
+        others are.
+      </p>
+    </section>`;
   const { level, sentence, fix } = it.verdict;
   return html`<section aria-label="Check" data-testid="check-report">
     <${Title} of="check">Check<//>

@@ -32,7 +32,7 @@ export function DetectionPage() {
     why = heldFrame.value ? heldFrameRefusal.value : refusal.value;
   useEffect(() => (camera ? followCameras([camera.id]) : undefined), [camera?.id]);
   if (!camera) return null;
-  return html`<div class="start desk seeing" data-testid="seeing-page">
+  return html`<div class="page seeing" data-testid="seeing-page">
     <h1>What ${camera.name} sees</h1>
     <div class="line wrap">
       <div class="switch" role="group" aria-label="Show">

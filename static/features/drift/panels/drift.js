@@ -90,17 +90,3 @@ function RegisteredVersion() {
     </div>
   </div>`;
 }
-
-/** On the card of a camera among others. @param {{ id: string }} props */
-export function DriftWords({ id }) {
-  const now = statuses.value[id],
-    it = now?.state === "live" ? now.drift : null;
-  if (!it) return null;
-  return it.alarm
-    ? html`<div class="warning-line" role="alert" data-testid=${`drift-${id}`} data-state=${it.state}>
-      <b>${it.sentence}</b> <a href=${addressOf("live", { camera: id })}>See what to do</a>
-    </div>`
-    : html`<small data-testid=${`drift-${id}`} data-state=${it.state}>
-      ${it.sentence}
-    </small>`;
-}

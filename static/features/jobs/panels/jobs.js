@@ -21,8 +21,8 @@ const LEVEL = { queued: "", running: "", done: "good", failed: "poor", cancelled
 export function JobsPage() {
   const all = jobs.value,
     ended = all?.filter(isOver) ?? [];
-  return html`<div class="start desk" data-testid="jobs-page">
-    <h1>Long work</h1>
+  return html`<div class="page" data-testid="jobs-page">
+    <h1>Jobs</h1>
     <p class="dim">
       What takes longer than a moment is done by the server in the background. It goes on when this page is
       closed, and over a restart of the server.
@@ -146,13 +146,13 @@ async function toLens(id) {
   await showLens(id).catch(notifyError);
 }
 
-/** In the header while something runs. */
+/** In the status bar while something runs. */
 export function JobsIndicator() {
   const now = running.value;
   if (!now.length) return null;
   const share = now.reduce((sum, job) => sum + job.progress, 0) / now.length;
   return html`<a
-    class="pill at-work"
+    class="at-work"
     href=${addressOf("jobs")}
     data-testid="at-work"
     title=${now.map((job) => `${KINDS[job.kind] ?? job.kind}: ${number(100 * job.progress, 0)} %`).join("\n")}
@@ -162,20 +162,3 @@ export function JobsIndicator() {
     ${now.length}
   </a>`;
 }
-
-/** On the right: how it is kept. */
-export const JobsHelp = () => html`<section aria-label="About long work">
-  <h2>How it goes on</h2>
-  <ul class="plain">
-    <li>
-      <b>Cancel</b> ends it at once. What it makes is kept whole or not at all.
-    </li>
-    <li>
-      <b>A restart</b> of the server begins it again from its beginning, three times at most.
-    </li>
-    <li>
-      <b>A page</b> that is reloaded finds its own work again.
-    </li>
-    <li>The newest hundred that have ended stand here.</li>
-  </ul>
-</section>`;

@@ -1,28 +1,8 @@
-// The list of pictures that a lens is found or judged by, the ways to add one, and the tabs between the two kinds.
+// The list of pictures that a lens is found or judged by, the ways to add one.
 import { ACTIONS, run } from "../../../core/actions.js";
 import { plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { route } from "../../../core/route.js";
 import { cameras } from "../../../core/state.js";
-
-/** Each with its action. @type {[import("../../../core/route.js").View, string, string][]} */
-const KINDS = [
-  ["board", "board", "A board"],
-  ["edges", "straight", "Straight edges"],
-];
-
-export const LensTabs = () => html`<div class="tabs desks" role="tablist" aria-label="Know the lens by">
-  ${KINDS.map(([view, id, label]) => html`<button
-    key=${id}
-    type="button"
-    role="tab"
-    data-testid=${`desk-${id}`}
-    aria-selected=${String(route.value.view === view)}
-    onClick=${() => run(id)}
-  >
-    ${label}
-  </button>`)}
-</div>`;
 
 /**
  * The list of pictures, and the ways to add one.

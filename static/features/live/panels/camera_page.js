@@ -2,15 +2,12 @@
 import { useEffect } from "preact/hooks";
 import { number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { go } from "../../../core/route.js";
-import { fields } from "../../../core/state.js";
+import { fields, namedCamera } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
 import { backgroundProgress } from "../../calibrate/pictures.js";
-import { CheckReport, CheckWorking, CheckedPicture } from "../../check/panels/check.js";
 import { BlinkLegend, GridLegend } from "../../compare/panels/legends.js";
-import { DriftPanel } from "../../drift/panels/drift.js";
 import {
   cameraView,
   closeForm,
@@ -52,7 +49,7 @@ export function CameraPage() {
   useEffect(() => (it ? followCameras([it.id]) : undefined), [it?.id]);
   if (!it) return null;
   const can = status.value?.calibration_applied ?? false;
-  return html`<div class="start desk" data-testid="live-desk">
+  return html`<div class="page" data-testid="live-desk">
     <h1>${it.name}</h1>
     <div class="line wrap">
       <div class="switch" role="group" aria-label="Show">
@@ -101,33 +98,25 @@ export function CameraPage() {
         width=${WIDTH}
         lines=${lines}
       />`}
-    ${backgroundProgress.value && html`<div class="working" data-testid="watching">
-      <div class="line">
-        <progress max="1" value=${backgroundProgress.value.share} aria-label="Watching"></progress>
-        <${ActionButton} id="stop-watching" />
-      </div>
-      <p class="reason">Watching for eight seconds, so that whoever walks by leaves the picture.</p>
-    </div>`}
+    <${Watching} />
     <div class="line wrap">
       <${ActionButton} id="take-live" />
       <${ActionButton} id="take-still" />
-      <${ActionButton} id="check-calibration" />
       <${ActionButton} id="watch-board" />
       <${ActionButton} id="watch-rolls" />
-      <${ActionButton} id="seeing" />
-      ${it.editable && html`
-        <button type="button" data-testid="edit-camera" onClick=${() => go("camera-form", { camera: it.id })}>
-          Change…
-        </button>
-        <button type="button" data-testid="remove-camera" onClick=${() => void removeCamera(it)}>
-          Remove
-        </button>
-      `}
     </div>
-    <${CheckWorking} />
-    <${CheckedPicture} />
   </div>`;
 }
+
+/** How far the watching of many frames is. */
+export const Watching = () =>
+  backgroundProgress.value && html`<div class="working" data-testid="watching">
+    <div class="line">
+      <progress max="1" value=${backgroundProgress.value.share} aria-label="Watching"></progress>
+      <${ActionButton} id="stop-watching" />
+    </div>
+    <p class="reason">Watching for eight seconds, so that whoever walks by leaves the picture.</p>
+  </div>`;
 
 /** The left side: how the camera is. */
 export function CameraPanel() {
@@ -181,7 +170,6 @@ export function CameraPanel() {
         </div>`}
       </div>`}
     </section>
-    ${openedCamera.value && html`<${DriftPanel} id=${openedCamera.value.id} />`}
     <${Look} />
   `;
 }
@@ -224,15 +212,11 @@ function Look() {
 export function CameraReport() {
   const at = controls.value;
   if (!at?.items.length)
-    return html`
-      <${CheckReport} />
-      <section>
-        <${Title} of="controls">Settings<//>
-        <p class="reason">This source has nothing that can be set while it runs.</p>
-      </section>
-    `;
+    return html`<section>
+      <${Title} of="controls">Settings<//>
+      <p class="reason">This source has nothing that can be set while it runs.</p>
+    </section>`;
   return html`
-    <${CheckReport} />
     <section aria-label="Camera settings">
       <${Title} of="controls">Settings<//>
       ${at.items.map((c) => html`<${Setting} key=${c.name} control=${c} />`)}
@@ -300,13 +284,19 @@ function Setting({ control: { name, label, kind, value, unit, range, choices, au
 }
 
 export function CameraForm() {
-  const it = form.value;
+  const it = form.value,
+    camera = namedCamera.value;
+  if (camera && !camera.editable)
+    return html`<div class="page">
+      <h1>${camera.name}</h1>
+      <p class="dim">This camera is listed in the settings file, so it is changed there: ${camera.source}</p>
+    </div>`;
   if (!it) return null;
   const { values, etag } = it,
     at = fields.value.find((f) => f.name === values.field);
   const text = (/** @type {any} */ e) => e.target.value;
   return html`<form
-    class="start desk"
+    class="page"
     data-testid="camera-form"
     onSubmit=${(/** @type {Event} */ e) => e.preventDefault()}
   >
@@ -388,6 +378,9 @@ export function CameraForm() {
       <button type="button" data-testid="close-form" onClick=${closeForm}>
         Cancel
       </button>
+      ${camera && html`<button type="button" data-testid="remove-camera" onClick=${() => void removeCamera(camera)}>
+        Remove this camera
+      </button>`}
     </div>
   </form>`;
 }

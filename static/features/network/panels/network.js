@@ -1,6 +1,5 @@
 // The network: whether geometry is published, over which interface, the loss of each camera, and other senders.
 import { signal } from "@preact/signals";
-import { useEffect } from "preact/hooks";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras } from "../../../core/state.js";
@@ -9,12 +8,10 @@ import { Typed } from "../../../ui/typed.js";
 import {
   changing,
   contradictions,
-  followNetwork,
   publishing,
   receivedGeometry,
   saveReceived,
   setPublishing,
-  unfolded,
 } from "../network.js";
 
 /** @typedef {import("../types").Publishing} Publishing @typedef {import("../types").PublishedCamera} PublishedCamera */
@@ -33,27 +30,20 @@ const STATES = {
 /** For which of our cameras a heard one is to be kept, by sender and number. */
 const targets = signal(/** @type {Record<string, string>} */ ({}));
 
-export function Network() {
-  useEffect(followNetwork, []);
+export function PublishingPage() {
   const it = publishing.value;
   if (!it) return null;
-  return html`<section aria-label="Network">
-    <${Title} of="network">Network<//>
-    <details
-      class="network"
-      data-testid="network"
-      open=${unfolded.value}
-      onToggle=${(/** @type {any} */ e) => {
-        unfolded.value = e.target.open;
-      }}
-    >
-      <summary data-testid="network-state" data-state=${it.state}>
+  return html`<div class="page" data-testid="publishing-page">
+    <h1>Publishing</h1>
+    <section class="network" data-testid="network" aria-label="Network">
+      <${Title} of="network">SSL-Vision network<//>
+      <p data-testid="network-state" data-state=${it.state}>
         <b>${STATES[it.state]}</b> <small>${summary(it)}</small>
         ${contradictions.value.length > 0 && html`
           ${" "}
           <em class="approximate">two publishers</em>
         `}
-      </summary>
+      </p>
       ${contradictions.value.map(({ sender, camera }) => html`<div
         key=${`${sender.id}-${camera.camera_id}`}
         class="warning-line"
@@ -92,8 +82,8 @@ export function Network() {
       <${Way} it=${it} />
       <${Sent} it=${it} />
       <${Others} it=${it} />
-    </details>
-  </section>`;
+    </section>
+  </div>`;
 }
 
 /** @param {Publishing} it */

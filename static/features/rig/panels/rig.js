@@ -3,7 +3,7 @@
 import { run } from "../../../core/actions.js";
 import { dayAndTime, mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { addressOf, go, route } from "../../../core/route.js";
+import { addressOf, route } from "../../../core/route.js";
 import { cameras, fields } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Working } from "../../../ui/working.js";
@@ -21,7 +21,6 @@ import {
   refusal,
   removeRig,
   rig,
-  rigs,
   search,
   setDraft,
   setRegion,
@@ -45,24 +44,6 @@ const BY = {
   matches: "by matches",
   clicks: "by the calibrations' clicks",
 };
-
-/** On the start page. */
-export const Rigs = () => html`<section aria-label="Rigs">
-  <h2>Cameras that share a field</h2>
-  <div class="line" data-testid="rigs">
-    ${rigs.value.map((r) => html`<button
-      key=${r.name}
-      type="button"
-      data-testid=${`rig-${r.name}`}
-      onClick=${() => go("rig", { rig: r.name })}
-    >
-      ${r.title || r.name}
-    </button>`)}
-    <button type="button" data-testid="new-rig" onClick=${() => go("new-rig")}>
-      Make a rig…
-    </button>
-  </div>
-</section>`;
 
 export function RigForm() {
   const it = rig.value,
@@ -125,10 +106,10 @@ export function RigPage() {
   const it = rig.value,
     now = stitched.value;
   if (!it)
-    return html`<div class="start">
+    return html`<div class="page">
       <p class="dim">There is no rig called ${route.value.rig}.</p>
     </div>`;
-  return html`<div class="start rig" data-testid="rig-page">
+  return html`<div class="page rig" data-testid="rig-page">
     <h1>${it.title || it.name}</h1>
     <div class="line">
       <button
@@ -382,7 +363,7 @@ function OnePair({ p }) {
 export function NewRig() {
   const { name, title, field, cameras: chosen } = draft.value,
     regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
-  return html`<div class="start rig" data-testid="new-rig-page">
+  return html`<div class="page rig" data-testid="new-rig-page">
     <h1>Make a rig</h1>
     <label class="pair tall">
       <span>Short name</span>

@@ -50,7 +50,7 @@ export function RollsPage() {
   if (!camera) return null;
   const now = movingTracks.value,
     list = rolls.value;
-  return html`<div class="start desk" data-testid="rolls-page">
+  return html`<div class="page" data-testid="rolls-page">
     <h1>A ball before ${camera.name}</h1>
     <p class="dim">
       What rolls freely goes straight over the carpet; how far its track bows in the picture is distortion.

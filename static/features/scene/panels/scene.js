@@ -227,7 +227,7 @@ function Scale() {
 export function ScenePage() {
   const now = what.value;
   if (!now)
-    return html`<div class="start" data-testid="scene-page">
+    return html`<div class="page" data-testid="scene-page">
       <h1>The scene in 3-D</h1>
       ${firstScene.value
         ? html`<p>

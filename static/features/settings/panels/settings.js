@@ -4,7 +4,7 @@ import { address } from "../../../core/api.js";
 import { ago, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { MAX_NAME_LENGTH } from "../../../core/operator.js";
-import { addressOf, backAddress, route } from "../../../core/route.js";
+import { addressOf } from "../../../core/route.js";
 import { Typed } from "../../../ui/typed.js";
 import {
   chooseName,
@@ -21,7 +21,7 @@ const MB = 1e6;
 /** Where what can be changed while the server runs is changed. @type {Record<string, [string, string]>} */
 const CHANGE = {
   cameras: [addressOf("wall"), "Add or change cameras"],
-  network: [addressOf("wall"), "Change it under Network on the start page"],
+  network: [addressOf("publishing"), "Change it under Publishing"],
 };
 
 export function SettingsPage() {
@@ -29,8 +29,8 @@ export function SettingsPage() {
     void fetchSettings();
   }, []);
   const it = serverSettings.value;
-  return html`<div class="start desk" data-testid="settings-page">
-    <h1>Settings</h1>
+  return html`<div class="page" data-testid="settings-page">
+    <h1>Server</h1>
     <${Health} />
     <${Preferences} />
     ${it && html`
@@ -217,47 +217,3 @@ const plain = (value) =>
             ? "on"
             : "off"
           : String(value);
-
-/** On the left of every page: the other ones. */
-export function PageMenu() {
-  /** @type {[import("../../../core/route.js").View, string, string][]} */
-  const pages = [
-    ["versions", "versions", "Saved versions"],
-    ["jobs", "jobs", "Long work"],
-    ["server", "settings", "Settings"],
-  ];
-  return html`<nav aria-label="Pages">
-    <ul class="plain page-menu">
-      <li>
-        <a href=${backAddress.value} data-testid="page-back">
-          ${backAddress.value === addressOf("wall") ? "Back to the cameras" : "Back to the picture"}
-        </a>
-      </li>
-      ${pages.map(([view, name, label]) => html`<li key=${view}>
-        <a
-          href=${addressOf(view)}
-          data-testid=${`page-${name}`}
-          aria-current=${route.value.view === view ? "page" : undefined}
-        >
-          ${label}
-        </a>
-      </li>`)}
-    </ul>
-  </nav>`;
-}
-
-export const SettingsHelp = () => html`<section aria-label="About settings">
-  <h2>What can be changed here</h2>
-  <ul class="plain">
-    <li>
-      <b>Cameras</b> are added, changed and removed on the start page.
-    </li>
-    <li>
-      <b>What is sent to the network</b> is changed at run time as well.
-    </li>
-    <li>
-      <b>Everything else</b> stands in the settings file, for it decides who may come in and what the machine
-      gives.
-    </li>
-  </ul>
-</section>`;

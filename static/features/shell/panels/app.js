@@ -1,14 +1,14 @@
-// The whole page: header, the step at the left, the stage in the middle, results at the right, footer.
+// The whole page: the rail, the top bar, what to do at the left, the view in the middle, results at the right, status.
 import { computed, signal } from "@preact/signals";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { filePicker } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
-import { route } from "../../../core/route.js";
-import { camera, help, opening, step } from "../../../core/state.js";
+import { addressOf, route } from "../../../core/route.js";
+import { camera, help, namedCamera, opening, step } from "../../../core/state.js";
 import { DockedLoupe } from "../../../canvas/layers/loupe.js";
 import { Stage } from "../../../canvas/stage.js";
 import { BordersPanel } from "../../calibrate/panels/borders.js";
-import { FieldPanel, FieldSummary, PictureAdvice, PictureHelp } from "../../calibrate/panels/picture.js";
+import { FieldPanel, FieldSummary, PictureHelp } from "../../calibrate/panels/picture.js";
 import { Presence } from "../../calibrate/panels/presence.js";
 import { Figures } from "../../calibrate/panels/verdict.js";
 import { openFile } from "../../calibrate/pictures.js";
@@ -17,41 +17,44 @@ import { BlinkLegend, GridLegend } from "../../compare/panels/legends.js";
 import { ArrowLegend } from "../../compare/panels/residual_arrows.js";
 import { Help } from "../../help/panels/help.js";
 import { Tour } from "../../help/panels/tour.js";
+import { tour } from "../../help/tour.js";
 import { current } from "../steps.js";
 import { ComparePanel, VersionsPanel } from "../../versions/panels/versions.js";
 import { version } from "../../versions/versions.js";
 import { Checklist } from "../../verify/panels/checklist.js";
-import { Footer } from "./footer.js";
-import { Header } from "./header.js";
+import { PairPage } from "../../pair/panels/pair_page.js";
+import { problems } from "../problems.js";
+import { viewNextStep } from "../next_steps.js";
 import { Notices } from "./notices.js";
-import { place } from "./places.js";
-import { Start } from "./start.js";
+import { Rail } from "./rail.js";
+import { StatusBar } from "./status_bar.js";
+import { Tabs } from "./tabs.js";
+import { TopBar } from "./top_bar.js";
+import { shown } from "./views.js";
 
 const PICTURES = "image/png,image/jpeg,image/bmp,image/webp";
 const dropping = signal(false);
 /** What the browser's tab is called. */
 export const title = computed(() => {
-  const name = camera.value ? `, ${camera.value.name}` : "";
-  return `${place.value ? place.value.label : current.value.label}${name} – Touchline`;
+  const name = (camera.value ?? namedCamera.value)?.name;
+  const worst = problems.value.find((it) => it.level === "bad");
+  if (worst) return `▲ ${worst.text.replace(/\.$/, "")} – Touchline`;
+  return `${name ? `${name}, ` : ""}${(shown.value ?? current.value).label} – Touchline`;
 });
 
 export function App() {
   return html`
-    <${Header} />
-    <aside class="left" aria-label="This step">
-      <${Guide} />
-      <${Tour} />
-      <${Left} />
-    </aside>
+    <a class="skip" href=${addressOf("wall")} onClick=${toStage}>Skip to the main part</a>
+    <${Rail} />
+    <${TopBar} />
+    <${Left} />
     <main class="middle">
-      <${Stage} Empty=${Middle} Legends=${Legends} />
+      <${Tabs} />
+      <${Middle} />
       <${Notices} />
     </main>
-    <aside class="right" aria-label="Results">
-      <${DockedLoupe} />
-      ${help.value ? html`<${Help} />` : html`<${Right} />`}
-    </aside>
-    <${Footer} />
+    <${Right} />
+    <${StatusBar} />
     <${FileInput} />
     ${dropping.value && html`<div class="drop-hint" aria-hidden="true">
       Drop the picture to open it
@@ -59,11 +62,24 @@ export function App() {
   `;
 }
 
-/** What stands in the middle while no picture does. */
-const Middle = () => {
-  const Main = place.value?.Main ?? Start;
-  return html`<${Main} />`;
-};
+/** Past the rail, the bars and the panel, by keyboard. @param {MouseEvent} e */
+function toStage(e) {
+  e.preventDefault(); // the address bar is the route's
+  /** @type {HTMLElement | null} */ (document.querySelector(".stage"))?.focus();
+}
+
+/** The stage while calibrating, else the page of the view. */
+function Middle() {
+  if (opening.value)
+    return html`<section class="stage empty" aria-busy="true" tabindex="-1">
+      <p class="dim page">Opening…</p>
+    </section>`;
+  const Main = shown.value?.Main;
+  if (!Main) return html`<${Stage} Legends=${Legends} />`;
+  return html`<section class=${`stage ${Main === PairPage ? "paired" : "empty"}`} tabindex="-1" data-testid="stage">
+    <${Main} />
+  </section>`;
+}
 
 /** The words beside what is drawn on the picture. */
 const Legends = () => html`
@@ -73,11 +89,24 @@ const Legends = () => html`
   <${HeatLegend} />
 `;
 
+/** What to do here, in one sentence, and the form for it; nothing where the view is a list. */
+function Left() {
+  const it = shown.value,
+    isStep = it === null && !opening.value;
+  if (!isStep && !it?.Form && !tour.value.on) return null;
+  return html`<aside class="left" aria-label="This step">
+    ${(isStep || it?.Form) && html`<${Guide} />`}
+    <${Tour} />
+    ${it?.Form && html`<${it.Form} />`}
+    ${isStep && html`<${Step} />`}
+  </aside>`;
+}
+
 /** What is missing in this step, in one sentence. */
 function Guide() {
-  if (opening.value) return null;
-  const at = place.value,
-    { label, done, sentence } = at ? { ...at.nextStep, label: at.label } : current.value;
+  const it = shown.value,
+    { label } = it ?? current.value,
+    { done, sentence } = (it ? viewNextStep.value : current.value) ?? { done: false, sentence: "" };
   return html`<section class=${`guide${done ? " done" : ""}`} aria-live="polite">
     ${(route.value.view === "pair" || step.value) && html`<h1 class="sr">${label} – Touchline</h1>`}
     <h2>${label}</h2>
@@ -86,20 +115,8 @@ function Guide() {
   </section>`;
 }
 
-function Left() {
-  if (opening.value) return null;
-  if (place.value) return html`<${place.value.Form} />`;
+function Step() {
   switch (step.value) {
-    case "":
-      return html`<section>
-        <h2>How it goes</h2>
-        <ol class="plain">
-          <li>Choose a camera, or open an image.</li>
-          <li>Check the field type and the area the camera covers.</li>
-          <li>Check the detected lines. Add or move points where they are wrong.</li>
-          <li>Verify the result, and activate it.</li>
-        </ol>
-      </section>`;
     case "field":
       return html`<${FieldPanel} />`;
     case "points":
@@ -116,12 +133,18 @@ function Left() {
   }
 }
 
+/** What came of it; or the manual. */
 function Right() {
-  if (opening.value) return null;
-  if (place.value) return html`<${place.value.Report} />`;
+  const it = shown.value;
+  if (!help.value && (opening.value || (it && !it.Report))) return null;
+  return html`<aside class="right" aria-label="Results">
+    ${!it && html`<${DockedLoupe} />`}
+    ${help.value ? html`<${Help} />` : it ? html`<${it.Report} />` : html`<${StepResults} />`}
+  </aside>`;
+}
+
+function StepResults() {
   switch (step.value) {
-    case "":
-      return html`<${PictureAdvice} />`;
     case "field":
       return html`<${PictureHelp} />`;
     case "points":
@@ -131,9 +154,11 @@ function Right() {
   }
 }
 
+const openFirst = (/** @type {FileList} */ files) => openFile(files[0]);
+
 /** Files for what the page is at. @param {FileList | null | undefined} files */
 function take(files) {
-  if (files?.length) void (place.value ? place.value.add?.(files) : openFile(files[0]));
+  if (files?.length) void (shown.value?.add ?? openFirst)(files);
 }
 
 /** The one file input; also drops and pastes anywhere on the page. */
@@ -172,7 +197,7 @@ function FileInput() {
     tabindex="-1"
     aria-hidden="true"
     accept=${PICTURES}
-    multiple=${place.value !== null}
+    multiple=${Boolean(shown.value?.add)}
     onChange=${() => {
       const it = input.current;
       take(it?.files);

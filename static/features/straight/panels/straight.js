@@ -5,7 +5,7 @@ import { number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { Title } from "../../../ui/title.js";
 import { Working } from "../../../ui/working.js";
-import { LensTabs, Pictures } from "../../lens_pictures/panels/picture_list.js";
+import { Pictures } from "../../lens_pictures/panels/picture_list.js";
 import {
   chooseKind,
   edges,
@@ -81,8 +81,7 @@ export const StraightForm = () => html`
 
 export function StraightPage() {
   const now = search.value;
-  return html`<div class="start desk" data-testid="straight-desk">
-    <${LensTabs} />
+  return html`<div class="page" data-testid="straight-desk">
     <h1>Check a lens by straight edges</h1>
     <p class="dim">
       What is straight in the world should be straight in the picture. No field and no board is needed; in

@@ -7,7 +7,7 @@ import { ACCEPTED, importFile, importMessage, importOptions, imported } from "..
 
 /** @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 
-export function Import() {
+export function ImportPage() {
   const { camera, field, region, image_size } = importOptions.value,
     regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
   /** @param {Partial<typeof importOptions.value>} more */
@@ -19,8 +19,8 @@ export function Import() {
     if (file) void importFile(file);
     e.target.value = "";
   };
-  return html`<section aria-label="Import a calibration">
-    <h2>Or bring a calibration you have</h2>
+  return html`<div class="page" data-testid="import-page">
+    <h1>Import a calibration</h1>
     <label class="drop choose-file">
       <b>${busy.value || "Import a calibration…"}</b>
       <small>
@@ -93,7 +93,7 @@ export function Import() {
       </div>
     </details>
     <${Became} />
-  </section>`;
+  </div>`;
 }
 
 /** What became of the last file: where it is now, or why not and what to do. */

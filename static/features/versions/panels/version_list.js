@@ -3,7 +3,7 @@ import { useEffect } from "preact/hooks";
 import { address } from "../../../core/api.js";
 import { dayAndTime, mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { addressOf } from "../../../core/route.js";
+import { addressOf, route } from "../../../core/route.js";
 import { cameras, models } from "../../../core/state.js";
 import { Typed } from "../../../ui/typed.js";
 import { activateCalibration } from "../activate.js";
@@ -30,9 +30,9 @@ export function VersionListPage() {
   useEffect(() => {
     void loadVersionList(camera);
   }, [camera]);
-  return html`<div class="start desk wide" data-testid="versions-page">
+  return html`<div class="page wide" data-testid="versions-page">
     <h1>Saved versions</h1>
-    <nav class="tabs desks" aria-label="Of which camera">
+    ${route.value.place === "library" && html`<nav class="tabs desks" aria-label="Of which camera">
       ${[...cameras.value, { id: "", name: "Pictures from files" }].map(({ id, name }) => html`<a
         key=${id}
         class="tab"
@@ -42,7 +42,7 @@ export function VersionListPage() {
       >
         ${name}
       </a>`)}
-    </nav>
+    </nav>`}
     ${!it
       ? html`<p class="dim">Asking the server…</p>`
       : html`

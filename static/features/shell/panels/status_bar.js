@@ -1,9 +1,11 @@
-// Bottom of the page: which version stands, the keys that matter now, and dark or light.
-import { clock } from "../../../core/format.js";
+// Bottom of the page: what needs attention, which version stands, jobs, the keys that matter now, and dark or light.
+import { clock, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { route } from "../../../core/route.js";
 import { snapshot, step } from "../../../core/state.js";
 import { THEMES, chooseTheme, theme } from "../../../core/theme.js";
+import { JobsIndicator } from "../../jobs/panels/jobs.js";
+import { problems } from "../problems.js";
 import { isSaved, version } from "../../versions/versions.js";
 
 /** @type {Record<string, [string, string][]>} */
@@ -49,9 +51,23 @@ const KEYS = {
   ],
 };
 
-export function Footer() {
+/** The worst problem, with the way to what mends it; or that there is none. */
+function Health() {
+  const all = problems.value,
+    [worst] = all,
+    more = all.length - 1;
+  if (!worst) return html`<span data-testid="status" data-level="ok"><i aria-hidden="true">✓</i> No problems</span>`;
+  return html`<span class="status" data-testid="status" data-level=${worst.level} role="status">
+    <i aria-hidden="true">▲</i> <b>${worst.text}</b>${" "}
+    ${worst.href && html`<a href=${worst.href}>Fix</a>`}
+    ${more > 0 && html`<small>${` and ${plural(more, "other")}`}</small>`}
+  </span>`;
+}
+
+export function StatusBar() {
   const it = version.value;
   return html`<footer>
+    <${Health} />
     <span class="standing" data-testid="version">
       ${it
         ? html`
@@ -62,10 +78,9 @@ export function Footer() {
         ? (
         "No calibration saved from this picture yet"
       )
-        : (
-        "Touchline works without the internet"
-      )}
+        : null}
     </span>
+    <${JobsIndicator} />
     <span class="hints">
       ${KEYS[route.value.view === "pair" ? "pair" : step.value].map(([key, what]) => html`<span key=${key}>
         <kbd>${key}</kbd> ${what}

@@ -1,0 +1,32 @@
+// The tab Drift of a camera: whether it has moved, the check of its calibration, and the update of its pose.
+import { useEffect } from "preact/hooks";
+import { html } from "../../../core/html.js";
+import { addressOf } from "../../../core/route.js";
+import { ActionButton } from "../../../ui/action_button.js";
+import { CheckWorking, CheckedPicture } from "../../check/panels/check.js";
+import { openedCamera, status } from "../../live/camera_page.js";
+import { followCameras } from "../../live/camera_status.js";
+import { DriftPanel } from "./drift.js";
+
+export function DriftPage() {
+  const it = openedCamera.value;
+  useEffect(() => (it ? followCameras([it.id]) : undefined), [it?.id]);
+  if (!it) return null;
+  return html`<div class="page" data-testid="drift-page">
+    <h1>Drift of ${it.name}</h1>
+    ${it.active_calibration || status.value?.active_calibration
+      ? html`
+        <${DriftPanel} id=${it.id} />
+        <div class="line wrap">
+          <${ActionButton} id="check-calibration" />
+          ${!status.value?.drift?.alarm && html`<${ActionButton} id="reregister" />`}
+        </div>
+        <${CheckWorking} />
+        <${CheckedPicture} />
+      `
+      : html`<p class="dim">
+        This camera has no active version yet.${" "}
+        <a href=${addressOf("camera-images", { camera: it.id })}>Calibrate it</a>; from then on it is watched.
+      </p>`}
+  </div>`;
+}

@@ -1,0 +1,43 @@
+// The bell: how many problems there are, and the list of them, each with the way to what mends it.
+import { html } from "../../../core/html.js";
+import { problems } from "../problems.js";
+
+export function Bell() {
+  const all = problems.value,
+    bad = all.filter((p) => p.level === "bad").length;
+  return html`
+    <button
+      type="button"
+      class="round bell"
+      data-testid="bell"
+      data-level=${bad ? "bad" : all.length ? "warn" : "ok"}
+      popovertarget="problems"
+      aria-label=${all.length ? `Problems: ${all.length}` : "No problems"}
+      title="Problems"
+    >
+      <svg width="18" height="18" viewBox="0 0 24 24" aria-hidden="true">
+        <path
+          fill="none"
+          stroke="currentColor"
+          stroke-width="1.8"
+          stroke-linejoin="round"
+          d="M5 17h14l-2-3v-4a5 5 0 0 0-10 0v4zM10 20a2 2 0 0 0 4 0"
+        />
+      </svg>
+      ${all.length > 0 && html`<span aria-hidden="true">${all.length}</span>`}
+    </button>
+    <div id="problems" popover="auto" class="problems" data-testid="problems">
+      <h2>${all.length ? "Problems" : "No problems"}</h2>
+      <ul>
+        ${all.map(({ id, level, text, fix, href }) => html`<li key=${id} data-level=${level} data-testid="problem">
+          <p>
+            <b>${text}</b> ${fix}
+          </p>
+          ${href && html`<a href=${href} onClick=${close}>Show it</a>`}
+        </li>`)}
+      </ul>
+    </div>
+  `;
+}
+
+const close = () => document.getElementById("problems")?.hidePopover();

@@ -1,0 +1,15 @@
+// The tabs of a place, or of a camera.
+import { html } from "../../../core/html.js";
+import { tabs } from "../places.js";
+
+export const Tabs = () =>
+  tabs.value.length > 0 && html`<nav class="page-tabs" aria-label="Tabs">
+    ${tabs.value.map(({ view, label, href, isShown }) => html`<a
+      key=${view}
+      href=${href}
+      data-testid=${`tab-${view}`}
+      aria-current=${isShown ? "page" : undefined}
+    >
+      ${label}
+    </a>`)}
+  </nav>`;

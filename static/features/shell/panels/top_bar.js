@@ -1,0 +1,90 @@
+// Top of the page: where it is, the steps of calibrating, whether all is saved, and the one bright button.
+import { run } from "../../../core/actions.js";
+import { html } from "../../../core/html.js";
+import { addressOf, route } from "../../../core/route.js";
+import { busy, camera, namedCamera, opening, snapshot, step } from "../../../core/state.js";
+import { ActionButton } from "../../../ui/action_button.js";
+import { saving } from "../../versions/versions.js";
+import { PLACES } from "../places.js";
+import { nextAction, steps } from "../steps.js";
+import { Bell } from "./bell.js";
+import { Saved } from "./saved.js";
+
+export function TopBar() {
+  return html`<header>
+    <${Where} />
+    ${route.value.view === "calibrate" && html`<${Steps} />`}
+    <div class="acts">
+      <${Saved} />
+      <${Bell} />
+      ${saving.value && html`<${ActionButton} id="stop-saving" />`}
+      <${Next} />
+    </div>
+  </header>`;
+}
+
+/** The camera or the image that the page is at, else the place. */
+function Where() {
+  const { view, place } = route.value,
+    picture = snapshot.value,
+    it = view === "calibrate" ? camera.value : place === "cameras" ? namedCamera.value : null;
+  const isInside = view === "calibrate" || it !== null || view === "new-camera";
+  const name = it?.name ?? (view === "calibrate" ? "Image from a file" : PLACES.find((p) => p.place === place)?.label);
+  return html`<div class="where">
+    ${isInside && html`<a
+      class="round as-button"
+      href=${addressOf("wall")}
+      data-testid="step-camera"
+      aria-label="Back to the cameras"
+      title="Back to the cameras"
+    >
+      ‹
+    </a>`}
+    <b>${name ?? "Touchline"}</b>
+    ${picture && html`<small>${picture.width} × ${picture.height} px</small>`}
+  </div>`;
+}
+
+const Steps = () => html`<nav class="steps" aria-label="Steps">
+  <ol>
+    ${steps.value.map(({ id, label, done, open, sentence }) => html`<li key=${id}>
+      <button
+        type="button"
+        data-testid=${`step-${id}`}
+        class=${id === step.value ? "now" : done ? "done" : "todo"}
+        disabled=${!open}
+        aria-current=${id === step.value ? "step" : undefined}
+        title=${sentence}
+        onClick=${() => run(`step-${id}`)}
+      >
+        <span aria-hidden="true" class="mark">
+          ${id === step.value ? "●" : done ? "✓" : "○"}
+        </span>
+        ${label}
+        <span class="sr">
+          ${done ? ", done. " : ". "}
+          ${sentence}
+        </span>
+      </button>
+    </li>`)}
+  </ol>
+</nav>`;
+
+function Next() {
+  const { action, label, missing } = nextAction.value;
+  if (!action) return null;
+  const doing = busy.value || (opening.value ? "Opening…" : ""),
+    waits = doing !== "" || missing !== "";
+  return html`<button
+    type="button"
+    class="go"
+    data-testid="next"
+    aria-disabled=${waits}
+    title=${missing || label}
+    onClick=${() => {
+      if (!waits) run(action);
+    }}
+  >
+    ${doing || label}
+  </button>`;
+}

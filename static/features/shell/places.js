@@ -1,0 +1,83 @@
+// The five places of the rail, and the tabs within each.
+import { computed } from "@preact/signals";
+import { addressOf, route } from "../../core/route.js";
+import { cameras, namedCamera } from "../../core/state.js";
+
+/**
+ * @typedef {import("../../core/route.js").View} View
+ * @typedef {import("../../core/route.js").Place} Place
+ */
+
+/** icon: a path on 24 × 24. @type {{ place: Place, view: View, label: string, icon: string }[]} */
+export const PLACES = [
+  { place: "cameras", view: "wall", label: "Cameras", icon: "M4 7h10v10H4zM14 11l6-3v8l-6-3" },
+  {
+    place: "field",
+    view: "field",
+    label: "Field",
+    icon: "M3 6h18v12H3zM12 6v12M9.5 12a2.5 2.5 0 0 0 5 0a2.5 2.5 0 0 0-5 0",
+  },
+  {
+    place: "lenses",
+    view: "lenses",
+    label: "Lenses",
+    icon: "M4 12a8 8 0 0 0 16 0a8 8 0 0 0-16 0M8.5 12a3.5 3.5 0 0 0 7 0a3.5 3.5 0 0 0-7 0",
+  },
+  { place: "library", view: "images", label: "Library", icon: "M4 7h16M4 12h16M4 17h10" },
+  {
+    place: "system",
+    view: "publishing",
+    label: "System",
+    icon: "M9 12a3 3 0 0 0 6 0a3 3 0 0 0-6 0M12 4v2M12 18v2M4 12h2M18 12h2M6.3 6.3l1.5 1.5M16.2 16.2l1.5 1.5" +
+      "M17.7 6.3l-1.5 1.5M7.8 16.2l-1.5 1.5",
+  },
+];
+
+/** Of a camera, and of each other place. @type {Record<string, [View, string][]>} */
+const TABS = {
+  camera: [
+    ["live", "Live"],
+    ["camera-images", "Calibrate"],
+    ["drift", "Drift"],
+    ["detection", "Detection"],
+    ["versions", "Versions"],
+    ["camera-form", "Settings"],
+  ],
+  field: [
+    ["field", "Overview"],
+    ["pair", "Pairs"],
+    ["scene", "3-D"],
+  ],
+  lenses: [
+    ["lenses", "Library"],
+    ["board", "Board"],
+    ["edges", "Straight edges"],
+    ["ball", "Rolling ball"],
+  ],
+  library: [
+    ["images", "Images"],
+    ["versions", "Versions"],
+    ["import", "Import"],
+  ],
+  system: [
+    ["publishing", "Publishing"],
+    ["jobs", "Jobs"],
+    ["server", "Server"],
+  ],
+};
+/** Views that stand behind the tab of another one. @type {Partial<Record<View | "nowhere", View>>} */
+const BEHIND = { rig: "field", "new-rig": "field", capture: "board" };
+
+/** The tabs beside the view that is shown, each with its address. */
+export const tabs = computed(() => {
+  const { view, place } = route.value,
+    camera = namedCamera.value?.id ?? "",
+    isCamera = place === "cameras" && camera !== "",
+    shown = BEHIND[view] ?? view;
+  return (TABS[isCamera ? "camera" : place] ?? []).flatMap(([id, label]) => {
+    const of = id === "ball" && !camera ? (cameras.value[0]?.id ?? "") : camera;
+    if (id === "ball" && !of) return []; // it rolls before a camera
+    const words = isCamera || id === "ball" ? { camera: of } : {};
+    return [{ view: id, label, href: addressOf(id, words), isShown: id === shown }];
+  });
+});

@@ -1,0 +1,166 @@
+// What needs attention, in one list: the bell, the status bar, the wall, the rail and the browser's tab all read it.
+import { computed } from "@preact/signals";
+import { online } from "../../core/api.js";
+import { plural } from "../../core/format.js";
+import { addressOf } from "../../core/route.js";
+import { cameras } from "../../core/state.js";
+import { isOver, jobs } from "../jobs/job_list.js";
+import { SERVER_GONE, STATES, statuses } from "../live/camera_status.js";
+import { contradictions, publishing } from "../network/network.js";
+import { rigs } from "../rig/rig.js";
+import { health } from "../settings/settings.js";
+
+/**
+ * @typedef {object} Problem
+ * @property {string} id
+ * @property {"bad" | "warn"} level
+ * @property {import("../../core/route.js").Place} place where it is mended, "" everywhere
+ * @property {string} camera whose it is, else ""
+ * @property {string} text
+ * @property {string} fix
+ * @property {string} href where it is mended, "" nowhere on this page
+ */
+
+const FAILED_MS = 3_600_000; // a job that failed longer ago is history
+const BROKEN = new Set(["offline", "stalled", "mismatch"]);
+
+/** @param {Pick<Problem, "id" | "text"> & Partial<Problem>} known @returns {Problem} */
+const problem = (known) => ({ level: "bad", place: "", camera: "", fix: "", href: "", ...known });
+
+/** @returns {Problem[]} */
+const ofCameras = () =>
+  cameras.value.flatMap(({ id, name }) => {
+    const it = statuses.value[id],
+      about = { place: /** @type {const} */ ("cameras"), camera: id };
+    if (!it || it.problem?.reason === SERVER_GONE) return []; // the server's own entry says so once
+    if (BROKEN.has(it.state))
+      return [
+        problem({
+          ...about,
+          id: `camera-${id}`,
+          text: `${name}: ${it.problem?.what ?? STATES[it.state]}`,
+          fix: it.problem?.fix ?? "",
+          href: addressOf("live", { camera: id }),
+        }),
+      ];
+    if (it.drift?.alarm)
+      return [
+        problem({
+          ...about,
+          id: `drift-${id}`,
+          text: `${name}: ${it.drift.sentence}`,
+          fix: it.drift.fix,
+          href: addressOf("drift", { camera: id }),
+        }),
+      ];
+    return it.words
+      .filter((word) => word.severity === "warning")
+      .map((word) =>
+        problem({
+          ...about,
+          id: `light-${id}-${word.text}`,
+          level: "warn",
+          text: `${name}: ${word.text}`,
+          fix: word.fix,
+          href: addressOf("live", { camera: id }),
+        }),
+      );
+  });
+
+/** @returns {Problem[]} */
+function ofPublishing() {
+  const it = publishing.value,
+    about = { place: /** @type {const} */ ("system"), href: addressOf("publishing") };
+  if (!it) return [];
+  const found = it.problem
+    ? [problem({ ...about, id: "publishing", text: it.problem.what, fix: it.problem.fix })]
+    : [];
+  for (const { sender, camera } of contradictions.value)
+    found.push(
+      problem({
+        ...about,
+        id: `contradiction-${sender.id}-${camera.camera_id}`,
+        text: `${sender.address} publishes another calibration for camera ${camera.camera_id}.`,
+        fix: "Switch one of the two publishers off.",
+      }),
+    );
+  for (const one of it.cameras) {
+    const sharing = it.cameras.filter((c) => c.field === one.field && c.camera_id === one.camera_id);
+    if (sharing.length > 1 && sharing[0] === one)
+      found.push(
+        problem({
+          ...about,
+          id: `number-${one.camera_id}`,
+          level: "warn",
+          text: `${sharing.map((c) => nameOf(c.camera)).join(" and ")} publish as the same camera, ${one.camera_id}.`,
+          fix: "Give each a number of its own: publish, numbers in the settings file, or PUT /publishing.",
+        }),
+      );
+  }
+  return found;
+}
+
+/** @param {string} id */
+const nameOf = (id) => cameras.value.find((c) => c.id === id)?.name ?? id;
+
+/** @returns {Problem[]} */
+const ofRigs = () =>
+  rigs.value.flatMap((rig) =>
+    rig.cameras.flatMap(({ camera, troubles }) =>
+      troubles.map(({ reason, text, fix }) =>
+        problem({
+          id: `rig-${rig.name}-${camera}-${reason}`,
+          level: "warn",
+          place: "field",
+          text,
+          fix,
+          href: addressOf("rig", { rig: rig.name }),
+        }),
+      ),
+    ),
+  );
+
+/** @returns {Problem[]} */
+const ofJobs = () => {
+  const failed = (jobs.value ?? []).filter(
+    (job) => isOver(job) && job.state === "failed" && Date.now() - Date.parse(job.ended_at ?? "") < FAILED_MS,
+  );
+  if (!failed.length) return [];
+  const text = `${plural(failed.length, "job")} failed in the last hour.`;
+  return [problem({ id: "jobs", level: "warn", place: "system", text, href: addressOf("jobs") })];
+};
+
+/** @returns {Problem[]} */
+const ofServer = () => [
+  ...(online.value
+    ? []
+    : [
+        problem({
+          id: "away",
+          text: "The server does not answer.",
+          fix: "Your clicks are kept in this browser, and are sent as soon as it is back.",
+        }),
+      ]),
+  ...(health.value?.warnings ?? []).map(({ reason, text, fix }) =>
+    problem({ id: reason, level: "warn", place: "system", text, fix, href: addressOf("server") }),
+  ),
+  ...(health.value?.damaged ?? []).map(({ kind, file, note }) =>
+    problem({
+      id: `damaged-${file}`,
+      place: "system",
+      text: `Something kept was damaged (${kind}) and is now in ${file}.`,
+      fix: note ?? "Restore it from a backup, or make it anew.",
+      href: addressOf("server"),
+    }),
+  ),
+];
+
+/** All of them, what stops a match first. */
+export const problems = computed(() =>
+  [...ofServer(), ...ofCameras(), ...ofPublishing(), ...ofRigs(), ...ofJobs()].toSorted(
+    (a, b) => Number(b.level === "bad") - Number(a.level === "bad"),
+  ),
+);
+
+/** The worst of a place or a camera. @param {(it: Problem) => boolean} isOf */
+export const worstOf = (isOf) => problems.value.find(isOf)?.level ?? null;
