@@ -1,4 +1,5 @@
 // Keyboard: one listener that looks the key up in the table of actions.
+import { signal } from "@preact/signals";
 import { ACTIONS, run } from "./actions.js";
 
 /**
@@ -18,11 +19,25 @@ function nameOf(event) {
 function belongsToControl(event) {
   const target = /** @type {Element} */ (event.target);
   if (target.matches("input, textarea, select"))
-    return event.key !== "Escape" && !((event.ctrlKey || event.metaKey) && event.key === "s");
+    return event.key !== "Escape" && !((event.ctrlKey || event.metaKey) && ["s", "k"].includes(event.key));
   return (
     target.matches("button, a, summary, [role=button], [role=slider]") && ["Enter", " "].includes(event.key)
   );
 }
+
+const KEPT = "touchline.letters";
+/** Whether keys of one character do something: who speaks to the machine, or presses keys unmeant, wants them off
+ * (WCAG 2.1, 2.1.4). */
+export const lettersOn = signal(localStorage.getItem(KEPT) !== "off");
+
+/** @param {boolean} isOn */
+export function switchLetters(isOn) {
+  lettersOn.value = isOn;
+  localStorage.setItem(KEPT, isOn ? "on" : "off");
+}
+
+/** One character alone, but the space bar, which presses what has the focus. @param {string} name */
+const isLetter = (name) => name.length === 1 && name !== " ";
 
 export function startKeys() {
   for (const action of ACTIONS.values())
@@ -30,7 +45,9 @@ export function startKeys() {
   addEventListener("keydown", (event) => {
     if (event.defaultPrevented || event.altKey || belongsToControl(event)) return;
     if (document.querySelector("dialog[open], :popover-open")) return; // its own keys are the browser's
-    const action = BY_KEY.get(nameOf(event))?.find((one) => one.enabled?.() ?? true);
+    const name = nameOf(event);
+    if (isLetter(name) && !lettersOn.value) return;
+    const action = BY_KEY.get(name)?.find((one) => one.enabled?.() ?? true);
     if (!action) return;
     event.preventDefault();
     run(action.id, event);

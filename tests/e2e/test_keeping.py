@@ -153,6 +153,7 @@ def test_of_two_pictures_that_are_opened_the_one_asked_for_last_stays(operator, 
     old = OldAnswer(page, f"**/api/v1/drafts/{first}")
     page.get_by_test_id(f"recent-{first}").click()
     old.made()
+    page.go_back()
     page.get_by_test_id(f"recent-{second}").click()
     expect(page).to_have_url(re.compile(f"#/calibrate/{second}/points"))
     old.comes()

@@ -1,10 +1,12 @@
 // Actions that go to a place.
 import { go } from "../../core/route.js";
 import { cameras, snapshot } from "../../core/state.js";
+import { openPalette } from "./palette.js";
 import { PLACES } from "./places.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const PAGE_ACTIONS = [
+  { id: "palette", label: "Search, or run a command", keys: ["ctrl+k"], group: "Places", run: openPalette },
   ...PLACES.map(({ place, view, label }) => ({
     id: `go-${place}`,
     label: `Go to ${label}`,

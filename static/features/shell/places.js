@@ -33,16 +33,17 @@ export const PLACES = [
   },
 ];
 
-/** Of a camera, and of each other place. @type {Record<string, [View, string][]>} */
-const TABS = {
-  camera: [
-    ["live", "Live"],
-    ["camera-images", "Calibrate"],
-    ["drift", "Drift"],
-    ["detection", "Detection"],
-    ["versions", "Versions"],
-    ["camera-form", "Settings"],
-  ],
+/** Of a camera. @type {[View, string][]} */
+export const CAMERA_TABS = [
+  ["live", "Live"],
+  ["camera-images", "Calibrate"],
+  ["drift", "Drift"],
+  ["detection", "Detection"],
+  ["versions", "Versions"],
+  ["camera-form", "Settings"],
+];
+/** Of each other place. @type {Record<string, [View, string][]>} */
+export const TABS = {
   field: [
     ["field", "Overview"],
     ["pair", "Pairs"],
@@ -74,7 +75,7 @@ export const tabs = computed(() => {
     camera = namedCamera.value?.id ?? "",
     isCamera = place === "cameras" && camera !== "",
     shown = BEHIND[view] ?? view;
-  return (TABS[isCamera ? "camera" : place] ?? []).flatMap(([id, label]) => {
+  return (isCamera ? CAMERA_TABS : (TABS[place] ?? [])).flatMap(([id, label]) => {
     const of = id === "ball" && !camera ? (cameras.value[0]?.id ?? "") : camera;
     if (id === "ball" && !of) return []; // it rolls before a camera
     const words = isCamera || id === "ball" ? { camera: of } : {};

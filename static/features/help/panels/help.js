@@ -3,7 +3,7 @@ import { marked } from "marked";
 import { useEffect, useRef } from "preact/hooks";
 import { ACTIONS, run } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
-import { keyLabel } from "../../../core/keys.js";
+import { keyLabel, lettersOn, switchLetters } from "../../../core/keys.js";
 import { CONTENTS, isUnread, manualPage, openManual, slug } from "../../../core/manual.js";
 import { help } from "../../../core/state.js";
 import { TourButton } from "./tour.js";
@@ -77,6 +77,15 @@ function Manual() {
 function Keys() {
   const listed = [...ACTIONS.values()].filter((a) => a.keys?.length && a.group);
   return html`<div class="keys" data-testid="keys">
+    <label class="line">
+      <input
+        type="checkbox"
+        data-testid="letters"
+        checked=${lettersOn.value}
+        onChange=${(/** @type {any} */ e) => switchLetters(e.target.checked)}
+      />${" "}
+      Keys of one letter or digit do something
+    </label>
     ${[...new Set(listed.map((a) => a.group))].map((group) => html`
       <h3 key=${group}>${group}</h3>
       <dl>

@@ -26,6 +26,7 @@ import { PairPage } from "../../pair/panels/pair_page.js";
 import { problems } from "../problems.js";
 import { viewNextStep } from "../next_steps.js";
 import { Notices } from "./notices.js";
+import { Palette } from "./palette.js";
 import { Rail } from "./rail.js";
 import { StatusBar } from "./status_bar.js";
 import { Tabs } from "./tabs.js";
@@ -56,6 +57,7 @@ export function App() {
     <${Right} />
     <${StatusBar} />
     <${FileInput} />
+    <${Palette} />
     ${dropping.value && html`<div class="drop-hint" aria-hidden="true">
       Drop the picture to open it
     </div>`}
@@ -89,16 +91,15 @@ const Legends = () => html`
   <${HeatLegend} />
 `;
 
-/** What to do here, in one sentence, and the form for it; nothing where the view is a list. */
+/** What to do here, in one sentence, and the form for it; nothing where the view is a list. Its place is kept while a
+ * picture is opened, so that nothing jumps. */
 function Left() {
-  const it = shown.value,
-    isStep = it === null && !opening.value;
-  if (!isStep && !it?.Form && !tour.value.on) return null;
+  const it = shown.value;
+  if (it && !it.Form && !tour.value.on) return null;
   return html`<aside class="left" aria-label="This step">
-    ${(isStep || it?.Form) && html`<${Guide} />`}
+    ${(it?.Form || !it) && !opening.value && html`<${Guide} />`}
     <${Tour} />
-    ${it?.Form && html`<${it.Form} />`}
-    ${isStep && html`<${Step} />`}
+    ${!opening.value && (it?.Form ? html`<${it.Form} />` : !it && html`<${Step} />`)}
   </aside>`;
 }
 
@@ -136,10 +137,12 @@ function Step() {
 /** What came of it; or the manual. */
 function Right() {
   const it = shown.value;
-  if (!help.value && (opening.value || (it && !it.Report))) return null;
+  if (it && !it.Report && !help.value) return null;
   return html`<aside class="right" aria-label="Results">
     ${!it && html`<${DockedLoupe} />`}
-    ${help.value ? html`<${Help} />` : it ? html`<${it.Report} />` : html`<${StepResults} />`}
+    ${help.value
+      ? html`<${Help} />`
+      : !opening.value && (it ? html`<${it.Report} />` : html`<${StepResults} />`)}
   </aside>`;
 }
 

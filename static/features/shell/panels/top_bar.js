@@ -5,6 +5,7 @@ import { addressOf, route } from "../../../core/route.js";
 import { busy, camera, namedCamera, opening, snapshot, step } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { saving } from "../../versions/versions.js";
+import { openPalette } from "../palette.js";
 import { PLACES } from "../places.js";
 import { nextAction, steps } from "../steps.js";
 import { Bell } from "./bell.js";
@@ -16,6 +17,15 @@ export function TopBar() {
     ${route.value.view === "calibrate" && html`<${Steps} />`}
     <div class="acts">
       <${Saved} />
+      <button
+        type="button"
+        class="search"
+        data-testid="search"
+        aria-label="Search or run a command"
+        onClick=${openPalette}
+      >
+        <span>Search</span> <kbd aria-hidden="true" data-key="Ctrl K"></kbd>
+      </button>
       <${Bell} />
       ${saving.value && html`<${ActionButton} id="stop-saving" />`}
       <${Next} />

@@ -1,0 +1,62 @@
+"""The palette finds places, cameras, images, manual pages and commands; keys of one letter can be switched off."""
+
+import re
+
+from playwright.sync_api import expect
+
+
+def find(page, words: str) -> None:
+    """Look for it, take the first that is found, and return once the palette is closed."""
+    page.keyboard.press("Control+k")
+    page.get_by_test_id("palette-input").fill(words)
+    expect(page.get_by_test_id("found").first).to_be_visible()
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id("palette")).to_have_count(0)
+
+
+def test_whatever_there_is_is_found_by_a_few_letters_from_anywhere(operator, server, straight_picture):
+    page = operator.page
+    name = server.api("GET", "/cameras/overhead").json()["name"]
+    find(page, f"{name.lower()} drift")
+    expect(page).to_have_url(re.compile("#/cameras/overhead/drift$"))
+    find(page, "publishing")
+    expect(page.get_by_test_id("publishing-page")).to_be_visible()
+    find(page, "manual drift")
+    expect(page.get_by_test_id("manual")).to_have_attribute("data-page", "drift.md")
+    page.get_by_test_id("network-group").focus()  # not a key of the field's own
+    page.keyboard.press("Control+k")
+    page.get_by_test_id("palette-input").fill("no such thing")
+    expect(page.get_by_test_id("found")).to_have_count(0)
+    page.keyboard.press("Escape")
+    expect(page.get_by_test_id("palette")).to_have_count(0)
+    expect(page.get_by_test_id("network-group")).to_be_focused()
+    operator.open(straight_picture, "table", "full").click("left", [[80, 100]])
+    assert len(operator.points("left")) == 1
+    find(page, "undo")  # a command, and one that can be done here alone
+    assert operator.points("left") == []
+    page.get_by_test_id("search").click()
+    page.get_by_test_id("palette-input").fill("file")
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("ArrowUp")
+    page.get_by_test_id("found").filter(has_text="Image").first.click()
+    operator.is_at("points")
+
+
+def test_keys_of_one_letter_are_switched_off_and_stay_off(operator):
+    page = operator.page
+    page.keyboard.press("?")
+    page.get_by_test_id("letters").uncheck()
+    page.keyboard.press("Escape")
+    page.reload()
+    expect(page.get_by_test_id("camera-overhead")).to_be_visible()
+    page.keyboard.press("?")
+    page.keyboard.press("i")
+    page.keyboard.press("F1")  # heard after those
+    expect(page.get_by_test_id("manual")).to_be_visible()
+    expect(page).to_have_url(re.compile("#/cameras$"))
+    page.get_by_role("tab", name="Keys").click()
+    page.get_by_test_id("letters").check()
+    page.keyboard.press("Escape")
+    page.get_by_test_id("stage").focus()
+    page.keyboard.press("i")
+    expect(page.get_by_test_id("jobs-page")).to_be_visible()
