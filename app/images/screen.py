@@ -43,11 +43,12 @@ def screen(data: bytes, limits: ImageLimits = DEFAULT_LIMITS) -> DeclaredImage:
             declared = read(data, limits)
             checked_size(declared.width, declared.height, limits)
             return declared
-    raise BadImage(f"This is {_kind(data)}, which is not read here.",
+    kind = _kind(data)
+    raise BadImage(f"This is {kind}, which is not read here." if kind else "The file is not an image.",
                    f"Send PNG, JPEG, BMP or WebP. {RESAVE}", reason="unknown-image-format")
 
 
-def _kind(data: bytes) -> str:
+def _kind(data: bytes) -> str | None:
     if data[4:12] in (b"ftypavif", b"ftypavis", b"ftypheic", b"ftypmif1"):
         return "an AVIF or HEIC picture"
-    return next((kind for magic, kind in REFUSED.items() if data.startswith(magic)), "no picture that we know")
+    return next((kind for magic, kind in REFUSED.items() if data.startswith(magic)), None)

@@ -84,6 +84,10 @@ export function toRefusal(error) {
 /** @param {string} path an address for an <img> or a link */
 export const address = (path) => ROOT + path;
 
+const THUMBNAIL_PX = 320;
+/** A small picture of a snapshot, for lists. @param {string} id */
+export const thumbnail = (id) => address(`/snapshots/${id}/image.jpg?width=${THUMBNAIL_PX}`);
+
 function noticeUnreachable() {
   if (!online.value) return;
   online.value = false;

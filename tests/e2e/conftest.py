@@ -79,8 +79,9 @@ def page(standing_context):
 class Server:
     """A server with the demo's cameras that can be stopped and started again on the same port and data."""
 
-    def __init__(self, data: Path) -> None:
+    def __init__(self, data: Path, **settings) -> None:
         self.data, self.port = data, 0
+        self.settings = {"cameras": CAMERAS, **settings}
         self.start()
 
     def start(self) -> None:
@@ -88,7 +89,7 @@ class Server:
         touchline = ([sys.executable, str(ROOT / "tests" / "support" / "late_answers.py"), late_ms] if late_ms else
                      [str(Path(sys.executable).parent / "touchline")])
         settings = self.data / "e2e.yaml"
-        settings.write_text(json.dumps({"cameras": CAMERAS}))  # JSON is YAML
+        settings.write_text(json.dumps(self.settings))  # JSON is YAML
         command = [*touchline, "serve", "--config", str(settings), "--port", str(self.port),
                    "--data", str(self.data)]
         self.process = subprocess.Popen(command, cwd=self.data, stdout=subprocess.PIPE,

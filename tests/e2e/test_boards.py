@@ -142,5 +142,5 @@ def test_pictures_of_a_board_are_not_among_the_earlier_pictures_of_a_field(desk,
     desk.goto(f"{server.url}/#/library/images")
     desk.reload()
     recent = desk.get_by_role("region", name="Earlier pictures")
-    expect(recent.locator("img")).to_have_count(min(len(before), 12))
+    expect(recent.locator("img")).to_have_count(min(len(before), 48))
     expect(recent.locator(f"img[src*='{kept['id']}']")).to_have_count(0)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import time
 
@@ -10,7 +11,7 @@ import pytest
 from playwright.sync_api import expect
 
 from app.core.field import BORDERS
-from tests.e2e.conftest import LONG_MS, Operator
+from tests.e2e.conftest import LONG_MS, Operator, Server
 from tests.support.board_film import film
 from tests.support.held_requests import holding, wait_until_held
 from tests.support.old_answer import OldAnswer
@@ -247,3 +248,34 @@ def test_a_picture_that_opens_late_does_not_take_back_who_went_elsewhere(operato
     page.evaluate("() => fetch('/api/v1/health').then((r) => r.text())")  # by now the answer has been read
     expect(page.get_by_test_id("live-desk")).to_be_visible()
     assert page.url.endswith("#/cameras/overhead/live")
+
+
+def test_a_camera_lists_its_own_images_small_and_leads_on_with_one(operator, server):
+    page = operator.page
+    taken = until(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda answer: answer.ok)
+    snapshot = taken.json()["id"]
+    page.goto(f"{server.url}/#/cameras/table/calibrate")
+    expect(page.get_by_test_id("camera-images-page")).to_contain_text("Take an image")
+    expect(page.get_by_test_id(f"recent-{snapshot}")).to_have_count(0)
+    page.goto(f"{server.url}/#/cameras/overhead/calibrate")
+    image = page.get_by_test_id(f"recent-{snapshot}")
+    expect(image.locator("img")).to_have_js_property("naturalWidth", 320)
+    image.click()
+    operator.is_at("points")
+    assert operator.snapshot == snapshot
+
+
+def test_who_signed_in_with_the_token_signs_out_again(page, tmp_path):
+    server = Server(tmp_path, token="a-token-that-is-long-enough")
+    try:
+        page.goto(server.url)
+        page.get_by_label("Access token").fill("a-token-that-is-long-enough")
+        page.keyboard.press("Enter")
+        expect(page.get_by_test_id("camera-overhead")).to_be_visible()
+        page.goto(f"{server.url}/#/system/server")
+        page.get_by_test_id("sign-out").click()
+        expect(page).to_have_url(re.compile("/login$"))
+        page.goto(server.url)
+        expect(page).to_have_url(re.compile("/login$"))
+    finally:
+        server.stop()

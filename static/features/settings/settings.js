@@ -1,5 +1,5 @@
 // The server's settings and disk usage, and what this browser stores.
-import { signal } from "@preact/signals";
+import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { chooseName, operatorName } from "../../core/operator.js";
 import { notifyError } from "../../core/state.js";
@@ -8,6 +8,10 @@ export { chooseName, operatorName };
 
 /** As the server said last. */
 export const serverSettings = signal(/** @type {import("./types").ServerSettings | null} */ (null));
+/** Whether a token is wanted of whoever comes. */
+export const isGuarded = computed(() =>
+  Boolean(serverSettings.value?.items.find((s) => s.name === "token")?.value),
+);
 export const health = signal(/** @type {import("./types").Health | null} */ (null));
 
 /** Ask how the server is; a silent one is told elsewhere. */

@@ -74,7 +74,7 @@ def test_a_broken_picture_is_a_row_with_its_problem_and_cure_and_stops_nobody(to
     assert (code, err) == (1, "") and re.match(r"12 pictures: .*, 9 failed\.\n", out), out
     rows = table(tmp_path / "table.csv")
     said = {"cut.png": "too early", "spoilt.png": "decoded", "empty.jpg": "empty",
-            "text.bmp": "no picture", "gone.png": "cannot be read",
+            "text.bmp": "not an image", "gone.png": "cannot be read",
             "small.png": "320 × 240", "unclicked.png": "no clicks", "misclicked.png": "NaN", "elsewhere.png": "no-such"}
     for name, words in said.items():
         assert rows[name]["verdict"] == "failed" and words in rows[name]["problem"], rows[name]

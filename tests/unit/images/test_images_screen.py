@@ -46,6 +46,13 @@ def test_a_hostile_picture_is_refused_by_name_with_a_fix(name):
     assert refusal.value.what.endswith(".") and refusal.value.fix.endswith(".")
 
 
+@pytest.mark.parametrize(("name", "what"), [("text", "The file is not an image."), ("a TIFF", "This is a TIFF picture"),
+                                            ("an AVIF", "This is an AVIF or HEIC picture")])
+def test_a_refusal_of_an_unknown_format_says_what_came(name, what):
+    with pytest.raises(BadImage, match=what):
+        screen(hostile(name)[0])
+
+
 @pytest.mark.parametrize(("data", "limits"), [
     (encoded("png"), ImageLimits(max_bytes=100)), (encoded("png"), ImageLimits(max_pixels=64 * 48 - 1)),
     (encoded("bmp"), ImageLimits(max_side_px=63)), (lossless_webp(64, 49), ImageLimits(max_pixels=64 * 48)),

@@ -1,5 +1,5 @@
 // The board: which one it is, its pictures, and the lenses that were found before.
-import { address } from "../../../core/api.js";
+import { thumbnail } from "../../../core/api.js";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { models } from "../../../core/state.js";
@@ -172,7 +172,7 @@ function View({ picture }) {
     state === "refused" || (seen && !view) ? "poor" : view && !view.used ? "fair" : view ? "good" : "";
   return html`<li data-testid="view" data-level=${level}>
     ${id
-      ? html`<img loading="lazy" alt="" src=${address(`/snapshots/${id}/image.jpg`)} />`
+      ? html`<img loading="lazy" alt="" src=${thumbnail(id)} />`
       : html`<div class="blank"></div>`}
     <button
       type="button"

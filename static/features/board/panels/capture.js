@@ -1,6 +1,6 @@
 // A board before a live camera: its corners over the live picture, what is covered, the view that is wanted next.
 import { useEffect } from "preact/hooks";
-import { address } from "../../../core/api.js";
+import { thumbnail } from "../../../core/api.js";
 import { plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { ActionButton } from "../../../ui/action_button.js";
@@ -67,7 +67,7 @@ export function CapturePage() {
       <h2>${plural(all.length, "view")} taken</h2>
       <ul class="views" data-testid="captured-views">
         ${all.map((p) => html`<li key=${p.key} data-testid="captured-view">
-          <img loading="lazy" alt="" src=${address(`/snapshots/${p.id}/image.jpg`)} />
+          <img loading="lazy" alt="" src=${thumbnail(p.id)} />
           <button
             type="button"
             class="remove"

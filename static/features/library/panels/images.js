@@ -1,20 +1,22 @@
 // Images that were worked on: of all cameras and files, or those of one camera.
-import { useEffect } from "preact/hooks";
-import { address } from "../../../core/api.js";
-import { dayAndTime, plural } from "../../../core/format.js";
+import { useEffect, useState } from "preact/hooks";
+import { call, thumbnail } from "../../../core/api.js";
+import { dayAndTime } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
-import { cameras, namedCamera, snapshots } from "../../../core/state.js";
+import { cameras, namedCamera, notifyError, snapshots } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Watching } from "../../live/panels/camera_page.js";
 import { followCameras } from "../../live/camera_status.js";
+
+const PAGE = 48;
 
 export const ImagesPage = () => html`<div class="page" data-testid="images-page">
   <h1>Images</h1>
   <div class="line">
     <${ActionButton} id="open" />
   </div>
-  <${Images} items=${snapshots.value} />
+  <${Images} />
 </div>`;
 
 /** The tab Calibrate of a camera. */
@@ -33,24 +35,44 @@ export function CameraImagesPage() {
       <${ActionButton} id="take-still" />
     </div>
     <${Watching} />
-    <${Images} items=${snapshots.value.filter((s) => s.camera === camera.id)} />
+    <${Images} key=${camera.id} camera=${camera.id} />
   </div>`;
 }
 
-/** @param {{ items: import("../../../core/types").Snapshot[] }} props */
-const Images = ({ items }) => html`<section aria-label="Earlier pictures">
-  <h2>${items.length ? `${plural(items.length, "image")}, newest first` : "No image yet"}</h2>
-  <ul class="recent">
-    ${items.map((s) => html`<li key=${s.id}>
-      <a href=${addressOf("calibrate", { picture: s.id, step: "points" })} data-testid=${`recent-${s.id}`}>
-        <span class="sr">Go on with the image of </span>
-        <img loading="lazy" alt="" src=${address(`/snapshots/${s.id}/image.jpg`)} />
-        <small>
-          ${dayAndTime(s.taken_at)}
-          <br />
-          ${cameras.value.find((c) => c.id === s.camera)?.name ?? `${s.width} × ${s.height} px`}
-        </small>
-      </a>
-    </li>`)}
-  </ul>
-</section>`;
+/** Newest first, of all or of one camera. @param {{ camera?: string }} props */
+function Images({ camera = "" }) {
+  const [items, setItems] = useState(/** @type {import("../../../core/types").Snapshot[] | null} */ (null)),
+    [cursor, setCursor] = useState(/** @type {string | null} */ (null)),
+    newest = snapshots.value[0]?.id; // one that was taken or opened meanwhile
+  /** @param {string | null} from */
+  const load = async (from) => {
+    const of = `${camera ? `&camera=${encodeURIComponent(camera)}` : ""}${from ? `&cursor=${from}` : ""}`;
+    try {
+      const found = await call("GET", `/snapshots?purpose=picture&limit=${PAGE}${of}`);
+      setItems((before) => (from ? [...(before ?? []), ...found.items] : found.items));
+      setCursor(found.next_cursor);
+    } catch (error) {
+      notifyError(error);
+    }
+  };
+  useEffect(() => void load(null), [newest]);
+  return html`<section aria-label="Earlier pictures">
+    <h2>${items?.length === 0 ? "No image yet" : "Images, newest first"}</h2>
+    <ul class="recent">
+      ${items?.map((s) => html`<li key=${s.id}>
+        <a href=${addressOf("calibrate", { picture: s.id, step: "points" })} data-testid=${`recent-${s.id}`}>
+          <span class="sr">Go on with the image of </span>
+          <img loading="lazy" alt="" src=${thumbnail(s.id)} />
+          <small>
+            ${dayAndTime(s.taken_at)}
+            <br />
+            ${cameras.value.find((c) => c.id === s.camera)?.name ?? `${s.width} × ${s.height} px`}
+          </small>
+        </a>
+      </li>`)}
+    </ul>
+    ${cursor && html`<button type="button" data-testid="older-images" onClick=${() => void load(cursor)}>
+      Show older images
+    </button>`}
+  </section>`;
+}

@@ -2,7 +2,7 @@
 // missing.
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { ACTIONS, run } from "../../../core/actions.js";
-import { address } from "../../../core/api.js";
+import { address, thumbnail } from "../../../core/api.js";
 import { dayAndTime, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { busy, cameras, snapshots, tool } from "../../../core/state.js";
@@ -197,7 +197,7 @@ function Choice({ s }) {
             onClick=${() => setPicture(s, p)}
           >
             <span class="sr">Use as the ${name} picture: </span>
-            <img loading="lazy" alt="" src=${address(`/snapshots/${p.id}/image.jpg`)} />
+            <img loading="lazy" alt="" src=${thumbnail(p.id)} />
             <small>
               ${cameras.value.find((c) => c.id === p.camera)?.name ?? "From a file"}
               <br />

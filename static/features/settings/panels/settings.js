@@ -11,6 +11,7 @@ import {
   fetchSettings,
   forgetPreferences,
   health,
+  isGuarded,
   operatorName,
   serverSettings,
 } from "../settings.js";
@@ -96,6 +97,10 @@ function Preferences() {
         Name, colours, lists of pictures. Clicks that the server has not got yet stay.
       </small>
     </div>
+    ${isGuarded.value && html`<form class="line" method="post" action="/logout">
+      <button data-testid="sign-out">Sign out</button>
+      <small class="grow">This browser has to sign in again with the token.</small>
+    </form>`}
   </section>`;
 }
 

@@ -19,6 +19,7 @@ import { Help } from "../../help/panels/help.js";
 import { Tour } from "../../help/panels/tour.js";
 import { tour } from "../../help/tour.js";
 import { current } from "../steps.js";
+import { ACCEPTED } from "../../versions/imports.js";
 import { ComparePanel, VersionsPanel } from "../../versions/panels/versions.js";
 import { version } from "../../versions/versions.js";
 import { Checklist } from "../../verify/panels/checklist.js";
@@ -199,7 +200,7 @@ function FileInput() {
     class="sr"
     tabindex="-1"
     aria-hidden="true"
-    accept=${PICTURES}
+    accept=${shown.value?.add ? PICTURES : `${PICTURES},${ACCEPTED}`}
     multiple=${Boolean(shown.value?.add)}
     onChange=${() => {
       const it = input.current;

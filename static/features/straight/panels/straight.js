@@ -1,6 +1,6 @@
 // Straight edges: pictures of one camera, their edges drawn over them, as taken and straightened.
 import { run } from "../../../core/actions.js";
-import { address } from "../../../core/api.js";
+import { address, thumbnail } from "../../../core/api.js";
 import { number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { Title } from "../../../ui/title.js";
@@ -241,7 +241,7 @@ function View({ picture: { key, name, state, id, why } }) {
         aria-pressed=${String(viewedPicture.value?.id === id)}
         onClick=${() => viewPicture(id)}
       >
-        <img loading="lazy" alt="" src=${address(`/snapshots/${id}/image.jpg`)} />
+        <img loading="lazy" alt="" src=${thumbnail(id)} />
       </button>`
       : html`<div class="blank"></div>`}
     <button
