@@ -15,8 +15,6 @@ export const EXPLAINED = {
   check: "check.md",
   checks: "start.md#verify-and-activate",
   tracks: "detection.md#tracks-of-a-rig",
-  start: "start.md",
-  cameras: "live.md#states",
   field: "start.md",
   drawing: "conventions.md#the-field",
   borders: "borders.md",

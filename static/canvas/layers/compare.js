@@ -4,7 +4,6 @@
 import { computed } from "@preact/signals";
 import { address } from "../../core/api.js";
 import { html } from "../../core/html.js";
-import { route } from "../../core/route.js";
 import { compare, comparing, showLines } from "../../core/state.js";
 import { placed } from "../drawing.js";
 import { Grid } from "./grid.js";
@@ -21,12 +20,12 @@ import {
   margin,
   visiblePicture,
 } from "../../features/compare/comparison.js";
-import { cameraView } from "../../features/live/camera_page.js";
+import { atLive, cameraView } from "../../features/live/camera_page.js";
 
 const STEP = 0.02,
   ENDS = [0.02, 0.98];
 
-const withLines = computed(() => (route.value.view === "live" ? cameraView.value.lines : showLines.value));
+const withLines = computed(() => (atLive.value ? cameraView.value.lines : showLines.value));
 
 /** The corrected picture's address. @param {string} id @param {string} suffix */
 export const correctedAddress = (id, suffix) =>

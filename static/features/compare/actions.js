@@ -1,8 +1,7 @@
 // Actions on a comparison of raw and corrected, still or live.
-import { route } from "../../core/route.js";
 import { compare, comparing } from "../../core/state.js";
 import { centreWorstPlace, goToNextClick } from "../calibrate/warning_fixes.js";
-import { cameraView, status } from "../live/camera_page.js";
+import { atLive, cameraView, status } from "../live/camera_page.js";
 import { version } from "../versions/versions.js";
 import { hold, pause, swap } from "./blink.js";
 import { comparedVersion, mode, visiblePicture } from "./comparison.js";
@@ -11,15 +10,14 @@ import { shownMap as heatMap } from "./heat.js";
 
 /** @typedef {import("../../core/types").CompareMode} CompareMode */
 
-const isLive = () => route.value.view === "live";
 const has = () =>
-  isLive() ? status.value?.calibration_applied === true : comparing.value && version.value !== null;
+  atLive.value ? status.value?.calibration_applied === true : comparing.value && version.value !== null;
 /** Whether both pictures are there. */
 const both = () => comparedVersion.value !== null;
 
 /** @param {CompareMode} to */
 export function setCompareMode(to) {
-  if (isLive()) cameraView.value = { ...cameraView.value, view: to };
+  if (atLive.value) cameraView.value = { ...cameraView.value, view: to };
   else compare.value = { ...compare.value, mode: to };
 }
 

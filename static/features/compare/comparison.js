@@ -3,30 +3,28 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { latestWins } from "../../core/latest_wins.js";
-import { route } from "../../core/route.js";
 import { compare, comparing, notifyError, pointer, snapshot } from "../../core/state.js";
 import { bounds } from "../../canvas/drawing.js";
 import { MARGIN_PX, mainViewport } from "../../canvas/viewport.js";
-import { cameraView } from "../live/camera_page.js";
+import { atLive, cameraView } from "../live/camera_page.js";
 import { liveMargin, livePointer, liveRecord, liveView, startLiveComparing } from "../live/live_compare.js";
 import { version } from "../versions/versions.js";
 import { pictureShownIn, startBlinking } from "./blink.js";
 
 /** @typedef {import("../../core/types").Point} Point @typedef {import("../../core/types").Feature} Feature */
 
-const isLive = computed(() => route.value.view === "live");
 /** The calibration whose two pictures are in sight. */
 export const comparedVersion = computed(() =>
-  isLive.value ? liveRecord.value : comparing.value ? version.value : null,
+  atLive.value ? liveRecord.value : comparing.value ? version.value : null,
 );
 /** The stage that they lie on. */
-export const activeViewport = computed(() => (isLive.value ? liveView : mainViewport));
+export const activeViewport = computed(() => (atLive.value ? liveView : mainViewport));
 /** Corrected pixels shown around the field. */
-export const margin = computed(() => (isLive.value ? liveMargin.value : MARGIN_PX));
-export const mode = computed(() => (isLive.value ? cameraView.value.view : compare.value.mode));
+export const margin = computed(() => (atLive.value ? liveMargin.value : MARGIN_PX));
+export const mode = computed(() => (atLive.value ? cameraView.value.view : compare.value.mode));
 /** What is seen now: of the ways to compare, blinking is one picture after the other. */
 export const visiblePicture = computed(() => pictureShownIn(mode.value));
-const pointed = computed(() => (isLive.value ? livePointer.value : pointer.value));
+const pointed = computed(() => (atLive.value ? livePointer.value : pointer.value));
 /** Which of two panes the pointer is in: 0 the raw one. */
 export const paneUnder = signal(0);
 
@@ -36,7 +34,7 @@ export const paneUnder = signal(0);
  */
 const fetched = signal(/** @type {Lines | null} */ (null));
 const wanted = computed(() =>
-  comparedVersion.value && (!isLive.value || margin.value)
+  comparedVersion.value && (!atLive.value || margin.value)
     ? { id: comparedVersion.value.id, margin: margin.value }
     : null,
 );

@@ -33,6 +33,8 @@ export const controls = signal(
 export const discoveredCameras = signal(/** @type {{ address: string, title: string }[] | null} */ (null));
 export const sourceKinds = signal(/** @type {import("../../core/types").SourceKind[]} */ ([]));
 
+/** Whether its live picture is what is looked at. */
+export const atLive = computed(() => route.value.view === "live");
 /** The camera that the page is at. */
 export const openedCamera = computed(() => (route.value.place === "cameras" ? namedCamera.value : null));
 export const status = computed(() =>
@@ -119,7 +121,7 @@ export function startCameraForm() {
       if (id === "" || camera) void openForm(camera);
     });
   });
-  const looked = computed(() => (route.value.view === "live" ? route.value.camera : ""));
+  const looked = computed(() => (atLive.value ? route.value.camera : ""));
   effect(() => {
     if (looked.value) untracked(() => (cameraView.value = { ...cameraView.value, view: "raw" }));
   });

@@ -1,6 +1,8 @@
 // Status of all cameras, polled as long as the page is open, and the addresses of their streams.
-import { signal } from "@preact/signals";
+import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call } from "../../core/api.js";
+import { route } from "../../core/route.js";
+import { cameras } from "../../core/state.js";
 import { refreshCameras } from "../calibrate/pictures.js";
 
 /** @typedef {import("../../core/types").CameraStatus} CameraStatus */
@@ -12,33 +14,30 @@ export const SERVER_GONE = "server-gone";
 
 /** By camera. */
 export const statuses = signal(/** @type {Record<string, CameraStatus>} */ ({}));
-/** Which cameras are looked at, by what shows them. @type {Map<object, string[]>} */
-const wanted = new Map();
+/** The cameras that are looked at: all on the wall, one on its own views. */
+const lookedAt = computed(() => {
+  const { view, camera } = route.value;
+  return view === "wall" ? cameras.value.map((c) => c.id).join(" ") : camera;
+});
 let timer = 0,
   asking = false;
 
-/**
- * Start those cameras, and keep their statuses fresher, until the returned function is called.
- * @param {string[]} ids
- * @returns {() => void}
- */
-export function followCameras(ids) {
-  const key = {};
-  wanted.set(key, ids);
-  void refreshStatuses();
-  return () => {
-    wanted.delete(key);
-  };
+/** Keep all statuses fresh from now on, and at once where others are looked at: those are started. */
+export function startStatuses() {
+  effect(() => {
+    void lookedAt.value;
+    void untracked(refreshStatuses);
+  });
 }
 
-/** Ask at once, and again and again from then on. */
+/** Ask at once, and again after a while. */
 export async function refreshStatuses() {
   clearTimeout(timer);
   if (asking) return;
   asking = true;
   if (!document.hidden) await look();
   asking = false;
-  timer = setTimeout(() => void refreshStatuses(), wanted.size ? LOOKED_AT_MS : EVERY_MS);
+  timer = setTimeout(() => void refreshStatuses(), lookedAt.value ? LOOKED_AT_MS : EVERY_MS);
 }
 
 async function look() {
@@ -51,7 +50,7 @@ async function look() {
     return;
   }
   statuses.value = Object.fromEntries(items.map((it) => [it.id, it]));
-  const idle = [...wanted.values()].flat().filter((id) => statuses.value[id]?.state === "idle");
+  const idle = lookedAt.value.split(" ").filter((id) => statuses.value[id]?.state === "idle");
   await Promise.allSettled([
     refreshCameras(items),
     ...idle.map((id) => call("GET", `/cameras/${encodeURIComponent(id)}/status`)), // that starts it

@@ -1,10 +1,9 @@
 // A camera's live picture, raw against corrected: which calibration is applied, and where the pictures lie.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { route } from "../../core/route.js";
 import { notifyError } from "../../core/state.js";
 import { createViewport } from "../../canvas/viewport.js";
-import { cameraView, openedCamera, status } from "./camera_page.js";
+import { atLive, cameraView, openedCamera, status } from "./camera_page.js";
 
 /** The camera's own picture, in raw pixels of its calibration. */
 export const liveView = createViewport();
@@ -18,7 +17,7 @@ const fetched = signal(/** @type {import("../../core/types").Calibration | null}
 /** Whether both pictures of a live camera are in sight. */
 const isTwofold = computed(
   () =>
-    route.value.view === "live" &&
+    atLive.value &&
     openedCamera.value !== null &&
     status.value?.calibration_applied === true &&
     !["raw", "corrected"].includes(cameraView.value.view),

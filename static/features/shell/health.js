@@ -1,7 +1,7 @@
 // How the server is, and what it publishes: asked for as long as the page is open, for the list of problems.
 import { effect } from "@preact/signals";
 import { online } from "../../core/api.js";
-import { refreshStatuses } from "../live/camera_status.js";
+import { startStatuses } from "../live/camera_status.js";
 import { followNetwork } from "../network/network.js";
 import { fetchHealth } from "../settings/settings.js";
 
@@ -16,5 +16,5 @@ export function startHealth() {
     if (online.value && !document.hidden) void fetchHealth();
   }, EVERY_MS);
   followNetwork();
-  void refreshStatuses();
+  startStatuses();
 }

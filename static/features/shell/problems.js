@@ -23,6 +23,8 @@ import { health } from "../settings/settings.js";
 
 const FAILED_MS = 3_600_000; // a job that failed longer ago is history
 const BROKEN = new Set(["offline", "stalled", "mismatch"]);
+/** Whether a camera gives nothing that could be used. @param {string} id */
+export const isBroken = (id) => BROKEN.has(statuses.value[id]?.state ?? "");
 
 /** @param {Pick<Problem, "id" | "text"> & Partial<Problem>} known @returns {Problem} */
 const problem = (known) => ({ level: "bad", place: "", camera: "", fix: "", href: "", ...known });
@@ -33,7 +35,7 @@ const ofCameras = () =>
     const it = statuses.value[id],
       about = { place: /** @type {const} */ ("cameras"), camera: id };
     if (!it || it.problem?.reason === SERVER_GONE) return []; // the server's own entry says so once
-    if (BROKEN.has(it.state))
+    if (isBroken(id))
       return [
         problem({
           ...about,
@@ -131,8 +133,8 @@ const ofJobs = () => {
 };
 
 /** @returns {Problem[]} */
-const ofServer = () => [
-  ...(online.value
+const ofLine = () =>
+  online.value
     ? []
     : [
         problem({
@@ -140,7 +142,10 @@ const ofServer = () => [
           text: "The server does not answer.",
           fix: "Your clicks are kept in this browser, and are sent as soon as it is back.",
         }),
-      ]),
+      ];
+
+/** What the server says of itself: its disk, its network, and records that were damaged. */
+export const serverProblems = computed(() => [
   ...(health.value?.warnings ?? []).map(({ reason, text, fix }) =>
     problem({ id: reason, level: "warn", place: "system", text, fix, href: addressOf("server") }),
   ),
@@ -153,11 +158,11 @@ const ofServer = () => [
       href: addressOf("server"),
     }),
   ),
-];
+]);
 
 /** All of them, what stops a match first. */
 export const problems = computed(() =>
-  [...ofServer(), ...ofCameras(), ...ofPublishing(), ...ofRigs(), ...ofJobs()].toSorted(
+  [...ofLine(), ...serverProblems.value, ...ofCameras(), ...ofPublishing(), ...ofRigs(), ...ofJobs()].toSorted(
     (a, b) => Number(b.level === "bad") - Number(a.level === "bad"),
   ),
 );

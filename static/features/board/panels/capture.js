@@ -1,5 +1,4 @@
 // A board before a live camera: its corners over the live picture, what is covered, the view that is wanted next.
-import { useEffect } from "preact/hooks";
 import { thumbnail } from "../../../core/api.js";
 import { plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
@@ -7,7 +6,6 @@ import { ActionButton } from "../../../ui/action_button.js";
 import { path } from "../../../canvas/drawing.js";
 import { removePicture } from "../board.js";
 import { automatic, boardView, captureCamera, refusal, views } from "../capture.js";
-import { followCameras } from "../../live/camera_status.js";
 import { LiveView } from "../../live/layers/live_view.js";
 import { BoardForm } from "./board.js";
 
@@ -15,7 +13,6 @@ const WIDTH_PX = 960;
 
 export function CapturePage() {
   const camera = captureCamera.value;
-  useEffect(() => (camera ? followCameras([camera.id]) : undefined), [camera?.id]);
   if (!camera) return null;
   const it = boardView.value,
     all = views.value;

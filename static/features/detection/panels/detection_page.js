@@ -10,7 +10,6 @@ import { detections, framePicture, heldFrame, heldFrameRefusal, taking } from ".
 import { ColourPicking } from "../layers/colour_picking.js";
 import { DetectionMarks } from "../layers/detection_marks.js";
 import { StagePicture } from "../layers/stage_picture.js";
-import { followCameras } from "../../live/camera_status.js";
 import { LiveView } from "../../live/layers/live_view.js";
 import { ClipBar } from "./clips.js";
 import { Palette } from "./colours.js";
@@ -30,7 +29,6 @@ export function DetectionPage() {
   const camera = detectionCamera.value,
     it = detectionState.value,
     why = heldFrame.value ? heldFrameRefusal.value : refusal.value;
-  useEffect(() => (camera ? followCameras([camera.id]) : undefined), [camera?.id]);
   if (!camera) return null;
   return html`<div class="page seeing" data-testid="seeing-page">
     <h1>What ${camera.name} sees</h1>

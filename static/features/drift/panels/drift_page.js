@@ -1,16 +1,13 @@
 // The tab Drift of a camera: whether it has moved, the check of its calibration, and the update of its pose.
-import { useEffect } from "preact/hooks";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { CheckWorking, CheckedPicture } from "../../check/panels/check.js";
 import { openedCamera, status } from "../../live/camera_page.js";
-import { followCameras } from "../../live/camera_status.js";
 import { DriftPanel } from "./drift.js";
 
 export function DriftPage() {
   const it = openedCamera.value;
-  useEffect(() => (it ? followCameras([it.id]) : undefined), [it?.id]);
   if (!it) return null;
   return html`<div class="page" data-testid="drift-page">
     <h1>Drift of ${it.name}</h1>

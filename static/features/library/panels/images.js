@@ -7,7 +7,6 @@ import { addressOf } from "../../../core/route.js";
 import { cameras, namedCamera, notifyError, snapshots } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Watching } from "../../live/panels/camera_page.js";
-import { followCameras } from "../../live/camera_status.js";
 
 const PAGE = 48;
 
@@ -22,7 +21,6 @@ export const ImagesPage = () => html`<div class="page" data-testid="images-page"
 /** The tab Calibrate of a camera. */
 export function CameraImagesPage() {
   const camera = namedCamera.value;
-  useEffect(() => (camera ? followCameras([camera.id]) : undefined), [camera?.id]);
   if (!camera) return null;
   return html`<div class="page" data-testid="camera-images-page">
     <h1>Calibrate ${camera.name}</h1>

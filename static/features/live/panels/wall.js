@@ -1,5 +1,4 @@
 // All cameras, live, as cards: how each is, and the way to its calibration.
-import { useEffect } from "preact/hooks";
 import { run } from "../../../core/actions.js";
 import { mm, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
@@ -9,15 +8,13 @@ import { LensForNextPicture } from "../../board/panels/board.js";
 import { takePicture } from "../../calibrate/pictures.js";
 import { TourButton } from "../../help/panels/tour.js";
 import { problems } from "../../shell/problems.js";
-import { followCameras, statuses } from "../camera_status.js";
+import { statuses } from "../camera_status.js";
 import { LiveView } from "../layers/live_view.js";
 
 const CARD_PX = 480,
   CARD_FPS = 4; // enough to see what goes on; the camera's own page shows every frame
 
 export function Wall() {
-  const ids = cameras.value.map((c) => c.id).join(" ");
-  useEffect(() => (ids ? followCameras(ids.split(" ")) : undefined), [ids]);
   return html`<div class="page wall">
     <h1 class="sr">Cameras</h1>
     <${LensForNextPicture} />

@@ -1,5 +1,4 @@
 // A rolling ball: tracks over the picture, each roll with its number, sag in nine zones, and the fitted lens.
-import { useEffect } from "preact/hooks";
 import { call } from "../../../core/api.js";
 import { ago, number, pct, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
@@ -10,7 +9,6 @@ import { Title } from "../../../ui/title.js";
 import { Working } from "../../../ui/working.js";
 import { path } from "../../../canvas/drawing.js";
 import { useLens } from "../../board/board.js";
-import { followCameras } from "../../live/camera_status.js";
 import { LiveView } from "../../live/layers/live_view.js";
 import {
   all,
@@ -46,7 +44,6 @@ const LEVELS = {
 
 export function RollsPage() {
   const camera = rollsCamera.value;
-  useEffect(() => (camera ? followCameras([camera.id]) : undefined), [camera?.id]);
   if (!camera) return null;
   const now = movingTracks.value,
     list = rolls.value;

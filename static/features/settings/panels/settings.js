@@ -6,6 +6,7 @@ import { html } from "../../../core/html.js";
 import { MAX_NAME_LENGTH } from "../../../core/operator.js";
 import { addressOf } from "../../../core/route.js";
 import { Typed } from "../../../ui/typed.js";
+import { serverProblems } from "../../shell/problems.js";
 import {
   chooseName,
   fetchSettings,
@@ -46,19 +47,13 @@ function Health() {
   if (!it) return null;
   return html`<section aria-label="Health">
     <h2>Health</h2>
-    ${it.warnings.length + it.damaged.length === 0
+    ${serverProblems.value.length === 0
       ? html`<p>
         <b class="level good">All is well.</b> Version ${it.version}, up for ${span(it.uptime_s)}.
       </p>`
       : html`<ul class="warnings" data-testid="health-warnings">
-        ${it.warnings.map((w) => html`<li key=${w.reason}>
-          <b>${w.text}</b> ${w.fix}
-        </li>`)}
-        ${it.damaged.map((d) => html`<li key=${d.file}>
-          <b>
-            Something kept was damaged (${d.kind}) and is now in ${d.file}.
-          </b>${" "}
-          ${d.note ?? "Restore it from a backup, or make it anew."}
+        ${serverProblems.value.map(({ id, text, fix }) => html`<li key=${id}>
+          <b>${text}</b> ${fix}
         </li>`)}
       </ul>`}
   </section>`;

@@ -23,7 +23,6 @@ import { ACCEPTED } from "../../versions/imports.js";
 import { ComparePanel, VersionsPanel } from "../../versions/panels/versions.js";
 import { version } from "../../versions/versions.js";
 import { Checklist } from "../../verify/panels/checklist.js";
-import { PairPage } from "../../pair/panels/pair_page.js";
 import { problems } from "../problems.js";
 import { viewNextStep } from "../next_steps.js";
 import { Notices } from "./notices.js";
@@ -79,7 +78,8 @@ function Middle() {
     </section>`;
   const Main = shown.value?.Main;
   if (!Main) return html`<${Stage} Legends=${Legends} />`;
-  return html`<section class=${`stage ${Main === PairPage ? "paired" : "empty"}`} tabindex="-1" data-testid="stage">
+  const kind = route.value.view === "pair" ? "paired" : "empty";
+  return html`<section class=${`stage ${kind}`} tabindex="-1" data-testid="stage">
     <${Main} />
   </section>`;
 }

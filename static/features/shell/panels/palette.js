@@ -62,7 +62,7 @@ function Search() {
     />
     <ul id="found" role="listbox" aria-label="Found">
       ${all.map(({ kind, label, hint }, i) => html`<li
-        key=${`${kind} ${label}`}
+        key=${i}
         id=${`found-${i}`}
         role="option"
         data-testid="found"

@@ -9,6 +9,7 @@ import { cameras } from "../../../core/state.js";
 import { statuses } from "../../live/camera_status.js";
 import { publishing } from "../../network/network.js";
 import { rigs } from "../../rig/rig.js";
+import { isBroken } from "../problems.js";
 
 const EVENTS_MS = 5000,
   SHOWN = 6;
@@ -24,13 +25,13 @@ const names = (/** @type {import("../../../core/types").Camera[]} */ some) => so
 function points() {
   const all = cameras.value,
     live = all.filter((c) => statuses.value[c.id]?.state === "live"),
-    waking = all.filter((c) => ["idle", "connecting"].includes(statuses.value[c.id]?.state ?? "idle")),
+    down = all.filter((c) => isBroken(c.id)),
+    waking = all.filter((c) => !live.includes(c) && !down.includes(c)),
     calibrated = all.filter((c) => c.active_calibration),
     bare = all.filter((c) => !c.active_calibration),
     moved = all.filter((c) => statuses.value[c.id]?.drift?.alarm),
     out = publishing.value,
     rig = rigs.value[0];
-  const down = all.filter((c) => !live.includes(c) && !waking.includes(c));
   return [
     {
       state: down.length ? "bad" : waking.length ? "note" : "ok",

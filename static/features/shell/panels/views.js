@@ -15,14 +15,8 @@ import { DetectionPage } from "../../detection/panels/detection_page.js";
 import { DetectionReport } from "../../detection/panels/detections.js";
 import { DriftPage } from "../../drift/panels/drift_page.js";
 import { JobsPage } from "../../jobs/panels/jobs.js";
-import {
-  CameraForm,
-  CameraPage,
-  CameraPanel,
-  CameraReport,
-  SourceHelp,
-  Tried,
-} from "../../live/panels/camera_page.js";
+import { CameraForm, SourceHelp, Tried } from "../../live/panels/camera_form.js";
+import { CameraPage, CameraPanel, CameraReport } from "../../live/panels/camera_page.js";
 import { CameraImagesPage, ImagesPage } from "../../library/panels/images.js";
 import { Wall } from "../../live/panels/wall.js";
 import { PublishingPage } from "../../network/panels/network.js";
@@ -31,7 +25,8 @@ import { PairForm } from "../../pair/panels/matches.js";
 import { PairPage } from "../../pair/panels/pair_page.js";
 import { PairReport } from "../../pair/panels/pair_report.js";
 import { FieldPage } from "../../rig/panels/field_page.js";
-import { NewRig, RigForm, RigPage, RigReport } from "../../rig/panels/rig.js";
+import { NewRig } from "../../rig/panels/new_rig.js";
+import { RigForm, RigPage, RigReport } from "../../rig/panels/rig.js";
 import { RollsForm, RollsPage, RollsReport } from "../../rolling/panels/rolls.js";
 import { SceneForm, ScenePage, SceneReport } from "../../scene/panels/scene.js";
 import { SettingsPage } from "../../settings/panels/settings.js";

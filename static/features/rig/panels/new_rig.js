@@ -1,0 +1,85 @@
+// The form of a new rig: its field, its cameras, and the part that each shows.
+import { run } from "../../../core/actions.js";
+import { words } from "../../../core/format.js";
+import { html } from "../../../core/html.js";
+import { cameras, fields } from "../../../core/state.js";
+import { draft, draftRefusal, chooseField, setDraft, setRegion, toggleCamera } from "../rig.js";
+
+/** @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
+
+export function NewRig() {
+  const { name, title, field, cameras: chosen } = draft.value,
+    regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
+  return html`<div class="page rig" data-testid="new-rig-page">
+    <h1>Make a rig</h1>
+    <label class="pair tall">
+      <span>Short name</span>
+      <input
+        type="text"
+        data-testid="rig-name"
+        value=${name}
+        maxlength="64"
+        onInput=${(/** @type {Changed} */ e) => setDraft({ name: e.target.value.trim() })}
+      />
+    </label>
+    <label class="pair tall">
+      <span>Title</span>
+      <input
+        type="text"
+        value=${title}
+        maxlength="100"
+        onInput=${(/** @type {Changed} */ e) => setDraft({ title: e.target.value })}
+      />
+    </label>
+    <label class="pair tall">
+      <span>Field</span>
+      <select
+        data-testid="rig-field"
+        value=${field}
+        onChange=${(/** @type {Changed} */ e) => chooseField(e.target.value)}
+      >
+        ${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>
+          ${f.title}
+        </option>`)}
+      </select>
+    </label>
+    <section aria-label="Cameras">
+      <h2>Cameras</h2>
+      <ul class="plain">
+        ${cameras.value.map((c) => {
+          const on = chosen.find((it) => it.camera === c.id);
+          return html`<li key=${c.id} class="line">
+            <label>
+              <input
+                type="checkbox"
+                data-testid=${`with-${c.id}`}
+                checked=${Boolean(on)}
+                onChange=${() => toggleCamera(c.id)}
+              />${" "}
+              ${c.name}
+            </label>
+            ${on && html`<select
+              aria-label=${`Part that ${c.name} shows`}
+              data-testid=${`part-${c.id}`}
+              value=${on.region ?? ""}
+              onChange=${(/** @type {Changed} */ e) => setRegion(c.id, e.target.value || null)}
+            >
+              <option value="">the part it is calibrated on</option>
+              ${regions.map((r) => html`<option key=${r} value=${r}>
+                ${words(r)}
+              </option>`)}
+            </select>`}
+          </li>`;
+        })}
+      </ul>
+    </section>
+    ${draftRefusal.value && html`<div class="warning-line" role="alert" data-testid="rig-refusal">
+      <b>${draftRefusal.value.detail}</b> ${draftRefusal.value.fix}
+    </div>`}
+    <div class="line">
+      <button type="button" class="go" data-testid="make-rig" onClick=${() => run("make-rig")}>
+        Make the rig
+      </button>
+    </div>
+  </div>`;
+}
