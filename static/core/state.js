@@ -33,9 +33,6 @@ export const box = signal(/** @type {{ x0: number, y0: number, x1: number, y1: n
 export const showLines = signal(false);
 export const help = signal(/** @type {"" | "manual" | "keys"} */ (""));
 const shown = computed(() => `${route.value.view}/${route.value.picture}`);
-effect(() => {
-  if (shown.value) untracked(() => (help.value = "")); // it lies where another view has its results
-});
 
 /** Whether the lists from the server are there. */
 export const listed = signal(false);
@@ -85,16 +82,31 @@ export const selectedPoints = computed(() =>
   selection.value.filter((p) => p.index < pointsOf(doc.value, p.feature).length),
 );
 
+// How long a notice outlives the view it was made in: so that what led to the next view can still be read there, and
+// what was removed can still be put back.
+const READ_MS = 10_000,
+  UNDO_MS = 300_000;
 let lastNotice = 0;
 export const notices = signal(/** @type {import("./types").Notice[]} */ ([]));
 
 /**
- * Tell the operator something that stays until it is dismissed.
- * @param {Omit<import("./types").Notice, "id">} notice
+ * Tell the operator something that stays until it is dismissed, or left behind with the view.
+ * @param {Omit<import("./types").Notice, "id" | "at">} notice
  */
 export function notify(notice) {
-  notices.value = [...notices.value.filter((n) => n.text !== notice.text), { ...notice, id: ++lastNotice }];
+  const added = { ...notice, id: ++lastNotice, at: Date.now() };
+  notices.value = [...notices.value.filter((n) => n.text !== notice.text), added];
 }
+
+/** What belonged to the view that was left. */
+function leaveView() {
+  help.value = ""; // it lies where another view has its results
+  const now = Date.now();
+  notices.value = notices.value.filter(({ at, action }) => now - at < (action ? UNDO_MS : READ_MS));
+}
+effect(() => {
+  if (shown.value) untracked(leaveView);
+});
 
 /** Tell what went wrong, with its fix. @param {unknown} error */
 export function notifyError(error) {

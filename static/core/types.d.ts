@@ -158,4 +158,4 @@ export interface HeatMap {
   of: string; what: "expected" | "difference"; z_mm: number; other: string | null; places: Point[][]; values: (number | null)[][]; top: number;
   at: { corrected: (Point | null)[]; image: (Point | null)[] }; median_mm: number; worst_mm: number; worst_place: Point; rms_px: number | null; max_px: number | null;
 }
-export interface Notice { id: number; level: "info" | "warn"; text: string; fix: string; action?: { label: string; run: () => void } }
+export interface Notice { id: number; at: number; level: "info" | "warn"; text: string; fix: string; action?: { label: string; run: () => void } }

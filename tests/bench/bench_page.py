@@ -1,8 +1,8 @@
 """The page in a real Chromium. Command: python -m pytest tests/bench/bench_page.py -s
 
 How soon something useful is on the screen, what a page costs that nobody looks at, what the demo's server needs for its
-start page, and whether memory stays flat over a long live view, shortened by a fast camera. Each prints its figures;
-the promises are asserted.
+start page and another for eight cameras, how soon a knock is told elsewhere, and whether memory stays flat over a long
+live view, shortened by a fast camera. Each prints its figures; the promises are asserted.
 """
 
 import os
@@ -14,16 +14,21 @@ from pathlib import Path
 from statistics import median
 
 import pytest
+import requests
 from playwright.sync_api import sync_playwright
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "e2e"))
 from tests.support.chromium import ARGUMENTS, chromium_path  # noqa: E402
+from tests.support.live_cameras import calibrated  # noqa: E402
+from tests.support.waiting import until  # noqa: E402
 
 ROUNDS = 7
 IDLE_S = 20.0
 AWAKE_S = 15.0  # a simulated camera that was opened or looked at gives all its pictures for ten seconds
 LONG_S, SAMPLES = 180.0, 9
+NETWORK_MS = 20  # there and back: a tournament's wireless network
+EIGHT, KNOCKS, TOLD_S = 8, 5, 5.0
 CAMERAS = """server: {port: 0}
 cameras:
 - {id: north, source: 'sim://table?size=1280x1024&fps=30', field: table}
@@ -32,6 +37,11 @@ cameras:
 # When the first camera can be chosen: what an operator came for.
 USEFUL = """new MutationObserver((_, watch) => { if (document.querySelector("[data-testid=camera-north]")) {
   window.useful = performance.now(); watch.disconnect(); } }).observe(document, { childList: true, subtree: true });"""
+FRAMES = """() => { let last = performance.now(); window.gaps = []; window.tasks = [];
+  const look = (now) => { gaps.push(now - last); last = now; requestAnimationFrame(look); };
+  requestAnimationFrame(look);
+  new PerformanceObserver((list) => tasks.push(...list.getEntries().map((e) => e.duration)))
+    .observe({ type: "longtask" }); }"""
 HIDE = """() => { Object.defineProperty(document, "hidden", { get: () => true, configurable: true });
   document.dispatchEvent(new Event("visibilitychange")); }"""
 
@@ -71,19 +81,23 @@ def status(page, name: str) -> dict:
     return page.request.get(page.url.split("#")[0].rstrip("/") + f"/api/v1/cameras/{name}/status").json()
 
 
-def test_something_useful_is_on_the_screen_within_a_second(browser, url):
+@pytest.mark.parametrize(("path", "latency_ms"), [("", 0), ("", NETWORK_MS), ("/index.html", NETWORK_MS)],
+                         ids=["here", "over a network", "over a network, as modules"])
+def test_something_useful_is_on_the_screen_within_a_second(browser, url, path, latency_ms):
     useful, painted = [], []
     for _ in range(ROUNDS):  # each in a browser profile of its own: nothing is cached
         context = browser.new_context(viewport={"width": 1280, "height": 800})
         context.add_init_script(USEFUL)
         page = context.new_page()
-        page.goto(url)
+        page.context.new_cdp_session(page).send("Network.emulateNetworkConditions", {
+            "offline": False, "latency": latency_ms, "downloadThroughput": -1, "uploadThroughput": -1})
+        page.goto(f"{url}{path}")
         page.get_by_test_id("camera-north").wait_for()
         useful.append(page.evaluate("window.useful"))
         painted.append(page.evaluate("performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? null"))
         context.close()
     print(f"\nfirst paint {median(painted):.0f} ms, useful {median(useful):.0f} ms, slowest {max(useful):.0f} ms")
-    assert median(useful) <= 1000
+    assert path or median(useful) <= 1000 + 10 * latency_ms
 
 
 def test_a_page_that_nobody_sees_costs_next_to_nothing(browser, url):
@@ -119,6 +133,63 @@ def test_the_demo_with_its_start_page_costs_little(browser, tmp_path):
     print(f"\nthe demo's server, its start page in sight at {watched} Hz: {seen:.2f} cores, {shared:.0f} MB "
           f"(PSS; RSS {resident:.0f}); nobody there: {unseen:.2f} cores")
     assert seen < 0.6 and shared < 500 and min(watched) > 3
+
+
+def test_eight_cameras_on_the_wall(browser, tmp_path):
+    (tmp_path / "settings.yaml").write_text("server: {port: 0}\ncameras:\n" + "".join(
+        f"- {{id: c{i}, source: 'sim://table?size=1280x1024&fps=30', field: table}}\n" for i in range(EIGHT)))
+    with serving("serve", "--config", str(tmp_path / "settings.yaml"), "--data", str(tmp_path / "data")) as it:
+        address, pid = it
+        page, session = browser.new_page(viewport={"width": 1440, "height": 900}), browser.new_browser_cdp_session()
+        page.goto(address)
+        for i in range(EIGHT):
+            page.locator(f"[data-testid=live-c{i}][data-state=live]").wait_for(timeout=60_000)
+        time.sleep(AWAKE_S)
+        page.evaluate(FRAMES)
+        seen = cpu_s(session)
+        cores, _, shared = cost(pid)
+        seen = (cpu_s(session) - seen) / IDLE_S
+        gaps, tasks = page.evaluate("[gaps.slice(1), tasks]")
+        fps = sorted(status(page, f"c{i}")["fps"] for i in range(EIGHT))
+        page.goto("about:blank")
+        time.sleep(AWAKE_S)
+        unseen, *_ = cost(pid)
+    gaps.sort()
+    print(f"\n{EIGHT} cameras at {fps[0]:.1f}–{fps[-1]:.1f} Hz: frames of the page {median(gaps):.1f} ms, p95 "
+          f"{gaps[int(len(gaps) * 0.95)]:.1f}, worst {gaps[-1]:.0f}; long tasks {len(tasks)}, {sum(tasks):.0f} ms; "
+          f"browser {seen:.2f} cores, server {cores:.2f}, {shared:.0f} MB (PSS); nobody there: {unseen:.2f} cores")
+    assert fps[0] > 1 and unseen < 0.3
+
+
+def test_a_knock_is_told_on_another_page_within_five_seconds(browser, tmp_path):
+    source, told = "sim://table?size=480x384&fps=10&robots=3", []
+    (tmp_path / "settings.yaml").write_text(f"""server: {{port: 0}}
+cameras:
+- {{id: north, source: '{source}', field: table, region: full}}
+""")
+    with serving("serve", "--config", str(tmp_path / "settings.yaml"), "--data", str(tmp_path / "data")) as it:
+        address, _ = it
+        page, api = browser.new_page(), f"{it[0]}/api/v1"
+        taken = until(lambda: requests.post(f"{api}/snapshots", json={"camera": "north"}), lambda said: said.ok).json()
+        made = requests.post(f"{api}/calibrations", json={
+            "camera": "north", "snapshot": taken["id"], "field": "table", "region": "full", "model": "brown-conrady",
+            "observations": [dict(o) for o in calibrated(source, "brown-conrady").observations]}).json()
+        requests.post(f"{api}/calibrations/{made['id']}/activate").raise_for_status()
+        page.goto(f"{address}/#/system/jobs")
+        for _ in range(KNOCKS):
+            until(lambda: requests.get(f"{api}/cameras/status").json()["items"][0]["drift"]["state"], "steady".__eq__)
+            page.locator("[data-testid=status][data-level=ok]").wait_for(timeout=60_000)
+            knock(api, 4)
+            begun = time.monotonic()
+            page.locator("[data-testid=status][data-level=bad]").wait_for(timeout=60_000)
+            told.append(time.monotonic() - begun)
+            knock(api, 0)
+    print(f"\na knock is told after {', '.join(f'{t:.1f}' for t in told)} s")
+    assert max(told) <= TOLD_S
+
+
+def knock(api: str, mm: int) -> None:
+    requests.patch(f"{api}/cameras/north/controls", json={"controls": {"knock": mm}}).raise_for_status()
 
 
 def test_memory_stays_flat_over_a_long_live_view(browser, url):

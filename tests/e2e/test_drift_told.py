@@ -56,7 +56,11 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     page.get_by_test_id("rail-cameras").click()
     expect(page.get_by_test_id(f"tile-{ID}")).to_have_attribute("data-level", "bad")
     expect(page.get_by_test_id(f"tile-{ID}")).to_contain_text("mm off")
+    expect(page.get_by_test_id("next")).to_have_text("Fix Knocked…")  # before any camera is calibrated that is not yet
     page.screenshot(path=tmp_path / "wall.png")
+    page.get_by_test_id("next").click()
+    expect(page).to_have_url(re.compile(f"#/cameras/{ID}/drift$"))
+    page.get_by_test_id("rail-cameras").click()
     page.get_by_test_id("bell").click()
     page.get_by_test_id("problem").filter(has_text="Knocked").get_by_role("link").click()
     drift = page.get_by_test_id("drift")

@@ -265,6 +265,19 @@ def test_a_camera_lists_its_own_images_small_and_leads_on_with_one(operator, ser
     assert operator.snapshot == snapshot
 
 
+def test_a_notice_is_left_behind_with_its_view_once_it_could_be_read(operator):
+    page = operator.page
+    page.get_by_test_id("file").set_input_files({"name": "a.png", "mimeType": "image/png", "buffer": b"none"})
+    expect(page.get_by_test_id("notice")).to_be_visible()
+    page.get_by_test_id("rail-system").click()
+    expect(page.get_by_test_id("publishing-page")).to_be_visible()
+    expect(page.get_by_test_id("notice")).to_be_visible()  # it has only just been told
+    page.clock.set_fixed_time(time.time() + 60)
+    page.get_by_test_id("rail-library").click()
+    expect(page.get_by_test_id("images-page")).to_be_visible()
+    expect(page.get_by_test_id("notice")).to_have_count(0)
+
+
 def test_who_signed_in_with_the_token_signs_out_again(page, tmp_path):
     server = Server(tmp_path, token="a-token-that-is-long-enough")
     try:

@@ -3,6 +3,7 @@ import { go } from "../../core/route.js";
 import { cameras, snapshot } from "../../core/state.js";
 import { openPalette } from "./palette.js";
 import { PLACES } from "./places.js";
+import { badCamera } from "./problems.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const PAGE_ACTIONS = [
@@ -13,6 +14,15 @@ export const PAGE_ACTIONS = [
     group: "Places",
     run: () => go(view),
   })),
+  {
+    id: "fix-camera",
+    label: "Show the camera that needs attention",
+    group: "Places",
+    enabled: () => badCamera.value !== null,
+    run: () => {
+      location.hash = badCamera.value?.href ?? "";
+    },
+  },
   { id: "jobs", label: "Show the jobs", keys: ["i"], group: "Places", run: () => go("jobs") },
   {
     id: "versions",

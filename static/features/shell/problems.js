@@ -167,5 +167,11 @@ export const problems = computed(() =>
   ),
 );
 
+/** Of the camera that stops a match, if one does. */
+export const badCamera = computed(() => {
+  const found = problems.value.find((it) => it.level === "bad" && it.camera);
+  return found ? { name: nameOf(found.camera), href: found.href } : null;
+});
+
 /** The worst of a place or a camera. @param {(it: Problem) => boolean} isOf */
 export const worstOf = (isOf) => problems.value.find(isOf)?.level ?? null;

@@ -9,6 +9,7 @@ import { preview, refusal, stale } from "../calibrate/fitting.js";
 import { activationNextStep } from "../verify/actions.js";
 import { isSaved, version } from "../versions/versions.js";
 import { viewNextStep } from "./next_steps.js";
+import { badCamera } from "./problems.js";
 
 /**
  * @typedef {import("../../core/types").StepId} StepId
@@ -95,6 +96,7 @@ export const nextAction = computed(() => {
   switch (step.value) {
     case "":
       if (route.value.view !== "wall") return viewNextStep.value ?? thing("", "");
+      if (badCamera.value) return thing("fix-camera", `Fix ${badCamera.value.name}…`);
       return nextCamera.value
         ? thing("take", `Calibrate ${nextCamera.value.name}`)
         : thing("open", "Open an image…");

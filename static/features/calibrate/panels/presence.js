@@ -1,4 +1,4 @@
-// Beside the step: who else has this picture open, and what they have just changed in its draft.
+// At the foot of the left panel, where nothing jumps: who else has this picture open, and what they have just changed.
 import { undo } from "../../../core/document.js";
 import { html } from "../../../core/html.js";
 import { changedBy, isTheirs } from "../draft.js";
@@ -15,8 +15,8 @@ export function Presence() {
       ? [known.length ? `${nameless} more` : nameless === 1 ? "Somebody else" : `${nameless} others`]
       : []),
   ].join(", ");
-  return html`
-    ${isTheirs() && html`<div class="presence line" role="status" data-testid="changed-by">
+  return html`<div class="presence">
+    ${isTheirs() && html`<div class="line" role="status" data-testid="changed-by">
       <span class="grow">
         <b>${changedBy.value?.name}</b> changed the draft.
       </span>
@@ -24,9 +24,9 @@ export function Presence() {
         Undo
       </button>
     </div>`}
-    ${names.length > 0 && html`<p class="presence" data-testid="presence">
+    ${names.length > 0 && html`<p data-testid="presence">
       <span aria-hidden="true">●</span> ${who} ${known.length + nameless > 1 ? "have" : "has"} this picture
       open too. Changes show at once on both sides.
     </p>`}
-  `;
+  </div>`;
 }

@@ -100,7 +100,7 @@ function Left() {
   return html`<aside class="left" aria-label="This step">
     ${(it?.Form || !it) && !opening.value && html`<${Guide} />`}
     <${Tour} />
-    ${!opening.value && (it?.Form ? html`<${it.Form} />` : !it && html`<${Step} />`)}
+    ${!opening.value && (it?.Form ? html`<${it.Form} />` : !it && html`<${Step} /><${Presence} />`)}
   </aside>`;
 }
 
@@ -113,7 +113,6 @@ function Guide() {
     ${(route.value.view === "pair" || step.value) && html`<h1 class="sr">${label} – Touchline</h1>`}
     <h2>${label}</h2>
     <p data-testid="sentence">${sentence}</p>
-    <${Presence} />
   </section>`;
 }
 

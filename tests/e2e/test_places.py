@@ -1,0 +1,113 @@
+"""The five places of the rail, each with something done there, by the keyboard alone and by a finger."""
+
+import re
+from types import MappingProxyType
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.e2e.conftest import LONG_MS
+from tests.support.waiting import until
+
+MOST_TABS = 80  # more than any page has before what is looked for
+FOCUSED = "(id) => document.activeElement.dataset.testid === id"
+RING_PX = "parseFloat(getComputedStyle(document.activeElement).outlineWidth)"
+
+
+class Keyboard:
+    """Who has no pointer: to a control by Tab, which must be seen to be there, and Enter."""
+    screen = MappingProxyType({"viewport": {"width": 1280, "height": 800}})
+
+    def __init__(self, page):
+        self.page = page
+
+    def to(self, name: str) -> None:
+        expect(self.page.get_by_test_id(name)).to_be_visible(timeout=LONG_MS)
+        for _ in range(MOST_TABS):
+            if self.page.evaluate(FOCUSED, name):
+                assert self.page.evaluate(RING_PX) >= 2, f"nothing shows that {name} has the focus"
+                return
+            self.page.keyboard.press("Tab")
+        raise AssertionError(f"{name} is not reached by {MOST_TABS} times Tab")
+
+    def press(self, name: str) -> None:
+        self.to(name)
+        self.page.keyboard.press("Enter")
+
+    def choose(self, name: str, value: str) -> None:
+        self.to(name)
+        self.page.keyboard.type(value)
+
+
+class Finger:
+    """Who holds a telephone: what is tapped is in sight, large enough, and under nothing else."""
+    screen = MappingProxyType({"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True})
+
+    def __init__(self, page):
+        self.page = page
+
+    def press(self, name: str) -> None:
+        control = self.page.get_by_test_id(name)
+        expect(control).to_be_visible(timeout=LONG_MS)
+        control.scroll_into_view_if_needed()
+        box = control.bounding_box()
+        assert min(box["width"], box["height"]) >= 24, f"{name} is {box['width']} × {box['height']} px"  # WCAG 2.5.8
+        control.tap()
+
+    def choose(self, name: str, value: str) -> None:
+        self.page.get_by_test_id(name).select_option(label=value)
+
+
+@pytest.fixture(params=[Keyboard, Finger], ids=["keyboard", "finger"])
+def way(request, browser, server):
+    context = browser.new_context(**request.param.screen)
+    page = context.new_page()
+    page.goto(server.url)
+    yield request.param(page)
+    context.close()
+
+
+def test_cameras_are_gone_through_tab_by_tab(way):
+    page = way.page
+    way.press("rail-cameras")
+    way.press("look-at-overhead")
+    expect(page.get_by_test_id("live-desk")).to_be_visible(timeout=LONG_MS)
+    for tab, shown in (("camera-images", "camera-images-page"), ("drift", "drift-page"), ("versions", "versions-page")):
+        way.press(f"tab-{tab}")
+        expect(page.get_by_test_id(shown)).to_be_visible(timeout=LONG_MS)
+        expect(page.get_by_test_id(f"tab-{tab}")).to_have_attribute("aria-current", "page")
+    way.press("step-camera")
+    expect(page.get_by_test_id("tile-overhead")).to_be_visible()
+
+
+def test_a_field_gets_a_rig(way, server):
+    page = way.page
+    way.press("rail-field")
+    way.press("do-new-rig")
+    expect(page.get_by_test_id("new-rig-page")).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_test_id("next")).not_to_be_empty()
+
+
+def test_a_lens_may_come_from_straight_edges(way):
+    page = way.page
+    way.press("rail-lenses")
+    way.press("tab-edges")
+    expect(page.get_by_test_id("straight-desk")).to_be_visible(timeout=LONG_MS)
+
+
+def test_an_image_is_found_in_the_library_and_opened(way, server):
+    taken = until(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda answer: answer.ok)
+    page, picture = way.page, taken.json()["id"]
+    way.press("rail-library")
+    way.press(f"recent-{picture}")
+    expect(page).to_have_url(re.compile(f"#/calibrate/{picture}/"))
+    expect(page.get_by_test_id("picture")).to_be_visible(timeout=LONG_MS)
+
+
+def test_the_system_tells_its_jobs_and_takes_other_colours(way):
+    page = way.page
+    way.press("rail-system")
+    way.press("tab-jobs")
+    expect(page.get_by_test_id("jobs-page")).to_be_visible(timeout=LONG_MS)
+    way.choose("theme", "Dark")
+    expect(page.locator("html")).to_have_attribute("data-theme", "dark")
