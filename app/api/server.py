@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import logging
 import os
 import secrets
 import socket
@@ -71,8 +72,16 @@ def run(app: ASGIApp, listener: socket.socket, settings: Settings, connection: t
         limit_concurrency=settings.server.max_connections, timeout_graceful_shutdown=STOP_S, timeout_keep_alive=20,
         http=connection, ws="websockets-sansio",
         ws_per_message_deflate=False)  # JPEGs do not get smaller, only the server slower
+    logging.getLogger("uvicorn.error").addFilter(_without_traceback_of_bad_bytes)
     with contextlib.closing(listener), contextlib.suppress(KeyboardInterrupt):
         uvicorn.Server(config).run(sockets=[listener])
+
+
+def _without_traceback_of_bad_bytes(record: logging.LogRecord) -> bool:
+    """uvicorn logs a client's text that is no UTF-8 like an error of its own, before it closes the socket (1007)."""
+    if record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError):
+        record.exc_info = None
+    return True
 
 
 def data_folder(path: Path) -> Path:

@@ -4,15 +4,17 @@ import asyncio
 from collections import Counter
 from collections.abc import AsyncIterator, Coroutine, Iterator
 from contextlib import asynccontextmanager, contextmanager, suppress
-from typing import Any
+from typing import Any, TypeVar
 
 from fastapi import WebSocket
+from pydantic import BaseModel, ValidationError
 from starlette.websockets import WebSocketDisconnect
 
 from app.api.json_text import json_bytes
 from app.api.middleware.problems import MANUAL
-from app.core.errors import Busy, TouchlineError
+from app.core.errors import BadInput, Busy, TouchlineError
 
+Told = TypeVar("Told", bound=BaseModel)
 SEND_TIMEOUT_S = 10.0  # a viewer that takes nothing for so long is closed
 CLOSE_TIMEOUT_S = 1.0
 
@@ -62,6 +64,20 @@ async def send_json(socket: WebSocket, value: Any) -> None:
 
 async def send_text(socket: WebSocket, text: str) -> None:
     await asyncio.wait_for(socket.send_text(text), SEND_TIMEOUT_S)
+
+
+async def receive_json(socket: WebSocket, schema: type[Told], max_length: int, fix: str) -> Told:
+    """Return the client's next message; BadInput with the fix for one of bytes, a longer one, and what is none."""
+    message = await socket.receive()
+    if message["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect(message.get("code", 1005))
+    text = message.get("text")
+    try:
+        if text is not None and len(text) <= max_length:
+            return schema.model_validate_json(text)
+    except ValidationError:
+        pass
+    raise BadInput("This is not what can be said here.", fix, reason="bad-request")
 
 
 async def until_disconnect(socket: WebSocket) -> None:

@@ -31,6 +31,7 @@ Points = NDArray[np.float64]  # (..., 2)
 # Nothing on a picture or a playing field is larger; beyond it, squares and cubes of coordinates
 # lose the digits that a least squares needs, and 1e308 overflows.
 MAX_COORDINATE = 1e7
+MIN_SIDE_PX, MAX_SIDE_PX = 2, 65_536  # of a picture that can be calibrated
 
 
 @dataclass(frozen=True)
@@ -54,9 +55,9 @@ class ImageSize:
         except (TypeError, ValueError, OverflowError):
             raise BadInput(f"{value!r} is not a picture size.", "Give it as [width, height] in pixels.",
                            reason="bad-image-size") from None
-        if not (2 <= width <= 65536 and 2 <= height <= 65536):
-            raise BadInput(f"A picture of {width} × {height} px cannot be calibrated.",
-                           "Give a width and a height between 2 and 65536 pixels.", reason="bad-image-size")
+        if not all(MIN_SIDE_PX <= side <= MAX_SIDE_PX for side in (width, height)):
+            raise BadInput(f"A picture of {width} × {height} px cannot be calibrated.", "Give a width and a height "
+                           f"between {MIN_SIDE_PX} and {MAX_SIDE_PX} pixels.", reason="bad-image-size")
         return cls(width, height)
 
     @property

@@ -5,7 +5,7 @@ from typing import Any, Self
 
 from app.core.errors import BadInput, Conflict
 from app.core.field import Field
-from app.core.geometry import ImageSize
+from app.core.geometry import MAX_SIDE_PX, MIN_SIDE_PX, ImageSize
 from app.formats.metadata import CameraPose, Metadata
 from app.formats.numbers import format_error, integer, number
 from app.models import MODELS
@@ -14,7 +14,6 @@ from app.models.ray_camera import RayCamera
 
 MAX_FOCAL_PX = 1e6
 NO_METADATA = Metadata()
-SIDE = (2, 65536)
 
 
 @dataclass(frozen=True)
@@ -90,4 +89,5 @@ class CameraFile:
 
 
 def checked_size(width: Any, height: Any) -> ImageSize:
-    return ImageSize(integer(width, "The picture's width", *SIDE), integer(height, "The picture's height", *SIDE))
+    return ImageSize(integer(width, "The picture's width", MIN_SIDE_PX, MAX_SIDE_PX),
+                     integer(height, "The picture's height", MIN_SIDE_PX, MAX_SIDE_PX))

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from app.core.errors import BadImage, ImageTooLarge
+from app.core.geometry import MIN_SIDE_PX
 
 RESAVE = "Open it in an image program and save it again as PNG or JPEG."
 SEND_AGAIN = "Copy or export the picture again; the file is probably incomplete or damaged."
@@ -60,10 +61,13 @@ def unsupported(what: str) -> BadImage:
 
 
 def checked_size(width: int, height: int, limits: ImageLimits) -> None:
-    """Refuse an empty picture, and one with more pixels than we would decode."""
+    """Refuse an empty picture, one that no camera delivers, and one with more pixels than we would decode."""
     if width < 1 or height < 1:
         raise damaged(f"it declares {width} × {height} px")
     if width > limits.max_side_px or height > limits.max_side_px or width * height > limits.max_pixels:
         raise ImageTooLarge(f"The picture declares {width} × {height} px.",
                             f"Send at most {limits.max_pixels / 1e6:g} million pixels and {limits.max_side_px} px a "
                             "side; scale it down or crop it.")
+    if min(width, height) < MIN_SIDE_PX:
+        raise BadImage(f"The picture has {width} × {height} px.", "Send the whole picture of a camera.",
+                       reason="image-too-small")

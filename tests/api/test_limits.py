@@ -14,10 +14,13 @@ import uvicorn
 from starlette.applications import Starlette
 from starlette.responses import JSONResponse, StreamingResponse
 from starlette.routing import Route, WebSocketRoute
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect as websocket_connect
 
 from app.api.middleware.connections import MAX_HEAD_BYTES, LimitedConnection, limited_connections
 from app.api.middleware.limits import ENVELOPE_BYTES, MB, BodyLimits
-from tests.support.waiting import until
+from tests.support.servers import API, served
+from tests.support.waiting import LONG_S, until
 
 JSON, UPLOAD = "application/json", "multipart/form-data; boundary=b"
 
@@ -365,3 +368,16 @@ def test_this_machine_is_told_from_others(address, is_ours):
 def test_two_servers_count_apart():
     assert limited_connections().open is not limited_connections().open
     assert issubclass(limited_connections(), LimitedConnection)
+
+
+def test_text_that_is_no_utf8_closes_the_socket_and_the_log_is_no_longer_for_it(tmp_path):
+    with open(tmp_path / "log", "w+") as log, served(tmp_path / "data", log=log) as url:
+        for _ in range(3):
+            jobs = f"{url.replace('http', 'ws')}{API}/jobs/stream"
+            with websocket_connect(jobs) as line, pytest.raises(ConnectionClosed) as end:
+                line.send(b"\xff\xfe", text=True)
+                for _ in range(10):
+                    line.recv(LONG_S)
+            assert end.value.rcvd.code == 1007
+        log.seek(0)
+        assert "Traceback" not in (said := log.read()), said

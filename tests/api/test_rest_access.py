@@ -5,7 +5,7 @@ import re
 import pytest
 from starlette.testclient import TestClient
 
-from app.api.middleware.access import MAX_WRONG, OPEN
+from app.api.middleware.access import COOKIE, MAX_WRONG, OPEN, cookie_of
 from app.main import create_app
 from app.settings import Settings
 
@@ -98,6 +98,22 @@ def test_guessing_is_slowed_down_and_the_right_token_is_still_heard(guarded):
     assert guarded.get("/api/v1/models", headers={"Authorization": f"Bearer {TOKEN}"}).status_code == 200
 
 
+def test_cookies_are_guessed_as_slowly_and_the_log_tells_of_it(guarded, caplog):
+    said = [guarded.get("/api/v1/models", headers={"Cookie": f"{COOKIE}={i:064x}"}) for i in range(3 * MAX_WRONG)]
+    assert [one.status_code for one in said] == [401] * MAX_WRONG + [429] * 2 * MAX_WRONG
+    assert said[-1].headers["retry-after"] == "60"
+    told = [record.getMessage() for record in caplog.records if "wrong token" in record.getMessage()]
+    assert len(told) == MAX_WRONG + 1 and all("testclient" in one for one in told)
+    assert guarded.get("/api/v1/models", headers={"Cookie": f"{COOKIE}={cookie_of(TOKEN)}"}).status_code == 200
+
+
+def test_a_page_with_an_old_cookie_loses_it_and_is_led_to_the_login(guarded):
+    guarded.cookies.set(COOKIE, "of an older token")
+    for _ in range(MAX_WRONG + 5):
+        assert guarded.get("/api/v1/models").status_code == 401  # the client has dropped it after the first
+    assert guarded.get("/", headers={"Accept": "text/html"}).headers["location"] == "/login"
+
+
 @pytest.mark.parametrize("header", [b"Bearer \xe9\xff", b"Bearer", b"Basic eDp5", b"", b"Bearer " + b"x" * 9000])
 def test_a_strange_header_is_only_a_wrong_token(guarded, header):
     assert guarded.get("/api/v1/models", headers={b"Authorization": header}).status_code == 401
@@ -113,12 +129,25 @@ def test_a_strange_cookie_is_no_token(guarded, cookie):
     {"Origin": "null"},
     {"Origin": "http://127.0.0.1:9999"},
     {"Origin": "http://127.0.0.1:8000.evil.example"},
+    {"Origin": "http://["},
     {"Sec-Fetch-Site": "cross-site"},
     {"Sec-Fetch-Site": "same-site"},
+    {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "document"},
 ])
 def test_another_sites_page_changes_nothing(standing, headers):
-    answer = standing.post("/api/v1/fit/border", json=BORDER, headers=headers)
+    answer = standing.post("/api/v1/fit/border", json=BORDER, headers={k: v.encode() for k, v in headers.items()})
     assert answer.status_code == 403 and answer.json()["fix"]
+
+
+@pytest.mark.parametrize("site", ["cross-site", "same-site"])
+def test_another_sites_page_reads_nothing_but_may_link_here(standing, site):
+    for path in ("/api/v1/settings", "/api/v1/archive", "/"):
+        for how in ({}, {"Sec-Fetch-Mode": "no-cors", "Sec-Fetch-Dest": "image"},
+                    {"Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "embed"}):
+            answer = standing.get(path, headers={"Sec-Fetch-Site": site, **how})
+            assert answer.status_code == 403 and answer.json()["fix"], (path, how)
+    link = {"Sec-Fetch-Site": site, "Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "document"}
+    assert standing.get("/", headers=link).status_code == 200
 
 
 def test_our_own_page_may(standing):
@@ -126,9 +155,17 @@ def test_our_own_page_may(standing):
     assert standing.post("/api/v1/fit/border", json=BORDER, headers=headers).status_code == 200
 
 
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", "", "["])
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", ""])
 def test_a_name_that_only_points_here_is_not_answered(standing, host):
     assert standing.get("/api/v1/health", headers={"Host": host}).status_code == 403
+
+
+@pytest.mark.parametrize("path", ["/api/v1/health", "/login", "/"])
+@pytest.mark.parametrize("host", ["[", "[::1", "a]b"])
+def test_what_is_no_host_is_told_so(standing, guarded, host, path):
+    for client in (standing, guarded):
+        answer = client.get(path, headers={"Host": host.encode()})
+        assert answer.status_code == 400 and answer.json()["fix"]
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost:8000", "LOCALHOST", "[::1]:8000"])
@@ -141,6 +178,7 @@ def test_every_answer_says_what_a_page_may_load(standing):
         headers = standing.get(path, follow_redirects=False).headers
         assert "default-src 'self'" in headers["content-security-policy"], path
         assert headers["x-content-type-options"] == "nosniff"
+        assert headers["cross-origin-resource-policy"] == "same-origin"
 
 
 def test_the_documentation_page_loads_nothing_from_elsewhere(standing):

@@ -71,12 +71,12 @@ def test_a_camera_before_which_there_is_no_board_says_so(films):
 
 
 @pytest.mark.parametrize("first", [
-    "no JSON", "{}", '{"board": {"kind": "cube"}}', "[1]", "null",
+    b"\xff\x00", "", "[" * 50_000, "x" * 200_000, "no JSON", "{}", '{"board": {"kind": "cube"}}', "[1]", "null",
     json.dumps({"board": BOARD.to_json(), "taken": [[1]]}),
     json.dumps({"board": BOARD.to_json(), "taken": [[[0, 0]] * 4]})])
 def test_nonsense_is_refused_in_a_sentence_and_the_line_is_closed(films, first):
     with socket_to(films, "bare") as line:
-        line.send_text(first)
+        line.send_bytes(first) if isinstance(first, bytes) else line.send_text(first)
         problem = line.receive_json()
         assert problem["status"] == 422 and problem["fix"]
 

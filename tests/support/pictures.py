@@ -115,6 +115,8 @@ HOSTILE: dict[str, tuple[Callable[[], bytes], str]] = {  # what it is: (its byte
     "a PNG of 2^31 px a side": (lambda: png(2**31 - 1, 2**31 - 1, chunk(b"IDAT", compress(b""))), "image-too-large"),
     "a PNG of 51 Mpx": (lambda: png(10_000, 5_100, chunk(b"IDAT", compress(b""))), "image-too-large"),
     "a PNG too wide": (lambda: png(16_385, 1, chunk(b"IDAT", compress(b""))), "image-too-large"),
+    "a PNG of one pixel": (lambda: encoded("png", gradient(1, 1)), "image-too-small"),
+    "a PNG of one row": (lambda: encoded("png", gradient(4000, 1)), "image-too-small"),
     "a PNG without rows": (lambda: png(8, 0, chunk(b"IDAT", compress(b""))), "damaged-image"),
     "a PNG without pixels": (lambda: png(8, 8), "truncated-image"),
     "a PNG whose data cannot hold its size": (

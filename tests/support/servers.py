@@ -7,6 +7,7 @@ import sys
 from contextlib import closing, contextmanager
 from http.client import HTTPConnection
 from pathlib import Path
+from typing import IO
 from urllib.parse import urlsplit
 
 from tests.support.paths import ROOT
@@ -16,10 +17,11 @@ BOUNDARY = "b0undary"
 
 
 @contextmanager
-def served(data: Path, *words: str):
-    """The address of a server on that data folder."""
+def served(data: Path, *words: str, log: IO | None = None):
+    """The address of a server on that data folder; its log goes there, else to where the test's own goes."""
     process = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", "serve", "--port", "0",
-                                "--data", str(data), *words], cwd=ROOT, stdout=subprocess.PIPE, text=True)
+                                "--data", str(data), *words], cwd=ROOT, stdout=subprocess.PIPE, stderr=log,
+                               text=True)
     try:
         yield process.stdout.readline().split()[-1].rstrip("/")
         assert process.poll() is None, "the server has died"

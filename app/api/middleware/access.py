@@ -3,11 +3,13 @@
 Without a token the server listens on this machine only; then the Host header must name this machine, or a
 page elsewhere could reach us by pointing its own name here. A request that changes something and carries an
 Origin must come from our own page. With a token everything but OPEN needs it: as a Bearer header from scripts,
-as a cookie from browsers, whose pictures and sockets cannot send headers.
+as a cookie from browsers, whose pictures and sockets cannot send headers. Nothing is read from another site's page,
+either, but what it links to: a browser says where a request comes from (Sec-Fetch-Site; https://web.dev/fetch-metadata).
 """
 
 import hashlib
 import hmac
+import logging
 import time
 from collections import deque
 from http.cookies import CookieError, SimpleCookie
@@ -27,6 +29,8 @@ COOKIE = "touchline"
 COOKIE_DAYS = 30
 MAX_WRONG = 10  # wrong tokens a minute from one address; a right one is always accepted
 MAX_ADDRESSES = 1000
+EMBEDDED = ("object", "embed")  # a navigation within another site's page
+log = logging.getLogger("touchline")
 
 LOGIN_PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Touchline: sign in</title>
 <meta name="viewport" content="width=device-width">
@@ -45,19 +49,23 @@ def cookie_of(token: str) -> str:
 
 
 class WrongTokens:
-    """Count wrong tokens by address, so that guessing is slow and nobody else is locked out."""
+    """Count and log wrong tokens by address, so that guessing is slow and nobody else is locked out."""
 
     def __init__(self) -> None:
         self._times: dict[str, deque[float]] = {}
 
     def too_many(self, address: str) -> bool:
-        """Count one more wrong token; return whether it is one too many within a minute."""
+        """Count one more wrong token or cookie; return whether it is one too many within a minute."""
         now = time.monotonic()
         if address not in self._times and len(self._times) >= MAX_ADDRESSES:
             self._times.pop(next(iter(self._times)))
         times = self._times.setdefault(address, deque(maxlen=MAX_WRONG + 1))
+        was_too_many = len(times) > MAX_WRONG and now - times[0] < 60
         times.append(now)
-        return len(times) > MAX_WRONG and now - times[0] < 60
+        is_too_many = len(times) > MAX_WRONG and now - times[0] < 60
+        if not was_too_many:  # a guesser does not fill the log
+            log.warning("wrong token from %s%s", address, ", and more than are answered" if is_too_many else "")
+        return is_too_many
 
 
 class AccessControl:
@@ -85,12 +93,14 @@ class AccessControl:
 
     def _refuse_origin(self, scope: Scope, headers: Headers) -> Response | None:
         host = headers.get("host", "")
-        if self.hosts and _name(host) not in self.hosts:
+        name = _name(f"//{host}")
+        if name is None:
+            return framework_problem(400, "The Host header is no host.")
+        if self.hosts and name not in self.hosts:
             return framework_problem(403, "This server does not answer to that host name.")
         changes = scope["type"] == "websocket" or scope["method"] not in SAFE
-        origin = headers.get("origin")
-        elsewhere = origin is not None and urlsplit(origin).netloc != host
-        if changes and (elsewhere or headers.get("sec-fetch-site") in ("cross-site", "same-site")):
+        if (changes and _is_elsewhere(headers.get("origin"), host)) or (
+                headers.get("sec-fetch-site") in ("cross-site", "same-site") and (changes or not _is_link(headers))):
             return framework_problem(403, "This request comes from another site's page.")
         return None
 
@@ -100,21 +110,35 @@ class AccessControl:
         scheme, _, given = headers.get("authorization", "").partition(" ")
         if scheme.lower() == "bearer" and hmac.compare_digest(given.strip().encode(), self.token.encode()):
             return None
-        if hmac.compare_digest(_cookie(headers), cookie_of(self.token)):
+        cookie = _cookie(headers)
+        if hmac.compare_digest(cookie, cookie_of(self.token)):
             return None
-        if given and self.wrong.too_many(_address(scope)):
-            return too_many_tokens()
-        if "text/html" in headers.get("accept", ""):
-            return RedirectResponse("/login", 303)
-        return framework_problem(401, "This server wants an access token.", {"WWW-Authenticate": "Bearer"})
+        answer = framework_problem(401, "This server wants an access token.", {"WWW-Authenticate": "Bearer"})
+        if (given or cookie) and self.wrong.too_many(_address(scope)):
+            answer = too_many_tokens()
+        elif "text/html" in headers.get("accept", ""):
+            answer = RedirectResponse("/login", 303)
+        if cookie:
+            answer.delete_cookie(COOKIE, httponly=True, samesite="strict")  # a page would send it again and again
+        return answer
 
 
-def _name(host: str) -> str:
-    """The host without its port, in lower case: "[::1]:8000" reads "::1"."""
+def _name(url: str) -> str | None:
+    """The host of a URL without its port, in lower case: "//[::1]:8000" reads "::1"; None where it is no URL."""
     try:
-        return urlsplit(f"//{host}").hostname or ""
+        return urlsplit(url).hostname or ""
     except ValueError:
-        return ""
+        return None
+
+
+def _is_elsewhere(origin: str | None, host: str) -> bool:
+    """Whether it is given and is not the host's own."""
+    return origin is not None and (_name(origin) is None or urlsplit(origin).netloc != host)
+
+
+def _is_link(headers: Headers) -> bool:
+    """Whether the browser goes there: then the other site's page reads nothing of it."""
+    return headers.get("sec-fetch-mode") == "navigate" and headers.get("sec-fetch-dest") not in EMBEDDED
 
 
 def _cookie(headers: Headers) -> str:

@@ -27,6 +27,7 @@ class SecurityHeaders:
             "style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; connect-src 'self'; "
             "worker-src 'self' blob:; object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'self'",
             "X-Content-Type-Options": "nosniff",
+            "Cross-Origin-Resource-Policy": "same-origin",
             "Referrer-Policy": "same-origin",
         }
 

@@ -1,14 +1,13 @@
 """WS /cameras/{id}/board: a calibration board before a live camera; pictures of it are taken automatically."""
 
 import asyncio
-import json
 from typing import Annotated, Any
 
 from fastapi import APIRouter, WebSocket
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from app.api.dependencies import ServicesDep
-from app.api.sockets import SessionLimit, run_until_first, send_json, websocket_session
+from app.api.sockets import SessionLimit, receive_json, run_until_first, send_json, websocket_session
 from app.core.board import Board
 from app.core.errors import BadInput
 from app.core.geometry import ImageSize
@@ -51,7 +50,7 @@ async def watch_board(socket: WebSocket, services: ServicesDep, id: str) -> None
     async with websocket_session(socket):
         with SESSIONS.session(id):
             camera = services.live.get(id)
-            first = _parse(await asyncio.wait_for(socket.receive_text(), FIRST_MESSAGE_S))
+            first = await asyncio.wait_for(_receive(socket), FIRST_MESSAGE_S)
             session = BoardSession(socket, services, camera, Board.from_json(first.board), first)
             await run_until_first(session.receive(), session.send())
 
@@ -70,7 +69,7 @@ class BoardSession:
     async def receive(self) -> None:
         """Follow the page's messages until it has gone."""
         while True:
-            message = _parse(await self._socket.receive_text())
+            message = await _receive(self._socket)
             self._automatic = self._automatic if message.automatic is None else message.automatic
             self._take = self._take or message.take
 
@@ -114,9 +113,6 @@ class BoardSession:
         return await self._services.run_in_thread(frame.save, self._services.store, "board")
 
 
-def _parse(text: str) -> BoardMessage:
-    try:
-        return BoardMessage.model_validate(json.loads(text[:MAX_MESSAGE]))
-    except (ValidationError, ValueError):
-        raise BadInput("This is not what can be said here.", 'Say {"board": {…}, "taken": [], "automatic": true} '
-                       'first, later {"automatic": false} or {"take": true}.', reason="bad-request") from None
+async def _receive(socket: WebSocket) -> BoardMessage:
+    return await receive_json(socket, BoardMessage, MAX_MESSAGE, 'Say {"board": {…}, "taken": [], "automatic": true} '
+                              'first, later {"automatic": false} or {"take": true}.')

@@ -1,20 +1,19 @@
 """WS /scene: a 3-D scene for one page, while the socket is open; GET …/scene.html: the same as a file."""
 
 import asyncio
-import json
 from contextlib import suppress
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Query, WebSocket
-from pydantic import Field, StringConstraints, ValidationError
+from pydantic import Field, StringConstraints
 from starlette.responses import HTMLResponse
 
 from app.api.dependencies import ServicesDep
 from app.api.file_headers import disposition
 from app.api.schemas.media import HTML
 from app.api.schemas.requests import Id
-from app.api.sockets import run_until_first, send_json, websocket_session
-from app.core.errors import BadInput, TouchlineError, Unavailable
+from app.api.sockets import receive_json, run_until_first, send_json, websocket_session
+from app.core.errors import TouchlineError, Unavailable
 from app.core.records import Calibration
 from app.live.stream_spec import StreamSpec
 from app.processes.framing import decode_body, split_body
@@ -70,17 +69,6 @@ class SceneMessage(Strict):
     set: SceneSet | None = None
 
 
-def parse_message(text: str) -> SceneMessage:
-    """Return the message; BadInput for anything else."""
-    try:
-        if len(text) > MAX_MESSAGE:
-            raise ValueError("too long")
-        return SceneMessage.model_validate(json.loads(text))
-    except (ValidationError, ValueError, RecursionError):
-        raise BadInput("This is not what can be said to a scene.", 'Say {"show": {"calibrations": [id]}} or {"set": '
-                       '{"view": "above"}}.', reason="bad-request") from None
-
-
 @router.websocket("/scene")
 async def open_scene(socket: WebSocket, services: ServicesDep) -> None:
     """Send {"address"}; receive {"show": {…}} and {"set": {…}}; send {"shown"}, {"clicked"}, {"problem"}.
@@ -130,7 +118,8 @@ class SceneSession:
     async def receive(self, process: SceneProcess) -> None:
         """Follow the page's messages until it has gone; what cannot be shown leaves the scene as it was."""
         while True:
-            message = parse_message(await self._socket.receive_text())
+            message = await receive_json(self._socket, SceneMessage, MAX_MESSAGE,
+                                         'Say {"show": {"calibrations": [id]}} or {"set": {"view": "above"}}.')
             if message.set is not None:
                 if message.set.layers is not None:
                     self._shows_detections = "things" in message.set.layers
