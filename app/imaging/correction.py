@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 
 from app.core.errors import BadInput
 from app.core.geometry import ImageSize, Points
+from app.core.progress import Progress, no_progress
 from app.models.contract import Rectification
 
 BLOCK_PX = 1 << 15  # so many pixels at a time stay in the processor's cache
 MAX_MAP_PX = 50e6
+MAX_ENLARGED_PX = 16e6  # of a view with a margin or a width: some seconds, and 0.4 GB
 BORDER_BGR = (24, 20, 16)  # what the raw picture does not show
 
 
@@ -83,10 +85,11 @@ class CorrectionMap:
         return cv2.convertMaps(*maps, dstmap1type=cv2.CV_16SC2)
 
 
-def correction_map(model: Rectification, view: CorrectedView = CorrectedView()) -> CorrectionMap:
+def correction_map(model: Rectification, view: CorrectedView = CorrectedView(),
+                   progress: Progress = no_progress) -> CorrectionMap:
     """The map for one view of one model."""
-    size = view.size(model)
-    if size.width * size.height > MAX_MAP_PX:
+    size, natural = view.size(model), model.corrected_size
+    if size.width * size.height > min(max(natural.width * natural.height, MAX_ENLARGED_PX), MAX_MAP_PX):
         raise BadInput(f"A corrected picture of {size} is too large.",
                        "Choose a smaller margin, width or rectangle size.", reason="bad-view")
     raw_x = np.empty((size.height, size.width), np.float32)
@@ -95,6 +98,7 @@ def correction_map(model: Rectification, view: CorrectedView = CorrectedView()) 
     y_c = view.corrected_from_view(model, np.arange(size.height)[:, None] * [0.0, 1.0])[:, 1, None]
     step = max(1, BLOCK_PX // size.width)
     for top in range(0, size.height, step):
+        progress(top / size.height, "Correcting")
         block = slice(top, top + step)
         raw_x[block], raw_y[block] = model.raw_from_corrected_grid(x_c, y_c[block])
     return CorrectionMap(raw_x, raw_y)

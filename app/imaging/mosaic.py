@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from app.core.errors import BadInput, FitFailed
 from app.core.field import Arc, Field, Region
 from app.core.geometry import ImageSize, Points, inside_picture
-from app.imaging.correction import BLOCK_PX, BORDER_BGR, CorrectionMap
+from app.core.progress import Progress, no_progress
+from app.imaging.correction import BLOCK_PX, BORDER_BGR, MAX_ENLARGED_PX, CorrectionMap
 from app.models import CameraModel, model_from_json, raw_from_field
 
 MARGIN_MM = 300.0  # of carpet around the lines
@@ -40,6 +41,8 @@ class FieldView:
     def __post_init__(self) -> None:
         if not 64 <= self.width <= 8192:
             raise BadInput(f"A width of {self.width} px cannot be drawn.", "Use 64 to 8192.", reason="bad-view")
+        if self.size.width * self.size.height > MAX_ENLARGED_PX:
+            raise BadInput(f"A picture of {self.size} is too large.", "Choose a smaller width.", reason="bad-view")
 
     @property
     def px_per_mm(self) -> float:
@@ -99,29 +102,39 @@ class Stitcher:
     shown_share: tuple[float, ...]
 
     @classmethod
-    def of(cls, cameras: Sequence[tuple[CameraModel, ImageSize, Region]], view: FieldView) -> Self:
+    def of(cls, cameras: Sequence[tuple[CameraModel, ImageSize, Region]], view: FieldView,
+           progress: Progress = no_progress) -> Self:
         """cameras: model, size of its raw picture, and the region that it shows first."""
         if not cameras:
             raise FitFailed("No camera of this rig has both a calibration and a picture.",
                             "Calibrate its cameras, and let them give pictures.", reason="nothing-to-stitch")
         size = view.size
-        raws = [_raw(model, view) for model, _, _ in cameras]
-        weights = np.stack([_weight(raw, size_raw, region, view) for raw, (_, size_raw, region)
-                            in zip(raws, cameras, strict=True)])
-        total = weights.sum(axis=0)
-        shown = total > 0
-        weights = np.where(shown, weights / np.where(shown, total, 1), 0)
-        weights[weights > FULL_WEIGHT] = 1
-        weights[weights < 1 - FULL_WEIGHT] = 0
-        total = weights.sum(axis=0)
-        weights = np.where(shown, weights / np.where(total > 0, total, 1), 0).astype(np.float32)
+        raws = np.empty((len(cameras), size.height, size.width, 2), np.float32)
+        weights = np.empty((len(cameras), size.height, size.width), np.float32)
+        step = max(1, BLOCK_PX // size.width)
+        for top in range(0, size.height, step):  # by blocks: what each needs is many times what is kept of it
+            progress(top / size.height, "Drawing the field")
+            rows = slice(top, min(top + step, size.height))
+            for number, (model, _, _) in enumerate(cameras):
+                raws[number, rows] = _raw(model, view, rows)
+            weights[:, rows] = _shares(np.stack([_weight(raw[rows], size_raw, region, view, rows) for raw, (
+                _, size_raw, region) in zip(raws, cameras, strict=True)]))
+        unseen = ~weights.any(axis=0)
         background = np.full((size.height, size.width, 3), BORDER_BGR, np.uint8)
-        y, x = np.indices(shown.shape)
-        background[(~shown) & ((x + y) % HATCH_PX < 2)] = HATCH_BGR
-        seam = np.flatnonzero((weights > 0).sum(axis=0) > 1)
+        hatched = np.add.outer(np.arange(size.height), np.arange(size.width)) % HATCH_PX < 2
+        background[unseen & hatched] = HATCH_BGR
+        seam = np.flatnonzero(np.count_nonzero(weights, axis=0) > 1)
         parts = tuple(_part(raw, weight, seam, size_raw) for raw, weight, (_, size_raw, _)
                       in zip(raws, weights, cameras, strict=True))
-        return cls(view, parts, seam, background, ~shown, tuple(float(w.mean()) for w in weights))
+        return cls(view, parts, seam, background, unseen, tuple(float(w.mean(dtype=float)) for w in weights))
+
+    @property
+    def nbytes(self) -> int:
+        """What it keeps in memory, about; with the maps that are made when it first stitches."""
+        parts = [part for part in self.parts if part is not None]
+        kept = [array for p in parts for array in (p.map.raw_x, p.map.raw_y, p.alone, p.seam, p.weight)]
+        return sum(array.nbytes for array in (*kept, self.seam, self.background, self.unseen)) + sum(
+            6 * p.alone.size for p in parts)
 
     def stitch(self, pictures: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
         """(h, w, 3) BGR, of one raw picture for each camera."""
@@ -166,28 +179,31 @@ def _whole(pixels: NDArray[np.uint8]) -> NDArray[np.void]:
     return pixels.reshape(-1, 3).view(np.dtype("V3")).ravel()
 
 
-def _raw(model: CameraModel, view: FieldView) -> Points:
-    size = view.size
-    raw = np.empty((size.height, size.width, 2), np.float32)
-    x = np.arange(size.width, dtype=float)
-    step = max(1, BLOCK_PX // size.width)
-    for top in range(0, size.height, step):
-        y = np.arange(top, min(top + step, size.height), dtype=float)
-        raw[top:top + step] = raw_from_field(model, view.field_from_view(np.stack(np.meshgrid(x, y), axis=-1)))
-    return raw
+def _raw(model: CameraModel, view: FieldView, rows: slice) -> Points:
+    x, y = np.arange(view.size.width, dtype=float), np.arange(rows.start, rows.stop, dtype=float)
+    return raw_from_field(model, view.field_from_view(np.stack(np.meshgrid(x, y), axis=-1)))
 
 
-def _weight(raw: Points, size: ImageSize, region: Region, view: FieldView) -> NDArray[np.float64]:
+def _weight(raw: Points, size: ImageSize, region: Region, view: FieldView, rows: slice) -> NDArray[np.float64]:
     """0 where the camera shows nothing, 1 well inside its picture and its region."""
     with np.errstate(invalid="ignore"):
         edge = np.minimum(raw, np.array(tuple(size)) - 1 - raw).min(axis=-1)
         ramp = np.where(inside_picture(raw, size), np.clip((edge + 1) / FEATHER_PX, FILL_WEIGHT, 1), 0)
-    shape = view.size
-    x = view.field_from_view(np.stack([np.arange(shape.width), np.zeros(shape.width)], axis=-1).astype(float))[:, 0]
-    y = view.field_from_view(np.stack([np.zeros(shape.height), np.arange(shape.height)], axis=-1).astype(float))[:, 1]
+    x = view.field_from_view(np.arange(view.size.width)[:, None] * [1.0, 0.0])[:, 0]
+    y = view.field_from_view(np.arange(rows.start, rows.stop)[:, None] * [0.0, 1.0])[:, 1]
     into = np.minimum(_into(x, region.x_mm, view.field.length_mm)[None], _into(y, region.y_mm,
                                                                               view.field.width_mm)[:, None])
     return ramp * np.clip((into + FEATHER_MM) / (2 * FEATHER_MM), FILL_WEIGHT, 1)
+
+
+def _shares(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Each camera's share of each pixel, one in all where any shows it; what is next to nothing or all is that."""
+    total = weights.sum(axis=0)
+    shares = weights / np.where(total > 0, total, 1)
+    shares[shares > FULL_WEIGHT] = 1
+    shares[shares < 1 - FULL_WEIGHT] = 0
+    total = shares.sum(axis=0)
+    return shares / np.where(total > 0, total, 1)
 
 
 def _into(at: NDArray, span: tuple[float, float], side_mm: float) -> NDArray:
@@ -211,7 +227,8 @@ def _part(raw: Points, weight: NDArray[np.float32], seam: NDArray[np.int64], siz
     return CameraPart(window, maps, alone, np.where(of_seam > 0, here, 0), np.repeat(of_seam[:, None], 3, axis=1), size)
 
 
-def stitcher_of(rig: Mapping[str, Any], names: Container[str], view: FieldView) -> tuple[Stitcher, list[str]]:
+def stitcher_of(rig: Mapping[str, Any], names: Container[str], view: FieldView,
+                progress: Progress = no_progress) -> tuple[Stitcher, list[str]]:
     """For those of a rig's cameras (see workflows/rig.py) that are calibrated on its field; and which these are."""
     cameras, shown = [], []
     for camera in rig["cameras"]:
@@ -221,4 +238,4 @@ def stitcher_of(rig: Mapping[str, Any], names: Container[str], view: FieldView) 
             region = view.field.region(camera["region"] or calibration["region"])
             cameras.append((model, ImageSize.of(calibration["image_size"]), region))
             shown.append(camera["camera"])
-    return Stitcher.of(cameras, view), shown
+    return Stitcher.of(cameras, view, progress), shown

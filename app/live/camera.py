@@ -5,6 +5,7 @@ The server never touches a pixel and never waits for a camera: its process is wa
 
 import asyncio
 import contextlib
+import logging
 from collections.abc import Callable
 from typing import Any
 
@@ -12,6 +13,7 @@ from app.core.errors import Conflict, Unavailable
 from app.core.records import Calibration
 from app.live import messages
 from app.live.detection_feed import DetectionFeed, Publish
+from app.live.failures import failure_words
 from app.live.state import calibration_mismatch, frozen_reason, stall_reason
 from app.live.stream_spec import VIEWS, StreamSpec
 from app.live.streams import Streams
@@ -22,6 +24,7 @@ from app.processes.problems import error_from_json
 from app.sources import Identity
 
 PASSED_ON = ("seq", "identity", "reopened", "encoded")  # of the process' status, as they come
+log = logging.getLogger("touchline")
 Trust = Callable[[Calibration, Identity], None]
 
 
@@ -44,6 +47,7 @@ class LiveCamera:
         self._picture: dict[str, Any] | None = None
         self._confirmed: Identity | None = None
         self._applied = False
+        self._failures_logged = 0
 
     def start(self) -> None:
         self._supervisor.start()
@@ -79,7 +83,8 @@ class LiveCamera:
                 "viewers": self._streams.viewer_count, "calibration_applied": self._applied,
                 "active_calibration": self.calibration.id if self.calibration else None,
                 **{name: quality.get(name) for name in ("light", "sharpness", "flicker")},
-                "words": quality.get("words", []), "drift": drift, "drift_px": drift["px"] if drift else None,
+                "words": [*failure_words(values.get("failures")), *quality.get("words", [])],
+                "drift": drift, "drift_px": drift["px"] if drift else None,
                 **{name: values.get(name) for name in PASSED_ON}}
 
     def require_view(self, view: str) -> None:
@@ -187,11 +192,21 @@ class LiveCamera:
             self.detections.receive(message.body)
         elif message.kind == messages.STATUS:
             self.detections.update_status(self._supervisor.status.values)
+            self._log_failures(self._supervisor.status.values["failures"])
             if self.calibration is not None and self._confirmed is None and self.identity is not None:
                 self._confirmed = self.identity
                 self._trust(self.calibration, self.identity)
             if self._applied != self._may_apply():
                 self._send_calibration()
+
+    def _log_failures(self, failures: dict[str, Any]) -> None:
+        """Log the first failure of a process, and whenever there are twice as many."""
+        count, newest = failures["count"], failures["newest"]
+        if count < self._failures_logged:
+            self._failures_logged = 0  # of the process before
+        if count >= max(2 * self._failures_logged, 1):
+            self._failures_logged = count
+            log.warning("camera %s: %s: %s (failure %d)", self.id, newest["what"], newest["error"], count)
 
     def _may_apply(self) -> bool:
         """Whether the calibration is applied: only to a camera that has been seen; before, nobody knows which it is."""

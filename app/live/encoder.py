@@ -9,6 +9,7 @@ from app.core.errors import TouchlineError
 from app.images import encode
 from app.live import messages
 from app.live.capture import CapturedFrame, FrameCapture
+from app.live.failures import Failures
 from app.live.picture import AppliedCalibration, render
 from app.live.stream_spec import StreamSpec
 from app.processes.framing import encode_body
@@ -20,9 +21,10 @@ EARLY_SHARE = 0.25  # of a stream's interval: a frame so much too early is still
 class Encoder:
     """The drawing thread. Other threads say what to draw."""
 
-    def __init__(self, capture: FrameCapture, send: Callable[[int, int, bytes], None]) -> None:
+    def __init__(self, capture: FrameCapture, send: Callable[[int, int, bytes], None], failures: Failures) -> None:
         self._capture = capture
         self._send = send
+        self._failures = failures
         self._watched: dict[int, tuple[StreamSpec, float]] = {}  # number → stream, interval s (0: every frame)
         self._due: dict[int, float] = {}
         self.calibration: AppliedCalibration | None = None
@@ -52,10 +54,13 @@ class Encoder:
             taken = self._capture.after(seq - 1 if fresh else seq, IDLE_S, in_passing=True)  # watch() said how often
             if taken is None:
                 continue
+            for number in self._due.keys() - watched.keys():
+                del self._due[number]
             for number, (spec, interval_s) in watched.items():
                 # A new stream is sent the newest frame at once; the others have had it.
                 if number not in done or (taken.seq > seq and self._is_due(number, taken, interval_s)):
-                    self._encode(number, spec, taken)
+                    with self._failures.surviving("A picture is not drawn"):
+                        self._encode(number, spec, taken)
             seq, done = taken.seq, set(watched)
 
     def _is_due(self, number: int, taken: CapturedFrame, interval_s: float) -> bool:

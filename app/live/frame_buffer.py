@@ -14,6 +14,7 @@ import numpy as np
 
 from app.core.geometry import ImageSize
 from app.live.capture import CapturedFrame, FrameCapture, no_frames
+from app.live.failures import Failures
 from app.processes.limits import give_way
 
 MAX_S = 30.0
@@ -39,8 +40,9 @@ class BufferedFrame:
 class FrameBuffer:
     """The recording thread. keep() and clip() may be called from any thread."""
 
-    def __init__(self, capture: FrameCapture) -> None:
+    def __init__(self, capture: FrameCapture, failures: Failures) -> None:
         self._capture = capture
+        self._failures = failures
         self._changed = threading.Condition()
         self._frames: deque[BufferedFrame] = deque()
         self._bytes = 0
@@ -102,7 +104,8 @@ class FrameBuffer:
             seq = taken.seq
             if taken.moment >= due - EARLY_SHARE / FPS:
                 due = max(due, taken.moment - 1 / FPS) + 1 / FPS
-                self._keep(taken)
+                with self._failures.surviving("A frame is not recorded"):
+                    self._keep(taken)
 
     def _keep(self, taken: CapturedFrame) -> None:
         done, buffer = cv2.imencode(".jpg", np.ascontiguousarray(taken.frame.pixels), [

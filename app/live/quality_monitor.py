@@ -13,6 +13,7 @@ from app.core import opencv
 from app.core.geometry import ImageSize, inside_picture
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.encoder import Encoder
+from app.live.failures import Failures
 from app.vision.quality import flicker, light, sharpness
 
 EVERY_S = 0.5
@@ -25,9 +26,10 @@ WIDTH_PX = 640
 class QualityMonitor:
     """The thread that looks at light and focus. It gives way: it sleeps much longer than it works."""
 
-    def __init__(self, capture: FrameCapture, encoder: Encoder) -> None:
+    def __init__(self, capture: FrameCapture, encoder: Encoder, failures: Failures) -> None:
         self._capture = capture
         self._encoder = encoder
+        self._failures = failures
         self._before: NDArray[np.uint8] | None = None
         self._same_since = 0.0
         self._flicker: flicker.Flicker | None = None
@@ -38,13 +40,14 @@ class QualityMonitor:
         """Work until the process ends, on a thread of its own."""
         seq, due = 0, time.monotonic()
         while True:
-            if time.monotonic() >= due and not self._capture.resting:
-                self._flicker = self._burst(seq) or self._flicker
-                due = time.monotonic() + FLICKER_EVERY_S
-            taken = self._capture.after(seq, EVERY_S, in_passing=True)
-            if taken is not None:
-                seq = taken.seq
-                self.newest = self._look(opencv.shrink_to_width(taken.frame.pixels, WIDTH_PX), taken)
+            with self._failures.surviving("Light and focus are not judged"):
+                if time.monotonic() >= due and not self._capture.resting:
+                    due = time.monotonic() + FLICKER_EVERY_S
+                    self._flicker = self._burst(seq) or self._flicker
+                taken = self._capture.after(seq, EVERY_S, in_passing=True)
+                if taken is not None:
+                    seq = taken.seq
+                    self.newest = self._look(opencv.shrink_to_width(taken.frame.pixels, WIDTH_PX), taken)
             time.sleep(EVERY_S)
 
     def _look(self, small: NDArray[np.uint8], taken: CapturedFrame) -> dict[str, Any]:

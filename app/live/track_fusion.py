@@ -74,7 +74,7 @@ class TrackFusion:
             await asyncio.sleep(RETRY_S)
 
     def _add(self, name: str, message: dict[str, Any]) -> None:
-        self._received_s[name] = message["time_s"]
+        self._received_s[name] = time.monotonic()
         self._problems.pop(name, None)
         if message["calibration"] is None:
             self._problems[name] = Unavailable("This camera has no calibration in use.", "Activate one.",
@@ -92,8 +92,8 @@ class TrackFusion:
 
     def _to_json(self) -> dict[str, Any]:
         tracks = self._tracker.to_json()
-        now, received, problems = time.time(), self._received_s, self._problems
-        return {"time_s": round(max(received.values(), default=now), 4), "items": tracks, "seams": seams_of(tracks),
+        now, received, problems = time.monotonic(), self._received_s, self._problems
+        return {"time_s": round(self._tracker.now_s or time.time(), 4), "items": tracks, "seams": seams_of(tracks),
                 "cameras": [{"camera": name, "age_s": round(now - received[name], 3) if name in received else None,
                              "problem": problems[name].to_json() if name in problems else None}
                             for name in self.names]}

@@ -18,6 +18,7 @@ from app.live.capture import REST_S, FrameCapture
 from app.live.detector import LiveDetector
 from app.live.drift import CameraDriftMonitor
 from app.live.encoder import Encoder
+from app.live.failures import Failures
 from app.live.frame_buffer import FrameBuffer
 from app.live.picture import AppliedCalibration
 from app.live.quality_monitor import QualityMonitor
@@ -48,12 +49,13 @@ class CameraWorker:
                                 tuple(arguments["hosts"]), tuple(map(Path, arguments["producers"])))
         self._connection = connection
         self._capture = FrameCapture(arguments["source"], context)
-        self._encoder = Encoder(self._capture, connection.send)
-        self._quality = QualityMonitor(self._capture, self._encoder)
+        self._failures = Failures()
+        self._encoder = Encoder(self._capture, connection.send, self._failures)
+        self._quality = QualityMonitor(self._capture, self._encoder, self._failures)
         self._drift = CameraDriftMonitor(self._capture, limits)
         self._rolls = RollMonitor(self._capture)
         self._detector = LiveDetector(self._capture, connection.send)
-        self._buffer = FrameBuffer(self._capture)
+        self._buffer = FrameBuffer(self._capture, self._failures)
 
     def run(self) -> None:
         for part in (self._capture, self._encoder, self._quality, self._drift, self._detector, self._buffer):
@@ -88,7 +90,7 @@ class CameraWorker:
             while True:
                 status = self._capture.status() | {
                     "encoded": self._encoder.encoded, "quality": self._quality.newest, "drift": self._drift.newest,
-                    "detector": self._detector.status}
+                    "detector": self._detector.status, "failures": self._failures.to_json()}
                 self._connection.send(messages.STATUS, 0, encode_body(status))
                 time.sleep(STATUS_S)
 

@@ -1,6 +1,8 @@
 """The parts of a running server in one object, which every route and socket receives as `services`."""
 
+import asyncio
 import os
+import threading
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import aclosing, asynccontextmanager, closing
@@ -36,7 +38,8 @@ Given = ParamSpec("Given")
 Result = TypeVar("Result")
 MAX_FRAME_BYTES = 256 << 20  # decoded snapshots: a picture that is looked at is asked for many times in a row
 MAX_SCENE_PAGES = 4  # of 1 MB each; one takes a process and two seconds, and a version never changes
-MAX_STITCHERS = 4
+MAX_STITCHER_BYTES = 128 << 20  # a rig's picture as the page shows it has some 20 MB
+MAX_DRAWINGS = 2  # at once, of those that may be large
 POLL_S = 0.05  # how often a job that somebody waits for is looked at
 FRAME_INTERVAL_S = 1 / 3  # between the frames of a background: who walks by needs some seconds to leave
 POLLS_PER_CHECK = 10  # and after how many looks whether its caller still waits
@@ -49,6 +52,7 @@ class Services:
     live: LiveCameras
     scenes: SceneRegistry
     _threads: CapacityLimiter
+    _drawings: CapacityLimiter
 
     def __init__(self, settings: Settings, store: Store, jobs: JobEngine, limits: ImageLimits) -> None:
         self.settings, self.store, self.jobs = settings, store, jobs
@@ -61,7 +65,8 @@ class Services:
         self.events = CameraEvents()
         self.rig_checks = RigChecks()
         self.track_fusions: dict[str, TrackFusion] = {}  # by the rig's name
-        self.stitchers: LruCache[tuple[object, ...], tuple[Stitcher, list[str]]] = LruCache(MAX_STITCHERS)
+        self.stitchers: LruCache[tuple[object, ...], tuple[Stitcher, list[str]]] = LruCache(
+            MAX_STITCHER_BYTES, lambda made: made[0].nbytes)
         self.scene_pages: LruCache[tuple[object, ...], bytes] = LruCache(MAX_SCENE_PAGES)
         self._frames: LruCache[str, Frame] = LruCache(MAX_FRAME_BYTES, lambda frame: frame.pixels.nbytes)
         self._limits = limits
@@ -72,6 +77,7 @@ class Services:
         """Hold the store and start what has processes; jobs that a stop has cut short go on."""
         with self.store, ImageDecoder(self._limits) as self.decoder, self.jobs:
             self._threads = CapacityLimiter(max(4, os.cpu_count() or 4))
+            self._drawings = CapacityLimiter(MAX_DRAWINGS)
             self.jobs.open(self.store.jobs)
             live = start_live_cameras(self.cameras, self.detection)
             async with aclosing(live) as self.live, aclosing(SceneRegistry()) as self.scenes:
@@ -97,6 +103,28 @@ class Services:
     async def run_in_thread(self, work: Callable[Given, Result], *args: Given.args, **kwargs: Given.kwargs) -> Result:
         """Run work of a second or two on a worker thread; when all are busy it waits for its turn."""
         return await to_thread.run_sync(lambda: work(*args, **kwargs), limiter=self._threads)
+
+    async def draw(self, work: Callable[[Progress], Result], is_abandoned: Callable[[], Awaitable[bool]]) -> Result:
+        """Run work that may take many seconds and much memory on a thread, few at once, while its caller waits.
+
+        work: calls its progress now and then, which raises Cancelled once the caller has gone.
+        """
+        gone = threading.Event()
+
+        def progress(_share: float, _message: str) -> None:
+            if gone.is_set():
+                raise Cancelled("Nobody waits for this picture any more.", "Ask for it again.")
+
+        async def watch() -> None:
+            while not await is_abandoned():
+                await anyio.sleep(POLLS_PER_CHECK * POLL_S)
+            gone.set()
+
+        watching = asyncio.create_task(watch())
+        try:
+            return await to_thread.run_sync(work, progress, limiter=self._drawings)
+        finally:
+            watching.cancel()
 
     async def run_as_job(self, kind: str, run: Callable[[Any, Progress], Any], spec: Any,
                          is_abandoned: Callable[[], Awaitable[bool]], saver: str | None = None,

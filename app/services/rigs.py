@@ -7,6 +7,7 @@ from typing import Any
 
 from app.core.errors import BadInput, TouchlineError
 from app.core.field_json import field_from_json
+from app.core.progress import Progress
 from app.evaluate.cameras.rectangles import NAMES, Rectangles
 from app.imaging.mosaic import FieldView, Stitcher, stitcher_of
 from app.services.container import Services
@@ -87,12 +88,12 @@ def save_frames(services: Services, frames: Mapping[str, TakenFrame]) -> dict[st
     return {camera: snapshots.for_job(frame.save(services.store, "rig").id) for camera, frame in frames.items()}
 
 
-def stitcher_for(services: Services, rig: Mapping[str, Any], cameras: Iterable[str],
-                 width: int) -> tuple[Stitcher, list[str]]:
+def stitcher_for(services: Services, rig: Mapping[str, Any], cameras: Iterable[str], width: int,
+                 progress: Progress) -> tuple[Stitcher, list[str]]:
     """Return the maps for those cameras at that width, and their names in order; made once while nothing changes."""
     cameras = set(cameras)
     shown = ((c["camera"], c["region"], c["calibration"]["id"]) for c in rig["cameras"]
              if c["camera"] in cameras and c["calibration"] is not None)
     key = (width, json.dumps(rig["field"]), *shown)  # the whole field: one's own may change under its name
     return services.stitchers.get_or_make(
-        key, lambda: stitcher_of(rig, cameras, FieldView(field_from_json(rig["field"]), width)))
+        key, lambda: stitcher_of(rig, cameras, FieldView(field_from_json(rig["field"]), width), progress))

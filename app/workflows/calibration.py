@@ -171,10 +171,11 @@ def _transform_at_height(model: CameraModel, points: Points, source: Space, targ
 
 
 def correct(pixels: NDArray[np.uint8], model: CameraModel, image_size: ImageSize,
-            view: CorrectedView = CorrectedView()) -> NDArray[np.uint8]:  # noqa: B008
+            view: CorrectedView = CorrectedView(),  # noqa: B008
+            progress: Progress = no_progress) -> NDArray[np.uint8]:
     """Correct a raw picture that has the calibration's own size."""
     check_size(ImageSize(pixels.shape[1], pixels.shape[0]), image_size)
-    return correction_map(model, view).apply_finely(pixels)
+    return correction_map(model, view, progress).apply_finely(pixels)
 
 
 def check_size(size: ImageSize, wanted: ImageSize) -> None:

@@ -33,6 +33,7 @@ from app.workflows.rectified_detection import RectifiedDetector
 Clicks = Mapping[str, Sequence[Sequence[float]]]  # by colour: x, y of a click, or x0, y0, x1, y1 of a box
 BESIDE_MM = 300.0  # around the field, where a ball or a robot may still be
 MAX_CLICKS = 40  # of one colour
+MAX_PX = 16e6  # of a still picture: three seconds, and 0.5 GB
 _GRID_PX = 12  # how finely the field's edge is known in the picture
 
 
@@ -59,6 +60,9 @@ def detect(pixels: NDArray[np.uint8], config: StageConfig, *, calibration: Calib
     hand for a model without rays.
     """
     size = ImageSize(pixels.shape[1], pixels.shape[0])
+    if size.width * size.height > MAX_PX:
+        raise BadInput(f"A picture of {size} is too large to detect objects in.", "Use a picture of at most "
+                       f"{MAX_PX / 1e6:.0f} million pixels, or set the camera to fewer.", reason="image-too-large")
     if calibration is None and mm_per_px is None:
         raise BadInput("Nothing tells how large things are in this picture.",
                        "Give a calibration, or how many mm a pixel is.", reason="no-scale")

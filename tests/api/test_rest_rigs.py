@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
+from app.core.errors import Cancelled
 from app.formats import FORMATS
 from app.images import encode
 from app.main import create_app
@@ -207,7 +208,8 @@ def test_it_is_stitched_from_snapshots_too_and_says_what_nobody_sees(client, rig
     again = client.get(f"{rig}/stitched.png?width=600&snapshot=cam1:{kept}")
     assert again.content == answer.content
     assert refusal(client.get(f"{rig}/stitched.png?snapshot=idle:{kept}"), 422)["fix"]
-    assert refusal(client.get(f"{rig}/stitched.png?width=9"), 422)["fix"]
+    for width in (9, 8192):
+        assert refusal(client.get(f"{rig}/stitched.png?width={width}"), 422)["fix"]
     small = client.post(f"{API}/snapshots", files={"file": encode(frame[:500])}).json()["id"]
     assert refusal(client.get(f"{rig}/stitched.png?snapshot=cam1:{small}"), 409)["type"].endswith("size-mismatch")
 
@@ -254,3 +256,19 @@ def test_another_region_of_a_camera_changes_the_stitched_picture_at_once(client,
     cameras = [{"camera": "cam0", "region": "half-left"}, {"camera": "cam1", "region": "quarter-top-right"}]
     assert client.put(rig, json={**BODY, "cameras": cameras}, headers={"If-Match": etag}).status_code == 200
     assert shares() != before
+
+
+def test_drawing_ends_once_its_caller_has_gone(client):
+    looks = []
+
+    async def has_gone():
+        looks.append(1)
+        return len(looks) > 2
+
+    def draw(progress):
+        while True:
+            progress(0.5, "Drawing")
+
+    with pytest.raises(Cancelled) as end:
+        client.portal.call(client.app.state.services.draw, draw, has_gone)
+    assert end.value.fix and len(looks) == 3

@@ -1,6 +1,7 @@
 """/rigs: cameras that share a field: saved, checked, refitted alike, shown as one picture, and what they track."""
 
 import asyncio
+from functools import partial
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Query, Request, WebSocket
@@ -15,6 +16,7 @@ from app.api.schemas.media import PICTURE
 from app.api.schemas.requests import AsJob, Id
 from app.api.sockets import run_until_first, send_text, until_disconnect, websocket_session
 from app.core.errors import BadInput, Conflict, Unavailable
+from app.core.progress import Progress
 from app.live.track_fusion import TrackFusion
 from app.services import rigs
 from app.services.container import Services
@@ -69,11 +71,14 @@ def remove_rig(services: ServicesDep, name: Id, if_match: IfMatch = None) -> Non
 
 
 @router.get("/{name}/stitched.json", response_model=responses.StitchedView)
-@in_thread
-def describe_stitched(services: ServicesDep, name: Id, width: Width = 1200) -> Json:
+async def describe_stitched(request: Request, services: ServicesDep, name: Id, width: Width = 1200) -> Json:
     """Describe the picture of that width: the field's lines in its pixels, each camera's share, what no camera sees."""
+    return await services.draw(partial(_describe_stitched, services, name, width), request.is_disconnected)
+
+
+def _describe_stitched(services: Services, name: str, width: int, progress: Progress) -> Json:
     rig = rigs.rig_spec(services, services.store.rigs.get(name))
-    stitcher, cameras = rigs.stitcher_for(services, rig, [c["camera"] for c in rig["cameras"]], width)
+    stitcher, cameras = rigs.stitcher_for(services, rig, [c["camera"] for c in rig["cameras"]], width, progress)
     view = stitcher.view
     return Json({"width": view.size.width, "height": view.size.height, "px_per_mm": view.px_per_mm,
                  "corner": view.field_from_view_corner(), "overlay": view.overlay(),
@@ -83,7 +88,7 @@ def describe_stitched(services: ServicesDep, name: Id, width: Width = 1200) -> J
 
 
 @router.get("/{name}/stitched.{format}", response_class=Response, responses=PICTURE)
-async def show_stitched(services: ServicesDep, name: Id, format: Literal["jpg", "png"],
+async def show_stitched(request: Request, services: ServicesDep, name: Id, format: Literal["jpg", "png"],
                         snapshot: SnapshotNames = [],  # noqa: B006
                         width: Width = 1200) -> Response:
     """Return the whole field corrected in one picture, seams feathered; hatched where no camera sees.
@@ -96,16 +101,16 @@ async def show_stitched(services: ServicesDep, name: Id, format: Literal["jpg", 
     snapshots = rigs.snapshots_by_camera(services, saved, snapshot)
     taken = {} if snapshots else (await rigs.take_frames(services, calibrated))[0]
 
-    def draw() -> Response:
+    def draw(progress: Progress) -> Response:
         frames = {camera: services.frame(id) for camera, id in snapshots.items() if camera in calibrated}
         frames |= {camera: services.decoder.frame_from_bytes(frame.png) for camera, frame in taken.items()}
         refuse_other_sizes(rig, {camera: frame.pixels for camera, frame in frames.items()})
-        stitcher, cameras = rigs.stitcher_for(services, rig, frames, width)
+        stitcher, cameras = rigs.stitcher_for(services, rig, frames, width, progress)
         missing = [c["camera"] for c in rig["cameras"] if c["camera"] not in cameras]
         return picture(stitcher.stitch([frames[camera].pixels for camera in cameras]), format, {
             "X-Unseen-Share": f"{stitcher.unseen_summary()['share']:.4f}", "X-Rig-Missing": ",".join(missing),
             **NO_STORE})
-    return await services.run_in_thread(draw)
+    return await services.draw(draw, request.is_disconnected)
 
 
 @router.post("/{name}/check", response_model=responses.RigCheck, responses=ACCEPTED)

@@ -15,6 +15,7 @@ from app.api.schemas.requests import Format, FrameName, Id, IdQuery, MarginPx, T
 from app.core.errors import BadInput
 from app.core.geometry import ImageSize, as_points
 from app.core.json_values import nullable_points
+from app.core.progress import Progress
 from app.core.records import Calibration, Frame, observations_from_json
 from app.imaging.correction import CorrectedView
 from app.models.restored import Restored, model_of
@@ -40,23 +41,27 @@ async def correct_picture(request: Request, services: ServicesDep, id: Id,
     else:
         data, _ = await uploaded_file(request, services.decoder.limits.max_bytes)
         frame = await services.run_in_thread(services.decoder.frame_from_bytes, data)
-    return await services.run_in_thread(_corrected, calibration, frame, CorrectedView(margin_px, width), format)
+    return await services.draw(partial(_corrected, calibration, frame, CorrectedView(margin_px, width), format),
+                               request.is_disconnected)
 
 
 @router.get("/corrected.{format}", response_class=Response, responses=PICTURE)
-@in_thread
-def show_corrected(services: ServicesDep, id: Id, format: Format, snapshot: Annotated[IdQuery | None, Query()] = None,
-                   margin_px: MarginPx = 0, width: WidthPx = None) -> Response:
+async def show_corrected(request: Request, services: ServicesDep, id: Id, format: Format,
+                         snapshot: Annotated[IdQuery | None, Query()] = None, margin_px: MarginPx = 0,
+                         width: WidthPx = None) -> Response:
     """Return the corrected picture of the calibration's own snapshot, or of another one of the same size."""
     calibration = services.store.calibrations.get(id)
     if snapshot is None and calibration.snapshot is None:
         raise BadInput("The calibration was made without a snapshot.", "Name one: ?snapshot=ID.", reason="no-snapshot")
-    frame = services.frame(snapshot or calibration.snapshot)
-    return _corrected(calibration, frame, CorrectedView(margin_px, width), format)
+    frame = await services.run_in_thread(services.frame, snapshot or calibration.snapshot)
+    return await services.draw(partial(_corrected, calibration, frame, CorrectedView(margin_px, width), format),
+                               request.is_disconnected)
 
 
-def _corrected(calibration: Calibration, frame: Frame, view: CorrectedView, format: str) -> Response:
-    return picture(workflow.correct(frame.pixels, model_of(calibration), calibration.image_size, view), format)
+def _corrected(calibration: Calibration, frame: Frame, view: CorrectedView, format: str,
+               progress: Progress) -> Response:
+    corrected = workflow.correct(frame.pixels, model_of(calibration), calibration.image_size, view, progress)
+    return picture(corrected, format)
 
 
 @router.post("/transform", response_model=responses.Transformed, openapi_extra=BODY, responses=files(BINARY))

@@ -43,6 +43,8 @@ def marking_places(field: Field) -> tuple[Points, Points, Array]:
         to_end = np.minimum(*(np.linalg.norm(places - end, axis=1) for end in (places[0], places[-1])))
         clear = (away > CLEAR_MM) & (to_end >= ends)
         found.append((places[clear], normals[clear], np.full(int(clear.sum()), shape.width_mm)))
+    if not found:
+        return np.empty((0, 2)), np.empty((0, 2)), np.empty(0)
     return tuple(np.concatenate(parts) for parts in zip(*found, strict=True))
 
 

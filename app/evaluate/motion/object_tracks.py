@@ -28,6 +28,7 @@ MIN_SIGHTINGS = 3  # until it is reported: what flickers for a frame is none
 LOST_S = 0.5  # without a sighting
 FRESH_S = 0.15  # a camera's sighting is of this moment, as far as the seam is concerned
 LATE_S = 0.2  # what comes so late is left out
+CLOCK_STEP_S = 1.0  # no camera's frames go back so far: the clock was set
 TURN = 0.5  # share of a new sighting in what is believed of the front
 
 
@@ -95,9 +96,17 @@ class ObjectTracker:
         self._tracks: list[ObjectTrack] = []
         self._next = 1
         self._now_s = -inf
+        self._last_s: dict[str, float] = {}  # of each camera
 
     def add(self, camera: str, time_s: float, items: Iterable[Detection]) -> None:
-        """One frame of one camera. Things without a place are left out, and a frame that comes late altogether."""
+        """One frame of one camera. Things without a place are left out, and a frame that comes late altogether.
+
+        Where a camera's frames go back in time, the clock was set back: all tracks begin anew.
+        """
+        if time_s < self._last_s.get(camera, -inf) - CLOCK_STEP_S:
+            self._tracks, self._now_s = [], -inf
+            self._last_s.clear()
+        self._last_s[camera] = time_s
         if time_s < self._now_s - LATE_S:
             return
         self._now_s = max(self._now_s, time_s)
@@ -112,6 +121,11 @@ class ObjectTracker:
                 continue
             free = [one for one in free if one is not track]
             _update(track, camera, item, place, noise, time_s)
+
+    @property
+    def now_s(self) -> float | None:
+        """The newest frame's time; None before the first."""
+        return None if self._now_s == -inf else self._now_s
 
     def to_json(self, now_s: float | None = None) -> list[dict[str, Any]]:
         """Return every confirmed track, at that time or at the newest frame's; plain JSON."""

@@ -5,6 +5,7 @@ from typing import Self
 
 import numpy as np
 
+from app.core.errors import FitFailed
 from app.core.field import Arc, Field, Line, Region
 from app.core.geometry import Array
 
@@ -25,6 +26,9 @@ class FieldPattern:
     def of(cls, field: Field, step_mm: float, min_samples: int = 3) -> Self:
         """Sample markings about every step_mm, but for corners that are cut off."""
         markings = field.markings
+        if not markings:
+            raise FitFailed("The field has no lines and no arcs that a picture could show.",
+                            "Add its markings to the field, or click its landmarks.", reason="no-markings")
         points, along, owner, step = [], [], [], []
         for number, marking in enumerate(markings):
             count = max(min_samples, round(marking.length_mm / step_mm))

@@ -95,6 +95,22 @@ def test_a_frame_that_comes_late_and_what_has_no_place_change_nothing():
     assert tracker.to_json() == before and len(before) == 1
 
 
+def test_when_the_clock_is_set_back_all_tracks_begin_anew():
+    tracker, back_s = ObjectTracker(), -60.0
+    for n in range(20):
+        tracker.add("left", n / FPS, [robot(100, 50)])
+        tracker.add("right", n / FPS, [robot(100, 50)])
+    for n in range(20, 40):
+        tracker.add("left", n / FPS + back_s, [robot(400, 50)])
+        if n != 25:  # one of its frames was under way when the clock was set
+            tracker.add("right", n / FPS + back_s, [robot(400, 50)])
+        else:
+            tracker.add("right", n / FPS, [robot(100, 50)])
+    (track,) = tracker.to_json()
+    assert track["x_mm"] == pytest.approx(400, abs=1) and track["cameras"] == ["left", "right"]
+    assert tracker.now_s == pytest.approx(39 / FPS + back_s)
+
+
 def test_places_are_within_what_the_covariance_says():
     rng, inside, total = np.random.default_rng(2), 0, 0
     for _ in range(60):

@@ -49,7 +49,7 @@ def test_what_the_model_does_not_reach_has_the_border_colour():
 
 
 @pytest.mark.parametrize("view", [CorrectedView(margin_px=-1), CorrectedView(margin_px=5000), CorrectedView(width=4),
-                                  CorrectedView(width=9000)])
+                                  CorrectedView(width=9000), CorrectedView(margin_px=2000)])
 def test_a_view_nobody_can_draw_is_refused(view):
     with pytest.raises(BadInput) as refusal:
         correction_map(BARREL, view)

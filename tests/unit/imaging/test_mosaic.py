@@ -1,9 +1,11 @@
 """One picture of all cameras: lines in place, seams without a step, holes that are said; and lines looked for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from app.core.errors import FitFailed
+from app.core.errors import BadInput, Cancelled, FitFailed
 from app.evaluate.cameras.image_evidence import from_pictures, marking_places
 from app.evaluate.cameras.rig_agreement import agreement
 from app.imaging.mosaic import FieldView, Stitcher, stitcher_of
@@ -40,6 +42,19 @@ def test_a_seam_goes_over_without_a_step(rig):
     assert row[0] == 60 and row[-1] == 180 and (np.diff(row) >= 0).all() and np.diff(row).max() <= 20
 
 
+def test_a_picture_of_the_field_that_would_take_all_memory_is_refused_and_a_cancelled_one_ends():
+    with pytest.raises(BadInput) as refusal:
+        FieldView(FIELD, 8192)
+    assert refusal.value.reason == "bad-view" and refusal.value.fix
+
+    def stop(share, _message):
+        if share > 0.3:
+            raise Cancelled("Gone.", "Ask again.")
+    model, size = true_models()[0], sim_source(2, 0).camera.image_size
+    with pytest.raises(Cancelled):
+        Stitcher.of([(model, size, FIELD.region("half-left"))], VIEW, stop)
+
+
 def test_there_and_back_is_the_same_place():
     places = np.array([[-4500.0, 3000.0], [0.0, 0.0], [1234.5, -2000.0]])
     assert np.abs(VIEW.field_from_view(VIEW.view_from_field(places)) - places).max() < 1e-9
@@ -58,10 +73,11 @@ def test_places_on_markings_keep_clear_of_each_other():
     places, normals, widths = marking_places(FIELD)
     assert len(places) > 200 and np.allclose(np.linalg.norm(normals, axis=1), 1) and (widths == 10).all()
     assert np.linalg.norm(places, axis=1).min() > 150  # no place at the centre, where two lines cross
+    bare = replace(FIELD, lines={}, arcs={})
+    assert [part.shape for part in marking_places(bare)] == [(0, 2), (0, 2), (0,)]
 
 
 def test_lines_in_pictures_tell_which_camera_was_knocked_and_how_far(rig):
-    from dataclasses import replace
     a, b = (model for model in true_models_of_sim())
     pictures = [sim_source(2, number).read().pixels for number in (0, 1)]
     size = sim_source(2, 0).camera.image_size

@@ -23,6 +23,7 @@ from app.imaging.correction import correction_map
 from app.live import frame_buffer
 from app.live.camera import LiveCamera
 from app.live.capture import RETRY_S, CapturedFrame
+from app.live.failures import Failures
 from app.live.picture import AppliedCalibration
 from app.live.state import KILL_AFTER_S, STALL_S
 from app.live.stream_spec import StreamSpec
@@ -405,7 +406,7 @@ def test_a_clip_that_could_not_be_had_records_nothing_more(monkeypatch):
 
     monkeypatch.setattr(frame_buffer, "SILENT_S", 0.1)
     monkeypatch.setattr(frame_buffer, "IDLE_S", 0.05)
-    buffer = frame_buffer.FrameBuffer(Silent())
+    buffer = frame_buffer.FrameBuffer(Silent(), Failures())
     with pytest.raises(Unavailable):
         buffer.clip(1.0)
     thread = recording(buffer)
@@ -429,7 +430,7 @@ def test_a_picture_whose_size_keeps_changing_is_recorded_up_to_the_limit(monkeyp
 
     monkeypatch.setattr(frame_buffer, "MAX_BYTES", 3000)  # four of these frames
     monkeypatch.setattr(frame_buffer, "IDLE_S", 0.05)
-    buffer = frame_buffer.FrameBuffer(Turned())
+    buffer = frame_buffer.FrameBuffer(Turned(), Failures())
     buffer.keep(True)
     recording(buffer).join(LONG_S)
     clip, jpegs = buffer.clip(0.3)

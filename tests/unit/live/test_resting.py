@@ -11,6 +11,7 @@ from app.core.registry import Registry
 from app.live import capture as module
 from app.live.capture import REST_S
 from app.live.encoder import Encoder
+from app.live.failures import Failures
 from app.live.stream_spec import StreamSpec
 from app.live.worker_main import CameraWorker
 from app.sources import SOURCES
@@ -126,7 +127,7 @@ def test_drawing_pictures_has_no_more_made(capture):
             sys.exit()
     rest(capture)
     capture.watch(CARD_S)
-    encoder = Encoder(capture, send)
+    encoder = Encoder(capture, send, Failures())
     encoder.watch({1: (StreamSpec(), CARD_S)})
     with suppress(SystemExit):
         encoder.run()

@@ -1,9 +1,11 @@
 """Calibration without clicks: right over fields and lenses, honest where it cannot know, and never good when wrong."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, Conflict
+from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.records import Frame, observations_from_json
 from app.models import field_from_raw, model_from_json
 from app.models.restored import Restored
@@ -144,6 +146,13 @@ def test_a_picture_without_a_field_is_declined_with_what_was_seen(picture):
     told, made = AutomaticRequest(field, field.region("full")).answer(Frame(picture))
     assert made is None and told["verdict"]["level"] in ("nothing", "unsure")
     assert told["verdict"]["sentence"] and told["verdict"]["fix"]
+
+
+def test_a_field_without_markings_says_what_it_lacks(plain):
+    bare = replace(plain.field, lines={}, arcs={})
+    with pytest.raises(FitFailed) as refusal:
+        AutomaticRequest(bare, bare.region("full")).answer(Frame(plain.pixels))
+    assert refusal.value.reason == "no-markings" and refusal.value.fix
 
 
 def test_of_several_pictures_what_moves_vanishes(plain):

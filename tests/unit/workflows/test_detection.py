@@ -85,6 +85,8 @@ def test_nothing_is_looked_for_beside_the_field(match, calibration):
 def test_a_picture_of_another_size_and_one_without_a_scale_are_refused(match, pixels, calibration):
     with pytest.raises(TouchlineError, match="was made for"):
         detect(pixels[:1000], PLAN, calibration=calibration)
+    with pytest.raises(TouchlineError, match="too large"):
+        detect(np.broadcast_to(pixels[:1, :1], (4000, 4001, 3)), PLAN, mm_per_px=1.0)
     with pytest.raises(TouchlineError, match="how large things are"):
         detect(pixels, PLAN)
     for clicks in ({"mauve": [[1, 2]]}, {"blue": [[1, 2, 3]]}, {"blue": [[1, float("nan")]]}, {"blue": [[-5, 2]]},
