@@ -8,6 +8,7 @@ from fastapi import Request
 from numpy.typing import NDArray
 from starlette.responses import Response
 
+from app.api.dependencies import operator_of
 from app.api.json_text import json_bytes
 from app.api.middleware.problems import MANUAL, problem
 from app.core.progress import Progress
@@ -70,9 +71,11 @@ async def finished_or_queued(request: Request, services: Services, kind: str, ru
 
     saver, context: what keeps the result, as JobEngine.start takes them.
     """
+    caller = await operator_of(request)
     if as_job:
-        return accepted(await services.run_in_thread(services.jobs.start, kind, run, spec, saver, context))
-    job = await services.run_as_job(kind, run, spec, request.is_disconnected, saver, context)
+        return accepted(await services.run_in_thread(services.jobs.start, kind, run, spec, saver, context,
+                                                     caller=caller))
+    job = await services.run_as_job(kind, run, spec, request.is_disconnected, saver, context, caller)
     if job.state == "done":
         return Json(job.result)
     return problem(**(job.problem or {"reason": "cancelled", "title": "Cancelled", "status": 409, "fix": "Ask again.",

@@ -37,9 +37,15 @@ def read_bytes(path: Path, max_bytes: int = ImageLimits().max_bytes) -> bytes:
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all."""
+    """Write a file whole or not at all, behind a symbolic link as well; into a device or a FIFO as it is."""
     try:
-        write_atomically(path, data)
+        if path.exists() and (not path.is_file() or path.is_relative_to("/dev") or path.is_relative_to("/proc")):
+            with path.open("wb", buffering=0) as file:  # /dev/stdout may be a file that the shell has open
+                rest = memoryview(data)
+                while rest:
+                    rest = rest[file.write(rest):]
+        else:
+            write_atomically(path.resolve(), data)
     except OSError as error:
         raise FileTrouble(f"{path} cannot be written: {error.strerror}.",
                           "Check the folder, its permissions and the space on the disk.") from None

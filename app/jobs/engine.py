@@ -5,6 +5,8 @@ import queue
 import secrets
 from collections.abc import Callable
 from functools import partial
+from itertools import count
+from math import inf
 from threading import Lock, Thread
 from typing import Any, Self
 
@@ -22,7 +24,9 @@ Run = Callable[[Any, Progress], Any]
 ResultSaver = Callable[[Any, Any], Any]  # what run returned, and the job's context -> the job's result
 log = logging.getLogger("touchline")
 
-MAX_QUEUED = 20  # more would wait for so long that nobody waits for them
+MAX_QUEUED = 100
+MAX_QUEUED_EACH = 20  # of one caller: more would wait for so long that nobody waits for them
+KEPT_S = 3600.0
 MEMORY_BYTES = 2 << 30
 MAX_ATTEMPTS = 3  # a worker may be lost by chance twice; a job that has lost three is itself to blame
 
@@ -30,21 +34,24 @@ MAX_ATTEMPTS = 3  # a worker may be lost by chance twice; a job that has lost th
 class JobEngine:
     """Long work in processes of its own; thread-safe. Close it, or use it as a context: no process is left then.
 
-    workers: jobs done at once; processes start with the first jobs. wall_s: the longest that a job may take. kept:
-    how many ended jobs can still be read. modules: what each process imports before its first job, and whose functions
-    a stored job may name. engine: local, or the address of a cluster, to which so many jobs as `workers` are given at
-    once. result_savers: by name, what stores the results that are worth storing.
+    workers: jobs done at once; processes start with the first jobs. wall_s: the longest that a job may take. kept,
+    kept_s: an ended job can be read as long as it is among the so many newest, or no older. modules: what each process
+    imports before its first job, and whose functions a stored job may name. engine: local, or the address of a cluster,
+    to which so many jobs as `workers` are given at once. result_savers: by name, what stores the results that are worth
+    storing.
     """
 
     def __init__(self, workers: int = 2, *, engine: str = "local", wall_s: float = 600.0, kept: int = 100,
-                 memory_bytes: int = MEMORY_BYTES, modules: tuple[str, ...] = (),
+                 kept_s: float = KEPT_S, memory_bytes: int = MEMORY_BYTES, modules: tuple[str, ...] = (),
                  result_savers: dict[str, ResultSaver] | None = None) -> None:
         self._wall_s = wall_s
         self._modules = modules
         self.result_savers = {} if result_savers is None else result_savers
-        self._registry = JobRegistry(kept)
-        # (Not a SimpleQueue: two items put at once into one may leave one of two threads asleep.)
-        self._queue: queue.Queue[tuple[str, JobSpec] | None] = queue.Queue()
+        self._registry = JobRegistry(kept, kept_s)
+        self._callers: dict[str, str] = {}  # of jobs that have not ended
+        self._numbers = count()
+        # Whose caller has fewest before it comes first, then who came first.
+        self._queue: queue.PriorityQueue[tuple[float, int, tuple[str, JobSpec] | None]] = queue.PriorityQueue()
         if engine == "local":
             self._runners: list[JobRunner] = [ProcessRunner(memory_bytes, modules) for _ in range(workers)]
         else:
@@ -64,17 +71,18 @@ class JobEngine:
                     self._fail(job.id, Unavailable("This version of Touchline does not know what this job was to do.",
                                                    "Ask for it again.", reason="job-lost"))
                 else:
-                    self._queue.put((job.id, spec))
+                    self._put(0, (job.id, spec))
             if not self._queue.empty():
                 self._start_threads()
 
     def start(self, kind: str, run: Run, spec: Any, saver: str | None = None, context: Any = None, *,
-              durable: bool = True) -> Job:
+              durable: bool = True, caller: str = "") -> Job:
         """Queue a job. run: a top-level function; spec: plain JSON for it.
 
         saver: the name of a result saver, called here with what run returned and the context (plain JSON) when that is
         whole and still wanted; the job's result is what it returns. From then on the job cannot be cancelled, and what
         is saved is saved together with the job's end, whole or not at all. durable: false for who waits for the answer.
+        caller: each has a share of the queue; Busy for who has used it up.
         """
         job_spec = JobSpec(f"{run.__module__}:{run.__qualname__}", spec, saver, context, durable)
         if not self._can_save(saver):
@@ -82,11 +90,16 @@ class JobEngine:
         with self._lock:
             if self.closed:
                 raise Unavailable("The server is shutting down.", "Try again when it is back.", reason="shutting-down")
-            if sum(job.state == "queued" for job in self._registry.all()) >= MAX_QUEUED:
-                raise Busy(f"{MAX_QUEUED} jobs are waiting already.", "Wait for some to end, or cancel some.",
-                           reason="too-many-jobs")
+            under_way = [job for job in self._registry.all() if not job.ended]
+            self._callers = {job.id: self._callers.get(job.id, "") for job in under_way}
+            own = [job for job in under_way if self._callers[job.id] == caller]
+            for jobs, most, whose in ((own, MAX_QUEUED_EACH, "of your jobs"), (under_way, MAX_QUEUED, "jobs")):
+                if sum(job.state == "queued" for job in jobs) >= most:
+                    raise Busy(f"{most} {whose} are waiting already.", "Wait for some to end, or cancel some.",
+                               reason="too-many-jobs")
             job = self._registry.add(kind, job_spec)
-            self._queue.put((job.id, job_spec))
+            self._callers[job.id] = caller
+            self._put(len(own), (job.id, job_spec))
             self._start_threads()
         return job
 
@@ -113,7 +126,7 @@ class JobEngine:
         for runner in self._runners:
             runner.end()
         for _ in self._threads:
-            self._queue.put(None)
+            self._put(inf, None)
         for thread in self._threads:
             thread.join()
         for runner in self._runners:
@@ -124,6 +137,10 @@ class JobEngine:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _put(self, before: float, item: tuple[str, JobSpec] | None) -> None:
+        """Queue a job. before: how many its caller has under way already."""
+        self._queue.put((before, next(self._numbers), item))
 
     def _is_known(self, spec: JobSpec) -> bool:
         """Whether a stored job is one of ours: a data folder may come from a stranger's archive."""
@@ -140,7 +157,7 @@ class JobEngine:
                 thread.start()
 
     def _serve(self, runner: JobRunner, name: str) -> None:
-        while (item := self._queue.get()) is not None:
+        while (item := self._queue.get()[2]) is not None:
             id, spec = item
             try:
                 if self.closed or not self._registry.begin(id, name):
@@ -162,7 +179,7 @@ class JobEngine:
         if attempt > MAX_ATTEMPTS:
             self._fail(id, error)
         elif self._registry.requeue(id, f"Its worker was lost; waiting for attempt {attempt} of {MAX_ATTEMPTS}"):
-            self._queue.put((id, spec))
+            self._put(MAX_QUEUED_EACH, (id, spec))  # it may be to blame: the others go first
 
     def _fail(self, id: str, error: Exception) -> None:
         self._registry.fail(id, self._problem(error))

@@ -6,10 +6,10 @@ alone; a heartbeat now and then writes it down. Who reads never waits for the di
 
 import logging
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from threading import Lock
 from time import monotonic
 from typing import Any, Protocol
@@ -20,6 +20,7 @@ from app.core.jobs import WAITING, Job, JobSpec
 BEAT_S = 2.0
 LEASE_S = 60.0  # far above a beat: a disk that is slow for a moment takes nobody's job away
 MAX_ROWS = 1_000_000
+MAX_ENDED = 2000  # of the last hour: more are a script's that does not look at them
 log = logging.getLogger("touchline")
 
 
@@ -33,15 +34,15 @@ class JobTable(Protocol):
     def finish(self, id: str, attempt: int, state: str, result: Any, problem: Any, message: str) -> bool: ...
     def requeue(self, id: str, attempt: int, message: str, *, counts: bool) -> bool: ...
     def cancel(self, id: str, message: str) -> Job: ...
-    def prune(self, kept: int) -> None: ...
+    def forget(self, ids: Sequence[str]) -> None: ...
     def transaction(self) -> AbstractContextManager[Any]: ...
 
 
 class JobRegistry:
-    """Jobs by id. Thread-safe. `kept` ended ones stay to be read; older ones are forgotten."""
+    """Jobs by id. Thread-safe. The newest `kept` that have ended stay to be read, and those of the last kept_s."""
 
-    def __init__(self, kept: int) -> None:
-        self._max_ended = kept
+    def __init__(self, kept: int, kept_s: float) -> None:
+        self._kept, self._kept_s = kept, kept_s
         self._table: JobTable | None = None
         self._jobs: dict[str, Job] = {}  # in the order in which they came
         self._written_s: dict[str, float] = {}  # of durable jobs: when their row was written last
@@ -87,7 +88,8 @@ class JobRegistry:
             job = self._jobs.get(id)
         if job is None:
             raise NotFound(f"There is no job {id!r}.", f"List them with GET /api/v1/jobs; of those that have ended the "
-                           f"last {self._max_ended} are kept.", reason="unknown-job")
+                           f"last {self._kept} are kept, and all of the last {self._kept_s / 60:g} minutes.",
+                           reason="unknown-job")
         return job
 
     def all(self) -> tuple[Job, ...]:
@@ -218,19 +220,21 @@ class JobRegistry:
                 return True
             self._jobs[id] = replace(job, ended_at=_now())
             self._completing.discard(id)
-            ended = [id for id, job in self._jobs.items() if job.ended]
-            old = ended[:max(0, len(ended) - self._max_ended)]
-            table = self._table if any(id in self._written_s for id in old) else None
+            ended = [job for job in self._jobs.values() if job.ended]
+            recent = _now(-self._kept_s)
+            old = [job.id for n, job in enumerate(ended, 1) if n <= len(ended) - MAX_ENDED or (
+                n <= len(ended) - self._kept and (job.ended_at or "") < recent)]
+            stored = [id for id in old if self._written_s.pop(id, None) is not None]
             for id in old:
                 del self._jobs[id]
-                self._written_s.pop(id, None)
-        if table is not None:
+        if self._table is not None and stored:
             try:
-                table.prune(self._max_ended)
+                self._table.forget(stored)
             except TouchlineError as error:
                 log.warning("old jobs were not forgotten: %s", error)
         return True
 
 
-def _now() -> str:
-    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+def _now(later_s: float = 0.0) -> str:
+    now = datetime.now(UTC) + timedelta(seconds=later_s)
+    return now.isoformat(timespec="milliseconds").replace("+00:00", "Z")

@@ -128,9 +128,9 @@ class Services:
 
     async def run_as_job(self, kind: str, run: Callable[[Any, Progress], Any], spec: Any,
                          is_abandoned: Callable[[], Awaitable[bool]], saver: str | None = None,
-                         context: Any = None) -> Job:
+                         context: Any = None, caller: str = "") -> Job:
         """Run work of many seconds in a process and wait for its end; cancel it once its caller has gone."""
-        job = self.jobs.start(kind, run, spec, saver, context, durable=False)
+        job = self.jobs.start(kind, run, spec, saver, context, durable=False, caller=caller)
         polls = 0
         try:
             while not self.jobs.get(job.id).ended:

@@ -14,6 +14,7 @@ import json
 import re
 import tempfile
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping
 from hashlib import sha256
 from pathlib import Path
@@ -21,6 +22,7 @@ from types import SimpleNamespace
 from typing import IO, Any
 
 from sqlalchemy import insert, select, text
+from sqlalchemy.orm import Session
 
 from app import __version__
 from app.core.errors import BadInput, Conflict
@@ -36,6 +38,9 @@ FORMAT = "touchline-archive-1"
 PICTURE = re.compile(r"[0-9a-f]{64}\.(png|jpeg|bmp|webp)")
 FIELD = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}\.yaml")
 CHUNK = 1 << 20
+MAX_HEAD_BYTES = 1 << 20
+MAX_ROW_BYTES = 64 << 20  # the largest rows are jobs with everything that they found, some MB
+MAX_FILE_BYTES = 256 << 20  # no picture that is taken in is larger
 FIX = "Take another archive: this one cannot be restored."
 
 
@@ -89,23 +94,40 @@ def _copy_tables(database: Database, out: IO[bytes]) -> tuple[dict[str, int], se
 
 
 def restore_archive(file: Path, database: Database, folder: Path) -> dict[str, int]:
-    """Fill an empty database and folder from an archive; return how many rows each table has."""
+    """Fill an empty database and folder from an archive; return how many rows each table has.
+
+    A refused archive leaves the database empty, and perhaps files in the folder.
+    """
     try:
         with zipfile.ZipFile(file) as source:
             _check_head(source)
-            counts = _restore_tables(source, database)
-            end = json.loads(source.read("end.json"))
-            if counts != end["rows"]:
-                raise BadInput("The archive has not all of its rows.", FIX, reason="bad-archive")
             for name in source.namelist():
                 _restore_file(source, name, folder)
+            with database.writing("The archive") as rows:
+                counts = _restore_tables(source, rows, database.is_sqlite)
+                if counts != json.loads(_read(source, "end.json", MAX_HEAD_BYTES))["rows"]:
+                    raise BadInput("The archive has not all of its rows.", FIX, reason="bad-archive")
             return counts
-    except (zipfile.BadZipFile, KeyError, TypeError, ValueError, EOFError, NotImplementedError) as error:
+    except (zipfile.BadZipFile, zlib.error, KeyError, TypeError, ValueError, EOFError, NotImplementedError,
+            RecursionError) as error:
         raise BadInput(f"{file.name} is no whole archive of Touchline: {error}.", FIX, reason="bad-archive") from None
 
 
+def _read(source: zipfile.ZipFile, name: str, max_bytes: int) -> bytes:
+    """Return a member that is no larger, whatever it says of itself."""
+    with source.open(name) as member:
+        return _bounded(member.read(max_bytes + 1), name, max_bytes)
+
+
+def _bounded(data: bytes, name: str, max_bytes: int) -> bytes:
+    if len(data) > max_bytes:
+        raise BadInput(f"{name} in the archive has more than {max_bytes >> 20} MiB in one piece.", FIX,
+                       reason="bad-archive")
+    return data
+
+
 def _check_head(source: zipfile.ZipFile) -> None:
-    head = json.loads(source.read("touchline.json"))
+    head = json.loads(_read(source, "touchline.json", MAX_HEAD_BYTES))
     if head["format"] != FORMAT:
         raise BadInput(f"The archive is of the kind {head['format']!r}, not {FORMAT}.", FIX, reason="bad-archive")
     if head["form"] != HEAD:
@@ -113,21 +135,20 @@ def _check_head(source: zipfile.ZipFile) -> None:
                        f"Restore it with Touchline {head['software']}, then update.", reason="archive-form")
 
 
-def _restore_tables(source: zipfile.ZipFile, database: Database) -> dict[str, int]:
+def _restore_tables(source: zipfile.ZipFile, rows: Session, is_sqlite: bool) -> dict[str, int]:
     counts: dict[str, int] = {}
-    with database.writing("The archive") as rows:
-        for table in ARCHIVED_TABLES:
-            name, counts[table.__tablename__] = table.__tablename__, 0
-            keys = {column.name: column.key for column in table.__table__.columns}
-            with source.open(f"tables/{name}.jsonl") as lines:
-                for line in lines:
-                    values = {keys[name]: value for name, value in json.loads(line).items()}
-                    _check_row(table, values)
-                    rows.execute(insert(table.__table__).values(values))
-                    counts[name] += 1
-            if not database.is_sqlite and "sequence" in keys:
-                rows.execute(text(f"SELECT setval(pg_get_serial_sequence('{name}', 'sequence'), "
-                                  f"greatest(1, (SELECT coalesce(max(sequence), 1) FROM {name})))"))
+    for table in ARCHIVED_TABLES:
+        name, counts[table.__tablename__] = table.__tablename__, 0
+        keys = {column.name: column.key for column in table.__table__.columns}
+        with source.open(f"tables/{name}.jsonl") as lines:
+            while line := _bounded(lines.readline(MAX_ROW_BYTES + 1), name, MAX_ROW_BYTES):
+                values = {keys[name]: value for name, value in json.loads(line).items()}
+                _check_row(table, values)
+                rows.execute(insert(table.__table__).values(values))
+                counts[name] += 1
+        if not is_sqlite and "sequence" in keys:
+            rows.execute(text(f"SELECT setval(pg_get_serial_sequence('{name}', 'sequence'), "
+                              f"greatest(1, (SELECT coalesce(max(sequence), 1) FROM {name})))"))
     return counts
 
 
@@ -140,13 +161,13 @@ def _restore_file(source: zipfile.ZipFile, name: str, folder: Path) -> None:
     """Write one picture or field; anything else is skipped, and nothing is written outside the folder."""
     kind, _, file = name.partition("/")
     if kind == "pictures" and PICTURE.fullmatch(file):
-        data = source.read(name)
+        data = _read(source, name, MAX_FILE_BYTES)
         if sha256(data).hexdigest() != file[:64]:
             raise BadInput(f"The picture {file} in the archive is damaged.", FIX, reason="bad-archive")
         write_atomically(make_folder(folder / kind) / file, data)
     elif kind == "fields" and FIELD.fullmatch(file):
         path = make_folder(folder / kind) / file
-        write_atomically(path, source.read(name))
+        write_atomically(path, _read(source, name, MAX_HEAD_BYTES))
         load_field(path)
 
 

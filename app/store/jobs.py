@@ -9,7 +9,7 @@ name: a lease of another process's watch has run out, since that process has end
 
 import json
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from typing import Any
 
@@ -105,11 +105,10 @@ class JobRepository:
         """Save what this thread saves within it together with the job's end, or not at all."""
         return self._database.writing("The result")
 
-    def prune(self, keep: int) -> None:
-        """Delete the oldest that have ended, but for so many."""
-        newest = select(JobRow.sequence).where(JobRow.state.in_(ENDED)).order_by(JobRow.sequence.desc()).limit(keep)
+    def forget(self, ids: Sequence[str]) -> None:
+        """Delete those of them that have ended."""
         with self._database.writing("The deletion") as rows:
-            rows.execute(delete(JobRow).where(JobRow.state.in_(ENDED), JobRow.sequence.not_in(newest)))
+            rows.execute(delete(JobRow).where(JobRow.state.in_(ENDED), JobRow.id.in_(ids)))
 
     def _change(self, id: str, claimed: int, /, **values: Any) -> bool:
         with self._database.writing("The job") as rows:

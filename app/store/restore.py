@@ -1,9 +1,10 @@
 """Make a data folder of an archive, only in an empty folder; one whose restore was cut short is never opened."""
 
+import shutil
 from contextlib import closing
 from pathlib import Path
 
-from app.core.errors import Conflict, NotFound, Unavailable
+from app.core.errors import Conflict, NotFound, TouchlineError, Unavailable
 from app.store.archive import restore_archive
 from app.store.database import Database
 from app.store.files import make_folder, sync_folder
@@ -22,15 +23,28 @@ def restore_into(file: Path, folder: Path, database: str | None) -> dict[str, in
     if folder.is_dir() and any(folder.iterdir()):
         raise Conflict(f"The folder {folder} is not empty.", "Name an empty or a new folder: nothing is ever restored "
                        "over something else.", reason="folder-not-empty")
+    is_new = not folder.is_dir()
     make_folder(folder)
     with closing(FolderLock(folder)):
         (folder / UNFINISHED).touch()
         sync_folder(folder)
-        counts = _fill(file, folder, database)
+        try:
+            counts = _fill(file, folder, database)
+        except TouchlineError:
+            _remove_all(folder, is_new)
+            raise
         make_folder(folder / "pictures")
         (folder / UNFINISHED).unlink()
         sync_folder(folder)
         return counts
+
+
+def _remove_all(folder: Path, itself: bool) -> None:
+    """Leave it as it was found, empty or missing; what says that it is not whole goes last."""
+    for path in sorted(folder.iterdir(), key=lambda path: path.name == UNFINISHED):
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+    if itself:
+        folder.rmdir()
 
 
 def refuse_unfinished(folder: Path) -> None:

@@ -4,6 +4,8 @@ import re
 
 import pytest
 
+from app.api.middleware.problems import problem_of
+from app.core.errors import Busy, NotFound
 from tests.support.refusals import refusal
 
 BORDER = "/api/v1/fit/border"
@@ -62,6 +64,12 @@ def test_another_content_type_is_refused(standing, type):
 def test_the_place_of_a_mistake_is_named(standing):
     problem = refusal(standing.post(BORDER, json={"points": [[1, 2], [3, None]], "axis": "x_of_y"}), 422)
     assert problem["errors"][0]["at"] == "points[1][1]"
+
+
+def test_who_is_one_too_many_is_told_when_to_try_again():
+    answer = problem_of(Busy("20 of your jobs are waiting already.", "Wait for some to end."))
+    assert answer.status_code == 429 and int(answer.headers["retry-after"]) > 0
+    assert "retry-after" not in problem_of(NotFound("There is no job.", "List them.")).headers
 
 
 def test_what_the_caller_sent_is_not_sent_back(standing):

@@ -1,6 +1,7 @@
 """export and import from a shell: the same files as over REST, what they cost, and exit codes for scripts."""
 
 import json
+import os
 
 import pytest
 
@@ -40,6 +41,24 @@ def test_what_cannot_be_held_is_refused_and_nothing_is_written(touchline, cal, t
     assert touchline("export", cal("ssl", 0), "-f", "xml", "-o", "out")[0] == 3
     assert touchline("export", cal("ssl", 0), "-f", "ros")[0] == 2  # no --output
     assert touchline("export", "none.json", "-f", "ros", "-o", "out")[0] == 4
+
+
+def test_a_fifo_and_a_symbolic_link_are_written_to_and_not_replaced(touchline, cal, tmp_path):
+    asked = ("export", cal("brown-conrady", 0), "-f", "opencv", "-o")
+    assert touchline(*asked, "plain")[0] == 0
+    written = (tmp_path / "plain").read_bytes()
+    (tmp_path / "link").symlink_to("target")
+    for _ in range(2):  # before there is a target, and over one
+        assert touchline(*asked, "link")[0] == 0
+        assert (tmp_path / "link").is_symlink() and (tmp_path / "target").read_bytes() == written
+        (tmp_path / "target").write_bytes(b"old")
+    os.mkfifo(tmp_path / "fifo")
+    reader = os.open(tmp_path / "fifo", os.O_RDONLY | os.O_NONBLOCK)
+    assert touchline(*asked, "fifo")[0] == 0
+    assert os.read(reader, 1 << 20) == written and (tmp_path / "fifo").is_fifo()
+    os.close(reader)
+    (tmp_path / "folder").mkdir()
+    assert touchline(*asked, "folder")[0] == 4
 
 
 def test_a_file_of_another_program_becomes_a_lens_that_calibrate_takes(touchline, tmp_path):

@@ -9,7 +9,7 @@ from tests.support.paths import ROOT
 
 def page_build() -> ModuleType:
     """hatch_build.py. The builder it is called by lives in pip's own room; here only its base class is wanted."""
-    if importlib.util.find_spec("hatchling") is None:
+    if "hatchling" not in sys.modules and importlib.util.find_spec("hatchling") is None:  # nor stands in for it yet
         for name in ("hatchling", "hatchling.builders", "hatchling.builders.hooks", "hatchling.builders.hooks.plugin",
                      interface := "hatchling.builders.hooks.plugin.interface"):
             sys.modules.setdefault(name, ModuleType(name))

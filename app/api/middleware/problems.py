@@ -20,6 +20,7 @@ from app.api.json_text import json_bytes
 from app.core.errors import TouchlineError
 
 MEDIA_TYPE = "application/problem+json"
+RETRY_S = 5  # after too many at once: what others asked for has moved on by then
 MANUAL = "/problems/"  # a problem's type, relative to the server: the manual explains it there
 log = logging.getLogger("touchline")
 
@@ -72,7 +73,9 @@ def problem(status: int, reason: str, detail: str, fix: str, headers: dict[str, 
 def problem_of(error: TouchlineError) -> Response:
     """Return the problem of a refusal; with the ETag of the newest state, where that is what was missed."""
     etag = error.details.get("etag")
-    headers = {"ETag": f'"{etag}"'} if etag is not None else None
+    headers = {"ETag": f'"{etag}"'} if etag is not None else {}
+    if error.status == 429:
+        headers["Retry-After"] = str(RETRY_S)
     return problem(error.status, error.reason, error.what, error.fix, headers, title=error.title, **error.details)
 
 

@@ -77,7 +77,7 @@ def make_calibration(services: ServicesDep, by: OperatorDep, body: FitRequest, j
     task = fit_task(services, body, (body.model,))
     if job:
         spec = {"task": task.to_json()}
-        return accepted(services.jobs.start("calibration", run_fit, spec, "calibration", {"by": by}))
+        return accepted(services.jobs.start("calibration", run_fit, spec, "calibration", {"by": by}, caller=by))
     calibration = save_new_version(services.store, task.record(task.run()), by)
     return created(calibration.to_json(), f"calibrations/{calibration.id}")
 

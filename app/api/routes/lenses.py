@@ -6,7 +6,7 @@ from fastapi import APIRouter, Request
 from pydantic import Field
 from starlette.responses import Response
 
-from app.api.dependencies import ServicesDep, in_thread
+from app.api.dependencies import OperatorDep, ServicesDep, in_thread
 from app.api.request_mapping import image_size, pictures_of_one_size
 from app.api.responses import Json, accepted, finished_or_queued, page, picture
 from app.api.routes.calibrations import ACCEPTED
@@ -109,7 +109,7 @@ def _summary(lens: dict[str, Any]) -> dict[str, Any]:
 
 @router.post("/calibrations/board", status_code=202, response_model=responses.Job)
 @in_thread
-def calibrate_lens(services: ServicesDep, body: BoardRequest) -> Json:
+def calibrate_lens(services: ServicesDep, by: OperatorDep, body: BoardRequest) -> Json:
     """Start a job that finds a lens and saves it: {"lens": id, "record": what GET /lenses/{id} returns}.
 
     From `snapshots` of one board, or from `views`: corners in the picture and their places on the board in mm.
@@ -121,7 +121,7 @@ def calibrate_lens(services: ServicesDep, body: BoardRequest) -> Json:
                                    body.options)
     about = {"camera": body.camera, "note": body.note, "snapshots": body.snapshots}
     run, spec = _from_views(body, task) if body.views is not None else _from_snapshots(services, body, task)
-    return accepted(services.jobs.start("board", run, spec, "lens", about))
+    return accepted(services.jobs.start("board", run, spec, "lens", about, caller=by))
 
 
 def _from_views(body: BoardRequest, task: BoardCalibrationRequest) -> tuple[Any, dict[str, Any]]:

@@ -153,7 +153,7 @@ def refit_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schemas.Ri
                        if body.cameras is None else "None of these cameras has an active calibration.",
                        "Name cameras that are calibrated.", reason="nothing-to-refit")
     spec = {"calibrations": calibrations, "rectangles": shown["rectangles"]}
-    return accepted(services.jobs.start("rig-refit", run_refit, spec, "calibrations", {"by": by}))
+    return accepted(services.jobs.start("rig-refit", run_refit, spec, "calibrations", {"by": by}, caller=by))
 
 
 @router.get("/{name}/tracks", response_model=responses.Tracks)

@@ -172,7 +172,7 @@ def judge_motion(services: ServicesDep, by: OperatorDep, body: MotionRequest) ->
     spec = {"film": film, "rolls": rolls, "image_size": size, "make": body.make, "lens": body.lens,
             "calibration": None if calibration is None else calibration.to_json(), "note": body.note,
             "centre_sigma_px": body.centre_sigma_px, "camera": body.camera}
-    return accepted(services.jobs.start("motion", run_motion, spec, "motion", {"by": by}))
+    return accepted(services.jobs.start("motion", run_motion, spec, "motion", {"by": by}, caller=by))
 
 
 def _of_another_size(calibration: Calibration, body: MotionRequest) -> None:

@@ -62,7 +62,7 @@ async def find_calibration(request: Request, services: ServicesDep, by: Operator
         first = services.store.snapshots.get(ids[0])
         spec = {"task": {**task, "snapshot": first.id, "camera": first.camera},
                 "pictures": services.store.snapshots.all_for_job(ids), "keep": body.keep}
-        return services.jobs.start("auto", run_auto, spec, "found-lines", {"by": by})
+        return services.jobs.start("auto", run_auto, spec, "found-lines", {"by": by}, caller=by)
     return accepted(await services.run_in_thread(start))
 
 
@@ -125,5 +125,5 @@ async def reregister_camera(request: Request, services: ServicesDep, by: Operato
         spec = {"calibration": calibration.to_json(), "snapshot": snapshot, "note": body.note,
                 "picture": services.store.snapshots.for_job(snapshot, "the picture"),
                 "before": services.cameras.calibration_picture(calibration)}
-        return services.jobs.start("register", run_register, spec, "registered", {"by": by})
+        return services.jobs.start("register", run_register, spec, "registered", {"by": by}, caller=by)
     return accepted(await services.run_in_thread(start))

@@ -70,10 +70,10 @@ def test_a_server_that_is_killed_costs_an_attempt_and_the_third_is_the_last(open
 
 
 def test_what_has_ended_can_still_be_read_after_a_restart_and_old_ones_are_forgotten(opener, store):
-    with server(store, kept=3) as jobs:
+    with server(store, kept=3, kept_s=0) as jobs:
         told = [ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": n, "b": 0})) for n in range(4)]
         told.append(ended(jobs, jobs.start("fit", sample_jobs.refuses, {})))
-    with opener.again(store) as again, server(again, kept=3) as back:
+    with opener.again(store) as again, server(again, kept=3, kept_s=0) as back:
         for before in told[2:]:
             now = back.get(before.id)
             assert (now.state, now.result, now.problem, now.kind, now.ended_at is not None) == (

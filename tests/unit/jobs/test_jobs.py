@@ -12,6 +12,7 @@ import pytest
 
 from app.core.errors import Busy, NotFound, Unavailable
 from app.jobs import JobEngine
+from app.jobs.engine import MAX_QUEUED, MAX_QUEUED_EACH
 from tests.support import sample_jobs
 from tests.support.child_processes import pids_of
 from tests.support.paths import ROOT
@@ -222,8 +223,37 @@ def test_a_cancelled_job_whose_worker_is_lost_is_not_tried_again(jobs):
     assert (jobs.get(job.id).state, jobs.get(job.id).attempt) == ("cancelled", 1)
 
 
+def test_a_caller_has_a_share_of_the_queue_and_another_one_comes_before_the_rest_of_it():
+    with JobEngine(workers=1) as jobs:
+        first = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}, caller="Anna")
+        running(jobs, first)
+        waiting = [jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}, caller="Anna")
+                   for n in range(MAX_QUEUED_EACH)]
+        with pytest.raises(Busy, match="your jobs"):
+            jobs.start("adding", sample_jobs.adds, {}, caller="Anna")
+        other = jobs.start("adding", sample_jobs.adds, {"a": 2, "b": 2}, caller="Ben")
+        jobs.cancel(first.id)
+        told = [ended(jobs, job) for job in (other, *waiting)]
+    assert all(job.state == "done" for job in told) and told[0].ended_at == min(job.ended_at for job in told)
+
+
+def test_all_callers_together_cannot_queue_without_end():
+    with JobEngine(workers=1) as jobs:
+        running(jobs, jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}))
+        for n in range(MAX_QUEUED):
+            jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}, caller=str(n % 7))
+        with pytest.raises(Busy):
+            jobs.start("adding", sample_jobs.adds, {}, caller="one more")
+
+
+def test_what_has_ended_of_late_is_not_forgotten_however_much_it_is():
+    with JobEngine(workers=2, kept=5) as jobs:
+        made = [jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}) for n in range(MAX_QUEUED_EACH)]
+        assert [ended(jobs, job).result["sum"] for job in made] == [1 + n for n in range(MAX_QUEUED_EACH)]
+
+
 def test_too_many_waiting_jobs_are_refused_and_old_ones_are_forgotten():
-    with JobEngine(workers=1, kept=5) as jobs:
+    with JobEngine(workers=1, kept=5, kept_s=0) as jobs:
         first = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60})
         running(jobs, first)
         waiting = [jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}) for n in range(20)]

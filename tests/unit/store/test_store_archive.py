@@ -8,7 +8,7 @@ import pytest
 from app.core.errors import BadInput, Conflict, Unavailable
 from app.core.geometry import ImageSize
 from app.store.drafts import EMPTY
-from app.store.restore import restore_into
+from app.store.restore import UNFINISHED, restore_into
 from app.store.store import Store
 from tests.support.store_opener import StoreOpener, count_rows
 from tests.support.store_writer import calibration
@@ -100,11 +100,27 @@ BAD = {"cut": lambda p: _cut(p), "text": lambda p: _text(p),
        "a row missing": lambda p: rewritten(p, lambda n, d: d.partition(b"\n")[2] if "calibrations" in n else d),
        "a picture changed": lambda p: rewritten(p, lambda n, d: b"x" + d[1:] if n.startswith("pictures/") else d),
        "no JSON": lambda p: rewritten(p, lambda n, d: b"{" if n == "touchline.json" else d),
+       "a head of 50 MB": lambda p: rewritten(p, lambda n, d: b" " * 50_000_000 + d if n == "touchline.json" else d),
+       "a row of 65 MB": lambda p: rewritten(p, lambda n, d: d.replace(b"{", b"{" + b" " * (65 << 20), 1)
+                                             if "calibrations" in n else d),
+       "deep JSON": lambda p: rewritten(p, lambda n, d: b"[" * 100_000 if n == "end.json" else d),
+       "a deep row": lambda p: rewritten(p, lambda n, d: b"[" * 100_000 + b"\n" + d if "lenses" in n else d),
+       "a member of no zlib": lambda p: _broken(p),
        "of a later form": lambda p: rewritten(p, later)}
 
 
 def _cut(path):
     path.write_bytes(path.read_bytes()[:-300])
+    return path
+
+
+def _broken(path):
+    """What was compressed is overwritten: the names are there, and what they stand for is not."""
+    with zipfile.ZipFile(path) as source:
+        begin = source.getinfo("tables/calibrations.jsonl").header_offset + 80
+    data = bytearray(path.read_bytes())
+    data[begin:begin + 60] = b"\xff" * 60
+    path.write_bytes(data)
     return path
 
 
@@ -114,13 +130,18 @@ def _text(path):
 
 
 @pytest.mark.parametrize("how", BAD)
-def test_an_archive_that_is_not_whole_is_refused_and_what_it_left_is_not_opened(filled, tmp_path, how):
+def test_an_archive_that_is_not_whole_is_refused_and_leaves_nothing(filled, tmp_path, how):
     path = BAD[how](zipped(filled, tmp_path))
     with pytest.raises((BadInput, Conflict, Unavailable)) as told:
         restore_into(path, tmp_path / "bare", None)
     assert told.value.fix
+    assert not (tmp_path / "bare").exists()
+
+
+def test_what_a_restore_left_that_was_killed_is_not_opened(tmp_path):
+    (tmp_path / UNFINISHED).touch()
     with pytest.raises(Unavailable) as refused:
-        Store(tmp_path / "bare")
+        Store(tmp_path)
     assert refused.value.reason == "restore-unfinished"
 
 

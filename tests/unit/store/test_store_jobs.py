@@ -89,11 +89,11 @@ def test_cancelling_is_final_and_may_be_repeated(jobs):
     assert not jobs.finish(job.id, 1, "done") and jobs.claim("w2", lease_s=5) is None
 
 
-def test_ended_jobs_are_forgotten_but_for_the_newest_and_running_ones_stay(jobs):
+def test_ended_jobs_are_forgotten_and_running_ones_stay(jobs):
     running = jobs.add("fit", {})
     jobs.claim("w1", lease_s=5)
     ended = [jobs.cancel(jobs.add("fit", {}).id).id for _ in range(5)]
-    jobs.prune(keep=2)
+    jobs.forget([*ended[:3], running.id])
     assert [job.id for job in jobs.list()] == [ended[4], ended[3], running.id]
     with pytest.raises(NotFound):
         jobs.get(ended[0])
