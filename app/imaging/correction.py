@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from app.core.errors import BadInput
 from app.core.geometry import ImageSize, Points
 from app.core.progress import Progress, no_progress
+from app.core.records import Calibration
 from app.models.contract import Rectification
 
 BLOCK_PX = 1 << 15  # so many pixels at a time stay in the processor's cache
@@ -33,13 +34,13 @@ class CorrectedView:
     margin_px: int = 0
     width: int | None = None
 
-    def size(self, model: Rectification) -> ImageSize:
+    def size(self, model: Rectification | Calibration) -> ImageSize:
         natural = self._natural(model)
         if self.width is None:
             return natural
         return ImageSize(self.width, max(2, round(natural.height * self.width / natural.width)))
 
-    def _natural(self, model: Rectification) -> ImageSize:
+    def _natural(self, model: Rectification | Calibration) -> ImageSize:
         corrected = model.corrected_size
         if not 0 <= self.margin_px <= 4096:
             raise BadInput(f"A margin of {self.margin_px} px cannot be drawn.", "Use 0 to 4096.", reason="bad-view")

@@ -12,6 +12,7 @@ import anyio
 from anyio import CapacityLimiter, to_thread
 
 from app.core.errors import Cancelled
+from app.core.geometry import ImageSize
 from app.core.progress import Progress
 from app.core.records import Frame
 from app.images import ImageDecoder, ImageLimits
@@ -39,7 +40,8 @@ Result = TypeVar("Result")
 MAX_FRAME_BYTES = 256 << 20  # decoded snapshots: a picture that is looked at is asked for many times in a row
 MAX_SCENE_PAGES = 4  # of 1 MB each; one takes a process and two seconds, and a version never changes
 MAX_STITCHER_BYTES = 128 << 20  # a rig's picture as the page shows it has some 20 MB
-MAX_DRAWINGS = 2  # at once, of those that may be large
+MAX_DRAWINGS = 2  # at once, of those that are large
+LARGE_PX = 4e6  # of a drawn picture: a second, and 100 MB
 POLL_S = 0.05  # how often a job that somebody waits for is looked at
 FRAME_INTERVAL_S = 1 / 3  # between the frames of a background: who walks by needs some seconds to leave
 POLLS_PER_CHECK = 10  # and after how many looks whether its caller still waits
@@ -104,8 +106,9 @@ class Services:
         """Run work of a second or two on a worker thread; when all are busy it waits for its turn."""
         return await to_thread.run_sync(lambda: work(*args, **kwargs), limiter=self._threads)
 
-    async def draw(self, work: Callable[[Progress], Result], is_abandoned: Callable[[], Awaitable[bool]]) -> Result:
-        """Run work that may take many seconds and much memory on a thread, few at once, while its caller waits.
+    async def draw(self, size: ImageSize, work: Callable[[Progress], Result],
+                   is_abandoned: Callable[[], Awaitable[bool]]) -> Result:
+        """Draw a picture of about that size on a worker thread while its caller waits; of large ones few at once.
 
         work: calls its progress now and then, which raises Cancelled once the caller has gone.
         """
@@ -122,7 +125,8 @@ class Services:
 
         watching = asyncio.create_task(watch())
         try:
-            return await to_thread.run_sync(work, progress, limiter=self._drawings)
+            is_large = size.width * size.height > LARGE_PX
+            return await to_thread.run_sync(work, progress, limiter=self._drawings if is_large else self._threads)
         finally:
             watching.cancel()
 

@@ -16,6 +16,8 @@ from http.client import HTTPConnection
 from unittest import SkipTest
 from urllib.parse import urlsplit
 
+import hypothesis
+import numpy as np
 import pytest
 import schemathesis
 from hypothesis import HealthCheck, given, settings
@@ -54,13 +56,16 @@ class Server:
 
     def __init__(self, url: str) -> None:
         self.url = url
-        picture = encoded("png", gradient(780, 580))
-        form = b'--b\r\nContent-Disposition: form-data; name="file"; filename="a"\r\n\r\n' + picture + b"\r\n--b--\r\n"
-        _, self.snapshot = self.ask("POST", "/snapshots", form, "multipart/form-data; boundary=b")
+        _, self.snapshot = self.upload(encoded("png", gradient(780, 580)))
         _, self.calibration = self.ask("POST", "/calibrations", json.dumps(
             {**{k: v for k, v in TASK.items() if k != "image_size"}, "camera": "north",
              "snapshot": self.snapshot["id"]}).encode())
         self.ask("POST", f"/calibrations/{self.calibration['id']}/activate")  # the active one cannot be deleted
+
+    def upload(self, picture: bytes):
+        """Status, and the JSON of the answer."""
+        form = b'--b\r\nContent-Disposition: form-data; name="file"; filename="a"\r\n\r\n' + picture + b"\r\n--b--\r\n"
+        return self.ask("POST", "/snapshots", form, "multipart/form-data; boundary=b")
 
     def ask(self, method: str, path: str, body: bytes | None = None, type: str = "application/json"):
         """Status, and the JSON of the answer."""
@@ -225,6 +230,72 @@ def test_no_bytes_break_anything(server, cases):
                 "CORRECT": f"/calibrations/{server.calibration['id']}/correct"}.get(path, path)
         status, answer = server.ask("POST", path, body, type)
         assert status == 200 or 400 <= status < 500, (status, answer)
+
+    is_answered()
+
+
+PICTURE_CALLS = {
+    **{f"{plan} {scale}": lambda s, id, plan=plan, scale=scale: ("POST", "/detections", {
+        "snapshot": id, "stages": plan, "mm_per_px": scale})
+       for plan in ("ssl", "vsss", "mirosot") for scale in (1e-3, 50)},
+    "clicked colours": lambda s, id: ("POST", "/detections", {"snapshot": id, "stages": "ssl", "mm_per_px": 3.0,
+                                                             "clicks": {"blue": [[1, 1]], "orange": [[0, 0, 1, 1]]}}),
+    "drawn": lambda s, id: ("POST", "/detections/picture.jpg", {"snapshot": id, "stages": "ssl", "mm_per_px": 3.0}),
+    "snapped": lambda s, id: ("POST", f"/snapshots/{id}/snap", {"points": [[0, 0], [1, 1], [0.5, 0]]}),
+    "small": lambda s, id: ("GET", f"/snapshots/{id}/image.png?width=16", None),
+    "large": lambda s, id: ("GET", f"/snapshots/{id}/image.jpg?width=8192", None),
+    "corrected": lambda s, id: ("GET", f"/calibrations/{s.calibration['id']}/corrected.png?snapshot={id}", None),
+    "previewed": lambda s, id: ("POST", "/fit/preview", {
+        **{k: v for k, v in TASK.items() if k != "image_size"}, "snapshot": id}),
+}
+SIDE = st.sampled_from([1, 2, 3, 7, 64, 400, 4000])
+KINDS = {"black": lambda shape: np.zeros(shape, np.uint8), "white": lambda shape: np.full(shape, 255, np.uint8),
+         "noise": lambda shape: np.random.default_rng(0).integers(0, 256, shape, np.uint8),
+         "stripes": lambda shape: np.resize(np.array([0, 0, 0, 255, 255, 255], np.uint8), shape)}
+
+
+@cases_each
+def test_no_picture_breaks_anything(server, cases):
+    @effort(cases * 8)
+    @given(width=SIDE, height=SIDE, kind=st.sampled_from(sorted(KINDS)), call=st.sampled_from(sorted(PICTURE_CALLS)))
+    def is_answered(width, height, kind, call):
+        hypothesis.assume(width * height <= 2e6)
+        status, kept = server.upload(encoded("png", KINDS[kind]((height, width, 3))))
+        assert status == 201 or (status == 422 and min(width, height) == 1), (status, kept)
+        if status == 201:
+            method, path, body = PICTURE_CALLS[call](server, kept["id"])
+            status, answer = server.ask(method, path, None if body is None else json.dumps(body).encode())
+            assert status == 200 or 400 <= status < 500, (call, width, height, kind, status, answer)
+
+    is_answered()
+
+
+HEADERS = ["Host", "Origin", "Cookie", "Authorization", "Range", "If-Match", "If-None-Match", "Content-Type", "Accept",
+           "Accept-Encoding", "Sec-Fetch-Site", "Sec-Fetch-Mode", "X-Operator", "X-Forwarded-For", "Upgrade", "Expect"]
+VALUES = st.one_of(
+    st.text(st.characters(min_codepoint=32, max_codepoint=255, exclude_characters="\x7f"), max_size=200),
+    st.sampled_from(["", "[", "http://[", "//[::1", "null", "bytes=-", "bytes=9-1,,", "bytes=" + "9" * 400, 'W/"', "*",
+                     "gzip;q=nan", "a=b; " * 2000, "touchline=\xff", "Bearer", "websocket", "multipart/form-data",
+                     "multipart/form-data; boundary=", "100-continue"]))
+
+
+@cases_each
+def test_no_header_breaks_anything(server, cases):
+    calls = ["GET /", "GET /api/v1/health", "GET /api/v1/settings", "GET /main.js", "POST /api/v1/snapshots",
+             f"GET /api/v1/snapshots/{server.snapshot['id']}/image.png", "PUT /api/v1/fields/mine", "POST /login",
+             "GET /login"]
+
+    @effort(cases * 20)
+    @given(headers=st.dictionaries(st.sampled_from(HEADERS), VALUES, max_size=4), call=st.sampled_from(calls))
+    def is_answered(headers, call):
+        method, path = call.split()
+        with closing(HTTPConnection(urlsplit(server.url).netloc, timeout=30)) as line:
+            line.putrequest(method, path, skip_host="Host" in headers, skip_accept_encoding=True)
+            for name, value in headers.items():
+                line.putheader(name, value.encode("latin-1"))
+            line.putheader("Content-Length", "2")
+            line.endheaders(b"{}")
+            assert line.getresponse().status < 500, (call, headers)
 
     is_answered()
 

@@ -16,6 +16,7 @@ from app.api.schemas.media import PICTURE
 from app.api.schemas.requests import AsJob, Id
 from app.api.sockets import run_until_first, send_text, until_disconnect, websocket_session
 from app.core.errors import BadInput, Conflict, Unavailable
+from app.core.geometry import ImageSize
 from app.core.progress import Progress
 from app.live.track_fusion import TrackFusion
 from app.services import rigs
@@ -73,7 +74,8 @@ def remove_rig(services: ServicesDep, name: Id, if_match: IfMatch = None) -> Non
 @router.get("/{name}/stitched.json", response_model=responses.StitchedView)
 async def describe_stitched(request: Request, services: ServicesDep, name: Id, width: Width = 1200) -> Json:
     """Describe the picture of that width: the field's lines in its pixels, each camera's share, what no camera sees."""
-    return await services.draw(partial(_describe_stitched, services, name, width), request.is_disconnected)
+    return await services.draw(ImageSize(width, width), partial(_describe_stitched, services, name, width),
+                               request.is_disconnected)
 
 
 def _describe_stitched(services: Services, name: str, width: int, progress: Progress) -> Json:
@@ -110,7 +112,7 @@ async def show_stitched(request: Request, services: ServicesDep, name: Id, forma
         return picture(stitcher.stitch([frames[camera].pixels for camera in cameras]), format, {
             "X-Unseen-Share": f"{stitcher.unseen_summary()['share']:.4f}", "X-Rig-Missing": ",".join(missing),
             **NO_STORE})
-    return await services.draw(draw, request.is_disconnected)
+    return await services.draw(ImageSize(width, width), draw, request.is_disconnected)
 
 
 @router.post("/{name}/check", response_model=responses.RigCheck, responses=ACCEPTED)

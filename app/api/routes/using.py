@@ -19,6 +19,7 @@ from app.core.progress import Progress
 from app.core.records import Calibration, Frame, observations_from_json
 from app.imaging.correction import CorrectedView
 from app.models.restored import Restored, model_of
+from app.services.container import Services
 from app.workflows import calibration as workflow
 
 router = APIRouter(prefix="/calibrations/{id}", tags=["using a calibration"])
@@ -41,8 +42,7 @@ async def correct_picture(request: Request, services: ServicesDep, id: Id,
     else:
         data, _ = await uploaded_file(request, services.decoder.limits.max_bytes)
         frame = await services.run_in_thread(services.decoder.frame_from_bytes, data)
-    return await services.draw(partial(_corrected, calibration, frame, CorrectedView(margin_px, width), format),
-                               request.is_disconnected)
+    return await _draw(request, services, calibration, frame, CorrectedView(margin_px, width), format)
 
 
 @router.get("/corrected.{format}", response_class=Response, responses=PICTURE)
@@ -54,14 +54,15 @@ async def show_corrected(request: Request, services: ServicesDep, id: Id, format
     if snapshot is None and calibration.snapshot is None:
         raise BadInput("The calibration was made without a snapshot.", "Name one: ?snapshot=ID.", reason="no-snapshot")
     frame = await services.run_in_thread(services.frame, snapshot or calibration.snapshot)
-    return await services.draw(partial(_corrected, calibration, frame, CorrectedView(margin_px, width), format),
-                               request.is_disconnected)
+    return await _draw(request, services, calibration, frame, CorrectedView(margin_px, width), format)
 
 
-def _corrected(calibration: Calibration, frame: Frame, view: CorrectedView, format: str,
-               progress: Progress) -> Response:
-    corrected = workflow.correct(frame.pixels, model_of(calibration), calibration.image_size, view, progress)
-    return picture(corrected, format)
+async def _draw(request: Request, services: Services, calibration: Calibration, frame: Frame, view: CorrectedView,
+                format: str) -> Response:
+    def draw(progress: Progress) -> Response:
+        pixels = workflow.correct(frame.pixels, model_of(calibration), calibration.image_size, view, progress)
+        return picture(pixels, format)
+    return await services.draw(view.size(calibration), draw, request.is_disconnected)
 
 
 @router.post("/transform", response_model=responses.Transformed, openapi_extra=BODY, responses=files(BINARY))
