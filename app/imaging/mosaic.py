@@ -19,9 +19,10 @@ from app.core.errors import BadInput, FitFailed
 from app.core.field import Arc, Field, Region
 from app.core.geometry import ImageSize, Points, inside_picture
 from app.core.progress import Progress, no_progress
-from app.imaging.correction import BLOCK_PX, BORDER_BGR, MAX_ENLARGED_PX, CorrectionMap
+from app.imaging.correction import BLOCK_PX, BORDER_BGR, CorrectionMap
 from app.models import CameraModel, model_from_json, raw_from_field
 
+MAX_PX = 6e6  # 5 s, and 1 GB where two cameras both see all of the field
 MARGIN_MM = 300.0  # of carpet around the lines
 FEATHER_MM = 200.0  # of a seam between two regions, on either side
 FEATHER_PX = 40.0  # raw, at a picture's edge
@@ -41,7 +42,7 @@ class FieldView:
     def __post_init__(self) -> None:
         if not 64 <= self.width <= 8192:
             raise BadInput(f"A width of {self.width} px cannot be drawn.", "Use 64 to 8192.", reason="bad-view")
-        if self.size.width * self.size.height > MAX_ENLARGED_PX:
+        if self.size.width * self.size.height > MAX_PX:
             raise BadInput(f"A picture of {self.size} is too large.", "Choose a smaller width.", reason="bad-view")
 
     @property
