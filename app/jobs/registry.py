@@ -20,7 +20,7 @@ from app.core.jobs import WAITING, Job, JobSpec
 BEAT_S = 2.0
 LEASE_S = 60.0  # far above a beat: a disk that is slow for a moment takes nobody's job away
 MAX_ROWS = 1_000_000
-MAX_ENDED = 2000  # of the last hour: more are a script's that does not look at them
+MAX_UNLISTED = 2000  # more of the last hour are a script's that does not look at them
 log = logging.getLogger("touchline")
 
 
@@ -39,12 +39,13 @@ class JobTable(Protocol):
 
 
 class JobRegistry:
-    """Jobs by id. Thread-safe. The newest `kept` that have ended stay to be read, and those of the last kept_s."""
+    """Jobs by id. Thread-safe. Of ended ones the newest `kept` are listed; those of the last kept_s can be read too."""
 
     def __init__(self, kept: int, kept_s: float) -> None:
         self._kept, self._kept_s = kept, kept_s
         self._table: JobTable | None = None
         self._jobs: dict[str, Job] = {}  # in the order in which they came
+        self._unlisted: dict[str, Job] = {}  # ended, and not among the newest
         self._written_s: dict[str, float] = {}  # of durable jobs: when their row was written last
         self._completing: set[str] = set()  # their results are being saved
         self._unwritten: dict[str, Callable[[], Any]] = {}  # what the database would not take: tried again later
@@ -66,6 +67,7 @@ class JobRegistry:
             self._jobs[job.id] = job
             self._written_s[job.id] = monotonic()
         self._table = table
+        self._forget_old()
         return unfinished
 
     def add(self, kind: str, spec: JobSpec) -> Job:
@@ -85,7 +87,7 @@ class JobRegistry:
     def get(self, id: str) -> Job:
         """Return one by its id; NotFound."""
         with self._lock:
-            job = self._jobs.get(id)
+            job = self._jobs.get(id) or self._unlisted.get(id)
         if job is None:
             raise NotFound(f"There is no job {id!r}.", f"List them with GET /api/v1/jobs; of those that have ended the "
                            f"last {self._kept} are kept, and all of the last {self._kept_s / 60:g} minutes.",
@@ -93,7 +95,7 @@ class JobRegistry:
         return job
 
     def all(self) -> tuple[Job, ...]:
-        """Return them all, newest first."""
+        """Return all that have not ended and the newest that have, newest first."""
         with self._lock:
             return tuple(reversed(self._jobs.values()))
 
@@ -220,19 +222,25 @@ class JobRegistry:
                 return True
             self._jobs[id] = replace(job, ended_at=_now())
             self._completing.discard(id)
+        self._forget_old()
+        return True
+
+    def _forget_old(self) -> None:
+        with self._lock:
             ended = [job for job in self._jobs.values() if job.ended]
-            recent = _now(-self._kept_s)
-            old = [job.id for n, job in enumerate(ended, 1) if n <= len(ended) - MAX_ENDED or (
-                n <= len(ended) - self._kept and (job.ended_at or "") < recent)]
+            for job in ended[:max(0, len(ended) - self._kept)]:
+                self._unlisted[job.id] = self._jobs.pop(job.id)
+            recent, excess = _now(-self._kept_s), len(self._unlisted) - MAX_UNLISTED
+            old = [job.id for n, job in enumerate(self._unlisted.values())
+                   if n < excess or (job.ended_at or "") <= recent]
             stored = [id for id in old if self._written_s.pop(id, None) is not None]
             for id in old:
-                del self._jobs[id]
+                del self._unlisted[id]
         if self._table is not None and stored:
             try:
                 self._table.forget(stored)
             except TouchlineError as error:
                 log.warning("old jobs were not forgotten: %s", error)
-        return True
 
 
 def _now(later_s: float = 0.0) -> str:

@@ -20,6 +20,7 @@ from app.core.geometry import ImageSize
 from app.core.records import Calibration
 from app.live import messages
 from app.live.capture import CapturedFrame, FrameCapture
+from app.live.failures import Failures
 from app.live.picture import AppliedCalibration
 from app.live.ssl_detection import detection_packet
 from app.live.stage_renderer import StageRenderer
@@ -48,9 +49,9 @@ class DetectorState:
 class LiveDetector:
     """The detecting thread. Other threads say what to detect."""
 
-    def __init__(self, capture: FrameCapture, send: Callable[[int, int, bytes], None]) -> None:
-        self._capture, self._send = capture, send
-        self._renderer = StageRenderer(send)
+    def __init__(self, capture: FrameCapture, send: Callable[[int, int, bytes], None], failures: Failures) -> None:
+        self._capture, self._send, self._failures = capture, send, failures
+        self._renderer = StageRenderer(send, failures)
         self._changed = threading.Event()
         self._request: Mapping[str, Any] | None = None
         self._calibration: AppliedCalibration | None = None
@@ -92,7 +93,11 @@ class LiveDetector:
             except OSError:  # the server is gone
                 return
             except Exception as error:  # of one picture like no other, or a plan that cannot be: it must not end all
-                what = error.what if isinstance(error, TouchlineError) else type(error).__name__
+                if isinstance(error, TouchlineError):
+                    what = error.what
+                else:
+                    what = type(error).__name__
+                    self._failures.add("Nothing is detected", error)
                 self._send_result(taken, request, None, (f"This picture could not be looked at: {what}",))
                 self._state = DetectorState()
                 self._changed.wait(RETRY_S)

@@ -17,6 +17,7 @@ from app.evaluate.drift.check_verdict import verdict_in
 from app.evaluate.drift.monitor import DriftReference, DriftSample
 from app.images import ImageLimits, decode_in_process
 from app.live.capture import CapturedFrame, FrameCapture
+from app.live.failures import Failures
 from app.live.picture import AppliedCalibration
 from app.processes.limits import give_way
 from app.store.files import read_checked
@@ -33,8 +34,9 @@ NICE = 10  # niceness: the picture goes first
 class CameraDriftMonitor:
     """The thread that looks at the lines. It gives way: it sleeps much longer than it works."""
 
-    def __init__(self, capture: FrameCapture, limits: ImageLimits) -> None:
+    def __init__(self, capture: FrameCapture, limits: ImageLimits, failures: Failures) -> None:
         self._capture = capture
+        self._failures = failures
         self._limits = limits
         self._target: tuple[AppliedCalibration, dict[str, Any] | None] | None = None
         self._changed = threading.Event()
@@ -56,12 +58,12 @@ class CameraDriftMonitor:
             self._changed.wait()
             self._changed.clear()
             if (target := self._target) is not None:
-                try:
+                with self._failures.surviving("The camera is not watched for drift"):
                     self._follow(target)
-                except Exception:  # of one look at a picture like no other: it must not end all looking
-                    self.newest = None
-                    if not self._changed.wait(RETRY_S):
-                        self._changed.set()
+                    continue
+                self.newest = None
+                if not self._changed.wait(RETRY_S):
+                    self._changed.set()
 
     def _follow(self, target: tuple[AppliedCalibration, dict[str, Any] | None]) -> None:
         """Follow the lines until something else is to be followed."""

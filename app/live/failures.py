@@ -23,9 +23,12 @@ class Failures:
         try:
             yield
         except Exception as error:  # whatever it is, the next picture may be better
-            with self._lock:
-                self._count += 1
-                self._newest = what, type(error).__name__, time.monotonic()
+            self.add(what, error)
+
+    def add(self, what: str, error: Exception) -> None:
+        with self._lock:
+            self._count += 1
+            self._newest = what, type(error).__name__, time.monotonic()
 
     def to_json(self) -> dict[str, Any]:
         """Return {"count", "newest": {"what", "error", "is_recent"} | null}."""

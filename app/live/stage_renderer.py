@@ -8,6 +8,7 @@ from app.core.errors import TouchlineError
 from app.images import encode
 from app.live import messages
 from app.live.capture import CapturedFrame
+from app.live.failures import Failures
 from app.live.picture import scaled_down
 from app.live.stream_spec import StreamSpec
 from app.processes.framing import encode_body
@@ -22,14 +23,14 @@ EARLY_SHARE = 0.25  # of that: a frame so much too early is still taken
 class StageRenderer:
     """The drawing thread: one frame at a time, and none is kept waiting for it."""
 
-    def __init__(self, send: Callable[[int, int, bytes], None]) -> None:
-        self._send = send
+    def __init__(self, send: Callable[[int, int, bytes], None], failures: Failures) -> None:
+        self._send, self._failures = send, failures
         self._due: dict[int, float] = {}
         self._came = threading.Event()
         self._work: tuple[CapturedFrame, FrameResult, Mapping[int, StreamSpec], FieldLocator] | None = None
 
     def due(self, streams: Mapping[int, tuple[StreamSpec, float]], taken: CapturedFrame) -> dict[int, StreamSpec]:
-        """Return which of these a frame is to be detections_image for; none while another is being detections_image."""
+        """Return which of these a frame is to be drawn for; none while another is being drawn."""
         self._due = {number: at for number, at in self._due.items() if number in streams}
         if self._work is not None:
             return {}
@@ -53,10 +54,9 @@ class StageRenderer:
             self._came.wait()
             self._came.clear()
             if self._work is not None:
-                try:
+                with self._failures.surviving("What was detected is not drawn"):
                     self._render(*self._work)
-                finally:
-                    self._work = None
+                self._work = None
 
     def _render(self, taken: CapturedFrame, result: FrameResult, streams: Mapping[int, StreamSpec],
                 view: FieldLocator) -> None:

@@ -52,9 +52,9 @@ class CameraWorker:
         self._failures = Failures()
         self._encoder = Encoder(self._capture, connection.send, self._failures)
         self._quality = QualityMonitor(self._capture, self._encoder, self._failures)
-        self._drift = CameraDriftMonitor(self._capture, limits)
+        self._drift = CameraDriftMonitor(self._capture, limits, self._failures)
         self._rolls = RollMonitor(self._capture)
-        self._detector = LiveDetector(self._capture, connection.send)
+        self._detector = LiveDetector(self._capture, connection.send, self._failures)
         self._buffer = FrameBuffer(self._capture, self._failures)
 
     def run(self) -> None:

@@ -28,6 +28,7 @@ from app.core.records import Frame  # noqa: E402
 from app.formats import FORMATS  # noqa: E402
 from app.live.capture import FrameCapture  # noqa: E402
 from app.live.detector import LiveDetector  # noqa: E402
+from app.live.failures import Failures  # noqa: E402
 from app.live.picture import AppliedCalibration  # noqa: E402
 from app.processes.framing import decode_body  # noqa: E402
 from app.sources import SourceContext  # noqa: E402
@@ -68,7 +69,7 @@ def core(seconds: float) -> None:
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     heard: list[bytes] = []
     capture = Reel(frames)
-    seeing = LiveDetector(capture, lambda kind, number, body: heard.append(body))
+    seeing = LiveDetector(capture, lambda kind, number, body: heard.append(body), Failures())
     seeing.apply(AppliedCalibration.of(calibration_of(match)))
     seeing.follow({"on": True, "run": True, "plan": named_plan("ssl").to_json(), "profile": profile, "publish": True,
                    "camera_number": 0, "extent_mm": 1.0})

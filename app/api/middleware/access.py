@@ -93,7 +93,7 @@ class AccessControl:
 
     def _refuse_origin(self, scope: Scope, headers: Headers) -> Response | None:
         host = headers.get("host", "")
-        name = _name(f"//{host}")
+        name = _name(host)
         if name is None:
             return framework_problem(400, "The Host header is no host.")
         if self.hosts and name not in self.hosts:
@@ -123,17 +123,20 @@ class AccessControl:
         return answer
 
 
-def _name(url: str) -> str | None:
-    """The host of a URL without its port, in lower case: "//[::1]:8000" reads "::1"; None where it is no URL."""
+def _name(host: str) -> str | None:
+    """The host without its port, in lower case: "[::1]:8000" reads "::1"; None where it is no host."""
     try:
-        return urlsplit(url).hostname or ""
+        return urlsplit(f"//{host}").hostname or ""
     except ValueError:
         return None
 
 
 def _is_elsewhere(origin: str | None, host: str) -> bool:
     """Whether it is given and is not the host's own."""
-    return origin is not None and (_name(origin) is None or urlsplit(origin).netloc != host)
+    try:
+        return origin is not None and urlsplit(origin).netloc != host
+    except ValueError:
+        return True
 
 
 def _is_link(headers: Headers) -> bool:

@@ -250,6 +250,7 @@ def test_what_has_ended_of_late_is_not_forgotten_however_much_it_is():
     with JobEngine(workers=2, kept=5) as jobs:
         made = [jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}) for n in range(MAX_QUEUED_EACH)]
         assert [ended(jobs, job).result["sum"] for job in made] == [1 + n for n in range(MAX_QUEUED_EACH)]
+        assert len(jobs.all()) == 5  # a list stays as short as it was
 
 
 def test_too_many_waiting_jobs_are_refused_and_old_ones_are_forgotten():

@@ -8,14 +8,20 @@ from contextlib import contextmanager, suppress
 import cv2
 import pytest
 
-from app.live import encoder, frame_buffer, quality_monitor
+from app.core.detections import Detections
+from app.images import ImageLimits
+from app.live import drift, encoder, frame_buffer, quality_monitor, stage_renderer
 from app.live.camera import LiveCamera
+from app.live.drift import CameraDriftMonitor
 from app.live.encoder import Encoder
 from app.live.failures import Failures, failure_words
 from app.live.frame_buffer import FrameBuffer
+from app.live.picture import AppliedCalibration
 from app.live.quality_monitor import QualityMonitor
+from app.live.stage_renderer import StageRenderer
 from app.live.stream_spec import StreamSpec
-from tests.support.live_cameras import SIM, capturing, spec
+from app.vision.stage_pipeline import FrameResult
+from tests.support.live_cameras import SIM, calibrated, capturing, spec
 from tests.support.waiting import LONG_S, until
 
 
@@ -84,6 +90,36 @@ def test_a_picture_that_cannot_be_recorded_is_followed_by_the_next_one(monkeypat
         told, pictures = buffer.clip(0.2)
         buffer.keep(True)  # it asks for the next frame, and so ends
     assert told["frames"] and pictures.startswith(b"\xff\xd8")
+
+
+class Ending(dict):
+    """Streams that end who draws them, on its own thread."""
+
+    def items(self):
+        sys.exit()
+
+
+def test_a_stage_that_cannot_be_drawn_is_followed_by_the_next_one(monkeypatch):
+    monkeypatch.setattr(stage_renderer, "scaled_down", fails_once(stage_renderer.scaled_down, cv2.error("odd")))
+    sent = []
+    with one_failure(monkeypatch) as (capture, failures, running):
+        drawing = running(StageRenderer(lambda kind, number, body: sent.append(number), failures))
+        taken = capture.next(0, LONG_S)
+        seen = FrameResult(Detections((), taken.frame.size), pictures={"colours": taken.frame.pixels})
+        for _ in range(2):
+            until(lambda: drawing._work is None)
+            drawing.offer(taken, seen, {7: StreamSpec("stage-colours")}, None)
+        until(lambda: sent == [7] and drawing._work is None)
+        drawing.offer(taken, seen, Ending(), None)
+
+
+def test_a_look_for_drift_that_fails_is_followed_by_another(monkeypatch):
+    monkeypatch.setattr(drift, "DriftWatch", fails_once(drift.DriftWatch, MemoryError()))
+    monkeypatch.setattr(drift, "RETRY_S", 0.1)
+    with one_failure(monkeypatch) as (capture, failures, running):
+        watching = running(CameraDriftMonitor(capture, ImageLimits(), failures))
+        watching.apply(AppliedCalibration.of(calibrated(SIM, "brown-conrady")), None)
+        until(lambda: watching.newest is not None)
 
 
 def test_a_failure_that_is_over_is_said_no_more_and_none_is_none():

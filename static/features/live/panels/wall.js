@@ -43,8 +43,7 @@ export function Wall() {
 
 /** @param {{ camera: import("../../../core/types").Camera }} props */
 function Tile({ camera: { id, name, field, region, active } }) {
-  const found = problems.value.filter((it) => it.camera === id),
-    worst = found.find((it) => it.level === "bad") ?? null,
+  const worst = problems.value.find((it) => it.camera === id && it.level === "bad"),
     alarm = statuses.value[id]?.drift?.alarm ? statuses.value[id].drift : null;
   const title = fields.value.find((f) => f.name === field)?.title ?? field ?? "no field said";
   return html`<li class="card" data-testid=${`tile-${id}`} data-level=${worst ? "bad" : active ? "ok" : "none"}>
