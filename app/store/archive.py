@@ -1,6 +1,6 @@
 """Everything in a data folder as one zip, and back.
 
-    touchline.json        {"format", "form": step of the schema, "software", "made_at"}
+    touchline.json        {"format", "form": step of the schema that its tables have, "software", "made_at"}
     tables/NAME.jsonl     every row, a JSON object a line; the same from SQLite and from PostgreSQL
     pictures/SHA256.EXT   the pictures, as they were sent
     fields/NAME.yaml      the operator's own fields
@@ -31,10 +31,10 @@ from app.store.database import Database
 from app.store.fields import load_field
 from app.store.files import make_folder, write_atomically
 from app.store.repository import Clock, timestamp
-from app.store.schema import HEAD
 from app.store.tables import ARCHIVED_TABLES, Checksummed
 
 FORMAT = "touchline-archive-1"
+FORM = "0004"  # the step of the schema that last changed a table in it
 PICTURE = re.compile(r"[0-9a-f]{64}\.(png|jpeg|bmp|webp)")
 FIELD = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}\.yaml")
 CHUNK = 1 << 20
@@ -49,7 +49,7 @@ def archive_pieces(database: Database, folder: Path, fields: Path | None, clock:
     pipe = _Pipe()
     with tempfile.TemporaryFile(dir=folder) as tables, zipfile.ZipFile(pipe, "w", zipfile.ZIP_DEFLATED) as out:
         rows, pictures = _copy_tables(database, tables)  # at once: a slow reader must not hold the database
-        out.writestr("touchline.json", json.dumps({"format": FORMAT, "form": HEAD, "software": __version__,
+        out.writestr("touchline.json", json.dumps({"format": FORMAT, "form": FORM, "software": __version__,
                                                    "made_at": timestamp(clock)}))
         tables.seek(0)
         for name, count in rows.items():
@@ -130,8 +130,8 @@ def _check_head(source: zipfile.ZipFile) -> None:
     head = json.loads(_read(source, "touchline.json", MAX_HEAD_BYTES))
     if head["format"] != FORMAT:
         raise BadInput(f"The archive is of the kind {head['format']!r}, not {FORMAT}.", FIX, reason="bad-archive")
-    if head["form"] != HEAD:
-        raise Conflict(f"The archive's tables have form {head['form']}; this Touchline knows {HEAD}.",
+    if head["form"] != FORM:
+        raise Conflict(f"The archive's tables have form {head['form']}; this Touchline knows {FORM}.",
                        f"Restore it with Touchline {head['software']}, then update.", reason="archive-form")
 
 

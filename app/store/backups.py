@@ -2,16 +2,20 @@
 
     backups/CHANGES.HOUR.db    the database after so many changes, made in that hour (UTC)
 
-The 50 newest stay, and one for each of the last 168 hours in which something was saved, as long as they fit in their
-share of the disk; the newest always. An hour is only a label: the number of changes says which one is newer.
+They thin out with age: the newest stay, and the last of some hours, days and weeks, as many as fit in six times the
+newest's size (or 100 MB, or the share of the disk that the settings give); the newest always. An hour is only a label:
+the number of changes says which one is newer.
 Copying takes a tenth of the time at most, so that a large database is copied less often than it is saved to.
 """
 
 import logging
 import re
 import sqlite3
+from collections.abc import Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
+from datetime import datetime
+from itertools import accumulate, compress, zip_longest
 from pathlib import Path
 from threading import Event, Thread
 from time import monotonic
@@ -19,13 +23,14 @@ from time import monotonic
 from app.core.records import Warning
 from app.store.files import make_folder, remove_temporary_files, replace_synced
 from app.store.integrity import count_changes, find_damage
-from app.store.quota import BACKUPS_BYTES, MIN_FREE_BYTES, free_bytes
+from app.store.quota import BACKUPS_BYTES, MB, MIN_FREE_BYTES, free_bytes
 from app.store.repository import Clock, utc_now
 
 log = logging.getLogger("touchline")
 NAME = re.compile(r"(?P<changes>[0-9]{12})\.(?P<hour>[0-9-]{10}T[0-9]{2})\.db")
-MAX_NEWEST = 50
-MAX_HOURS = 168
+KEPT = {"copy": 12, "hour": 24, "day": 14, "week": 8}  # at most, of each the newest
+MAX_COPIES = 6  # of a large database together, by the newest's size
+SMALL_BYTES = 100 * MB  # for all of a small one
 PAUSE_FACTOR = 9  # pauses nine times as long as the last copy took
 MAX_FINAL_S = 2.0  # a last copy when the server ends must not keep it from ending
 
@@ -137,14 +142,28 @@ class Backups:
             log.warning("a backup was not made: %s", error)
 
     def _thin(self) -> None:
-        """Remove what is neither new nor the last of its hour, then the oldest until the rest fits."""
+        """Remove what is not worth its space."""
         backups = self.all()
-        last_of_hour: dict[str, Backup] = {}
+        ranked = list(dict.fromkeys(_by_worth(backups)))
+        sizes_bytes = [backup.path.stat().st_size for backup in ranked]
+        space_bytes = min(self.limit_bytes, max(SMALL_BYTES, MAX_COPIES * sizes_bytes[0]))
+        fit = [total <= space_bytes for total in accumulate(sizes_bytes)]
+        kept = {ranked[0], *compress(ranked, fit)}
         for backup in backups:
-            last_of_hour.setdefault(backup.hour, backup)
-        remaining = {*backups[:MAX_NEWEST], *list(last_of_hour.values())[:MAX_HOURS]}
-        space = self.limit_bytes
-        for number, backup in enumerate(backups):
-            space -= backup.path.stat().st_size if backup in remaining else 0
-            if backup not in remaining or (space < 0 and number > 0):
+            if backup not in kept:
                 backup.path.unlink(missing_ok=True)
+
+
+def _by_worth(backups: Sequence[Backup]) -> Iterator[Backup]:
+    """Yield the newest copy, the last of the newest hour, day and week, then the second of each, and so on.
+
+    So few copies reach far back, and what is to be the last of its day was the last of its hour before.
+    """
+    newest: dict[str, dict[object, Backup]] = {kind: {} for kind in KEPT}
+    for backup in backups:
+        began = datetime.strptime(backup.hour, "%Y-%m-%dT%H")
+        for kind, label in zip(KEPT, (backup, began, began.date(), began.isocalendar()[:2]), strict=True):
+            newest[kind].setdefault(label, backup)
+    columns = [list(newest[kind].values())[:count] for kind, count in KEPT.items()]
+    for row in zip_longest(*columns):
+        yield from (backup for backup in row if backup is not None)

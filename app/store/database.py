@@ -10,10 +10,9 @@ writes. (SQLite before 3.51.3 can damage a database into which two connections w
 import errno
 import sqlite3
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from threading import RLock
-from time import monotonic, sleep
 from typing import Any, Self
 
 from sqlalchemy import URL, Engine, create_engine, event, make_url, select, text, update
@@ -27,9 +26,8 @@ from app.store.tables import LedgerRow
 
 READERS = 8  # connections that read; more callers wait for one
 BUSY_MS = 5000
-ADVISORY_KEY = 0x70C41  # PostgreSQL's name for our lock; any number that nobody else is likely to take
+WRITE_KEY = 0x70C42  # PostgreSQL's name for the lock of a transaction that writes; any number that nobody else takes
 SCHEMA_KEY = "hashtext(current_schema())"
-LOCK_WAIT_S = 5.0  # PostgreSQL may take a moment to notice that a killed server has gone
 FULL_SQLSTATES = ("53100", "53200")  # disk full, out of memory
 DAMAGED_CODES = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 
@@ -45,11 +43,12 @@ class Database:
         self._open: Session | None = None  # the transaction of the thread that has the lock
         self._failed = False  # whether a part of it failed
         self.on_commit: Callable[[], None] = lambda: None
+        self.check_owner: Callable[[Session], None] = lambda rows: None  # raises where another server saves
         if self.is_sqlite:
             self._writer = _sqlite(url, 1)
             self._reader = _sqlite(url, READERS, "query_only=ON")
         else:
-            self._writer = self._reader = _postgresql(url)
+            self._writer = self._reader = postgresql_engine(url, READERS)
 
     @classmethod
     def on_sqlite(cls, path: Path) -> Self:
@@ -88,7 +87,8 @@ class Database:
             self._open, self._failed = rows, False
             try:
                 if not self.is_sqlite:  # SQLite's BEGIN IMMEDIATE does the same
-                    rows.execute(text(f"SELECT pg_advisory_xact_lock({ADVISORY_KEY + 1}, {SCHEMA_KEY})"))
+                    rows.execute(text(f"SELECT pg_advisory_xact_lock({WRITE_KEY}, {SCHEMA_KEY})"))
+                self.check_owner(rows)
                 yield rows
                 if self._failed:
                     raise Unavailable("A part of this could not be saved, so nothing was.", "Try again.",
@@ -197,9 +197,10 @@ def _text(raw: bytes) -> str:
     return raw.decode("utf-8", "surrogateescape")
 
 
-def _postgresql(url: URL) -> Engine:
+def postgresql_engine(url: URL, connections: int) -> Engine:
+    """Return an engine of so many connections to PostgreSQL; BadInput without its driver."""
     try:
-        engine = create_engine(url, pool_size=READERS, max_overflow=0, pool_pre_ping=True,
+        engine = create_engine(url, pool_size=connections, max_overflow=0, pool_pre_ping=True,
                                connect_args={"connect_timeout": 5})
     except ModuleNotFoundError:
         raise BadInput("The setting `database` names PostgreSQL, and its driver is not installed.",
@@ -212,21 +213,3 @@ def _postgresql(url: URL) -> Engine:
 
     return engine
 
-
-class PostgresLock:
-    """A lock for one server a database (or a schema of it), for as long as its connection lives."""
-
-    def __init__(self, database: Database) -> None:
-        self._connection = database.engine.connect().execution_options(isolation_level="AUTOCOMMIT")
-        until = monotonic() + LOCK_WAIT_S
-        while not self._connection.scalar(text(f"SELECT pg_try_advisory_lock({ADVISORY_KEY}, {SCHEMA_KEY})")):
-            if monotonic() > until:
-                self.close()
-                raise Unavailable("The database is used by another Touchline.", "End that one, or name another "
-                                  "database in the settings.", reason="data-folder-in-use")
-            sleep(0.1)
-
-    def close(self) -> None:
-        with suppress(DBAPIError):
-            self._connection.execute(text("SELECT pg_advisory_unlock_all()"))
-        self._connection.close()

@@ -14,16 +14,19 @@ import shutil
 from contextlib import ExitStack, closing
 from pathlib import Path
 
+from sqlalchemy import func, select
 from sqlalchemy.exc import DBAPIError
 
 from app.core.errors import Unavailable
 from app.store.backups import Backups
-from app.store.database import Database, PostgresLock, postgresql_url
+from app.store.database import Database, postgresql_url
 from app.store.files import replace_synced, write_atomically
 from app.store.integrity import find_damage, find_damaged_rows
+from app.store.postgres_lock import PostgresLock
 from app.store.quarantine import Quarantine
 from app.store.recovery import recover_row, salvage_rows
 from app.store.schema import HEAD, check_not_newer, schema_of, upgrade
+from app.store.tables import SnapshotRow
 
 log = logging.getLogger("touchline")
 FILE = "touchline.db"
@@ -66,6 +69,8 @@ def open_postgresql(setting: str, folder: Path, quarantine: Quarantine) -> tuple
                 _refuse_orphans(folder)
             if schema != HEAD:
                 upgrade(database.engine)
+            _refuse_other_folder(database, folder)
+            lock.claim()
         except DBAPIError as error:
             place = database.url.set(password=None).render_as_string()
             raise Unavailable(f"The database {place} cannot be used: {str(error.orig).strip().splitlines()[0]}.",
@@ -93,6 +98,17 @@ def _refuse_orphans(folder: Path) -> None:
         raise Unavailable(f"The folder {folder} holds pictures, and the database that knows them is missing.",
                           f"Put {FILE} back (or name the right database in the settings), restore an archive with "
                           "touchline restore, or name an empty folder with --data.", reason="database-missing")
+
+
+def _refuse_other_folder(database: Database, folder: Path) -> None:
+    """Refuse a folder without any pictures for a database that knows some: it belongs to another folder."""
+    with database.reading() as rows:
+        known = rows.scalar(select(func.count()).select_from(SnapshotRow)) or 0
+    if known and not (folder / "pictures").exists():
+        raise Unavailable(f"The database knows {known} pictures, and the folder {folder} has none.",
+                          "Name with --data the folder that belongs to this database, or another database in the "
+                          "settings. If the pictures are lost, make an empty folder `pictures` there.",
+                          reason="pictures-missing")
 
 
 def _outdated(path: Path, backups: Backups) -> str | None:

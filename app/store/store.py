@@ -20,6 +20,7 @@ from app.store.jobs import JobRepository
 from app.store.lenses import LensRepository
 from app.store.lock import FolderLock
 from app.store.opening import FILE, open_postgresql, open_sqlite
+from app.store.postgres_lock import PostgresLock
 from app.store.quarantine import Damage, Quarantine
 from app.store.quota import BACKUPS_BYTES, UPLOADS_BYTES, PictureQuota, free_bytes
 from app.store.repository import Clock, utc_now
@@ -42,6 +43,7 @@ class Store:
         self.folder = Path(folder).absolute()
         self._clock = clock
         self._backups: Backups | None = None
+        self._database_lock: PostgresLock | None = None
         with _usable(self.folder), ExitStack() as undo:
             make_folder(self.folder)
             lock = FolderLock(self.folder)
@@ -53,9 +55,10 @@ class Store:
                 self._backups = Backups(self.folder / "backups", self.folder / FILE, backups_bytes)
                 self._database = open_sqlite(self.folder, self._backups, self._quarantine)
             else:
-                self._database, database_lock = open_postgresql(database, self.folder, self._quarantine)
-                undo.callback(database_lock.close)
+                self._database, self._database_lock = open_postgresql(database, self.folder, self._quarantine)
             undo.callback(self._database.close)
+            if self._database_lock is not None:
+                undo.callback(self._database_lock.close)
             shared = (self._database, self._quarantine, clock)
             self.snapshots = SnapshotRepository(*shared, self.folder, self._quota)
             self.drafts = DraftRepository(*shared, self.snapshots)
@@ -97,8 +100,9 @@ class Store:
 
     @property
     def warnings(self) -> tuple[Warning, ...]:
-        """What an operator should know: a disk that is nearly full, backups that fail."""
-        return (*self._quota.warnings(), *(self._backups.warnings() if self._backups else ()))
+        """What an operator should know: a disk that is nearly full, backups that fail, another server that saves."""
+        watched = (self._quota, self._backups, self._database_lock)
+        return tuple(warning for one in watched if one is not None for warning in one.warnings())
 
     @property
     def damaged(self) -> tuple[Damage, ...]:

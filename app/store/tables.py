@@ -167,12 +167,16 @@ class JobRow(Base):
 
 
 class LedgerRow(Base):
-    """One row: how many changes were saved. A database with fewer than its newest backup has lost some."""
+    """One row: how many changes were saved. A database with fewer than its newest backup has lost some.
+
+    owner: the server that saves, in PostgreSQL, which several could reach; null where the last one signed off.
+    """
 
     __tablename__ = "ledger"
 
     one: Mapped[int] = mapped_column(Integer, primary_key=True)
     changes: Mapped[int] = mapped_column(Sequence)
+    owner: Mapped[str | None] = mapped_column(String(16))
 
 
 # What is checked, archived and restored, in an order in which a row's references come before it.

@@ -10,7 +10,7 @@ import pytest
 
 from app.core.errors import DiskFull, Unavailable
 from app.core.geometry import ImageSize
-from app.store.backups import MAX_HOURS, MAX_NEWEST, Backups
+from app.store.backups import MAX_COPIES, Backups
 from app.store.drafts import EMPTY
 from app.store.files import write_atomically
 from app.store.integrity import find_damage
@@ -132,20 +132,32 @@ def changed(source, count):
         connection.commit()
 
 
-def test_the_newest_fifty_and_one_an_hour_for_a_week_are_kept_whatever_the_clock_does(tmp_path, source):
+def placed(backups, numbered, size=1):
+    """Copies by change and hours since noon, as they would have been made, thinned out after each."""
     noon = datetime(2026, 11, 21, 12, tzinfo=UTC)
-    hours = [k // 3 for k in range(600)]
+    for count, hour in numbered:
+        name = backups._folder / f"{count:012d}.{noon + timedelta(hours=hour):%Y-%m-%dT%H}.db"
+        name.write_bytes(b"x" * size)
+        backups._thin()
+    return backups.all()
+
+
+def test_copies_thin_out_with_age_whatever_the_clock_does(tmp_path, source):
+    hours = [k // 3 for k in range(1500)]  # three a hour, for three weeks
     hours[100:110] = [-9000] * 10  # the clock jumps by a year, and back
-    times = iter(hours)
-    backups = Backups(tmp_path / "copies", source, clock=lambda: noon + timedelta(hours=next(times)))
-    for count in range(600):
-        name = tmp_path / "copies" / f"{count:012d}.{backups._clock():%Y-%m-%dT%H}.db"
-        name.write_bytes(b"x")
-    backups._thin()
-    kept = backups.all()
-    assert [b.changes for b in kept[:MAX_NEWEST]] == list(range(599, 599 - MAX_NEWEST, -1))
-    older = [b.hour for b in kept[MAX_NEWEST:]]
-    assert len(older) == len(set(older)) and len({b.hour for b in kept}) == MAX_HOURS
+    kept = placed(Backups(tmp_path / "copies", source), enumerate(hours))
+    assert [b.changes for b in kept[:12]] == list(range(1499, 1487, -1))
+    assert [hours[b.changes] for b in kept[12:32]] == list(range(495, 475, -1)), "the last one of each hour"
+    assert [hours[b.changes] % 24 for b in kept[32:-2]] == [11] * 12, "the last one of each day"
+    assert [hours[b.changes] for b in kept[-2:]] == [-9000, 33], "the last one of each week"
+
+
+def test_few_copies_of_a_large_database_reach_far_back(tmp_path, source, monkeypatch):
+    monkeypatch.setattr("app.store.backups.SMALL_BYTES", 0)
+    hours = [k // 3 for k in range(1500)]
+    kept = placed(Backups(tmp_path / "copies", source), enumerate(hours), 100)
+    assert len(kept) == MAX_COPIES
+    assert [hours[b.changes] for b in kept] == [499, 499, 499, 498, 491, 371], "hours, days and a week ago"
 
 
 def test_backups_keep_to_their_share_and_the_newest_is_always_there(tmp_path, source):
