@@ -82,6 +82,19 @@ def read_report(value: Any) -> dict[str, Any]:
     return _read(value, _FORM) or {}
 
 
+def completed_report(report: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a read report of another server with what is shown of every version, empty where it was lacking."""
+    verdict = {"level": "unknown", "mm": None, "sentence": "It was imported: nothing is known of its error."}
+    shown = {key: _complete(report.get(key), _FORM[key]) for key in ("distortion", "per_feature", "warnings")}
+    return {**report, **shown, "verdict": {**verdict, **(report.get("verdict") or {})}}
+
+
+def _complete(value: Any, form: Any) -> Any:
+    if isinstance(form, dict):
+        return {**(value or {}), **{key: _complete((value or {}).get(key), part) for key, part in form.items()}}
+    return [_complete(row, form[0]) for row in value or ()] if isinstance(form, list) else value
+
+
 def _read(value: Any, form: Any) -> Any:
     if isinstance(form, dict):
         if not isinstance(value, Mapping):

@@ -11,6 +11,7 @@ from pydantic import Field, ValidationError
 from app.core.errors import BadInput
 from app.core.field_json import field_from_json
 from app.core.records import Calibration
+from app.core.report_json import completed_report
 from app.models import model_from_json
 from app.services.container import Services
 from app.services.forms import FittedModelForm, Name, Note, ObservationForm, OptionValues, Rotate, Size, Strict
@@ -103,5 +104,5 @@ def _checked(calibration: Calibration, data: bytes) -> Calibration:
         raise BadInput("This is no calibration: its model and its corrected size disagree.", FIX,
                        reason="bad-calibration")
     origin = f"Imported: version {calibration.version} of {calibration.created_at[:40]}."
-    return replace(calibration, field=field.to_json(), snapshot=None, parent=None, active=False,
-                   note=f"{calibration.note} {origin}".strip()[:2000])
+    return replace(calibration, field=field.to_json(), report=completed_report(calibration.report), snapshot=None,
+                   parent=None, active=False, note=f"{calibration.note} {origin}".strip()[:2000])

@@ -13,6 +13,7 @@ from app.league.publishing import Publishing
 from app.services.cameras import CameraService
 from app.settings import Settings
 from app.store.files import translate_disk_errors, write_atomically
+from app.store.precondition import check_etag, content_etag
 from app.store.store import Store
 
 FILE = "publishing.json"
@@ -35,13 +36,16 @@ class PublishingService:
 
         self.publisher = Publishing(self._read(), active)
 
-    def change(self, changes: Mapping[str, Any], check: bool = True) -> None:
+    def change(self, changes: Mapping[str, Any], check: bool = True, etag: str | None = None) -> None:
         """Save and apply; BadInput for what cannot be, NetworkError for what this network does not carry now.
 
-        Nothing is saved or applied where anything is refused.
+        etag: of the settings that the caller saw; Stale if they are others by now. Nothing is saved or applied where
+        anything is refused.
         """
         with self._lock:
             before = self.publisher.config
+            check_etag(etag, content_etag(before.to_json()), "Somebody else has changed what is published since you "
+                       "looked.", "stale-publishing", before.to_json())
             saved = {**self._changes, **changes}
             for name in MERGED:
                 if name in changes:
@@ -55,6 +59,11 @@ class PublishingService:
             self._changes, self._damage = saved, ()
             if config != before:
                 self.publisher.apply(config)
+
+    @property
+    def etag(self) -> str:
+        """The ETag of the settings."""
+        return content_etag(self.publisher.config.to_json())
 
     @property
     def warnings(self) -> tuple[Warning, ...]:

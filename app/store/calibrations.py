@@ -14,11 +14,18 @@ from sqlalchemy import ColumnElement, func, select
 from app.core.errors import Conflict
 from app.core.records import Calibration
 from app.store.checksummed import checksummed, content, is_intact, json_text
+from app.store.precondition import check_etag, content_etag
 from app.store.repository import Page, Repository, column_text, new_id, timestamp
 from app.store.tables import ActivationRow, ActiveRow, CalibrationRow
 
 SHOWN = CalibrationRow.deleted_at.is_(None)  # a deleted version keeps its row and its number
+NOTHING_ACTIVE = "none"
 ACTIVE = ',"active":{},"field_definition":'  # within Calibration.to_json()
+
+
+def version_etag(calibration: Calibration) -> str:
+    """Return the ETag of what can change of a version."""
+    return content_etag({"note": calibration.note, "active": calibration.active})
 
 
 def camera_key(camera: str | None) -> str:
@@ -61,9 +68,13 @@ class CalibrationRepository(Repository):
         active = self._active_ids()
         return self._page(limit, cursor, lambda row: _text(row, row.id in active), *_shown(camera))
 
-    def delete(self, id: str) -> None:
-        """Hide a version; Conflict while it is its camera's active one. Its number is not used again."""
+    def delete(self, id: str, etag: str | None = None) -> None:
+        """Hide a version with that ETag (None: whichever); Conflict while it is its camera's active one.
+
+        Its number is not used again.
+        """
         with self._changing("The deletion", id, SHOWN) as (rows, row):
+            self._check_version(row, etag)
             if rows.scalar(select(ActiveRow.camera_key).where(ActiveRow.calibration == id)) is not None:
                 raise Conflict("This calibration is its camera's active one.", "Activate another version first.",
                                reason="calibration-active")
@@ -75,30 +86,62 @@ class CalibrationRepository(Repository):
             row.deleted_at = None
         return self.get(id)
 
-    def annotate(self, id: str, note: str) -> Calibration:
-        """Change the remark beside a version. It is all that is ever changed of one: no number rests on it."""
-        known = self.get(id)
+    def annotate(self, id: str, note: str, etag: str | None = None) -> Calibration:
+        """Change the remark beside a version with that ETag (None: whichever).
+
+        It is all that is ever changed of one: no number rests on it.
+        """
         with self._changing("The note", id, SHOWN) as (_, row):
+            known = self._check_version(row, etag)
             row.body = json_text(replace(known, note=note, active=False).to_json(), "The note")
         return self.get(id)
 
-    def activate(self, id: str, by: str = "") -> Calibration:
-        """Make a version its camera's active one; the history says who did it and when."""
+    def activate(self, id: str, by: str = "", etag: str | None = None) -> Calibration:
+        """Make a version its camera's active one; the history says who did it and when.
+
+        etag: the id of the version that is active, NOTHING_ACTIVE for none; Stale if it is another one by now.
+        """
         row = self._row(id, SHOWN)  # no damaged one can be activated
         chosen = {"camera_key": row.camera_key, "calibration": id}
         what = "The choice of the active calibration"
         with self._database.writing(what) as rows:
             if rows.scalar(select(CalibrationRow.id).where(CalibrationRow.id == id, SHOWN)) is None:
                 raise self._unknown(id)  # deleted a moment ago
+            former = next(iter(self._active_ids(row.camera_key)), None)
+            if former != id:
+                self._check_active(etag, former)
             rows.merge(checksummed(ActiveRow, chosen, what, **chosen))
             rows.add(ActivationRow(**chosen, at=timestamp(self._clock), by=by))
         return self._read(row, {id})
 
+    def _check_active(self, etag: str | None, former: str | None) -> None:
+        """Raise Stale, naming who was faster, where another version is active than the caller saw."""
+        if etag is None:
+            return
+        with self._database.reading() as rows:
+            newest = rows.execute(select(ActivationRow, CalibrationRow.version).join(
+                CalibrationRow, CalibrationRow.id == ActivationRow.calibration).where(
+                ActivationRow.calibration == former).order_by(ActivationRow.sequence.desc()).limit(1)).first()
+        now = None if newest is None else {"calibration": former, "version": newest[1], "at": newest[0].at,
+                                           "by": newest[0].by}
+        check_etag(etag, former or NOTHING_ACTIVE, "No version of this camera is active any more." if now is None else
+                   f"{now['by'] or 'Somebody'} has activated version {now['version']} since you looked.",
+                   "stale-activation", now, "Look at that version, then activate yours if it is the better one.")
+
+    def _check_version(self, row: CalibrationRow, etag: str | None) -> Calibration:
+        known = self._read(row, self._active_ids(row.camera_key))
+        check_etag(etag, version_etag(known), "Somebody else has changed this version since you opened it.",
+                   "stale-calibration", {"note": known.note, "active": known.active})
+        return known
+
     def active(self, camera: str | None) -> Calibration | None:
         """Return a camera's active version; None where none was activated."""
-        for id in self._active_ids(camera_key(camera)):
-            return self.get(id)
-        return None
+        id = self.active_id(camera)
+        return None if id is None else self.get(id)
+
+    def active_id(self, camera: str | None) -> str | None:
+        """Return the id of a camera's active version, also of a damaged one."""
+        return next(iter(self._active_ids(camera_key(camera))), None)
 
     def history(self, camera: str | None, limit: int = 50) -> tuple[dict[str, Any], ...]:
         """Return what was activated for a camera, newest first: {"calibration", "at", "by"}."""

@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session
 from app.core.errors import BadInput, Conflict, NotFound, Stale, TouchlineError
 from app.store.checksummed import checksummed, content
 from app.store.database import Database
+from app.store.precondition import check_etag
 from app.store.quarantine import Quarantine
 from app.store.repository import Clock, Repository, new_id, timestamp
 from app.store.tables import PresetRow, RigRow
@@ -98,10 +99,8 @@ class DocumentRepository(Repository):
         if row is None:
             raise self._deleted(name)
         current = self._read(row)
-        if etag is not None and etag != current.etag:
-            raise Stale(f"Somebody else has changed this {self.noun} since you opened it.",
-                        "Look at it again, then change it.", reason=f"stale-{self.word}", current=dict(current.body),
-                        etag=current.etag)
+        check_etag(etag, current.etag, f"Somebody else has changed this {self.noun} since you opened it.",
+                   f"stale-{self.word}", dict(current.body))
         return row
 
     def _deleted(self, name: str) -> TouchlineError:

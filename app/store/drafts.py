@@ -11,9 +11,9 @@ from typing import Any
 
 from sqlalchemy import select
 
-from app.core.errors import Stale
 from app.store.checksummed import checksummed, content
 from app.store.database import Database
+from app.store.precondition import check_etag
 from app.store.quarantine import DamagedFile, Quarantine
 from app.store.repository import Clock, Repository, timestamp
 from app.store.snapshots import SnapshotRepository
@@ -73,10 +73,8 @@ class DraftRepository(Repository):
         with self._database.writing("The draft") as rows:
             row = rows.scalar(select(DraftRow).where(DraftRow.snapshot == snapshot).with_for_update())
             current = self._read(row, snapshot)
-            if etag != current.etag:
-                raise Stale("Somebody else has saved this draft since you opened it.",
-                            "Compare it with the current one, then save yours over it.", reason="stale-draft",
-                            current=current.to_json(), etag=current.etag)
+            check_etag(etag, current.etag, "Somebody else has saved this draft since you opened it.", "stale-draft",
+                       current.to_json(), "Compare it with the current one, then save yours over it.")
             draft = Draft(snapshot, dict(body), current.revision + 1, timestamp(self._clock), by)
             record = {"revision": draft.revision, "updated_at": draft.updated_at, "updated_by": by, "draft": draft.body}
             rows.merge(checksummed(DraftRow, record, "The draft", snapshot=snapshot, revision=draft.revision,

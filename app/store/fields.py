@@ -13,6 +13,7 @@ from app.core.errors import BadInput, Conflict, NotFound
 from app.core.field import Field
 from app.core.field_json import field_from_json
 from app.store.files import make_folder, read_yaml, translate_disk_errors, write_atomically
+from app.store.precondition import check_etag, content_etag
 
 MAX_OWN_FIELDS = 500
 
@@ -40,6 +41,10 @@ def load_field(path: Path) -> Field:
         raise BadInput(f"The file {path.name} holds the field {field.name!r}.",
                        f"Call the file {field.name}.yaml, or the field {path.stem}.", reason="bad-field")
     return field
+
+
+def field_etag(field: Field) -> str:
+    return content_etag(field.to_json())
 
 
 class FieldRepository(Mapping[str, Field]):
@@ -72,14 +77,19 @@ class FieldRepository(Mapping[str, Field]):
     def __len__(self) -> int:
         return len(self._shipped) + len(self._own)
 
-    def put(self, name: str, value: Any) -> Field:
-        """Check and save a field; the one before stays until the new one is safe on disk."""
+    def put(self, name: str, value: Any, etag: str | None = None) -> Field:
+        """Check and save a field; the one before stays until the new one is safe on disk.
+
+        etag: of the field that it replaces; Stale if that is another one by now. None: whichever there is.
+        """
         self._refuse_shipped(name)
         field = field_from_json(value)
         if field.name != name:
             raise BadInput(f"The field calls itself {field.name!r}, not {name!r}.", "Use one name in both places.",
                            reason="bad-field")
         with self._lock:
+            if name in self._own or etag is not None:
+                self._check_etag(name, etag)
             if name not in self._own and len(self._own) >= MAX_OWN_FIELDS:
                 raise Conflict(f"There are {MAX_OWN_FIELDS} fields already.", "Change one of them.",
                                reason="too-many-fields")
@@ -88,6 +98,13 @@ class FieldRepository(Mapping[str, Field]):
                 write_atomically(make_folder(self._folder) / f"{name}.yaml", text.encode())
             self._own = {**self._own, name: field}
         return field
+
+    def _check_etag(self, name: str, etag: str | None) -> None:
+        known = self._own.get(name)
+        happened = "removed" if known is None else "changed"
+        check_etag(etag, "" if known is None else field_etag(known),
+                   f"Somebody else has {happened} this field since you opened it.", "stale-field",
+                   None if known is None else known.to_json())
 
     def _refuse_shipped(self, name: str) -> None:
         if name in self._shipped:

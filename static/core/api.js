@@ -69,6 +69,23 @@ export async function call(method, path, json) {
 }
 
 /**
+ * Change or delete what still is as the operator saw it; a Problem where somebody else has changed it since.
+ * @param {string} method @param {string} path
+ * @param {(now: any) => boolean} isSeen whether the server's state of it is the one on show
+ * @param {unknown} [json]
+ */
+export async function changeSeen(method, path, isSeen, json) {
+  const found = await request("GET", path);
+  if (!isSeen(await found.json()))
+    throw new Problem(412, {
+      detail: "Somebody else has changed this since it was shown.",
+      fix: "Look at it again, then change it.",
+    });
+  const etag = found.headers.get("ETag");
+  await request(method, path, { json, headers: etag ? { "If-Match": etag } : {} });
+}
+
+/**
  * What the server refused, to be shown; any other error goes on.
  * @param {unknown} error
  * @returns {import("./types").Refusal}

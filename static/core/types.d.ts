@@ -19,6 +19,7 @@ export interface Pick { feature: string; index: number }
 export interface Snapshot { id: string; width: number; height: number; camera: string | null; taken_at: string; sha256: string }
 export interface Camera {
   id: string; name: string; field: string | null; region: string | null; active_calibration: string | null; active: ActiveVersion | null; source: string; editable: boolean;
+  updated_at: string | null;
 }
 export interface ActiveVersion {
   id: string; version: number; created_at: string; verdict: { mm?: number; level?: "good" | "fair" | "poor" | "unknown"; sentence?: string };

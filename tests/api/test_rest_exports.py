@@ -232,3 +232,18 @@ def test_a_covariance_from_elsewhere_that_can_be_its_models_is_believed(standing
     back = imported(standing, json.dumps(record)).json()["id"]
     own, told = (standing.get(f"{CAL}/{id}/uncertainty.json").json() for id in (made("brown-conrady")["id"], back))
     assert own == told and 0 < told["rms"] < told["max"]
+
+
+@pytest.mark.parametrize("report", [
+    {}, {"verdict": None, "distortion": 7, "per_feature": "x", "warnings": [3]},
+    {"verdict": {"level": 3}, "distortion": {"per_border": {"left": []}}, "per_feature": [{}], "warnings": [{}]},
+], ids=["empty", "other kinds", "half"])
+def test_a_report_that_lacks_something_is_completed_so_that_every_reader_shows_it(client, standing_calibration, report):
+    made = client.post(f"{CAL}/import", files={"file": json.dumps({
+        "format": "touchline-calibration", "format_version": 1, **standing_calibration, "report": report})})
+    assert made.status_code == 201, made.text
+    shown = made.json()["report"]
+    assert shown["verdict"].keys() == {"level", "mm", "sentence"} and shown["distortion"]["before_pct"] is None
+    assert shown["distortion"]["per_border"]["left"] == {"before_pct": None, "after_pct": None}
+    assert all(row["residuals"] == [] for row in shown["per_feature"]) and isinstance(shown["warnings"], list)
+    assert client.get(f"{CAL}/{made.json()['id']}/report.html").status_code == 200

@@ -7,7 +7,9 @@ import pytest
 from playwright.sync_api import expect
 
 from app.core.field import BORDERS
+from app.workflows import interchange
 from tests.e2e.conftest import LONG_MS, SOON_MS, Operator
+from tests.support.exported import example
 
 
 @pytest.fixture(autouse=True)
@@ -128,3 +130,46 @@ def test_a_dead_camera_says_its_cure_and_the_rest_goes_on(operator, server, tmp_
     operator.take().click("left", [[100, 100]])
     assert len(operator.points("left")) == 1
     server.api("DELETE", "/cameras/dead")
+
+
+def test_of_two_who_change_the_same_the_slower_one_is_told_and_nothing_is_lost(page, own_server):
+    """Behind the polls of an operator who looks away for a moment: another one activates, writes and publishes."""
+    server, headers = own_server, {"X-Operator": "Grace"}
+    ids = [server.api("POST", "/calibrations/import", data={"camera": "overhead"}, files={"file": (
+        "a.json", interchange.export(example("brown-conrady", 0), "json").data)}).json()["id"] for _ in range(3)]
+    page.goto(f"{server.url}/#/cameras/overhead/versions")
+    newest = page.get_by_test_id("shelf-version").first
+    expect(newest).to_be_visible()
+    for path in ("cameras/status", "publishing"):
+        page.route(f"**/api/v1/{path}", lambda route: route.abort() if route.request.method == "GET" else
+                   route.continue_())
+    assert server.api("POST", f"/calibrations/{ids[0]}/activate", headers=headers).ok
+    assert server.api("PATCH", f"/calibrations/{ids[2]}", json={"note": "by Grace"}, headers=headers).ok
+
+    newest.get_by_test_id("shelf-activate").click()
+    expect(page.get_by_text("Grace has activated version 1 since you looked.")).to_be_visible()
+    assert server.api("GET", f"/calibrations/{ids[0]}").json()["active"]
+    expect(page.get_by_test_id("shelf-version").last).to_have_attribute("data-active", "true")
+    page.get_by_role("button", name="Activate version 3 all the same").click()
+    expect(newest).to_have_attribute("data-active", "true")
+
+    note = page.get_by_test_id("shelf-note")
+    assert server.api("PATCH", f"/calibrations/{ids[1]}", json={"note": "by Grace"}, headers=headers).ok
+    note.nth(1).fill("by Ada")
+    note.nth(1).press("Tab")
+    expect(page.get_by_text("Somebody else has changed this since it was shown.")).to_be_visible()
+    expect(note.nth(1)).to_have_value("by Grace")
+    assert server.api("GET", f"/calibrations/{ids[1]}").json()["note"] == "by Grace"
+
+    page.unroute("**/api/v1/publishing")
+    page.goto(f"{server.url}/#/system/publishing")
+    expect(page.get_by_test_id("network-ttl")).to_be_visible()
+    page.route("**/api/v1/publishing", lambda route: route.abort() if route.request.method == "GET" else
+               route.continue_())
+    assert server.api("PUT", "/publishing", json={"ttl": 3}, headers=headers).ok
+    page.get_by_test_id("network-limit_mm").fill("20")
+    page.get_by_test_id("network-limit_mm").press("Tab")
+    expect(page.get_by_text("Somebody else has changed what is published since you looked.")).to_be_visible()
+    page.unroute("**/api/v1/publishing")
+    expect(page.get_by_test_id("network-ttl")).to_have_value("3")
+    assert server.api("GET", "/publishing").json()["limit_mm"] == 10

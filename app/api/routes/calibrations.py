@@ -8,10 +8,10 @@ from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
 from app.api.bodies import uploaded_file
-from app.api.dependencies import OperatorDep, ServicesDep, in_thread
+from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
 from app.api.file_headers import attachment, error_header
 from app.api.request_mapping import fit_task
-from app.api.responses import Json, accepted, created, finished_or_queued
+from app.api.responses import Json, accepted, created, finished_or_queued, versioned
 from app.api.responses import page as json_page
 from app.api.schemas import responses
 from app.api.schemas.media import BINARY, BYTES, Responses, upload
@@ -21,6 +21,7 @@ from app.core.records import Calibration
 from app.services.forms import Note, Strict
 from app.services.import_file import MAX_IMPORT_BYTES, OPTIONS, import_file
 from app.services.result_savers import save_new_version
+from app.store.calibrations import NOTHING_ACTIVE, version_etag
 from app.store.store import Store
 from app.workflows.calibration_request import run_compare, run_fit
 from app.workflows.interchange import export, formats
@@ -33,23 +34,34 @@ class NoteChange(Strict):
 
 @router.get("/activations", response_model=responses.Activations)
 def list_activations(services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None) -> Json:
-    """List activations of a camera, when and by whom, newest first; without a camera, for pictures from files."""
+    """List activations of a camera, when and by whom, newest first; without a camera, for pictures from files.
+
+    The ETag, the id of the version that is active now or "none", goes into If-Match of the next activation.
+    """
     store = services.store
     history = store.calibrations.history(camera)
     versions = {id: _version(store, id) for id in {row["calibration"] for row in history}}
-    return Json({"items": [{**row, "version": versions[row["calibration"]]} for row in history]})
+    return versioned({"items": [{**row, "version": versions[row["calibration"]]} for row in history]},
+                     store.calibrations.active_id(camera) or NOTHING_ACTIVE)
 
 
 @router.patch("/{id}", response_model=responses.Calibration)
-def change_note(services: ServicesDep, id: Id, body: NoteChange) -> Json:
-    """Change the note beside a version: nothing else of it ever changes."""
-    return Json(services.store.calibrations.annotate(id, body.note).to_json())
+def change_note(services: ServicesDep, id: Id, body: NoteChange, if_match: IfMatch = None) -> Json:
+    """Change the note beside a version: nothing else of it ever changes.
+
+    With If-Match, the ETag of GET, only if nobody has changed it since: else 412, with `current`.
+    """
+    return _version_json(services.store.calibrations.annotate(id, body.note, if_match))
 
 
 @router.post("/{id}/restore", response_model=responses.Calibration)
 def restore_calibration(services: ServicesDep, id: Id) -> Json:
     """Undo a deletion: the version is there again under its number."""
-    return Json(services.store.calibrations.restore(id).to_json())
+    return _version_json(services.store.calibrations.restore(id))
+
+
+def _version_json(calibration: Calibration) -> Json:
+    return versioned(calibration.to_json(), version_etag(calibration))
 
 
 def _version(store: Store, id: str) -> Any:
@@ -132,24 +144,28 @@ def _brief(calibration: Calibration) -> dict[str, Any]:
 
 @router.get("/{id}", response_model=responses.Calibration)
 def read_calibration(services: ServicesDep, id: Id) -> Json:
-    """Return one version, with everything it was made from."""
-    return Json(services.store.calibrations.get(id).to_json())
+    """Return one version, with everything it was made from; its ETag goes into If-Match of PATCH and DELETE."""
+    return _version_json(services.store.calibrations.get(id))
 
 
 @router.delete("/{id}", status_code=204, response_class=Response)
-def delete_calibration(services: ServicesDep, id: Id) -> None:
-    """Delete one version; the active one cannot be deleted."""
-    services.store.calibrations.delete(id)
+def delete_calibration(services: ServicesDep, id: Id, if_match: IfMatch = None) -> None:
+    """Delete one version; the active one cannot be deleted. With If-Match only if nobody has changed it since."""
+    services.store.calibrations.delete(id, if_match)
 
 
 @router.post("/{id}/activate", response_model=responses.Calibration)
-async def activate_calibration(services: ServicesDep, by: OperatorDep, id: Id) -> Json:
-    """Make a version its camera's active one; the former stays, so rolling back is activating that."""
-    calibration = await services.run_in_thread(services.store.calibrations.activate, id, by)
+async def activate_calibration(services: ServicesDep, by: OperatorDep, id: Id, if_match: IfMatch = None) -> Json:
+    """Make a version its camera's active one; the former stays, so rolling back is activating that.
+
+    With If-Match, the id of the version that you saw as the active one or "none", only if it still is: else 412, with
+    who has activated what as `current`.
+    """
+    calibration = await services.run_in_thread(services.store.calibrations.activate, id, by, if_match)
     if calibration.camera is not None:
         services.live.refresh(calibration.camera)
     services.publishing.publisher.wake()
-    return Json(calibration.to_json())
+    return _version_json(calibration)
 
 
 @router.get("/{id}/exports", response_model=responses.Formats)

@@ -4,15 +4,17 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Query
 
-from app.api.dependencies import ServicesDep, in_thread
+from app.api.dependencies import IfMatch, ServicesDep, in_thread
 from app.api.request_mapping import fit_task, image_size
-from app.api.responses import Json, page
+from app.api.responses import Json, page, versioned
 from app.api.schemas import responses
 from app.api.schemas.requests import BorderRequest, FitRequest, Id
 from app.core.errors import FitFailed
+from app.core.field import Field
 from app.core.geometry import as_points
 from app.fitting import FITTERS
 from app.models import MODELS, parameters_json
+from app.store.fields import field_etag
 from app.workflows import calibration
 from app.workflows.calibration_request import CalibrationRequest
 
@@ -30,14 +32,22 @@ def list_fields(services: ServicesDep) -> Json:
 
 @router.get("/fields/{name}", tags=["fields"], response_model=responses.PlayingField)
 def read_field(services: ServicesDep, name: Id) -> Json:
-    """Return one field by name."""
-    return Json(services.fields[name].to_json())
+    """Return one field by name; its ETag goes into the next PUT's If-Match."""
+    return _field(services.fields[name])
 
 
 @router.put("/fields/{name}", tags=["fields"], response_model=responses.PlayingField)
-def write_field(services: ServicesDep, name: Id, body: Annotated[dict[str, Any], Body()]) -> Json:
-    """Create or change a field of your own; those that come with Touchline cannot be changed."""
-    return Json(services.fields.put(name, body).to_json())
+def write_field(services: ServicesDep, name: Id, body: Annotated[dict[str, Any], Body()],
+                if_match: IfMatch = None) -> Json:
+    """Create or change a field of your own; those that come with Touchline cannot be changed.
+
+    With If-Match only if nobody has changed it since: else 412, with `current`.
+    """
+    return _field(services.fields.put(name, body, if_match))
+
+
+def _field(field: Field) -> Json:
+    return versioned(field.to_json(), field_etag(field))
 
 
 @router.get("/models", tags=["models"], response_model=responses.Models)

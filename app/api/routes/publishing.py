@@ -7,8 +7,8 @@ from typing import Annotated
 from fastapi import APIRouter
 from pydantic import Field
 
-from app.api.dependencies import OperatorDep, ServicesDep, in_thread
-from app.api.responses import Json, created
+from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
+from app.api.responses import Json, created, versioned
 from app.api.schemas import responses
 from app.api.schemas.requests import CameraId, Id
 from app.core.errors import Conflict
@@ -56,17 +56,24 @@ class ImportBody(Strict):
 @router.get("", response_model=responses.Publishing)
 @in_thread
 def read_publishing(services: ServicesDep) -> Json:
-    """Return settings and state, and what each camera's calibration loses in the league's format, sent or not."""
-    return Json(services.publishing.publisher.status())
+    """Return settings and state, and what each camera's calibration loses in the league's format, sent or not.
+
+    The ETag of the settings goes into the next PUT's If-Match.
+    """
+    etag = services.publishing.etag  # an older one than the settings only makes a change too careful
+    return versioned(services.publishing.publisher.status(), etag)
 
 
 @router.put("", response_model=responses.Publishing)
-async def set_publishing(services: ServicesDep, body: PublishingChanges) -> Json:
-    """Change some settings, also for after a restart; what is left out stays. 409 where this network cannot send it."""
+async def set_publishing(services: ServicesDep, body: PublishingChanges, if_match: IfMatch = None) -> Json:
+    """Change some settings, also for after a restart; what is left out stays. 409 where this network cannot send it.
+
+    With If-Match only if nobody has changed them since: else 412, with `current`.
+    """
     changes = body.model_dump(exclude_unset=True)
     if changes.get("field") is not None:
         _ = services.fields[changes["field"]]
-    await services.run_in_thread(services.publishing.change, changes)
+    await services.run_in_thread(services.publishing.change, changes, etag=if_match)
     for camera in await services.run_in_thread(services.cameras.all):  # their detections go by the same numbers
         services.live.refresh(camera.id)
     return await read_publishing(services)

@@ -72,7 +72,11 @@ async function fetchLists() {
 export async function refreshCameras(now) {
   const shown = cameras.value.map((it) => `${it.id} ${it.active?.id ?? null}`).join();
   if (listed.value && shown !== now.map((it) => `${it.id} ${it.active_calibration}`).join())
-    cameras.value = (await call("GET", "/cameras")).items;
+    await readCameras();
+}
+
+export async function readCameras() {
+  cameras.value = (await call("GET", "/cameras")).items;
 }
 
 /**

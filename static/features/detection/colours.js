@@ -1,6 +1,6 @@
 // Colour profiles: learned from clicks and boxes or automatically, saved as presets, copied to another camera.
 import { computed, effect, signal } from "@preact/signals";
-import { call, request } from "../../core/api.js";
+import { call, changeSeen, request } from "../../core/api.js";
 import { cameras, notify, notifyError } from "../../core/state.js";
 import { detectionCamera, detectionState, setDetection, tune } from "./detection.js";
 import { asSnapshot } from "./held_frame.js";
@@ -153,9 +153,9 @@ export async function savePreset(typed) {
     profile = detectionState.value?.profile,
     at = `/colours/${encodeURIComponent(name)}`;
   if (!name || !profile) return;
-  const isThere = presets.value.some((p) => p.name === name);
+  const shown = presets.value.find((p) => p.name === name);
   clearTimeout(doubt);
-  if (isThere && overwriteCandidate.value !== name) {
+  if (shown && overwriteCandidate.value !== name) {
     overwriteCandidate.value = name;
     doubt = setTimeout(() => {
       overwriteCandidate.value = "";
@@ -164,11 +164,10 @@ export async function savePreset(typed) {
   }
   overwriteCandidate.value = "";
   try {
-    const tag = isThere ? ((await request("GET", at)).headers.get("ETag") ?? "") : "";
-    await request("PUT", at, {
-      json: { profile: { ...profile, name } },
-      headers: isThere ? { "If-Match": tag } : {},
-    });
+    const wanted = { profile: { ...profile, name } };
+    await (shown
+      ? changeSeen("PUT", at, (now) => now.updated_at === shown.updated_at, wanted)
+      : request("PUT", at, { json: wanted }));
     await readPresets();
     await tune({ colours: name, profile: null });
   } catch (error) {
@@ -181,7 +180,7 @@ export async function removePreset(name) {
   const old = presets.value.find((p) => p.name === name),
     at = `/colours/${encodeURIComponent(name)}`;
   try {
-    await call("DELETE", at);
+    await changeSeen("DELETE", at, (now) => now.updated_at === old?.updated_at);
     await readPresets();
     const again = () => call("PUT", at, { profile: old?.profile }).then(readPresets, notifyError);
     notify({

@@ -17,7 +17,7 @@ export interface DetectionState {
 }
 /** What an operator sets. profile: this camera's own, null where it shares or finds one. */
 export interface DetectionSettings { on: boolean; plan: Plan; colours: string | null; profile: Profile | null; publish: boolean }
-export interface Preset { name: string; profile: Profile; health: ColourHealth[]; used_by: string[] }
+export interface Preset { name: string; updated_at: string; profile: Profile; health: ColourHealth[]; used_by: string[] }
 export interface Item {
   kind: "ball" | "robot" | "marker"; team: string | null; id: number | null; pixel: [number, number]; x_mm: number | null; y_mm: number | null; z_mm: number;
   orientation_deg: number | null; confidence: number; covariance_mm2: [[number, number], [number, number]] | null; orientation_sigma_deg: number | null; area_px: number; on_carpet: boolean;

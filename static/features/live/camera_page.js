@@ -1,8 +1,9 @@
 // One camera, live, and the form for a new or a changed one: state and actions.
 import { computed, effect, signal, untracked } from "@preact/signals";
-import { ServerUnreachable, call, request, toRefusal } from "../../core/api.js";
+import { ServerUnreachable, call, changeSeen, request, toRefusal } from "../../core/api.js";
 import { go, goInstead, route } from "../../core/route.js";
 import { cameras, listed, namedCamera, notify, notifyError } from "../../core/state.js";
+import { readCameras } from "../calibrate/pictures.js";
 import { STATES, refreshStatuses, statuses } from "./camera_status.js";
 
 /**
@@ -213,8 +214,7 @@ export async function saveCamera() {
 /** @param {Camera} camera */
 export async function removeCamera(camera) {
   try {
-    const etag = (await request("GET", `/cameras/${camera.id}`)).headers.get("ETag") ?? "";
-    await request("DELETE", `/cameras/${camera.id}`, { headers: { "If-Match": etag } });
+    await changeSeen("DELETE", `/cameras/${camera.id}`, (now) => now.updated_at === camera.updated_at);
     cameras.value = cameras.value.filter((c) => c.id !== camera.id);
     goInstead("wall");
     const again = () =>
@@ -237,6 +237,7 @@ export async function removeCamera(camera) {
     });
   } catch (error) {
     notifyError(error);
+    await readCameras().catch(() => {});
   }
 }
 

@@ -1,6 +1,6 @@
 // Geometry on the league's multicast group: published and received, polled while the panel is open.
 import { computed, effect, signal, untracked } from "@preact/signals";
-import { call, online } from "../../core/api.js";
+import { call, online, request } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { route } from "../../core/route.js";
 import { notify, notifyError } from "../../core/state.js";
@@ -19,6 +19,9 @@ export const publishing = signal(/** @type {Publishing | null} */ (null));
 export const receivedGeometry = signal(/** @type {import("./types").ReceivedGeometry | null} */ (null));
 const changes = requestOrder(),
   underway = signal(0);
+/** The ETag of the settings on show, and the end of the changes that are under way: each is made from the last. */
+let seen = "",
+  queue = Promise.resolve();
 /** Whether a change is under way. */
 export const changing = computed(() => underway.value > 0);
 
@@ -51,27 +54,39 @@ export function followNetwork() {
 export async function refreshNetwork() {
   const isStill = changes.since();
   try {
-    const [state, others] = await Promise.all([call("GET", "/publishing"), call("GET", "/publishing/heard")]);
+    const [found, others] = await Promise.all([request("GET", "/publishing"), call("GET", "/publishing/heard")]);
     receivedGeometry.value = others;
-    if (isStill()) publishing.value = state; // else it is older than what was asked for since
+    const state = await found.json();
+    if (!isStill()) return; // it is older than what was asked for since
+    publishing.value = state;
+    seen = etagOf(found);
   } catch {
     /* a silent server is told elsewhere */
   }
 }
 
-/** @param {Record<string, unknown>} wanted */
+const etagOf = (/** @type {Response} */ answer) => answer.headers.get("ETag") ?? "";
+
+/**
+ * Change some of what is on show; refused where somebody else has changed it since.
+ * @param {Record<string, unknown>} wanted
+ */
 export async function setPublishing(wanted) {
   const isNewest = changes.begin();
   underway.value += 1;
-  try {
-    const now = await call("PUT", "/publishing", wanted);
-    if (isNewest()) publishing.value = now;
-  } catch (error) {
-    if (publishing.value) publishing.value = { ...publishing.value }; // draw what stands
-    notifyError(error);
-  } finally {
-    underway.value -= 1;
-  }
+  queue = queue.then(async () => {
+    try {
+      const answer = await request("PUT", "/publishing", { json: wanted, headers: seen ? { "If-Match": seen } : {} });
+      seen = etagOf(answer);
+      const now = await answer.json();
+      if (isNewest()) publishing.value = now;
+    } catch (error) {
+      if (publishing.value) publishing.value = { ...publishing.value }; // draw what stands
+      notifyError(error);
+    }
+  });
+  await queue;
+  underway.value -= 1;
   await refreshNetwork();
 }
 

@@ -1,6 +1,6 @@
 // A rig: cameras that share a field. Which one is open, its stitched picture, its check and refit.
 import { computed, effect, signal, untracked } from "@preact/signals";
-import { address, call, request, toRefusal } from "../../core/api.js";
+import { address, call, changeSeen, request, toRefusal } from "../../core/api.js";
 import { plural } from "../../core/format.js";
 import { followJob, runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
@@ -160,7 +160,7 @@ export async function makeRig() {
 /** @param {Rig} it */
 export async function removeRig(it) {
   try {
-    await call("DELETE", `/rigs/${encodeURIComponent(it.name)}`);
+    await changeSeen("DELETE", `/rigs/${encodeURIComponent(it.name)}`, (now) => now.updated_at === it.updated_at);
     rigs.value = rigs.value.filter((r) => r.name !== it.name);
     goInstead("wall");
     notify({
@@ -170,6 +170,7 @@ export async function removeRig(it) {
     });
   } catch (error) {
     notifyError(error);
+    await loadRigs();
   }
 }
 

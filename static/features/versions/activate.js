@@ -1,12 +1,27 @@
 // The one way to make a version the active one of its camera: all that shows it learns of it, and it can be undone.
-import { call } from "../../core/api.js";
+import { effect, untracked } from "@preact/signals";
+import { Problem, call, request } from "../../core/api.js";
 import { cameras, notify, notifyError } from "../../core/state.js";
+import { readCameras } from "../calibrate/pictures.js";
 import { refreshStatuses } from "../live/camera_status.js";
 import { noteActivated } from "./versions.js";
 
 /** @typedef {{ id: string, version: number | null, camera: string | null }} Activated */
 
+/** Which version is active, by camera, as far as lists of versions know it. */
+let told = new Map();
+
+// Whoever activates a version, here or elsewhere: all that shows versions learns of it.
+effect(() => {
+  const now = new Map(cameras.value.map((c) => [c.id, c.active_calibration]));
+  untracked(() => {
+    for (const [camera, id] of now) if (told.has(camera) && told.get(camera) !== id) noteActivated({ id, camera });
+  });
+  told = now;
+});
+
 /**
+ * Activate it unless another version was activated since the page last heard; then ask.
  * @param {Activated} it
  * @returns {Promise<boolean>} whether it is active now; a refusal is shown
  */
@@ -14,14 +29,15 @@ export async function activateCalibration(it) {
   const camera = cameras.value.find((c) => c.id === it.camera) ?? null,
     former = camera?.active_calibration ?? null;
   try {
-    await call("POST", `/calibrations/${it.id}/activate`);
+    const seen = { headers: { "If-Match": former ?? "none" } };
+    await request("POST", `/calibrations/${it.id}/activate`, camera ? seen : {});
   } catch (error) {
-    notifyError(error);
+    await refuse(it, error);
     return false;
   }
   const at = cameras.value.findIndex((c) => c.id === camera?.id); // the list may be another one by now
   if (at >= 0) cameras.value = cameras.value.with(at, { ...cameras.value[at], active_calibration: it.id });
-  noteActivated(it);
+  if (!camera) noteActivated(it);
   notify({
     level: "info",
     text: `Version ${it.version} of ${camera?.name ?? "pictures from files"} is active.`,
@@ -30,6 +46,22 @@ export async function activateCalibration(it) {
   });
   await refreshStatuses();
   return true;
+}
+
+/**
+ * Say why not; where somebody else was faster, with that version on show.
+ * @param {Activated} it
+ * @param {unknown} error
+ */
+async function refuse(it, error) {
+  if (!(error instanceof Problem) || error.status !== 412) return notifyError(error);
+  await readCameras().catch(() => {});
+  notify({
+    level: "warn",
+    text: error.detail,
+    fix: error.fix,
+    action: { label: `Activate version ${it.version} all the same`, run: () => void activateCalibration(it) },
+  });
 }
 
 /** Go back to the version that was active before. @param {Activated} it @param {string} former */

@@ -1,6 +1,6 @@
 // All versions of one camera, or of pictures from files: activate, annotate, compare, delete.
 import { computed, effect, signal, untracked } from "@preact/signals";
-import { call } from "../../core/api.js";
+import { call, changeSeen } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { route } from "../../core/route.js";
 import { notify, notifyError } from "../../core/state.js";
@@ -99,12 +99,14 @@ effect(() => {
 
 /** @param {Kept} it @param {string} note */
 export const annotate = (it, note) =>
-  note === it.note ? Promise.resolve() : changing(() => call("PATCH", `/calibrations/${it.id}`, { note }));
+  note === it.note
+    ? Promise.resolve()
+    : changing(() => changeSeen("PATCH", `/calibrations/${it.id}`, (now) => now.note === it.note, { note }));
 
 /** @param {Kept} it */
 export const deleteVersion = (it) =>
   changing(async () => {
-    await call("DELETE", `/calibrations/${it.id}`);
+    await changeSeen("DELETE", `/calibrations/${it.id}`, (now) => now.note === it.note);
     comparedPair.value = comparedPair.value.filter((id) => id !== it.id);
     notify({
       level: "info",

@@ -1,6 +1,6 @@
 // Saved versions of the calibration of this picture: immutable.
 import { computed, signal } from "@preact/signals";
-import { call } from "../../core/api.js";
+import { call, changeSeen } from "../../core/api.js";
 import { doc, isEqual } from "../../core/document.js";
 import { Stopped, runJob } from "../../core/jobs.js";
 import { requestOrder } from "../../core/latest_wins.js";
@@ -83,7 +83,7 @@ export async function saveVersion() {
 
 /**
  * Show which version is active from now on. revision: counts such changes, for lists that are kept elsewhere.
- * @param {{ id: string, camera: string | null }} it
+ * @param {{ id: string | null, camera: string | null }} it
  */
 export function noteActivated({ id, camera }) {
   const now = (/** @type {import("../../core/types").Calibration} */ v) =>
@@ -97,8 +97,13 @@ export function noteActivated({ id, camera }) {
 export async function annotateVersion(it, note) {
   if (note === it.note) return;
   try {
-    await call("PATCH", `/calibrations/${it.id}`, { note });
-    if (version.value?.id === it.id) version.value = { ...version.value, note };
+    await changeSeen("PATCH", `/calibrations/${it.id}`, (now) => now.note === it.note, { note });
+  } catch (error) {
+    notifyError(error);
+  }
+  try {
+    const now = await call("GET", `/calibrations/${it.id}`);
+    if (version.value?.id === it.id) version.value = now;
     await list();
   } catch (error) {
     notifyError(error);
