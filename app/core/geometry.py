@@ -32,6 +32,7 @@ Points = NDArray[np.float64]  # (..., 2)
 # lose the digits that a least squares needs, and 1e308 overflows.
 MAX_COORDINATE = 1e7
 MIN_SIDE_PX, MAX_SIDE_PX = 2, 65_536  # of a picture that can be calibrated
+MAX_PICTURE_PX = 200_000_000  # the largest sensors have 150 million pixels
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,9 @@ class ImageSize:
         if not all(MIN_SIDE_PX <= side <= MAX_SIDE_PX for side in (width, height)):
             raise BadInput(f"A picture of {width} × {height} px cannot be calibrated.", "Give a width and a height "
                            f"between {MIN_SIDE_PX} and {MAX_SIDE_PX} pixels.", reason="bad-image-size")
+        if width * height > MAX_PICTURE_PX:
+            raise BadInput(f"A picture of {width} × {height} px cannot be calibrated.", f"Give a size of at most "
+                           f"{MAX_PICTURE_PX // 10**6} million pixels.", reason="bad-image-size")
         return cls(width, height)
 
     @property

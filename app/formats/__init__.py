@@ -2,7 +2,7 @@
 
 A format is a value, FORMAT, with words about it and these functions:
 
-    write(calibration) -> bytes            of a format that holds every model
+    write(calibration, progress) -> bytes  of a format that holds every model
     write(calibration, export) -> bytes    of a camera format: one with lenses, the terms it knows by model name. It is
                                            given the calibration's own camera, or the nearest that the format can hold
                                            (approximation.py), as an ExportCamera

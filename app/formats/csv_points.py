@@ -13,6 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from app.core.errors import BadInput
+from app.core.progress import Progress, no_progress
 from app.core.records import MAX_POINTS, Calibration, Observation, Observations, observations_from_json
 from app.formats import Format
 from app.formats.numbers import format_error, number
@@ -24,7 +25,7 @@ GRID = (25, 19)  # columns, rows over the region
 MAX_BYTES = 4 << 20
 
 
-def write(calibration: Calibration) -> bytes:
+def write(calibration: Calibration, _: Progress = no_progress) -> bytes:
     buffer = io.StringIO()
     table = csv.writer(buffer, lineterminator="\n")
     table.writerow(COLUMNS)

@@ -4,6 +4,7 @@ import json
 from typing import Any
 
 from app.core.errors import BadInput
+from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
 from app.formats import Format
 from app.models import model_from_json
@@ -12,7 +13,7 @@ MAX_BYTES = 4 << 20  # 20 000 points with their residuals fit; more is no calibr
 NAME = "touchline-calibration"  # of the format, in the file
 
 
-def write(calibration: Calibration) -> bytes:
+def write(calibration: Calibration, _: Progress = no_progress) -> bytes:
     record = {"format": NAME, "format_version": 1, **calibration.to_json()}
     return json.dumps(record, indent=1, allow_nan=False, ensure_ascii=False).encode()
 

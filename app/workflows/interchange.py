@@ -16,6 +16,7 @@ from app.core.errors import BadInput, NotFound, TouchlineError
 from app.core.field import QUARTER_TURNS, Field, Region
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize, inside_picture
+from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Fit, Observations, Warning
 from app.evaluate.fit.approximation import ApproximationError, approximation_error
 from app.evaluate.fit.report import report
@@ -58,12 +59,12 @@ class ImportOptions:
 
 
 def export(calibration: Calibration, format: str, approximate: bool = False,
-           camera_id: int | None = None) -> ExportedFile:
+           camera_id: int | None = None, progress: Progress = no_progress) -> ExportedFile:
     """Write the calibration as a file of that format; Conflict where that takes `approximate`."""
     kind = FORMATS[format]
     name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}{kind.suffix}"
     if not kind.lenses:
-        return ExportedFile(kind.write(calibration), name, kind.media_type)
+        return ExportedFile(kind.write(calibration, progress), name, kind.media_type)
     camera = export_camera(calibration, kind, approximate, camera_id)
     data = kind.write(calibration, camera)
     field = field_from_json(calibration.field)

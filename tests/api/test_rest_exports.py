@@ -247,3 +247,12 @@ def test_a_report_that_lacks_something_is_completed_so_that_every_reader_shows_i
     assert shown["distortion"]["per_border"]["left"] == {"before_pct": None, "after_pct": None}
     assert all(row["residuals"] == [] for row in shown["per_feature"]) and isinstance(shown["warnings"], list)
     assert client.get(f"{CAL}/{made.json()['id']}/report.html").status_code == 200
+
+
+def test_a_picture_that_no_camera_takes_is_refused_before_anything_is_as_large_as_it(client, standing_calibration):
+    """A remap table of 65,536 × 65,536 px took 7 GB of the server."""
+    parameters = {**standing_calibration["model"]["parameters"], "image_size": {"width": 65536, "height": 65536}}
+    made = client.post(f"{CAL}/import", files={"file": json.dumps({
+        "format": "touchline-calibration", "format_version": 1, **standing_calibration, "image_size": [65536, 65536],
+        "model": {**standing_calibration["model"], "parameters": parameters}})})
+    refusal(made, 422, "bad-image-size")

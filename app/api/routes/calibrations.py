@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping
+from functools import partial
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
@@ -176,11 +177,13 @@ def list_exports(services: ServicesDep, id: Id) -> Json:
 
 
 @router.get("/{id}/export/{format}", response_class=Response, responses=FILE)
-@in_thread
-def export_calibration(services: ServicesDep, id: Id, format: Id, approximate: Approximate = False,
-                       camera_id: CameraNumber = None) -> Response:
+async def export_calibration(request: Request, services: ServicesDep, id: Id, format: Id,
+                             approximate: Approximate = False, camera_id: CameraNumber = None) -> Response:
     """Return the calibration in that format; 409 if that cannot represent the model, or with ?approximate=true the
     nearest that it can, its worst error in the header X-Approximation-Error-Mm."""
-    file = export(services.store.calibrations.get(id), format, approximate, camera_id)
+    calibration = services.store.calibrations.get(id)
+    write = partial(export, calibration, format, approximate, camera_id)
+    # a remap table is as large as the corrected picture
+    file = await services.draw(calibration.corrected_size, write, request.is_disconnected)
     return Response(file.data, media_type=file.media_type,
                     headers={"Content-Disposition": attachment(file.name), **error_header(file.loss)})

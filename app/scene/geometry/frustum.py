@@ -16,6 +16,7 @@ from app.imaging.correction import CorrectionMap
 from app.models.ray_camera import RayCamera
 
 MAX_FOV_DEG = 120.0
+MAX_ASPECT = 8.0  # either way: an absurd lens leaves a line of its border, or a point
 BORDER_STEPS = 33  # points along each side of the picture
 REACH_MM = 1000.0  # along a ray: any length will do
 DEPTH_SHARE = 0.22  # of the camera's height: how far below it its picture is drawn
@@ -57,7 +58,7 @@ class Frustum(Pyramid):
         most = float(np.tan(np.radians(MAX_FOV_DEG / 2)))
         known = np.isfinite(plane).all(axis=1)
         seen = np.nanmax(plane[known], axis=0) if known.any() else np.array([most, most])
-        half = np.minimum(seen, most)
+        half = np.clip(np.maximum(seen, seen[::-1] / MAX_ASPECT), most / MAX_ASPECT**3, most)
         return cls(model, np.array(model.position_mm), model.camera_from_field.T, (float(half[0]), float(half[1])),
                    bool(known.all() and (seen <= most).all()))
 

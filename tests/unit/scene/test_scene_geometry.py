@@ -266,3 +266,12 @@ def test_a_room_of_a_strangers_calibration_is_refused_in_words(kept):
         SceneCamera.of("x", "X", replace(kept, model_parameters={**parameters_json(true_models()[0]), "focal_px": "?"}))
 
 
+
+
+def test_a_lens_so_absurd_that_its_border_is_one_line_still_has_a_view():
+    """Such a one may be imported; what is drawn of it has a width and a height."""
+    model = replace(true_models()[0], centre_px=(639.5, 0.0))
+    flat = MODELS["division"]((-25.0,), 900.0, 1.0, model.centre_px, (np.pi, 0.0, 0.0), (30.0, -20.0, 4150.0),
+                              1280.0, 960.0, 10, 8, model.region, ImageSize(1280, 1024))
+    frustum = Frustum.of(flat)
+    assert 1 / 8 <= frustum.aspect <= 8 and min(frustum.half) > 0 and not frustum.complete
