@@ -66,10 +66,11 @@ def accepted(job: Job) -> Json:
 
 
 async def finished_or_queued(request: Request, services: Services, kind: str, run: Callable[[Any, Progress], Any],
-                             spec: Any, as_job: bool, saver: str | None = None, context: Any = None) -> Response:
+                             spec: Any, as_job: bool, saver: str | None = None, context: Any = None,
+                             respond: Callable[[Any], Response] = Json) -> Response:
     """Return 202 with a job at once, or wait for the result while the caller does.
 
-    saver, context: what keeps the result, as JobEngine.start takes them.
+    saver, context: what keeps the result, as JobEngine.start takes them. respond: returns the answer of a result.
     """
     caller = await operator_of(request)
     if as_job:
@@ -77,6 +78,6 @@ async def finished_or_queued(request: Request, services: Services, kind: str, ru
                                                      caller=caller))
     job = await services.run_as_job(kind, run, spec, request.is_disconnected, saver, context, caller)
     if job.state == "done":
-        return Json(job.result)
+        return respond(job.result)
     return problem(**(job.problem or {"reason": "cancelled", "title": "Cancelled", "status": 409, "fix": "Ask again.",
                                       "detail": f"{job.message}."}))

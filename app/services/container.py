@@ -40,8 +40,8 @@ Result = TypeVar("Result")
 MAX_FRAME_BYTES = 256 << 20  # decoded snapshots: a picture that is looked at is asked for many times in a row
 MAX_SCENE_PAGES = 4  # of 1 MB each; one takes a process and two seconds, and a version never changes
 MAX_STITCHER_BYTES = 128 << 20  # a rig's picture as the page shows it has some 20 MB
-MAX_DRAWINGS = 2  # at once, of those that are large
-LARGE_PX = 4e6  # of a drawn picture: a second, and 100 MB
+MAX_LARGE = 2  # pictures at once
+LARGE_PX = 4e6  # of a picture that is drawn or looked through: a second, and 100 MB
 POLL_S = 0.05  # how often a job that somebody waits for is looked at
 FRAME_INTERVAL_S = 1 / 3  # between the frames of a background: who walks by needs some seconds to leave
 POLLS_PER_CHECK = 10  # and after how many looks whether its caller still waits
@@ -54,7 +54,7 @@ class Services:
     live: LiveCameras
     scenes: SceneRegistry
     _threads: CapacityLimiter
-    _drawings: CapacityLimiter
+    _large: CapacityLimiter
 
     def __init__(self, settings: Settings, store: Store, jobs: JobEngine, limits: ImageLimits) -> None:
         self.settings, self.store, self.jobs = settings, store, jobs
@@ -79,7 +79,7 @@ class Services:
         """Hold the store and start what has processes; jobs that a stop has cut short go on."""
         with self.store, ImageDecoder(self._limits) as self.decoder, self.jobs:
             self._threads = CapacityLimiter(max(4, os.cpu_count() or 4))
-            self._drawings = CapacityLimiter(MAX_DRAWINGS)
+            self._large = CapacityLimiter(MAX_LARGE)
             self.jobs.open(self.store.jobs)
             live = start_live_cameras(self.cameras, self.detection)
             async with aclosing(live) as self.live, aclosing(SceneRegistry()) as self.scenes:
@@ -106,9 +106,9 @@ class Services:
         """Run work of a second or two on a worker thread; when all are busy it waits for its turn."""
         return await to_thread.run_sync(lambda: work(*args, **kwargs), limiter=self._threads)
 
-    async def draw(self, size: ImageSize, work: Callable[[Progress], Result],
-                   is_abandoned: Callable[[], Awaitable[bool]]) -> Result:
-        """Draw a picture of about that size on a worker thread while its caller waits; of large ones few at once.
+    async def process_picture(self, size: ImageSize, work: Callable[[Progress], Result],
+                              is_abandoned: Callable[[], Awaitable[bool]]) -> Result:
+        """Do work on a picture of about that size on a worker thread while its caller waits; on large ones few at once.
 
         work: calls its progress now and then, which raises Cancelled once the caller has gone.
         """
@@ -126,7 +126,7 @@ class Services:
         watching = asyncio.create_task(watch())
         try:
             is_large = size.width * size.height > LARGE_PX
-            return await to_thread.run_sync(work, progress, limiter=self._drawings if is_large else self._threads)
+            return await to_thread.run_sync(work, progress, limiter=self._large if is_large else self._threads)
         finally:
             watching.cancel()
 

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from typing import Any, Self
 
 from app import __version__
-from app.core.errors import BadInput
+from app.core.errors import BadInput, FitFailed
 from app.core.field import Field, Region
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
@@ -20,6 +20,8 @@ from app.workflows import calibration, model_choice
 from app.workflows.calibration import CalibrationResult
 from app.workflows.model_choice import AUTO
 
+MAX_POINTS = 20_000  # of all observations together: a minute or two
+
 
 def run_fit(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: fit and evaluate spec["task"]; return the calibration as JSON, not yet stored."""
@@ -30,6 +32,16 @@ def run_fit(spec: Any, progress: Progress) -> dict[str, Any]:
 def run_compare(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: rank the models spec["models"] (all where none are named) on spec["task"]."""
     return CalibrationRequest.from_json(spec["task"]).compare(spec["models"], progress)
+
+
+def run_preview(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: the preview of spec["task"], cross-validated unless spec["quick"]."""
+    return CalibrationRequest.from_json(spec["task"]).preview_json(spec["quick"], progress)
+
+
+def run_attempt(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: the same, or why there is none yet."""
+    return CalibrationRequest.from_json(spec["task"]).attempt_json(spec["quick"], progress)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +62,13 @@ class CalibrationRequest:
     def __post_init__(self) -> None:
         if not self.observations:
             raise BadInput("There are no observations.", "Click points on the four borders.", reason="too-few-points")
+        if self.n_points > MAX_POINTS:
+            raise BadInput(f"There are {self.n_points} points.", f"Send at most {MAX_POINTS}: more tell nothing new.",
+                           reason="too-many-points")
+
+    @property
+    def n_points(self) -> int:
+        return sum(len(observation.points) for observation in self.observations)
 
     @classmethod
     def of(cls, calibration: Calibration, options: Mapping[str, Any], note: str) -> Self:
@@ -96,6 +115,20 @@ class CalibrationRequest:
                                                         self.options, progress, cross_validate=cross_validate)
         return calibration.calibrate(self.observations, self.field, self.region, self.image_size, self.model,
                                      self.options, progress, cross_validate=cross_validate)
+
+    def preview_json(self, quick: bool, progress: Progress = no_progress) -> dict[str, Any]:
+        """Return the preview's model, report and field in the picture as JSON. quick: without cross-validation."""
+        fitted = self.preview(progress, cross_validate=not quick)
+        return {"model": {"name": fitted.model.NAME, "parameters": parameters_json(fitted.model)},
+                "report": fitted.report, "corrected_size": list(fitted.model.corrected_size),
+                "overlay": calibration.overlay(fitted.model, self.field, self.region)}
+
+    def attempt_json(self, quick: bool, progress: Progress = no_progress) -> dict[str, Any]:
+        """Return the preview, or why there is none yet, as JSON."""
+        try:
+            return {"preview": self.preview_json(quick, progress), "refusal": None}
+        except FitFailed as refusal:
+            return {"preview": None, "refusal": {**refusal.details, **refusal.to_json(), "title": refusal.title}}
 
     def compare(self, models: list[str] | None, progress: Progress = no_progress) -> dict[str, Any]:
         """Rank several models (all where none are named) on the same observations."""

@@ -19,6 +19,7 @@ from app.core.errors import BadInput, Conflict
 from app.core.field import Field
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize, as_points
+from app.core.progress import Progress, no_progress
 from app.core.records import Calibration
 from app.models.restored import model_of
 from app.vision.colour.automatic import automatic_profile
@@ -53,7 +54,8 @@ class DetectionResult:
 
 def detect(pixels: NDArray[np.uint8], config: StageConfig, *, calibration: Calibration | None = None,
            profile: ColourProfile | None = None, clicks: Clicks | None = None, mm_per_px: float | None = None,
-           eye_mm: tuple[float, float, float] | None = None, pictures: Collection[str] = ()) -> DetectionResult:
+           eye_mm: tuple[float, float, float] | None = None, pictures: Collection[str] = (),
+           progress: Progress = no_progress) -> DetectionResult:
     """Detect ball and robots in one picture. Colours are a profile's, or clicked in this picture, or found in it.
 
     mm_per_px: how large things are, where there is no calibration. eye_mm: the camera's position, field mm, given by
@@ -71,8 +73,10 @@ def detect(pixels: NDArray[np.uint8], config: StageConfig, *, calibration: Calib
     if calibration is not None:
         check_size(size, calibration.image_size)
     profile = colour_profile_for(pixels, config, profile, clicks)
+    progress(0.4, "Detecting")
     # What is loaded and made at the first frame is no part of a frame's time.
     pipeline_for(config, size, profile, calibration, mm_per_px, eye_mm).process(pixels)
+    progress(0.7, "Detecting")
     pipeline = pipeline_for(config, size, profile, calibration, mm_per_px, eye_mm)
     config = pipeline.config
     return DetectionResult(pipeline.process(pixels, clock=time.perf_counter, pictures=pictures), config, profile)

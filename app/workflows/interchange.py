@@ -32,6 +32,7 @@ from app.workflows.calibration_request import CalibrationRequest
 
 EXACT_MM = 1e-6  # less is rounding
 NO_OPTIONS = dict.fromkeys(("n_rectangles_x", "n_rectangles_y", "w_max_rectangle_px", "h_max_rectangle_px"))
+MAX_TABLE_POINTS = 3000  # of another program's table, which is fitted at once: some seconds
 GRID = 41  # places each way by which a region is told from what a camera sees
 
 
@@ -120,6 +121,9 @@ def calibration_from_file(found: CameraFile | Observations, options: ImportOptio
     if options.field is None or options.region is None or options.image_size is None:
         raise BadInput("The table holds points, and not where they are from.",
                        "Say field, region and image_size, as WIDTHxHEIGHT.", reason="no-field")
+    if sum(len(observation.points) for observation in found) > MAX_TABLE_POINTS:
+        raise BadInput(f"The table has more than {MAX_TABLE_POINTS} points.", "Keep some hundred of them: more tell "
+                       "nothing new.", reason="too-many-points")
     field = _known(fields, options.field)
     request = CalibrationRequest(found, field, field.region(options.region, options.rotate), options.image_size,
                                  options.model or "polynomial", camera=options.camera,

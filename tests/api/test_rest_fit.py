@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.support.refusals import API, without_size
+from tests.support.refusals import API, refusal, without_size
 
 BORDER = f"{API}/fit/border"
 
@@ -100,3 +100,35 @@ def test_the_model_auto_is_a_lens_in_the_preview_and_saved_as_the_recommended_on
     made = client.post(f"{API}/calibrations", json=body).json()
     choice = made["report"]["model_choice"]
     assert made["model"]["name"] == choice["recommended"] and choice["reason"] and len(choice["ranking"]) > 3
+
+
+@pytest.fixture
+def many(task):
+    """Every click two hundred times, each a little beside the others."""
+    rng = np.random.default_rng(1)
+    return {**task, "observations": [{**o, "points": (np.repeat(o["points"], 200, axis=0) + rng.normal(
+        0, 0.1, (200 * len(o["points"]), 2))).tolist()} for o in task["observations"]]}
+
+
+def test_many_points_are_fitted_where_the_fit_can_be_ended_and_answered_as_few_are(client, task, many):
+    few = client.post(f"{API}/fit/attempt?quick=true", json=task).json()["preview"]
+    for path, told in (("attempt", lambda answer: answer["preview"]), ("preview", lambda answer: answer)):
+        found = told(client.post(f"{API}/fit/{path}?quick=true", json=many).json())
+        assert found.keys() == few.keys() and found["report"]["inliers"] > 600
+    made = client.post(f"{API}/calibrations", json=many)
+    assert made.status_code == 201 and made.json()["version"] == 1 and made.headers["location"].endswith(
+        made.json()["id"])
+    assert [job["kind"] for job in client.get(f"{API}/jobs").json()["items"]] == ["calibration", "preview", "preview"]
+
+
+def test_many_points_that_cannot_be_fitted_yet_are_told_as_few_are(client, many):
+    left = {**many, "observations": [o for o in many["observations"] if o["feature"] == "left"]}
+    answer = client.post(f"{API}/fit/attempt", json=left)
+    assert answer.status_code == 200 and answer.json()["refusal"]["reason"] == "too-few-points"
+
+
+def test_more_points_than_a_fit_has_time_for_are_refused(standing, many):
+    much = {**many, "observations": [{**o, "points": (np.round(o["points"], 1).tolist() * 4)[:6000]}
+                                     for o in many["observations"]]}
+    for path in ("fit/preview", "fit/attempt", "calibrations", "calibrations?job=true", "calibrations/compare"):
+        refusal(standing.post(f"{API}/{path}", json=much), 422, "too-many-points")

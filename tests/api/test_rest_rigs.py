@@ -271,5 +271,5 @@ def test_drawing_ends_once_its_caller_has_gone(client):
             progress(0.5, "Drawing")
 
     with pytest.raises(Cancelled) as end:
-        client.portal.call(client.app.state.services.draw, ImageSize(4000, 4000), draw, has_gone)
+        client.portal.call(client.app.state.services.process_picture, ImageSize(4000, 4000), draw, has_gone)
     assert end.value.fix and len(looks) == 3

@@ -11,8 +11,9 @@ from starlette.responses import Response
 from app.api.bodies import uploaded_file
 from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
 from app.api.file_headers import attachment, error_header
+from app.api.fitting import fit
 from app.api.request_mapping import fit_task
-from app.api.responses import Json, accepted, created, finished_or_queued, versioned
+from app.api.responses import Json, created, finished_or_queued, versioned
 from app.api.responses import page as json_page
 from app.api.schemas import responses
 from app.api.schemas.media import BINARY, BYTES, Responses, upload
@@ -24,7 +25,7 @@ from app.services.import_file import MAX_IMPORT_BYTES, OPTIONS, import_file
 from app.services.result_savers import save_new_version
 from app.store.calibrations import NOTHING_ACTIVE, version_etag
 from app.store.store import Store
-from app.workflows.calibration_request import run_compare, run_fit
+from app.workflows.calibration_request import CalibrationRequest, run_compare, run_fit
 from app.workflows.interchange import export, formats
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
@@ -81,18 +82,19 @@ IMPORT_BODY = {"requestBody": upload(**{option: {"type": "string"} for option in
 
 
 @router.post("", status_code=201, response_model=responses.Calibration, responses=ACCEPTED)
-@in_thread
-def make_calibration(services: ServicesDep, by: OperatorDep, body: FitRequest, job: AsJob = False) -> Json:
+async def make_calibration(request: Request, services: ServicesDep, by: OperatorDep, body: FitRequest,
+                           job: AsJob = False) -> Response:
     """Fit, evaluate and save a new version of a camera's calibration. Nothing is saved if anything fails.
 
     With ?job=true a job, whose result is {"calibration": id}.
     """
-    task = fit_task(services, body, (body.model,))
-    if job:
-        spec = {"task": task.to_json()}
-        return accepted(services.jobs.start("calibration", run_fit, spec, "calibration", {"by": by}, caller=by))
-    calibration = save_new_version(services.store, task.record(task.run()), by)
-    return created(calibration.to_json(), f"calibrations/{calibration.id}")
+    def run(task: CalibrationRequest) -> dict[str, str]:
+        return {"calibration": save_new_version(services.store, task.record(task.run()), by).id}
+
+    def respond(saved: Mapping[str, str]) -> Json:
+        return created(services.store.calibrations.get(saved["calibration"]).to_json(),
+                       f"calibrations/{saved['calibration']}")
+    return await fit(request, services, body, run, "calibration", run_fit, {}, job, "calibration", {"by": by}, respond)
 
 
 @router.post("/compare", response_model=responses.Ranking, responses=ACCEPTED)
@@ -184,6 +186,6 @@ async def export_calibration(request: Request, services: ServicesDep, id: Id, fo
     calibration = services.store.calibrations.get(id)
     write = partial(export, calibration, format, approximate, camera_id)
     # a remap table is as large as the corrected picture
-    file = await services.draw(calibration.corrected_size, write, request.is_disconnected)
+    file = await services.process_picture(calibration.corrected_size, write, request.is_disconnected)
     return Response(file.data, media_type=file.media_type,
                     headers={"Content-Disposition": attachment(file.name), **error_header(file.loss)})

@@ -1,8 +1,9 @@
 """/detections, /stages, /cameras/{id}/seeing and /cameras/{id}/detections: ball and robots in a snapshot and live."""
 
-from typing import Annotated, Any
+from collections.abc import Callable
+from typing import Annotated, Any, TypeVar
 
-from fastapi import APIRouter, Query, WebSocket
+from fastapi import APIRouter, Query, Request, WebSocket
 from starlette.responses import Response
 
 from app.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
@@ -15,6 +16,7 @@ from app.api.schemas.requests import Format, Id
 from app.api.sockets import run_until_first, send_text, until_disconnect, websocket_session
 from app.core.colour_profile import ColourProfile
 from app.core.errors import NotFound
+from app.core.progress import Progress
 from app.core.records import Calibration, Frame
 from app.live.camera import LiveCamera
 from app.live.detection_feed import json_text
@@ -27,6 +29,7 @@ from app.vision.stages import STAGES
 from app.workflows.detection import DetectionResult, context_for, detect, detections_image
 
 router = APIRouter(tags=["detections"])
+Answered = TypeVar("Answered", bound=Response)
 
 DRAWN = "drawn"  # in place of a stage: the picture with everything that was found
 MAX_FPS = 20.0  # what a page can draw; the newest wins
@@ -43,43 +46,48 @@ def list_stages() -> Json:
 
 
 @router.post("/detections", response_model=Answer)
-@in_thread
-def detect_in_snapshot(services: ServicesDep, body: DetectionBody) -> Json:
+async def detect_in_snapshot(request: Request, services: ServicesDep, body: DetectionBody) -> Json:
     """Detect ball and robots in a snapshot, in field mm with covariance; nothing is saved.
 
     Colours are those of a profile, clicked in this picture, or both; without either they are found in the picture.
     """
-    return Json(_detect(services, body)[0].to_json())
+    return await _detect(request, services, body, lambda found, *_: Json(found.to_json()))
 
 
 @router.post("/detections/picture.{format}", response_class=Response, responses=PICTURE)
-@in_thread
-def draw_detections(services: ServicesDep, format: Format, body: DetectionBody,
-                    stage: Annotated[str, Query(max_length=64)] = DRAWN) -> Response:
+async def draw_detections(request: Request, services: ServicesDep, format: Format, body: DetectionBody,
+                          stage: Annotated[str, Query(max_length=64)] = DRAWN) -> Response:
     """Return the snapshot with detections drawn, or the picture of one stage: `?stage=colours`."""
-    found, frame, calibration = _detect(services, body, stage)
-    pixels: Any = found.seen.pictures.get(stage)
-    if pixels is None:
-        view = context_for(frame.size, found.profile, calibration, body.mm_per_px,
-                           body.eye_mm and tuple(body.eye_mm)).view
-        pixels = detections_image(frame.pixels, found.seen.detections, view)
-    return picture(pixels, format)
+    def draw(found: DetectionResult, frame: Frame, calibration: Calibration | None) -> Response:
+        pixels: Any = found.seen.pictures.get(stage)
+        if pixels is None:
+            view = context_for(frame.size, found.profile, calibration, body.mm_per_px,
+                               body.eye_mm and tuple(body.eye_mm)).view
+            pixels = detections_image(frame.pixels, found.seen.detections, view)
+        return picture(pixels, format)
+    return await _detect(request, services, body, draw, stage)
 
 
-def _detect(services: Services, body: DetectionBody,
-            stage: str = DRAWN) -> tuple[DetectionResult, Frame, Calibration | None]:
+async def _detect(request: Request, services: Services, body: DetectionBody,
+                  tell: Callable[[DetectionResult, Frame, Calibration | None], Answered],
+                  stage: str = DRAWN) -> Answered:
+    """Detect objects in a snapshot while the caller waits, and return what `tell` makes of them."""
     plan = named_plan(body.stages) if isinstance(body.stages, str) else StageConfig.from_json(body.stages)
     names = [DRAWN, *(name for name, _ in plan.stages)]
     if stage not in names:
         raise NotFound(f"The plan {plan.name} has no stage called {stage!r}.", f"Use one of: {', '.join(names)}.",
                        reason="unknown-stage")
-    calibration = None if body.calibration is None else services.store.calibrations.get(body.calibration)
     profile = None if body.colours is None else ColourProfile.from_json(body.colours)
-    frame = services.frame(body.snapshot)
-    found = detect(frame.pixels, plan, calibration=calibration, profile=profile, clicks=body.clicks,
-                   mm_per_px=body.mm_per_px, eye_mm=body.eye_mm and tuple(body.eye_mm),
-                   pictures=() if stage == DRAWN else (stage,))
-    return found, frame, calibration
+    snapshot = await services.run_in_thread(services.store.snapshots.get, body.snapshot)
+
+    def work(progress: Progress) -> Answered:
+        calibration = None if body.calibration is None else services.store.calibrations.get(body.calibration)
+        frame = services.frame(snapshot.id)
+        found = detect(frame.pixels, plan, calibration=calibration, profile=profile, clicks=body.clicks,
+                       mm_per_px=body.mm_per_px, eye_mm=body.eye_mm and tuple(body.eye_mm),
+                       pictures=() if stage == DRAWN else (stage,), progress=progress)
+        return tell(found, frame, calibration)
+    return await services.process_picture(snapshot.size, work, request.is_disconnected)
 
 
 @router.get("/cameras/{id}/seeing", response_model=responses.DetectionSettings)

@@ -1,22 +1,24 @@
 """/fields, /models and /fit: what a fit starts from, and what clicks would give, at once; only fields are saved."""
 
+from functools import partial
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Query
+from fastapi import APIRouter, Body, Query, Request
+from starlette.responses import Response
 
-from app.api.dependencies import IfMatch, ServicesDep, in_thread
-from app.api.request_mapping import fit_task, image_size
+from app.api.dependencies import IfMatch, ServicesDep
+from app.api.fitting import fit
+from app.api.request_mapping import image_size
 from app.api.responses import Json, page, versioned
 from app.api.schemas import responses
 from app.api.schemas.requests import BorderRequest, FitRequest, Id
-from app.core.errors import FitFailed
 from app.core.field import Field
 from app.core.geometry import as_points
 from app.fitting import FITTERS
-from app.models import MODELS, parameters_json
+from app.models import MODELS
 from app.store.fields import field_etag
 from app.workflows import calibration
-from app.workflows.calibration_request import CalibrationRequest
+from app.workflows.calibration_request import CalibrationRequest, run_attempt, run_preview
 
 router = APIRouter()
 
@@ -73,28 +75,19 @@ async def fit_border(services: ServicesDep, body: BorderRequest) -> Json:
 
 
 @router.post("/fit/preview", tags=["fit"], response_model=responses.Preview)
-@in_thread
-def preview_calibration(services: ServicesDep, body: FitRequest, quick: Quick = False) -> Json:
+async def preview_calibration(request: Request, services: ServicesDep, body: FitRequest,
+                              quick: Quick = False) -> Response:
     """Return what POST /calibrations would save for the same body: model, report and the field in the picture.
 
     With the model "auto", the most probable lens; which model is saved, a comparison of all of them decides.
     """
-    return Json(_preview(fit_task(services, body, (body.model,)), quick))
+    run = partial(CalibrationRequest.preview_json, quick=quick)
+    return await fit(request, services, body, run, "preview", run_preview, {"quick": quick})
 
 
 @router.post("/fit/attempt", tags=["fit"], response_model=responses.Attempt)
-@in_thread
-def attempt_calibration(services: ServicesDep, body: FitRequest, quick: Quick = False) -> Json:
+async def attempt_calibration(request: Request, services: ServicesDep, body: FitRequest,
+                              quick: Quick = False) -> Response:
     """Return the preview, or why there is none yet: while points are still being placed, too few are no mistake."""
-    task = fit_task(services, body, (body.model,))
-    try:
-        return Json({"preview": _preview(task, quick), "refusal": None})
-    except FitFailed as refusal:
-        return Json({"preview": None, "refusal": {**refusal.details, **refusal.to_json(), "title": refusal.title}})
-
-
-def _preview(task: CalibrationRequest, quick: bool) -> dict[str, Any]:
-    fitted = task.preview(cross_validate=not quick)
-    return {"model": {"name": fitted.model.NAME, "parameters": parameters_json(fitted.model)}, "report": fitted.report,
-            "corrected_size": list(fitted.model.corrected_size),
-            "overlay": calibration.overlay(fitted.model, task.field, task.region)}
+    run = partial(CalibrationRequest.attempt_json, quick=quick)
+    return await fit(request, services, body, run, "preview", run_attempt, {"quick": quick})

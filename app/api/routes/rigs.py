@@ -74,7 +74,7 @@ def remove_rig(services: ServicesDep, name: Id, if_match: IfMatch = None) -> Non
 @router.get("/{name}/stitched.json", response_model=responses.StitchedView)
 async def describe_stitched(request: Request, services: ServicesDep, name: Id, width: Width = 1200) -> Json:
     """Describe the picture of that width: the field's lines in its pixels, each camera's share, what no camera sees."""
-    return await services.draw(ImageSize(width, width), partial(_describe_stitched, services, name, width),
+    return await services.process_picture(ImageSize(width, width), partial(_describe_stitched, services, name, width),
                                request.is_disconnected)
 
 
@@ -112,7 +112,7 @@ async def show_stitched(request: Request, services: ServicesDep, name: Id, forma
         return picture(stitcher.stitch([frames[camera].pixels for camera in cameras]), format, {
             "X-Unseen-Share": f"{stitcher.unseen_summary()['share']:.4f}", "X-Rig-Missing": ",".join(missing),
             **NO_STORE})
-    return await services.draw(ImageSize(width, width), draw, request.is_disconnected)
+    return await services.process_picture(ImageSize(width, width), draw, request.is_disconnected)
 
 
 @router.post("/{name}/check", response_model=responses.RigCheck, responses=ACCEPTED)

@@ -62,7 +62,7 @@ async def _draw(request: Request, services: Services, calibration: Calibration, 
     def draw(progress: Progress) -> Response:
         pixels = workflow.correct(frame.pixels, model_of(calibration), calibration.image_size, view, progress)
         return picture(pixels, format)
-    return await services.draw(view.size(calibration), draw, request.is_disconnected)
+    return await services.process_picture(view.size(calibration), draw, request.is_disconnected)
 
 
 @router.post("/transform", response_model=responses.Transformed, openapi_extra=BODY, responses=files(BINARY))

@@ -18,6 +18,7 @@ export const running = computed(() => (jobs.value ?? []).filter((job) => !isOver
 /** What a kind of work is called. @type {Record<string, string>} */
 export const KINDS = {
   calibration: "Fitting a calibration",
+  preview: "Fitting many points",
   comparison: "Comparing the models",
   board: "Finding a lens from a board",
   straightness: "Judging straight edges",

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from app.core.errors import TouchlineError
+from app.core.errors import Cancelled, TouchlineError
 from app.formats import FORMATS
 from app.store.stages import load_plans
 from app.vision.stage_pipeline import StageConfig
@@ -95,6 +95,20 @@ def test_a_picture_of_another_size_and_one_without_a_scale_are_refused(match, pi
             detect(pixels, PLAN, calibration=calibration, clicks=clicks)
     with pytest.raises(TouchlineError, match="above the carpet"):
         detect(pixels, PLAN, calibration=calibration, eye_mm=(0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("looks", [1, 2])
+def test_it_ends_between_its_steps_once_nobody_waits_any_more(pixels, calibration, looks):
+    told = []
+
+    def progress(share, _message):
+        told.append(share)
+        if len(told) == looks:
+            raise Cancelled("Nobody waits for it any more.", "Ask again.")
+
+    with pytest.raises(Cancelled):
+        detect(pixels, PLAN, calibration=calibration, progress=progress)
+    assert len(told) == looks and told == sorted(told)
 
 
 def test_noise_without_end_is_answered_in_time():
