@@ -2,6 +2,7 @@
 
 import sys
 import threading
+import time
 from pathlib import Path
 from types import ModuleType
 
@@ -37,10 +38,19 @@ def _children() -> set[str]:
     found = set()
     for thread in Path("/proc/self/task").iterdir():
         for pid in _read(thread / "children").split():
-            words = _read(Path("/proc", pid, "cmdline")).replace("\0", " ")
+            words = words_of(Path("/proc", pid))
             if words and FOLDER_PREFIX not in words and int(pid) not in standing_pids():  # those that serve all tests
                 found.add(f"process {pid}: {words[:100]}")
     return found
+
+
+def words_of(process: Path) -> str:
+    """A process's command line; nothing of one that has ended. One that was born a moment ago has none yet."""
+    while True:
+        words = _read(process / "cmdline").replace("\0", " ")
+        if words or _read(process / "stat").rpartition(")")[2].split()[:1] in ([], ["Z"], ["X"]):
+            return words
+        time.sleep(0.001)
 
 
 def _read(path: Path) -> str:
