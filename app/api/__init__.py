@@ -7,7 +7,6 @@
     sockets.py          WebSocket sessions: sending, receiving, refusing
     bodies.py           bodies of more than one kind: JSON or a file, JSON or binary points
     request_mapping.py  from a fit's body to the task of the workflows
-    fitting.py          fits of a caller's points, on a thread or in a process
     middleware/         access, limits, security headers, problems, the page's files
     server.py           the socket, the token and uvicorn
 

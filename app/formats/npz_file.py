@@ -39,7 +39,7 @@ def write(calibration: Calibration, progress: Progress = no_progress) -> bytes:
 
 
 def _npz(**arrays: Any) -> bytes:
-    """Return what np.savez_compressed writes, in a quarter of the time for a tenth more bytes."""
+    """Return what np.savez_compressed writes, packed less hard: in half the time, and no larger for these maps."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as out:
         for name, array in arrays.items():

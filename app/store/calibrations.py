@@ -102,31 +102,28 @@ class CalibrationRepository(Repository):
         etag: the id of the version that is active, NOTHING_ACTIVE for none; Stale if it is another one by now.
         """
         row = self._row(id, SHOWN)  # no damaged one can be activated
+        activated = self._read(row, {id})
         chosen = {"camera_key": row.camera_key, "calibration": id}
         what = "The choice of the active calibration"
         with self._database.writing(what) as rows:
             if rows.scalar(select(CalibrationRow.id).where(CalibrationRow.id == id, SHOWN)) is None:
                 raise self._unknown(id)  # deleted a moment ago
-            former = next(iter(self._active_ids(row.camera_key)), None)
-            if former != id:
-                self._check_active(etag, former)
+            self._check_active(activated, etag)
             rows.merge(checksummed(ActiveRow, chosen, what, **chosen))
             rows.add(ActivationRow(**chosen, at=timestamp(self._clock), by=by))
-        return self._read(row, {id})
+        return activated
 
-    def _check_active(self, etag: str | None, former: str | None) -> None:
-        """Raise Stale, naming who was faster, where another version is active than the caller saw."""
-        if etag is None:
+    def _check_active(self, chosen: Calibration, etag: str | None) -> None:
+        """Raise Stale, naming who was faster, where another version than that or the chosen one is active."""
+        former = self.active_id(chosen.camera)
+        if etag in (None, former or NOTHING_ACTIVE) or former == chosen.id:
             return
-        with self._database.reading() as rows:
-            newest = rows.execute(select(ActivationRow, CalibrationRow.version).join(
-                CalibrationRow, CalibrationRow.id == ActivationRow.calibration).where(
-                ActivationRow.calibration == former).order_by(ActivationRow.sequence.desc()).limit(1)).first()
-        now = None if newest is None else {"calibration": former, "version": newest[1], "at": newest[0].at,
-                                           "by": newest[0].by}
-        check_etag(etag, former or NOTHING_ACTIVE, "No version of this camera is active any more." if now is None else
-                   f"{now['by'] or 'Somebody'} has activated version {now['version']} since you looked.",
-                   "stale-activation", now, "Look at that version, then activate yours if it is the better one.")
+        now, what = None, "No version of this camera is active any more."
+        if former is not None:
+            now = {**self.history(chosen.camera, 1)[0], "version": self.get(former).version}
+            what = f"{now['by'] or 'Somebody'} has activated version {now['version']} since you looked."
+        check_etag(etag, former or NOTHING_ACTIVE, what, "stale-activation", now,
+                   "Look at that version, then activate yours if it is the better one.")
 
     def _check_version(self, row: CalibrationRow, etag: str | None) -> Calibration:
         known = self._read(row, self._active_ids(row.camera_key))

@@ -27,6 +27,8 @@ KEEP_S = 1.0  # how often the lock is looked at
 GRACE_S = 3.0  # for a server that did not sign off: it may live, and take its lock back
 
 TAKEN = "The database is used by another Touchline"
+LOST = f"{TAKEN}: this one saves nothing."
+RESTART = "End one of them, then start this one again."
 
 
 class PostgresLock:
@@ -61,8 +63,7 @@ class PostgresLock:
 
     def warnings(self) -> tuple[Warning, ...]:
         """Return what an operator should know: that another server has the database."""
-        return (Warning("read-only", f"{TAKEN}: this one saves nothing.", "End one of them, then start this one "
-                        "again."),) if self._lost else ()
+        return (Warning("read-only", LOST, RESTART),) if self._lost else ()
 
     def close(self) -> None:
         """Sign off and release the lock."""
@@ -76,11 +77,9 @@ class PostgresLock:
 
     def _check(self, rows: Session) -> None:
         """Raise Unavailable where another server has the database. rows: the transaction that is about to save."""
-        self._renew()
-        self._lost = self._lost or rows.scalar(select(LedgerRow.owner)) != self._owner
-        if self._lost:
-            raise Unavailable(f"{TAKEN}: this one saves nothing.", "End one of them, then start this one again.",
-                              reason="read-only")
+        if rows.scalar(select(LedgerRow.owner)) != self._owner:
+            self._lose()
+            raise Unavailable(LOST, RESTART, reason="read-only")
 
     def _keep(self) -> None:
         while not self._ended.wait(KEEP_S):
@@ -96,9 +95,13 @@ class PostgresLock:
             connection = self._lock()
             if connection is not None and connection.scalar(select(LedgerRow.owner)) == self._owner:
                 return
-            self._lost = True
-            log.error("%s: this one saves nothing any more", TAKEN)
+            self._lose()
             self._release()
+
+    def _lose(self) -> None:
+        if not self._lost:
+            log.error(LOST)
+        self._lost = True
 
     def _is_connected(self) -> bool:
         try:

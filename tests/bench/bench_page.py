@@ -19,6 +19,7 @@ from playwright.sync_api import sync_playwright
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "e2e"))
+from tests.support.child_processes import family  # noqa: E402
 from tests.support.chromium import ARGUMENTS, chromium_path  # noqa: E402
 from tests.support.live_cameras import calibrated  # noqa: E402
 from tests.support.waiting import until  # noqa: E402
@@ -225,12 +226,6 @@ def cost(pid: int) -> tuple[float, float, float]:
     cores = (spent_s() - before) / (time.monotonic() - begun)
     told = [line.split() for one in family(pid) for line in Path(f"/proc/{one}/smaps_rollup").read_text().splitlines()]
     return cores, *(sum(int(line[1]) for line in told if line[0] == name) / 1000 for name in ("Rss:", "Pss:"))
-
-
-def family(pid: int) -> list[int]:
-    children = [int(child) for task in Path(f"/proc/{pid}/task").iterdir()
-                for child in (task / "children").read_text().split()]
-    return [pid, *(one for child in children for one in family(child))]
 
 
 def memory_mb(pid: int) -> float:

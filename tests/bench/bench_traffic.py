@@ -28,6 +28,7 @@ from playwright.sync_api import sync_playwright
 from websockets.sync.client import connect
 
 from app.images import encode
+from tests.support.child_processes import family
 from tests.support.chromium import ARGUMENTS, chromium_path
 from tests.support.paths import ROOT
 from tests.support.rig_over_field import REGIONS, sim_task
@@ -40,17 +41,6 @@ VIEWS = ["cameras", "cameras/cam0/live", "cameras/cam1/versions", "cameras/cam2/
          "library/images", "library/fields", "system/server", "system/jobs", "system/publishing", "rigs/hall"]
 PROBE_S = 0.1
 SOURCE = "sim://ssl-div-b?cameras=4&camera={}&lens=half&tilt=6&fill=0.86&seed=1&robots=4&fps=15"
-
-
-def family(pid: int) -> dict[int, str]:
-    """A process and all below it, with what each was started for."""
-    found = {}
-    with suppress(OSError):
-        found[pid] = Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
-        for task in Path(f"/proc/{pid}/task").iterdir():
-            for child in (task / "children").read_text().split():
-                found |= family(int(child))
-    return found
 
 
 def sizes(pid: int) -> dict[str, float]:

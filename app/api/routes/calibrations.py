@@ -11,8 +11,7 @@ from starlette.responses import Response
 from app.api.bodies import uploaded_file
 from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
 from app.api.file_headers import attachment, error_header
-from app.api.fitting import fit
-from app.api.request_mapping import fit_task
+from app.api.request_mapping import fit_few, fit_task
 from app.api.responses import Json, created, finished_or_queued, versioned
 from app.api.responses import page as json_page
 from app.api.schemas import responses
@@ -25,7 +24,7 @@ from app.services.import_file import MAX_IMPORT_BYTES, OPTIONS, import_file
 from app.services.result_savers import save_new_version
 from app.store.calibrations import NOTHING_ACTIVE, version_etag
 from app.store.store import Store
-from app.workflows.calibration_request import CalibrationRequest, run_compare, run_fit
+from app.workflows.calibration_request import run_compare, run_fit
 from app.workflows.interchange import export, formats
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
@@ -88,13 +87,20 @@ async def make_calibration(request: Request, services: ServicesDep, by: Operator
 
     With ?job=true a job, whose result is {"calibration": id}.
     """
-    def run(task: CalibrationRequest) -> dict[str, str]:
-        return {"calibration": save_new_version(services.store, task.record(task.run()), by).id}
+    if job:
+        task = await services.run_in_thread(fit_task, services, body, (body.model,))
+    else:
+        task, saved = await fit_few(services, body, lambda task: save_new_version(
+            services.store, task.record(task.run()), by))
+        if saved is not None:
+            return _created(saved)
+    return await finished_or_queued(request, services, "calibration", run_fit, {"task": task.to_json()}, job,
+                                    "calibration", {"by": by}, lambda made: _created(
+                                        services.store.calibrations.get(made["calibration"])))
 
-    def respond(saved: Mapping[str, str]) -> Json:
-        return created(services.store.calibrations.get(saved["calibration"]).to_json(),
-                       f"calibrations/{saved['calibration']}")
-    return await fit(request, services, body, run, "calibration", run_fit, {}, job, "calibration", {"by": by}, respond)
+
+def _created(calibration: Calibration) -> Json:
+    return created(calibration.to_json(), f"calibrations/{calibration.id}")
 
 
 @router.post("/compare", response_model=responses.Ranking, responses=ACCEPTED)
@@ -183,7 +189,7 @@ async def export_calibration(request: Request, services: ServicesDep, id: Id, fo
                              approximate: Approximate = False, camera_id: CameraNumber = None) -> Response:
     """Return the calibration in that format; 409 if that cannot represent the model, or with ?approximate=true the
     nearest that it can, its worst error in the header X-Approximation-Error-Mm."""
-    calibration = services.store.calibrations.get(id)
+    calibration = await services.run_in_thread(services.store.calibrations.get, id)
     write = partial(export, calibration, format, approximate, camera_id)
     # a remap table is as large as the corrected picture
     file = await services.process_picture(calibration.corrected_size, write, request.is_disconnected)

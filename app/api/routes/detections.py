@@ -72,15 +72,15 @@ async def _detect(request: Request, services: Services, body: DetectionBody,
                   tell: Callable[[DetectionResult, Frame, Calibration | None], Answered],
                   stage: str = DRAWN) -> Answered:
     """Detect objects in a snapshot while the caller waits, and return what `tell` makes of them."""
-    plan = named_plan(body.stages) if isinstance(body.stages, str) else StageConfig.from_json(body.stages)
-    names = [DRAWN, *(name for name, _ in plan.stages)]
-    if stage not in names:
-        raise NotFound(f"The plan {plan.name} has no stage called {stage!r}.", f"Use one of: {', '.join(names)}.",
-                       reason="unknown-stage")
-    profile = None if body.colours is None else ColourProfile.from_json(body.colours)
     snapshot = await services.run_in_thread(services.store.snapshots.get, body.snapshot)
 
     def work(progress: Progress) -> Answered:
+        plan = named_plan(body.stages) if isinstance(body.stages, str) else StageConfig.from_json(body.stages)
+        names = [DRAWN, *(name for name, _ in plan.stages)]
+        if stage not in names:
+            raise NotFound(f"The plan {plan.name} has no stage called {stage!r}.", f"Use one of: {', '.join(names)}.",
+                           reason="unknown-stage")
+        profile = None if body.colours is None else ColourProfile.from_json(body.colours)
         calibration = None if body.calibration is None else services.store.calibrations.get(body.calibration)
         frame = services.frame(snapshot.id)
         found = detect(frame.pixels, plan, calibration=calibration, profile=profile, clicks=body.clicks,

@@ -1,21 +1,22 @@
 """/fields, /models and /fit: what a fit starts from, and what clicks would give, at once; only fields are saved."""
 
-from functools import partial
+from collections.abc import Callable
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Query, Request
 from starlette.responses import Response
 
 from app.api.dependencies import IfMatch, ServicesDep
-from app.api.fitting import fit
-from app.api.request_mapping import image_size
-from app.api.responses import Json, page, versioned
+from app.api.request_mapping import fit_few, image_size
+from app.api.responses import Json, finished_or_queued, page, versioned
 from app.api.schemas import responses
 from app.api.schemas.requests import BorderRequest, FitRequest, Id
 from app.core.field import Field
 from app.core.geometry import as_points
+from app.core.progress import Progress
 from app.fitting import FITTERS
 from app.models import MODELS
+from app.services.container import Services
 from app.store.fields import field_etag
 from app.workflows import calibration
 from app.workflows.calibration_request import CalibrationRequest, run_attempt, run_preview
@@ -81,13 +82,21 @@ async def preview_calibration(request: Request, services: ServicesDep, body: Fit
 
     With the model "auto", the most probable lens; which model is saved, a comparison of all of them decides.
     """
-    run = partial(CalibrationRequest.preview_json, quick=quick)
-    return await fit(request, services, body, run, "preview", run_preview, {"quick": quick})
+    return await _fit(request, services, body, CalibrationRequest.preview_json, run_preview, quick)
 
 
 @router.post("/fit/attempt", tags=["fit"], response_model=responses.Attempt)
 async def attempt_calibration(request: Request, services: ServicesDep, body: FitRequest,
                               quick: Quick = False) -> Response:
     """Return the preview, or why there is none yet: while points are still being placed, too few are no mistake."""
-    run = partial(CalibrationRequest.attempt_json, quick=quick)
-    return await fit(request, services, body, run, "preview", run_attempt, {"quick": quick})
+    return await _fit(request, services, body, CalibrationRequest.attempt_json, run_attempt, quick)
+
+
+async def _fit(request: Request, services: Services, body: FitRequest,
+               fit: Callable[[CalibrationRequest, bool], dict[str, Any]],
+               run: Callable[[Any, Progress], dict[str, Any]], quick: bool) -> Response:
+    """Return what `fit` makes of a few points on a thread, or `run` of many in a process while the caller waits."""
+    task, found = await fit_few(services, body, lambda task: fit(task, quick))
+    if found is not None:
+        return Json(found)
+    return await finished_or_queued(request, services, "preview", run, {"task": task.to_json(), "quick": quick}, False)

@@ -172,6 +172,7 @@ export async function savePreset(typed) {
     await tune({ colours: name, profile: null });
   } catch (error) {
     notifyError(error);
+    await readPresets(); // somebody else may have changed them
   }
 }
 
@@ -191,6 +192,7 @@ export async function removePreset(name) {
     });
   } catch (error) {
     notifyError(error);
+    await readPresets();
   }
 }
 

@@ -4,7 +4,7 @@ import { call, changeSeen } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { route } from "../../core/route.js";
 import { notify, notifyError } from "../../core/state.js";
-import { revision } from "./versions.js";
+import { revision, writeNote } from "./versions.js";
 
 /** @typedef {import("./types").VersionRecord} Kept */
 
@@ -99,9 +99,7 @@ effect(() => {
 
 /** @param {Kept} it @param {string} note */
 export const annotate = (it, note) =>
-  note === it.note
-    ? Promise.resolve()
-    : changing(() => changeSeen("PATCH", `/calibrations/${it.id}`, (now) => now.note === it.note, { note }));
+  note === it.note ? Promise.resolve() : changing(() => writeNote(it, note));
 
 /** @param {Kept} it */
 export const deleteVersion = (it) =>

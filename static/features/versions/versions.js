@@ -93,14 +93,18 @@ export function noteActivated({ id, camera }) {
   revision.value += 1;
 }
 
-/** Change the note beside a version. @param {import("../../core/types").Calibration} it @param {string} note */
+/**
+ * Change the note beside a version, as long as it is the one on show.
+ * @param {{ id: string, note: string }} it
+ * @param {string} note
+ */
+export const writeNote = (it, note) =>
+  changeSeen("PATCH", `/calibrations/${it.id}`, (now) => now.note === it.note, { note });
+
+/** Change the note of the version on show. @param {import("../../core/types").Calibration} it @param {string} note */
 export async function annotateVersion(it, note) {
   if (note === it.note) return;
-  try {
-    await changeSeen("PATCH", `/calibrations/${it.id}`, (now) => now.note === it.note, { note });
-  } catch (error) {
-    notifyError(error);
-  }
+  await writeNote(it, note).catch(notifyError);
   try {
     const now = await call("GET", `/calibrations/${it.id}`);
     if (version.value?.id === it.id) version.value = now;
