@@ -88,7 +88,7 @@ class Publishing:
         fields, problem = tuple(fields), listener.problem
         ours = () if publisher is None else publisher.status.cameras
         items = sorted((received_json(one, fields, ours) for one in listener.publishers), key=lambda one: one["id"])
-        return {"listening": problem is None, "problem": problem and problem.to_json(),
+        return {"listening": listener.joined.is_set() and problem is None, "problem": problem and problem.to_json(),
                 "datagrams": listener.datagrams, "own": listener.own, "items": items}
 
     def remote_publisher(self, id: str) -> RemotePublisher:

@@ -2,6 +2,7 @@
 
 import json
 import socket
+import threading
 import time
 
 import pytest
@@ -9,6 +10,7 @@ from starlette.testclient import TestClient
 
 from app.league.config import PublishingConfig
 from app.league.geometry_packet import geometry_packet, published_cameras
+from app.league.multicast_receiver import MulticastReceiver
 from app.main import create_app
 from app.settings import Settings
 from app.workflows import interchange
@@ -17,7 +19,7 @@ from tests.support.exported import example, model_of, of_model
 from tests.support.group_listener import Listener, free_group, said
 from tests.support.refusals import API, refusal
 from tests.support.tiers import long
-from tests.support.waiting import until
+from tests.support.waiting import LONG_S, until
 
 HERE = "http://127.0.0.1:8000"
 NORTH = {"id": "north", "source": "sim://table?size=320x256&fps=5", "field": "table"}
@@ -209,6 +211,21 @@ def test_a_camera_that_is_heard_becomes_a_calibration_that_says_where_it_is_from
         until(lambda: heard(client)[0]["geometries"] == 2)
         refusal(client.post(path, json={"camera_id": 3, "sha256": one["sha256"]}), 409, "heard-changed")
     refusal(client.post(f"{API}/publishing/heard/10.0.0.1-5/import", json={"camera_id": 0}), 404, "unknown-sender")
+
+
+def test_it_says_that_it_listens_once_it_has_joined_the_group(client, way, monkeypatch):
+    may_join = threading.Event()
+
+    class SlowReceiver(MulticastReceiver):
+        def __init__(self, address):
+            may_join.wait(LONG_S)
+            super().__init__(address)
+
+    monkeypatch.setattr("app.league.geometry_listener.MulticastReceiver", SlowReceiver)
+    put(client, absorb=True, **way)
+    assert not client.get(f"{API}/publishing/heard").json()["listening"]
+    may_join.set()
+    until(lambda: client.get(f"{API}/publishing/heard").json()["listening"])
 
 
 def test_who_has_sent_no_geometry_cannot_be_taken_over(client, way):
