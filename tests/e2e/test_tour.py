@@ -42,6 +42,29 @@ def test_the_tour_tells_the_numbers_of_the_picture_that_is_open(clicked, server)
     expect(page.get_by_test_id("tour")).to_have_count(0)
 
 
+def test_the_ring_follows_what_a_late_answer_pushed_out_of_sight(clicked, server):
+    operator = clicked("brown-conrady")
+    page, draft = operator.page, operator.draft()
+    body = {name: draft[name] for name in ("field", "region", "model", "options", "observations")}
+    former, saved = (server.api("POST", "/calibrations", json=body | {"snapshot": operator.snapshot, "model": model}
+                                ).json() for model in ("division", "brown-conrady"))
+    server.api("POST", f"/calibrations/{former['id']}/activate")
+    held, difference = [], f"**/calibrations/{former['id']}/difference/{saved['id']}.json"
+    page.route(difference, lambda route: held.append(route))
+    page.evaluate("localStorage.setItem('touchline-tour', JSON.stringify({ on: false, at: 11 }))")
+    page.set_viewport_size({"width": 1280, "height": 640})
+    page.reload()
+    expect(page.get_by_test_id("verdict")).not_to_have_attribute("data-level", "", timeout=LONG_MS)
+    with page.expect_request(difference, timeout=LONG_MS):
+        page.keyboard.press("F2")
+    expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "map")
+    expect(page.get_by_test_id("tour-ring")).to_be_visible(timeout=LONG_MS)
+    held[0].continue_()
+    expect(page.get_by_test_id("change-map")).to_be_attached(timeout=LONG_MS)
+    expect(page.locator("aside.left").get_by_test_id("do-heat")).to_be_in_viewport()
+    expect(page.get_by_test_id("tour-ring")).to_be_visible()
+
+
 @pytest.mark.long
 def test_the_tour_is_left_and_gone_on_with_where_it_was(operator):
     page = operator.page

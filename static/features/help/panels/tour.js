@@ -9,6 +9,7 @@ import { STOPS, firstStop, go, leaveTour, stop, takeTour, tour } from "../tour.j
 import { steps } from "../../shell/steps.js";
 
 const LOOK_MS = 250,
+  ACTS = ["pointerdown", "wheel", "keydown"],
   ROUND_PX = 4,
   NARROW_PX = 720; // up to there the card lies over the lower part of the page
 
@@ -27,11 +28,6 @@ export function Tour() {
     if (it.step) run(`step-${it.step}`); // as far as it is open; no picture is closed for it
     unfold("lens", it.fold === "lens"); // its comparison costs: not left running behind the other stops
     if (it.fold) unfold(it.fold);
-    const soon = setTimeout(
-      () => find(it.at)?.scrollIntoView({ block: innerWidth <= NARROW_PX ? "start" : "nearest" }),
-      LOOK_MS,
-    );
-    return () => clearTimeout(soon);
   }, [on, at, place?.open]);
   if (!on) return null;
   const last = at === STOPS.length - 1;
@@ -75,7 +71,7 @@ export function Tour() {
         </button>
       </div>
     </section>
-    <${Ring} />
+    <${Ring} key=${`${at} ${place?.open}`} at=${it.at} />
   `;
 }
 
@@ -83,15 +79,31 @@ export function Tour() {
 const find = (selector) =>
   [...document.querySelectorAll(selector)].find((e) => e.getBoundingClientRect().width > 0);
 
-/** Around the panel that is spoken of, wherever it goes. */
-function Ring() {
-  const [box, setBox] = useState(/** @type {number[] | null} */ (null));
-  const { at } = stop.value,
+/**
+ * Around the panel that is spoken of, wherever it goes. It is brought into sight, and again when an answer pushed it
+ * out, until the operator does something.
+ * @param {{ at: string }} props
+ */
+function Ring({ at }) {
+  const [box, setBox] = useState(/** @type {number[] | null} */ (null)),
+    alone = useRef(true),
     hidden = help.value !== "";
   useEffect(() => {
+    const act = () => (alone.current = false);
+    for (const event of ACTS) addEventListener(event, act, { capture: true, passive: true });
+    return () => ACTS.forEach((event) => removeEventListener(event, act, { capture: true }));
+  }, []);
+  useEffect(() => {
+    let heights = "";
     const look = () => {
-      const r = find(at)?.getBoundingClientRect(),
-        frame = find(at)?.closest("aside, .middle, header")?.getBoundingClientRect();
+      const panel = find(at),
+        pane = panel?.closest("aside, .middle, header"),
+        now = `${pane?.scrollHeight} ${document.documentElement.scrollHeight}`;
+      if (now !== heights && alone.current)
+        panel?.scrollIntoView({ block: innerWidth <= NARROW_PX ? "start" : "nearest" });
+      heights = now;
+      const r = panel?.getBoundingClientRect(),
+        frame = pane?.getBoundingClientRect();
       const [top, bottom] =
         r && frame ? [Math.max(r.top, frame.top), Math.min(r.bottom, frame.bottom, innerHeight)] : [0, 0];
       const next =
