@@ -42,27 +42,29 @@ def test_the_tour_tells_the_numbers_of_the_picture_that_is_open(clicked, server)
     expect(page.get_by_test_id("tour")).to_have_count(0)
 
 
-def test_the_ring_follows_what_a_late_answer_pushed_out_of_sight(clicked, server):
-    operator = clicked("brown-conrady")
-    page, draft = operator.page, operator.draft()
-    body = {name: draft[name] for name in ("field", "region", "model", "options", "observations")}
-    former, saved = (server.api("POST", "/calibrations", json=body | {"snapshot": operator.snapshot, "model": model}
-                                ).json() for model in ("division", "brown-conrady"))
-    server.api("POST", f"/calibrations/{former['id']}/activate")
-    held, difference = [], f"**/calibrations/{former['id']}/difference/{saved['id']}.json"
-    page.route(difference, lambda route: held.append(route))
-    page.evaluate("localStorage.setItem('touchline-tour', JSON.stringify({ on: false, at: 11 }))")
-    page.set_viewport_size({"width": 1280, "height": 640})
+def test_what_the_tour_speaks_of_is_brought_back_when_a_late_answer_pushed_it_out_of_sight(clicked):
+    page = clicked("division").page
+    ring, verdict = page.get_by_test_id("tour-ring"), page.get_by_test_id("verdict")
+    expect(verdict).not_to_have_attribute("data-level", "", timeout=LONG_MS)
+    page.evaluate("localStorage.setItem('touchline-tour', JSON.stringify({ on: false, at: 4 }))")
     page.reload()
-    expect(page.get_by_test_id("verdict")).not_to_have_attribute("data-level", "", timeout=LONG_MS)
-    with page.expect_request(difference, timeout=LONG_MS):
-        page.keyboard.press("F2")
-    expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "map")
-    expect(page.get_by_test_id("tour-ring")).to_be_visible(timeout=LONG_MS)
-    held[0].continue_()
-    expect(page.get_by_test_id("change-map")).to_be_attached(timeout=LONG_MS)
-    expect(page.locator("aside.left").get_by_test_id("do-heat")).to_be_in_viewport()
-    expect(page.get_by_test_id("tour-ring")).to_be_visible()
+    expect(verdict).not_to_have_attribute("data-level", "", timeout=LONG_MS)
+    page.keyboard.press("F2")
+    expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "verdict")
+    expect(verdict).to_be_in_viewport()
+    expect(ring).to_be_visible()
+    page.wait_for_timeout(600)  # it is brought into sight at first; this is about later
+    page.evaluate("""document.querySelector('aside.right').prepend(
+        Object.assign(document.createElement('p'), { style: 'height: 2000px', id: 'late' }))""")
+    expect(page.locator("#late")).to_be_attached()
+    expect(verdict).to_be_in_viewport()
+    expect(ring).to_be_visible()
+    page.locator("aside.right").hover()
+    page.mouse.wheel(0, -5000)  # the operator's own scrolling is left alone
+    expect(ring).to_have_count(0)
+    page.evaluate("document.querySelector('#late').style.height = '2500px'")
+    page.wait_for_timeout(600)  # for a look that must not scroll
+    expect(verdict).not_to_be_in_viewport()
 
 
 @pytest.mark.long

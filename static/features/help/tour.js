@@ -187,7 +187,7 @@ export const STOPS = [
   {
     id: "map",
     step: "verify",
-    at: "[data-testid=do-heat]",
+    at: ".tools [data-testid=do-heat]",
     title: "Where the error is",
     more: "numbers.md#expected-error",
     done: () => version.value !== null,
