@@ -59,6 +59,8 @@ def _centres(value: Any) -> Any:
             and (pair := _pair(mm)) is not None and max(map(abs, pair)) <= MAX_OFFSET_MM}
 
 
+IMPORTED = "It was imported: nothing is known of its error."  # the verdict of another program's file
+
 _BORDER = {"before_pct": _number, "after_pct": _number}
 _SIGMA = {"rms": _number, "median": _number}
 _RESIDUAL = {"point": _pair, "px": _number, "mm": _number}
@@ -84,7 +86,7 @@ def read_report(value: Any) -> dict[str, Any]:
 
 def completed_report(report: Mapping[str, Any]) -> dict[str, Any]:
     """Return a read report of another server with what is shown of every version, empty where it was lacking."""
-    verdict = {"level": "unknown", "mm": None, "sentence": "It was imported: nothing is known of its error."}
+    verdict = {"level": "unknown", "mm": None, "sentence": IMPORTED}
     shown = {key: _complete(report.get(key), _FORM[key]) for key in ("distortion", "per_feature", "warnings")}
     return {**report, **shown, "verdict": {**verdict, **(report.get("verdict") or {})}}
 

@@ -212,4 +212,3 @@ def postgresql_engine(url: URL, connections: int) -> Engine:
         connection.commit()
 
     return engine
-

@@ -88,7 +88,7 @@ class FieldRepository(Mapping[str, Field]):
             raise BadInput(f"The field calls itself {field.name!r}, not {name!r}.", "Use one name in both places.",
                            reason="bad-field")
         with self._lock:
-            if name in self._own or etag is not None:
+            if etag is not None:
                 self._check_etag(name, etag)
             if name not in self._own and len(self._own) >= MAX_OWN_FIELDS:
                 raise Conflict(f"There are {MAX_OWN_FIELDS} fields already.", "Change one of them.",

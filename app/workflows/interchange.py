@@ -18,6 +18,7 @@ from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize, inside_picture
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Fit, Observations, Warning
+from app.core.report_json import IMPORTED
 from app.evaluate.fit.approximation import ApproximationError, approximation_error
 from app.evaluate.fit.report import report
 from app.fitting.corrected_rectangle import corrected_rectangle
@@ -146,7 +147,7 @@ def lens_record_from_file(found: CameraFile, options: ImportOptions) -> dict[str
             "lens": known.to_json(), "board": None, "image_size": list(known.image_size), "snapshots": None,
             "software": f"touchline {__version__}",
             "report": {"rms_px": None, "views": [], "warnings": [], "verdict": {
-                "level": "unknown", "sentence": "It was imported: nothing is known of its error."}}}
+                "level": "unknown", "sentence": IMPORTED}}}
 
 
 def _of_camera(given: CameraFile, options: ImportOptions, fields: Mapping[str, Field]) -> Calibration:

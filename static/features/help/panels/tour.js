@@ -4,12 +4,10 @@ import { ACTIONS, run } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
 import { openManual } from "../../../core/manual.js";
 import { unfold } from "../../../core/folds.js";
-import { help } from "../../../core/state.js";
 import { STOPS, firstStop, go, leaveTour, stop, takeTour, tour } from "../tour.js";
 import { steps } from "../../shell/steps.js";
 
 const LOOK_MS = 250,
-  ACTS = ["pointerdown", "wheel", "keydown"],
   ROUND_PX = 4,
   NARROW_PX = 720; // up to there the card lies over the lower part of the page
 
@@ -85,21 +83,17 @@ const find = (selector) =>
  * @param {{ at: string }} props
  */
 function Ring({ at }) {
-  const [box, setBox] = useState(/** @type {number[] | null} */ (null)),
-    alone = useRef(true),
-    hidden = help.value !== "";
+  const [box, setBox] = useState(/** @type {number[] | null} */ (null));
   useEffect(() => {
-    const act = () => (alone.current = false);
-    for (const event of ACTS) addEventListener(event, act, { capture: true, passive: true });
-    return () => ACTS.forEach((event) => removeEventListener(event, act, { capture: true }));
-  }, []);
-  useEffect(() => {
-    let heights = "";
+    const ended = new AbortController(),
+      heard = { capture: true, passive: true, signal: ended.signal };
+    let alone = true,
+      heights = "";
     const look = () => {
       const panel = find(at),
         pane = panel?.closest("aside, .middle, header"),
         now = `${pane?.scrollHeight} ${document.documentElement.scrollHeight}`;
-      if (now !== heights && alone.current)
+      if (now !== heights && alone)
         panel?.scrollIntoView({ block: innerWidth <= NARROW_PX ? "start" : "nearest" });
       heights = now;
       const r = panel?.getBoundingClientRect(),
@@ -116,12 +110,13 @@ function Ring({ at }) {
     };
     look();
     const timer = setInterval(look, LOOK_MS);
-    addEventListener("scroll", look, { capture: true, passive: true });
+    for (const act of ["pointerdown", "wheel", "keydown"]) addEventListener(act, () => (alone = false), heard);
+    addEventListener("scroll", look, heard);
     return () => {
       clearInterval(timer);
-      removeEventListener("scroll", look, { capture: true });
+      ended.abort();
     };
-  }, [at, hidden]);
+  }, [at]);
   if (!box) return null;
   const [left, top, width, height] = box;
   return html`<div
