@@ -5,8 +5,7 @@ The form is the one that Field.to_json writes and the REST contract shows. Lengt
 """
 
 import re
-from collections.abc import Callable, Mapping
-from itertools import chain
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -39,7 +38,7 @@ T = TypeVar("T")
 
 def field_from_json(value: Any) -> Field:
     """The field that plain data describes; BadInput says which entry is wrong and what it should be."""
-    keys(value, "The field", ("name", "length_mm", "width_mm", "regions"),
+    keys(value, "", ("name", "length_mm", "width_mm", "regions"),
          ("title", "line_width_mm", "lines", "arcs", "landmarks", "hat_height_mm",
           "line_sigma_mm", "extras"))
     name = safe_name(value["name"], "name")
@@ -52,7 +51,7 @@ def field_from_json(value: Any) -> Field:
     landmarks = table(value.get("landmarks", {}), "landmarks", lambda key, v, at: Landmark(key, point(v, at, far)))
     regions = table(value["regions"], "regions", lambda key, v, at: _region(key, v, at, length, width))
     if not regions:
-        raise refuse("regions is empty.", 'Give at least the region "full".')
+        raise refuse("regions is empty.", 'Give at least the region "full".', "regions")
     _every_name_once(lines, arcs, landmarks)
     return Field(name, text(value.get("title", name), "title", 120), length, width, lines, arcs, landmarks, regions,
                  _extras(value.get("extras", {}), landmarks),
@@ -65,7 +64,7 @@ def _line(value: Any, at: str, far: Point, thick: float) -> Line:
     line = Line(safe_name(value["name"], f"{at}.name"), point(value["from"], f"{at}.from", far),
                 point(value["to"], f"{at}.to", far), number(value.get("width_mm", thick), f"{at}.width_mm", 0.1, 500))
     if line.length_mm < 1:
-        raise refuse(f"{at} ({line.name}) is no longer than a point.", "Give it two different ends.")
+        raise refuse(f"{at} ({line.name}) is no longer than a point.", "Give it two different ends.", at)
     return line
 
 
@@ -78,7 +77,7 @@ def _arc(value: Any, at: str, far: Point, thick: float) -> Arc:
               number(value.get("width_mm", thick), f"{at}.width_mm", 0.1, 500))
     if not 0 < arc.end_deg - arc.start_deg <= 360:
         raise refuse(f"{at} ({arc.name}) runs from {arc.start_deg:g}° to {arc.end_deg:g}°.",
-                     "Give end_deg above start_deg, by at most 360.")
+                     "Give end_deg above start_deg, by at most 360.", f"{at}.end_deg")
     return arc
 
 
@@ -86,21 +85,22 @@ def _region(name: str, value: Any, at: str, length: float, width: float) -> Regi
     """From x and y, from the four borders, or from both if they agree."""
     keys(value, at, (), ("name", "x", "y", "rotate", "width_mm", "height_mm", *BORDERS))
     if value.get("name", name) != name:
-        raise refuse(f"{at} calls itself {value['name']!r}.", "Give it one name.")
+        raise refuse(f"{at} calls itself {value['name']!r}.", "Give it one name.", f"{at}.name")
     by_lines = all(border in value for border in BORDERS)
     if "x" in value and "y" in value:
         rotate = value.get("rotate", 0)
         if isinstance(rotate, bool) or rotate not in QUARTER_TURNS:
-            raise refuse(f"{at}.rotate is {rotate!r}.", "Use 0, 90, 180 or 270.")
+            raise refuse(f"{at}.rotate is {rotate!r}.", "Use 0, 90, 180 or 270.", f"{at}.rotate")
         x_mm, y_mm = (_span(value["x"], f"{at}.x", length / 2), _span(value["y"], f"{at}.y", width / 2))
         region = Region(name, x_mm, y_mm, int(rotate))
         if by_lines and _border_gap(region, value, at, (length, width)) > SAME_MM:
-            raise refuse(f"The four borders of {at} disagree with its x, y and rotate.", "Send one or the other.")
+            raise refuse(f"The four borders of {at} disagree with its x, y and rotate.", "Send one or the other.",
+                         at)
         return region
     if by_lines:
         return _region_from_borders(name, value, at, length, width)
     raise refuse(f"{at} says neither x and y nor all four borders.",
-                 'Send {"x": [from, to], "y": [from, to]} in mm, or the lines left, right, top and bottom.')
+                 'Send {"x": [from, to], "y": [from, to]} in mm, or the lines left, right, top and bottom.', at)
 
 
 def _region_from_borders(name: str, value: Any, at: str, length: float, width: float) -> Region:
@@ -113,7 +113,7 @@ def _region_from_borders(name: str, value: Any, at: str, length: float, width: f
     best = min(turned, key=lambda region: _border_gap(region, value, at, (length, width)))
     if _border_gap(best, value, at, (length, width)) > SAME_MM:
         raise refuse(f"The four borders of {at} form no rectangle that stands upright in a picture.",
-                     "Let left, top, right and bottom meet at the corners, along the field's x and y.")
+                     "Let left, top, right and bottom meet at the corners, along the field's x and y.", at)
     return best
 
 
@@ -133,10 +133,11 @@ def _ends(value: Any, at: str, far: Point) -> tuple[Point, Point]:
 
 def _span(value: Any, at: str, half: float) -> tuple[float, float]:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
-        raise refuse(f"{at} is no pair of numbers.", "Send [from, to] in mm.")
+        raise refuse(f"{at} is no pair of numbers.", "Send [from, to] in mm.", at)
     low, high = (number(v, at, -half - SAME_MM, half + SAME_MM) for v in value)
     if high - low < 10:
-        raise refuse(f"{at} runs from {low:g} to {high:g} mm.", "Send the smaller number first, 10 mm apart or more.")
+        raise refuse(f"{at} runs from {low:g} to {high:g} mm.", "Send the smaller number first, 10 mm apart or more.",
+                     at)
     return low, high
 
 
@@ -169,80 +170,85 @@ def _mark(value: Any, at: str, landmarks: Mapping[str, Landmark]) -> dict[str, A
             "size_mm": number(value["size_mm"], f"{at}.size_mm", 1, 1000)}
 
 
-def _every_name_once(*tables: Mapping[str, Any]) -> None:
+def _every_name_once(lines: Iterable[str], arcs: Iterable[str], landmarks: Iterable[str]) -> None:
     taken = set(BORDERS)  # an observation's "left" means the region's border
-    for name in chain(*tables):
+    entries = [(name, f"lines[{i}].name") for i, name in enumerate(lines)]
+    entries += [(name, f"arcs[{i}].name") for i, name in enumerate(arcs)]
+    for name, entry in (*entries, *((name, f"landmarks.{name}") for name in landmarks)):
         if name in taken:
             raise refuse(f"The name {name!r} is used twice, or is a border's.",
-                         "Give every line, arc and landmark a name of its own.")
+                         "Give every line, arc and landmark a name of its own.", entry)
         taken.add(name)
 
 
-def refuse(what: str, fix: str) -> BadInput:
-    return BadInput(what, fix, reason="bad-field")
+def refuse(what: str, fix: str, entry: str = "") -> BadInput:
+    """Return the refusal of one entry, such as "lines[3].to"; "" is the whole field."""
+    return BadInput(what, fix, reason="bad-field", entry=entry)
 
 
 def keys(value: Any, at: str, required: tuple[str, ...], optional: tuple[str, ...]) -> None:
     """Check that value is a mapping with these keys and no others."""
     if not isinstance(value, Mapping):
-        raise refuse(f"{at} is no mapping.", f"Send an object with {', '.join(required or optional)}.")
+        raise refuse(f"{at or 'The field'} is no mapping.", f"Send an object with {', '.join(required or optional)}.",
+                     at)
     for key in required:
         if key not in value:
-            raise refuse(f"{at} has no {key}.", f"Add {key}.")
+            raise refuse(f"{at or 'The field'} has no {key}.", f"Add {key}.", f"{at}.{key}".lstrip("."))
     for key in value:
         if key not in required and key not in optional:
-            raise refuse(f"{at} has an entry {str(key)[:MAX_NAME]!r} that nobody knows.",
-                         f"Use only: {', '.join((*required, *optional))}.")
+            raise refuse(f"{at or 'The field'} has an entry {str(key)[:MAX_NAME]!r} that nobody knows.",
+                         f"Use only: {', '.join((*required, *optional))}.", at)
 
 
 def number(value: Any, at: str, low: float, high: float) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
         shown = repr(value) if isinstance(value, float) else "no such number"
-        raise refuse(f"{at} is {shown}.", f"Send a number from {low:g} to {high:g}.")
+        raise refuse(f"{at} is {shown}.", f"Send a number from {low:g} to {high:g}.", at)
     return float(value)
 
 
 def point(value: Any, at: str, far: Point) -> Point:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
-        raise refuse(f"{at} is no pair of numbers.", "Send [x, y] in mm from the field's centre.")
+        raise refuse(f"{at} is no pair of numbers.", "Send [x, y] in mm from the field's centre.", at)
     return number(value[0], at, -far[0], far[0]), number(value[1], at, -far[1], far[1])
 
 
 def safe_name(value: Any, at: str) -> str:
     if not isinstance(value, str) or len(value) > MAX_NAME or not NAME.fullmatch(value):
         raise refuse(f"{at} is no name that we use in files and addresses.",
-                     f"Use small letters, digits and single hyphens, at most {MAX_NAME}, such as my-field-2.")
+                     f"Use small letters, digits and single hyphens, at most {MAX_NAME}, such as my-field-2.", at)
     return value
 
 
 def text(value: Any, at: str, longest: int) -> str:
     if not isinstance(value, str) or len(value) > longest or not value.isprintable():
-        raise refuse(f"{at} is no plain text.", f"Send one line of at most {longest} characters.")
+        raise refuse(f"{at} is no plain text.", f"Send one line of at most {longest} characters.", at)
     return value
 
 
 def choice(value: Any, at: str, allowed: tuple[str, ...]) -> str:
     if not isinstance(value, str) or value not in allowed:
-        raise refuse(f"{at} is not one of the known words.", f"Use one of: {', '.join(allowed)}.")
+        raise refuse(f"{at} is not one of the known words.", f"Use one of: {', '.join(allowed)}.", at)
     return value
 
 
 def limited(value: Any, at: str, kind: type) -> Any:
     if not isinstance(value, kind) or len(value) > MAX_MEMBERS:
         raise refuse(f"{at} is no {'list' if kind is list else 'mapping'} of at most {MAX_MEMBERS}.",
-                     f"Send {'[…]' if kind is list else '{name: …}'}, or leave it out.")
+                     f"Send {'[…]' if kind is list else '{name: …}'}, or leave it out.", at)
     return value
 
 
 def members(value: Any, at: str, read: Callable[[Any, str], T]) -> dict[str, T]:
     """A list of named things as a table by name."""
     found = [read(item, f"{at}[{i}]") for i, item in enumerate(limited(value, at, list))]
-    names = {item.name: item for item in found}
-    if len(names) < len(found):
-        raise refuse(f"Two {at} have the same name.", "Give each a name of its own.")
+    names: dict[str, T] = {}
+    for i, item in enumerate(found):
+        if item.name in names:
+            raise refuse(f"Two {at} are called {item.name}.", "Give each a name of its own.", f"{at}[{i}].name")
+        names[item.name] = item
     return names
 
 
 def table(value: Any, at: str, read: Callable[[str, Any, str], T]) -> dict[str, T]:
-    return {safe_name(key, f"A name in {at}"): read(key, item, f"{at}.{key}")
-            for key, item in limited(value, at, dict).items()}
+    return {safe_name(key, at): read(key, item, f"{at}.{key}") for key, item in limited(value, at, dict).items()}

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import BadInput
+from app.core.field_changes import field_changes
 from app.core.geometry import ImageSize, Points, as_points
 from app.core.report_json import read_report
 
@@ -212,6 +213,10 @@ class Calibration:
             flags = [residual.get("outlier") is True for residual in row.get("residuals", ())][:len(mask)]
             mask[:len(flags)] = flags
         return masks
+
+    def field_changes(self, now: Mapping[str, Any]) -> tuple[str, ...]:
+        """Name what of the field, as it is now, lies elsewhere than when this was made, and makes it wrong."""
+        return field_changes(self.field, now, self.region, (o["feature"] for o in self.observations))
 
     def activated(self, active: bool) -> Self:
         return replace(self, active=active)

@@ -2,11 +2,13 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from app.core.errors import Conflict, TouchlineError
+from app.core.field import Field
+from app.core.field_changes import FIELD_CHANGED_FIX, changes_in_words
 from app.core.field_json import field_from_json
 from app.core.records import Calibration
 from app.evaluate.fit.approximation import ApproximationError, approximation_error
@@ -19,6 +21,8 @@ from app.models.restored import Restored
 from app.models.top_view import RECTANGLE_FIELDS
 from app.ssl_protocol.messages import CameraCalibration, Geometry, Sender, WrapperPacket
 from app.ssl_protocol.protobuf import decode, encode
+
+NO_FIELDS: Mapping[str, Field] = {}
 
 
 @dataclass(frozen=True)
@@ -95,9 +99,13 @@ def wire_camera(calibration: Calibration) -> WireCamera | TouchlineError:
 
 def published_cameras(calibrations: Sequence[Calibration], config: PublishingConfig,
                       encode_camera: Callable[[Calibration], WireCamera | TouchlineError] = wire_camera,
-                      ) -> tuple[PublishedCamera, ...]:
-    """Return each camera as it would be sent, or why not: its lens, loss, number and field are checked."""
-    field = _field(calibrations, config)
+                      fields: Mapping[str, Field] = NO_FIELDS) -> tuple[PublishedCamera, ...]:
+    """Return each camera as it would be sent, or why not: its lens, loss, number and field are checked.
+
+    fields: as they are now; a calibration made when its field was otherwise is not sent.
+    """
+    name = _field(calibrations, config)
+    field = fields[name].to_json() if name in fields else None
     cameras: list[PublishedCamera] = []
     for calibration in calibrations:
         made = encode_camera(calibration)
@@ -105,18 +113,18 @@ def published_cameras(calibrations: Sequence[Calibration], config: PublishingCon
             cameras.append(PublishedCamera(calibration, config.numbers.get(calibration.camera or "", 0), None, made))
             continue
         one = PublishedCamera(calibration, config.numbers.get(calibration.camera or "", made.sent.camera_id), made)
-        cameras.append(replace(one, problem=_problem(one, cameras, config, field)))
+        cameras.append(replace(one, problem=_problem(one, cameras, config, name, field)))
     return tuple(cameras)
 
 
-def geometry_packet(candidates: Iterable[PublishedCamera]) -> bytes | None:
-    """Encode all cameras that are sent; None where there is none."""
+def geometry_packet(candidates: Iterable[PublishedCamera], fields: Mapping[str, Field] = NO_FIELDS) -> bytes | None:
+    """Encode all cameras that are sent, with their field as it is now; None where there is none."""
     cameras = [one for one in candidates if one.sent is not None]
     if not cameras:
         return None
-    newest = max(cameras, key=lambda one: one.calibration.created_at)  # its field is the one of today
-    field = field_to_wire(field_from_json(newest.calibration.field))
-    geometry = Geometry(field, tuple(one.sent for one in cameras))
+    newest = max(cameras, key=lambda one: one.calibration.created_at).calibration.field
+    field = fields[newest["name"]] if newest["name"] in fields else field_from_json(newest)
+    geometry = Geometry(field_to_wire(field), tuple(one.sent for one in cameras))
     return encode(WrapperPacket(geometry=geometry, source=int(Sender.OTHER)))
 
 
@@ -129,12 +137,15 @@ def _field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str
 
 
 def _problem(one: PublishedCamera, before: Iterable[PublishedCamera], config: PublishingConfig,
-             field: str | None) -> TouchlineError | None:
+             field_name: str | None, field: Mapping[str, Any] | None) -> TouchlineError | None:
     """Return why an encoded camera is left out; None where it is sent."""
     name, worst = one.name, one.wire.loss.worst_at_any_height_mm
-    if one.calibration.field["name"] != field:
-        return Conflict(f"{name} looks at {one.calibration.field['name']}, and a packet has one field: {field}.",
+    if one.calibration.field["name"] != field_name:
+        return Conflict(f"{name} looks at {one.calibration.field['name']}, and a packet has one field: {field_name}.",
                         "Publish that field instead, or switch this camera's field.", reason="other-field")
+    if field is not None and (changes := one.calibration.field_changes(field)):
+        return Conflict(f"{name} was calibrated before {field_name} was changed: {changes_in_words(changes)}.",
+                        FIELD_CHANGED_FIX, reason="field-changed")
     twin = next((other for other in before if other.sent is not None and other.number == one.number), None)
     if twin is not None:
         return Conflict(f"{name} and {twin.name} would both be camera {one.number}.",

@@ -3,14 +3,15 @@
 import logging
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from app.core.errors import TouchlineError, Unavailable
+from app.core.field import Field
 from app.core.records import Calibration
 from app.league.config import PublishingConfig
-from app.league.geometry_packet import PublishedCamera, WireCamera, geometry_packet, published_cameras
+from app.league.geometry_packet import NO_FIELDS, PublishedCamera, WireCamera, geometry_packet, published_cameras
 from app.league.multicast_sender import MulticastSender
 
 log = logging.getLogger("touchline")
@@ -37,15 +38,17 @@ class PublishStatus:
 class Publisher:
     """A thread that publishes until it is closed.
 
-    active: returns the active calibrations. encode: a calibration's message. sender: open to other packets as well.
+    active: returns the active calibrations. encode: a calibration's message. fields: as they are now, by name. sender:
+    open to other packets as well.
     """
 
     def __init__(self, config: PublishingConfig, active: Callable[[], Sequence[Calibration]],
-                 encode: Callable[[Calibration], WireCamera | TouchlineError]) -> None:
+                 encode: Callable[[Calibration], WireCamera | TouchlineError],
+                 fields: Mapping[str, Field] = NO_FIELDS) -> None:
         self.config = config
         self.sender = MulticastSender(config.address)
         self.status = PublishStatus()
-        self._active, self._encode = active, encode
+        self._active, self._encode, self._fields = active, encode, fields
         self._wakened = threading.Event()
         self._ended = False
         self._thread = threading.Thread(target=self._run, name="publisher", daemon=True)
@@ -72,8 +75,8 @@ class Publisher:
     def _publish(self) -> PublishStatus:
         before, cameras = self.status, self.status.cameras
         try:
-            cameras = published_cameras(self._active(), self.config, self._encode)
-            packet = geometry_packet(cameras)
+            cameras = published_cameras(self._active(), self.config, self._encode, self._fields)
+            packet = geometry_packet(cameras, self._fields)
             if self._ended or packet is None:
                 return PublishStatus(before.packets, 0, before.last_s, 0, None, cameras)
             self.sender.send(packet)

@@ -1,7 +1,7 @@
 """Publishing and listening together, switched by one configuration that may change at any time."""
 
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from app.core.errors import Conflict, NotFound
@@ -9,7 +9,7 @@ from app.core.field import Field
 from app.core.records import Calibration, Warning
 from app.league.config import PublishingConfig
 from app.league.geometry_listener import GeometryListener, RemotePublisher
-from app.league.geometry_packet import PublishedCamera, WireCameraCache, published_cameras
+from app.league.geometry_packet import NO_FIELDS, PublishedCamera, WireCameraCache, published_cameras
 from app.league.multicast_address import interfaces
 from app.league.multicast_sender import MulticastSender
 from app.league.publisher import Publisher
@@ -19,12 +19,14 @@ from app.league.received import contradictions, received_json
 class Publishing:
     """Publishes and listens as configured, from start() until close().
 
-    active: returns every camera's active calibration; it may block.
+    active: returns every camera's active calibration; it may block. fields: those known to this server, by name, as
+    they are now.
     """
 
-    def __init__(self, config: PublishingConfig, active: Callable[[], Sequence[Calibration]]) -> None:
+    def __init__(self, config: PublishingConfig, active: Callable[[], Sequence[Calibration]],
+                 fields: Mapping[str, Field] = NO_FIELDS) -> None:
         self.config = config
-        self._active = active
+        self._active, self._fields = active, fields
         self._encode = WireCameraCache()
         self._lock = threading.Lock()
         self._publisher: Publisher | None = None
@@ -67,7 +69,7 @@ class Publishing:
 
     def cameras(self) -> tuple[PublishedCamera, ...]:
         """Compute what is sent of each camera, or would be."""
-        return published_cameras(self._active(), self.config, self._encode)
+        return published_cameras(self._active(), self.config, self._encode, self._fields)
 
     def status(self) -> dict[str, Any]:
         """Return configuration, state and cameras as JSON; takes as long as approximating new calibrations does."""
@@ -80,12 +82,12 @@ class Publishing:
                 "said": None if sent is None else sent.to_json(),
                 "cameras": [one.to_json() for one in cameras], "interfaces": interfaces()}
 
-    def received(self, fields: Iterable[Field]) -> dict[str, Any]:
-        """Describe the other publishers as JSON. fields: those known to this server."""
+    def received(self) -> dict[str, Any]:
+        """Describe the other publishers as JSON."""
         listener, publisher = self._listener, self._publisher
         if listener is None:
             return {"listening": False, "problem": None, "datagrams": 0, "own": 0, "items": []}
-        fields, problem = tuple(fields), listener.problem
+        fields, problem = tuple(self._fields.values()), listener.problem
         ours = () if publisher is None else publisher.status.cameras
         items = sorted((received_json(one, fields, ours) for one in listener.publishers), key=lambda one: one["id"])
         return {"listening": listener.joined.is_set() and problem is None, "problem": problem and problem.to_json(),
@@ -124,7 +126,7 @@ class Publishing:
             self._publisher = None
             publisher.close()
         if config.enabled and self._publisher is None:
-            self._publisher = Publisher(config, self._active, self._encode)
+            self._publisher = Publisher(config, self._active, self._encode, self._fields)
         if listener is not None and (not config.absorb or listener.address != config.address):
             self._listener = None
             listener.close()

@@ -62,7 +62,8 @@ class CameraService:
         active = self._store.calibrations.active(camera.id)
         return {"id": camera.id, "name": camera.title, "field": camera.field, "region": camera.region,
                 "source": without_password(camera.source), "editable": row is not None,
-                "active_calibration": active.id if active else None, "active": _summary(active) if active else None,
+                "active_calibration": active.id if active else None,
+                "active": self._summary(active) if active else None,
                 "updated_at": row.updated_at if row else None, "updated_by": row.updated_by if row else None}
 
     def add(self, camera: CameraSettings, by: str) -> CameraSettings:
@@ -136,6 +137,17 @@ class CameraService:
                 "producers": [str(place) for place in self._settings.sources.known_producers],
                 "limits": asdict(self._limits)}
 
+    def field_changes(self, calibration: Calibration) -> list[str]:
+        """Name what of its field lies elsewhere than when the calibration was made; nothing where the field is gone."""
+        name = calibration.field["name"]
+        return list(calibration.field_changes(self._fields[name].to_json())) if name in self._fields else []
+
+    def _summary(self, calibration: Calibration) -> dict[str, Any]:
+        """Return what a list of cameras shows of a version; an imported one may have no verdict."""
+        return {"id": calibration.id, "version": calibration.version, "model": calibration.model_name,
+                "created_at": calibration.created_at, "verdict": calibration.report.get("verdict") or {},
+                "field": calibration.field["name"], "field_changes": self.field_changes(calibration), **expected_figures(calibration.report)}
+
     def _check(self, camera: CameraSettings) -> None:
         """Refuse what can be known to be wrong without opening it: address, source kind, options, field, region."""
         scheme, _, given = split_address(camera.source)
@@ -152,13 +164,6 @@ class CameraService:
         if self._from_settings(id):
             raise Conflict(f"The camera {id!r} stands in the settings file.", "Change it there, and start anew.",
                            reason="camera-in-settings")
-
-
-def _summary(calibration: Calibration) -> dict[str, Any]:
-    """Return what a list of cameras shows of a version; an imported one may have no verdict."""
-    return {"id": calibration.id, "version": calibration.version, "model": calibration.model_name,
-            "created_at": calibration.created_at, "verdict": calibration.report.get("verdict") or {},
-            **expected_figures(calibration.report)}
 
 
 def _read(id: str, body: Mapping[str, Any]) -> CameraSettings:

@@ -61,7 +61,7 @@ class Services:
         self.started_s = time.monotonic()
         self.fields = FieldRepository(settings.own_fields)
         self.cameras = CameraService(settings, store, self.fields, limits)
-        self.publishing = PublishingService(settings, store, self.cameras)
+        self.publishing = PublishingService(settings, store, self.cameras, self.fields)
         self.detection = DetectionService(store, self.cameras, self.fields, self.publishing)
         self.presence = Presence()
         self.events = CameraEvents()

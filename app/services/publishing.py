@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from app.core.errors import BadInput
+from app.core.field import Field
 from app.core.records import Calibration, Warning
 from app.league.config import PublishingConfig
 from app.league.publishing import Publishing
@@ -23,7 +24,8 @@ MERGED = ("numbers", "approved")  # by camera: those not named stay, null remove
 class PublishingService:
     """The saved configuration, and the publisher that follows it. Thread-safe."""
 
-    def __init__(self, settings: Settings, store: Store, cameras: CameraService) -> None:
+    def __init__(self, settings: Settings, store: Store, cameras: CameraService,
+                 fields: Mapping[str, Field]) -> None:
         self._path = settings.data / FILE
         self._own = settings.publish.config
         self._lock = threading.Lock()
@@ -34,7 +36,7 @@ class PublishingService:
             calibrations = (store.calibrations.active(camera.id) for camera in cameras.all())
             return [calibration for calibration in calibrations if calibration is not None]
 
-        self.publisher = Publishing(self._read(), active)
+        self.publisher = Publishing(self._read(), active, fields)
 
     def change(self, changes: Mapping[str, Any], check: bool = True, etag: str | None = None) -> None:
         """Save and apply; BadInput for what cannot be, NetworkError for what this network does not carry now.

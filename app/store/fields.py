@@ -12,7 +12,7 @@ from app import shipped
 from app.core.errors import BadInput, Conflict, NotFound
 from app.core.field import Field
 from app.core.field_json import field_from_json
-from app.store.files import make_folder, read_yaml, translate_disk_errors, write_atomically
+from app.store.files import make_folder, read_yaml, sync_folder, translate_disk_errors, write_atomically
 from app.store.precondition import check_etag, content_etag
 
 MAX_OWN_FIELDS = 500
@@ -48,7 +48,7 @@ def field_etag(field: Field) -> str:
 
 
 class FieldRepository(Mapping[str, Field]):
-    """All fields by name; put() adds or changes one of the operator's own.
+    """All fields by name; put() and delete() change the operator's own.
 
     own: the folder of their YAML files; made when the first is written.
     """
@@ -77,21 +77,24 @@ class FieldRepository(Mapping[str, Field]):
     def __len__(self) -> int:
         return len(self._shipped) + len(self._own)
 
-    def put(self, name: str, value: Any, etag: str | None = None) -> Field:
+    def put(self, name: str, value: Any, etag: str | None = None, new: bool = False) -> Field:
         """Check and save a field; the one before stays until the new one is safe on disk.
 
         etag: of the field that it replaces; Stale if that is another one by now. None: whichever there is.
+        new: Conflict where there is one of that name.
         """
         self._refuse_shipped(name)
         field = field_from_json(value)
         if field.name != name:
             raise BadInput(f"The field calls itself {field.name!r}, not {name!r}.", "Use one name in both places.",
-                           reason="bad-field")
+                           reason="bad-field", entry="name")
         with self._lock:
-            if etag is not None:
-                self._check_etag(name, etag)
+            if new and name in self._own:
+                raise Conflict(f"There is already a field called {name!r}.", "Choose another name, or change that one.",
+                               reason="field-exists", entry="name")
+            self._check_etag(name, etag)
             if name not in self._own and len(self._own) >= MAX_OWN_FIELDS:
-                raise Conflict(f"There are {MAX_OWN_FIELDS} fields already.", "Change one of them.",
+                raise Conflict(f"There are {MAX_OWN_FIELDS} fields already.", "Delete one that is not used any more.",
                                reason="too-many-fields")
             text = yaml.safe_dump(field.to_json(), allow_unicode=True, sort_keys=False)
             with translate_disk_errors("The field"):
@@ -99,7 +102,24 @@ class FieldRepository(Mapping[str, Field]):
             self._own = {**self._own, name: field}
         return field
 
+    def delete(self, name: str, etag: str | None = None) -> None:
+        """Delete one of the operator's own with that ETag (None: whichever); NotFound, Conflict or Stale."""
+        self._refuse_shipped(name)
+        with self._lock:
+            _ = self[name]
+            self._check_etag(name, etag)
+            with translate_disk_errors("The deletion"):
+                (self._folder / f"{name}.yaml").unlink(missing_ok=True)
+                sync_folder(self._folder)
+            self._own = {own: field for own, field in self._own.items() if own != name}
+
+    def is_own(self, name: str) -> bool:
+        """Tell whether an operator made it, and may change it."""
+        return name in self._own
+
     def _check_etag(self, name: str, etag: str | None) -> None:
+        if etag is None:
+            return
         known = self._own.get(name)
         happened = "removed" if known is None else "changed"
         check_etag(etag, "" if known is None else field_etag(known),

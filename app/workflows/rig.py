@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import BadInput, Conflict, FitFailed
+from app.core.field_changes import FIELD_CHANGED_FIX, changes_in_words, field_changes
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
@@ -30,7 +31,6 @@ from app.models import CameraModel, RayModel
 from app.models.restored import Restored, model_of
 from app.store.files import read_checked
 from app.workflows.calibration import subprogress
-from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.pair import evaluate_pair
 
 Pixels = NDArray[np.uint8]
@@ -60,7 +60,7 @@ def check(rig: Mapping[str, Any], pictures: Mapping[str, Pixels], matches: Seque
     """Plain JSON: each camera's status in the rig, and how far each two are apart that see a common part."""
     status = rig_status(rig)
     calibrations = {c["camera"]: Calibration.from_json(c["calibration"]) for c in rig["cameras"]
-                    if c["calibration"] is not None and c["calibration"]["field"] == rig["field"]["name"]}
+                    if c["calibration"] is not None and not _is_of_other_field(rig, c["calibration"])}
     _refuse_unknown(matches, {c["camera"] for c in rig["cameras"]})
     titles = {c["camera"]: c["title"] for c in rig["cameras"]}
     couples, pairs = list(combinations(calibrations, 2)), []
@@ -178,6 +178,9 @@ def _troubles(rig: Mapping[str, Any], camera: Mapping[str, Any], mine: Rectangle
         yield trouble("other-field", f"{title} is calibrated on the field {calibration['field']}, the rig's is "
                       f"{rig['field']['name']}.", f"Calibrate {title} on {rig['field']['name']}.")
         return
+    if changes := _changes(rig, calibration):
+        yield trouble("field-changed", f"{title} was calibrated before the field was changed: "
+                      f"{changes_in_words(changes)}.", FIELD_CHANGED_FIX)
     if camera["region"] is not None and calibration["region"] != camera["region"]:
         yield trouble("other-region", f"{title} is calibrated on {calibration['region']}, the rig gives it "
                       f"{camera['region']}.", f"Calibrate {title} on {camera['region']}, or change the rig.")
@@ -187,20 +190,14 @@ def _troubles(rig: Mapping[str, Any], camera: Mapping[str, Any], mine: Rectangle
                       f"Refit {title} with the rig's rectangles, then activate the new version.")
 
 
-def run_refit(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: {"calibrations": [whole, …], "rectangles"}: each refitted; {"made": [JSON of one not yet stored, …]}."""
-    made = []
-    for number, one in enumerate(spec["calibrations"]):
-        before = Calibration.from_json(one)
-        share = subprogress(progress, number / len(spec["calibrations"]), (number + 1) / len(spec["calibrations"]),
-                            f"{before.camera}: ")
-        if not before.observations:
-            raise Conflict(f"The calibration of {before.camera} keeps no clicks.", "It was imported: calibrate the "
-                           "camera anew with the rig's rectangles.", reason="no-observations")
-        request = CalibrationRequest.of(before, {**before.options, **spec["rectangles"]},
-                                        "refitted with the rectangles of its rig")
-        made.append(request.record(request.run(share), parent=before.id).to_json())
-    return {"made": made}
+def _changes(rig: Mapping[str, Any], calibration: Mapping[str, Any]) -> tuple[str, ...]:
+    observed = (o["feature"] for o in calibration["observations"])
+    return field_changes(calibration["field_definition"], rig["field"], calibration["region"], observed)
+
+
+def _is_of_other_field(rig: Mapping[str, Any], calibration: Mapping[str, Any]) -> bool:
+    """Tell whether it says nothing of the rig's field: made over another one, or before this one was changed."""
+    return calibration["field"] != rig["field"]["name"] or bool(_changes(rig, calibration))
 
 
 def refuse_other_sizes(rig: Mapping[str, Any], pictures: Mapping[str, Pixels]) -> None:

@@ -24,6 +24,7 @@ export interface Camera {
 export interface ActiveVersion {
   id: string; version: number; created_at: string; verdict: { mm?: number; level?: "good" | "fair" | "poor" | "unknown"; sentence?: string };
   expected_mm: number | null; expected_hat_mm: number | null; hat_height_mm: number | null;
+  field: string; field_changes: string[];
 }
 /** GET /cameras/{id}/status. words: light and focus, what is wrong with them first. */
 export interface CameraStatus {
@@ -147,6 +148,8 @@ export interface Calibration {
   id: string; version: number; camera: string | null; field: string; region: string; rotate: number; snapshot: string | null;
   image_size: Point; model: { name: string }; options: Record<string, unknown>; observations: Observation[]; report: Report;
   corrected_size: Point; created_at: string; active: boolean; note: string;
+  /** What of its field lies elsewhere now than when it was made; not in full lists. */
+  field_changes?: string[];
   field_definition: { hat_height_mm?: number; lines: Line[]; arcs: Arc[]; regions: Record<string, Region> };
 }
 /** What a format of another program makes of a version; loss: mm over its region, null where it is exact. */

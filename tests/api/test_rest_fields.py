@@ -7,6 +7,7 @@ from starlette.testclient import TestClient
 
 from app.main import create_app
 from tests.support.refusals import API, refusal
+from tests.support.rest_jobs import accepted, finished
 
 FIELDS = f"{API}/fields"
 GARAGE = {"name": "garage", "length_mm": 3000, "width_mm": 2000,
@@ -65,3 +66,129 @@ def test_a_field_that_is_none_is_refused_and_not_kept(standing, change):
 @pytest.mark.parametrize("body", [b"[]", b"3", b"null", b"{}", b"", b"{" * 9999, b"\xff"])
 def test_a_body_that_is_no_field_is_refused(standing, body):
     refusal(standing.put(f"{FIELDS}/garage", content=body, headers={"Content-Type": "application/json"}))
+
+
+def test_a_refusal_names_the_entry(standing):
+    def entry(**change):
+        return refusal(standing.put(f"{FIELDS}/garage", json={**GARAGE, **change}), 422, "bad-field")["entry"]
+    line = GARAGE["lines"][0]
+    assert entry(lines=[line, {**line, "name": "second", "to": [0, 1e9]}]) == "lines[1].to"
+    assert entry(lines=[line, line]) == "lines[1].name"
+    assert entry(arcs=[{"name": "middle", "centre": [0, 0], "radius_mm": 50}]) == "arcs[0].name"
+    assert entry(arcs=[{"name": "ring", "centre": [0, 0], "radius_mm": 50, "end_deg": 999}]) == "arcs[0].end_deg"
+    assert entry(landmarks={"spot": [0, "x"]}) == "landmarks.spot"
+    assert entry(regions={"full": {"x": [0, 1e9], "y": [0, 900]}}) == "regions.full.x"
+    assert entry(width_mm=-1) == "width_mm" and entry(name="../garage") == "name" and entry(colour="red") == ""
+
+
+def test_only_a_new_field_is_written_where_that_is_asked(client):
+    only_new = {"If-None-Match": "*"}
+    assert client.put(f"{FIELDS}/garage", json=GARAGE, headers=only_new).status_code == 200
+    told = refusal(client.put(f"{FIELDS}/garage", json={**GARAGE, "width_mm": 2100}, headers=only_new), 409,
+                   "field-exists")
+    assert told["entry"] == "name" and client.get(f"{FIELDS}/garage").json()["width_mm"] == 2000
+
+
+def test_a_field_of_ones_own_says_so_and_is_deleted(client, settings):
+    assert client.put(f"{FIELDS}/garage", json=GARAGE).json()["own"] is True
+    assert client.get(f"{FIELDS}/table").json()["own"] is False
+    seen = client.get(f"{FIELDS}/garage").headers["ETag"]
+    client.put(f"{FIELDS}/garage", json={**GARAGE, "width_mm": 2100})
+    refusal(client.delete(f"{FIELDS}/garage", headers={"If-Match": seen}), 412, "stale-field")
+    assert client.delete(f"{FIELDS}/garage").status_code == 204
+    refusal(client.get(f"{FIELDS}/garage"), 404, "unknown-field")
+    refusal(client.delete(f"{FIELDS}/garage"), 404, "unknown-field")
+    assert not list(settings.own_fields.glob("*.yaml"))
+
+
+def test_what_comes_with_touchline_is_not_deleted(standing):
+    refusal(standing.delete(f"{FIELDS}/table"), 409, "shipped-field")
+
+
+def test_a_field_that_is_used_is_not_deleted(client):
+    client.put(f"{FIELDS}/garage", json=GARAGE)
+    client.post(f"{API}/cameras", json={"id": "cam", "name": "Garage door", "source": "sim://table", "field": "garage"})
+    client.post(f"{API}/cameras", json={"id": "sim", "name": "Simulated", "source": "sim://garage"})
+    client.put(f"{API}/rigs/hall", json={"title": "Hall", "field": "garage", "cameras": ["cam"]})
+    client.put(f"{API}/publishing", json={"field": "garage"})
+    told = refusal(client.delete(f"{FIELDS}/garage"), 409, "field-used")
+    assert told["users"] == ["the camera Garage door", "the camera Simulated", "the rig Hall", "publishing"]
+    client.put(f"{API}/publishing", json={"field": None})
+    client.delete(f"{API}/rigs/hall")
+    client.delete(f"{API}/cameras/sim")
+    etag = client.get(f"{API}/cameras/cam").headers["ETag"]
+    client.patch(f"{API}/cameras/cam", json={"field": None}, headers={"If-Match": etag})
+    assert client.delete(f"{FIELDS}/garage").status_code == 204
+
+
+def test_a_draft_of_a_deleted_field_names_none_and_keeps_its_clicks(client, snapshot):
+    path, clicked = f"{API}/drafts/{snapshot['id']}", [
+        {"feature": "middle", "kind": "line", "points": [[1.0, 2.0]], "z_mm": 0.0}]
+    client.put(f"{FIELDS}/garage", json=GARAGE)
+    body = {"field": "garage", "region": "full", "rotate": 90, "model": None, "options": {}, "observations": clicked}
+    client.put(path, json=body, headers={"If-Match": client.get(path).headers["ETag"]})
+    assert "notice" not in client.get(path).json()
+    client.put(f"{FIELDS}/garage", json={**GARAGE, "regions": {"other": GARAGE["regions"]["full"]}})
+    told = client.get(path).json()
+    assert (told["field"], told["region"], told["rotate"]) == ("garage", None, None) and "full" in told["notice"]
+    client.delete(f"{FIELDS}/garage")
+    told = client.get(path).json()
+    assert told["field"] is None and "garage" in told["notice"] and told["observations"] == clicked
+    client.put(f"{FIELDS}/garage", json=GARAGE)
+    assert client.get(path).json()["region"] == "full", "it is there again"
+
+
+@pytest.mark.parametrize("format", ["json", "ssl-vision"])
+def test_every_field_is_exported_and_read_back(standing, format):
+    for field in standing.get(FIELDS).json()["items"]:
+        answer = standing.get(f"{FIELDS}/{field['name']}/export/{format}")
+        assert answer.status_code == 200 and field["name"] in answer.headers["Content-Disposition"]
+        read = standing.post(f"{FIELDS}/read", files={"file": ("field", answer.content)}).json()
+        assert read == field
+
+
+def test_a_packet_of_an_unknown_field_is_read_to_the_millimetre(client):
+    client.put(f"{FIELDS}/garage", json=GARAGE)
+    packet = client.get(f"{FIELDS}/garage/export/ssl-vision").content
+    client.delete(f"{FIELDS}/garage")
+    read = client.post(f"{FIELDS}/read", files={"file": ("garage.pb", packet)}).json()
+    assert read["lines"] == client.put(f"{FIELDS}/garage", json=GARAGE).json()["lines"]
+    assert (read["length_mm"], read["width_mm"], read["own"]) == (3000, 2000, False)
+
+
+@pytest.mark.parametrize("data", [b"", b"{}", b"[]", b"\x0a\x05\x00\x00\x00", b"\xff\xfe", b"{" * 5000,
+                                  b'{"name": NaN}'])
+def test_a_file_that_holds_no_field_is_refused(standing, data):
+    refusal(standing.post(f"{FIELDS}/read", files={"file": ("field.json", data)}), 422)
+
+
+def test_calibrations_made_before_a_change_are_told_and_made_again_from_their_points(client, task):
+    own = {**client.get(f"{FIELDS}/ssl-2008").json(), "name": "hall"}
+    assert client.put(f"{FIELDS}/hall", json=own).status_code == 200
+    points = [*task["observations"], {"feature": "defence-right-front", "kind": "line",
+                                      "points": [[300, 200], [301, 300]]}]
+    made = client.post(f"{API}/calibrations", json={**task, "field": "hall", "camera": "north", "observations": points,
+                                                    "model": "polynomial"}).json()
+    assert made.get("field_changes") == [], made
+    client.post(f"{API}/calibrations/{made['id']}/activate")
+    refusal(client.post(f"{FIELDS}/hall/refit", json={}), 409, "nothing-to-refit")
+
+    lines = [line for line in own["lines"] if line["name"] != "defence-right-front"]
+    assert client.put(f"{FIELDS}/hall", json={**own, "lines": lines}).status_code == 200
+    assert client.get(f"{API}/calibrations/{made['id']}").json()["field_changes"] == ["defence-right-front"]
+    (camera,) = client.get(f"{API}/cameras").json()["items"]
+    assert camera["active"]["field_changes"] == ["defence-right-front"]
+    (sent,) = client.get(f"{API}/publishing").json()["cameras"]
+    assert not sent["published"] and sent["problem"]["reason"] == "field-changed"
+
+    refusal(client.post(f"{FIELDS}/hall/refit", json={"cameras": ["south"]}), 422, "unknown-camera")
+    job = finished(client, accepted(client.post(f"{FIELDS}/hall/refit", json={})))
+    assert job["state"] == "done", job
+    (id,) = job["result"]["calibrations"]
+    again = client.get(f"{API}/calibrations/{id}").json()
+    assert (again["parent"], again["active"], again["field_changes"]) == (made["id"], False, [])
+    assert again["field_definition"]["lines"] == lines
+    assert [o["feature"] for o in again["observations"]] == [o["feature"] for o in task["observations"]]
+    client.post(f"{API}/calibrations/{id}/activate")
+    (sent,) = client.get(f"{API}/publishing").json()["cameras"]
+    assert sent["problem"] is None or sent["problem"]["reason"] != "field-changed"

@@ -273,3 +273,19 @@ def test_drawing_ends_once_its_caller_has_gone(client):
     with pytest.raises(Cancelled) as end:
         client.portal.call(client.app.state.services.process_picture, ImageSize(4000, 4000), draw, has_gone)
     assert end.value.fix and len(looks) == 3
+
+
+def test_a_camera_calibrated_before_the_field_was_changed_is_told_and_not_compared(client, own):
+    field = {**client.get(f"{API}/fields/ssl-div-b").json(), "name": "own"}
+    assert client.put(f"{API}/fields/own", json=field).status_code == 200
+    for number in (0, 1):
+        activate(client, number, field="own")
+    assert client.put(f"{RIGS}/own", json={**BODY, "field": "own"}).status_code == 201
+    assert [c["troubles"] for c in client.get(f"{RIGS}/own").json()["cameras"]] == [[], []]
+    arcs = [{**field["arcs"][0], "radius_mm": 515.0}]
+    assert client.put(f"{API}/fields/own", json={**field, "arcs": arcs}).status_code == 200
+    for camera in client.get(f"{RIGS}/own").json()["cameras"]:
+        (trouble,) = camera["troubles"]
+        assert trouble["reason"] == "field-changed" and "centre-circle" in trouble["text"]
+    found = client.post(f"{RIGS}/own/check", json={"pictures": "none"}).json()
+    assert found["pairs"] == [] and {t["reason"] for c in found["cameras"] for t in c["troubles"]} == {"field-changed"}

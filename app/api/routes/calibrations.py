@@ -19,6 +19,7 @@ from app.api.schemas.media import BINARY, BYTES, Responses, upload
 from app.api.schemas.requests import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
 from app.core.errors import TouchlineError
 from app.core.records import Calibration
+from app.services.container import Services
 from app.services.forms import Note, Strict
 from app.services.import_file import MAX_IMPORT_BYTES, OPTIONS, import_file
 from app.services.result_savers import save_new_version
@@ -52,17 +53,21 @@ def change_note(services: ServicesDep, id: Id, body: NoteChange, if_match: IfMat
 
     With If-Match, the ETag of GET, only if nobody has changed it since: else 412, with `current`.
     """
-    return _version_json(services.store.calibrations.annotate(id, body.note, if_match))
+    return _version_json(services, services.store.calibrations.annotate(id, body.note, if_match))
 
 
 @router.post("/{id}/restore", response_model=responses.Calibration)
 def restore_calibration(services: ServicesDep, id: Id) -> Json:
     """Undo a deletion: the version is there again under its number."""
-    return _version_json(services.store.calibrations.restore(id))
+    return _version_json(services, services.store.calibrations.restore(id))
 
 
-def _version_json(calibration: Calibration) -> Json:
-    return versioned(calibration.to_json(), version_etag(calibration))
+def _shown(services: Services, calibration: Calibration) -> dict[str, Any]:
+    return {**calibration.to_json(), "field_changes": services.cameras.field_changes(calibration)}
+
+
+def _version_json(services: Services, calibration: Calibration) -> Json:
+    return versioned(_shown(services, calibration), version_etag(calibration))
 
 
 def _version(store: Store, id: str) -> Any:
@@ -93,14 +98,14 @@ async def make_calibration(request: Request, services: ServicesDep, by: Operator
         task, saved = await fit_few(services, body, lambda task: save_new_version(
             services.store, task.record(task.run()), by))
         if saved is not None:
-            return _created(saved)
+            return _created(services, saved)
     return await finished_or_queued(request, services, "calibration", run_fit, {"task": task.to_json()}, job,
                                     "calibration", {"by": by}, lambda made: _created(
-                                        services.store.calibrations.get(made["calibration"])))
+                                        services, services.store.calibrations.get(made["calibration"])))
 
 
-def _created(calibration: Calibration) -> Json:
-    return created(calibration.to_json(), f"calibrations/{calibration.id}")
+def _created(services: Services, calibration: Calibration) -> Json:
+    return created(_shown(services, calibration), f"calibrations/{calibration.id}")
 
 
 @router.post("/compare", response_model=responses.Ranking, responses=ACCEPTED)
@@ -130,31 +135,32 @@ async def import_calibration(request: Request, services: ServicesDep, by: Operat
 @router.get("", response_model=responses.Calibrations)
 def list_calibrations(services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None, limit: Limit = 50,
                       cursor: Cursor = None, brief: Annotated[bool, Query(
-                          description="without points, residuals, covariances and the field's definition")] = False,
+                          description="without points, residuals, covariances and the field's definition, with what "
+                          "of the field has changed since")] = False,
                       ) -> Response:
     """List versions, newest first."""
     if brief:
         found = services.store.calibrations.list(camera, limit, cursor)
-        return json_page(map(_brief, found.items), found.next_cursor)
+        return json_page((_brief(services, one) for one in found.items), found.next_cursor)
     page = services.store.calibrations.texts(camera, limit, cursor)
     text = f'{{"items":[{",".join(page.items)}],"next_cursor":{json.dumps(page.next_cursor)}}}'
     return Response(text, media_type="application/json")
 
 
-def _brief(calibration: Calibration) -> dict[str, Any]:
+def _brief(services: Services, calibration: Calibration) -> dict[str, Any]:
     report = {**calibration.report, "per_feature": []}
     report.pop("model_choice", None)
     if "covariance" in report:  # which parameters were found, lists do tell; an imported one may be anything
         known = report["covariance"]
         names = known.get("names") if isinstance(known, Mapping) else None
         report["covariance"] = {"names": names, "matrix": []} if isinstance(names, list) else None
-    return {**calibration.to_json(), "observations": [], "field_definition": {}, "report": report}
+    return {**_shown(services, calibration), "observations": [], "field_definition": {}, "report": report}
 
 
 @router.get("/{id}", response_model=responses.Calibration)
 def read_calibration(services: ServicesDep, id: Id) -> Json:
     """Return one version, with everything it was made from; its ETag goes into If-Match of PATCH and DELETE."""
-    return _version_json(services.store.calibrations.get(id))
+    return _version_json(services, services.store.calibrations.get(id))
 
 
 @router.delete("/{id}", status_code=204, response_class=Response)
@@ -174,7 +180,7 @@ async def activate_calibration(services: ServicesDep, by: OperatorDep, id: Id, i
     if calibration.camera is not None:
         services.live.refresh(calibration.camera)
     services.publishing.publisher.wake()
-    return _version_json(calibration)
+    return _version_json(services, calibration)
 
 
 @router.get("/{id}/exports", response_model=responses.Formats)

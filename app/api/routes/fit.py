@@ -1,23 +1,21 @@
-"""/fields, /models and /fit: what a fit starts from, and what clicks would give, at once; only fields are saved."""
+"""/models and /fit: what clicks would give, at once; nothing is saved."""
 
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Query, Request
+from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
-from app.api.dependencies import IfMatch, ServicesDep
+from app.api.dependencies import ServicesDep
 from app.api.request_mapping import fit_few, image_size
-from app.api.responses import Json, finished_or_queued, page, versioned
+from app.api.responses import Json, finished_or_queued, page
 from app.api.schemas import responses
-from app.api.schemas.requests import BorderRequest, FitRequest, Id
-from app.core.field import Field
+from app.api.schemas.requests import BorderRequest, FitRequest
 from app.core.geometry import as_points
 from app.core.progress import Progress
 from app.fitting import FITTERS
 from app.models import MODELS
 from app.services.container import Services
-from app.store.fields import field_etag
 from app.workflows import calibration
 from app.workflows.calibration_request import CalibrationRequest, run_attempt, run_preview
 
@@ -25,32 +23,6 @@ router = APIRouter()
 
 Quick = Annotated[bool, Query(description="leave the cross-validation out")]
 FEW_POINTS = 100  # as many fit in a millisecond or two: quicker done at once than handed to a thread
-
-
-@router.get("/fields", tags=["fields"], response_model=responses.PlayingFields)
-def list_fields(services: ServicesDep) -> Json:
-    """List every field with its lines, arcs, landmarks and regions, mm."""
-    return page(field.to_json() for field in services.fields.values())
-
-
-@router.get("/fields/{name}", tags=["fields"], response_model=responses.PlayingField)
-def read_field(services: ServicesDep, name: Id) -> Json:
-    """Return one field by name; its ETag goes into the next PUT's If-Match."""
-    return _field(services.fields[name])
-
-
-@router.put("/fields/{name}", tags=["fields"], response_model=responses.PlayingField)
-def write_field(services: ServicesDep, name: Id, body: Annotated[dict[str, Any], Body()],
-                if_match: IfMatch = None) -> Json:
-    """Create or change a field of your own; those that come with Touchline cannot be changed.
-
-    With If-Match only if nobody has changed it since: else 412, with `current`.
-    """
-    return _field(services.fields.put(name, body, if_match))
-
-
-def _field(field: Field) -> Json:
-    return versioned(field.to_json(), field_etag(field))
 
 
 @router.get("/models", tags=["models"], response_model=responses.Models)

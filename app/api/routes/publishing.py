@@ -83,7 +83,7 @@ async def set_publishing(services: ServicesDep, body: PublishingChanges, if_matc
 @in_thread
 def read_heard(services: ServicesDep) -> Json:
     """List who else publishes geometry: each sender's newest complete packet, and what of it contradicts ours."""
-    return Json(services.publishing.publisher.received(services.fields.values()))
+    return Json(services.publishing.publisher.received())
 
 
 @router.post("/heard/{id}/import", status_code=201, response_model=responses.Calibration)

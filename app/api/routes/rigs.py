@@ -21,7 +21,8 @@ from app.core.progress import Progress
 from app.live.track_fusion import TrackFusion
 from app.services import rigs
 from app.services.container import Services
-from app.workflows.rig import refuse_other_sizes, run_check, run_refit
+from app.workflows.refit import run_refit
+from app.workflows.rig import refuse_other_sizes, run_check
 
 router = APIRouter(prefix="/rigs", tags=["rigs"])
 

@@ -17,6 +17,7 @@ from app.core.errors import BadInput
 from app.core.opencv import shrink_to_width
 from app.images import screen
 from app.services.container import Services
+from app.services.fields import with_known_field
 from app.services.forms import FittedModelForm, Name, Pair, Rotate, Strict
 from app.services.snapping import points_along, snap_clicks
 from app.store.snapshots import Snapshot
@@ -137,9 +138,12 @@ def find_along(services: ServicesDep, id: Id, body: AlongRequest) -> Json:
 
 @router.get("/drafts/{snapshot}", tags=["drafts"], response_model=responses.Draft)
 def read_draft(services: ServicesDep, snapshot: Id) -> Json:
-    """Return the draft that was saved last, or an empty one; its ETag goes into the next PUT's If-Match."""
+    """Return the draft that was saved last, or an empty one; its ETag goes into the next PUT's If-Match.
+
+    Where its field was deleted, or has its region no more, those are null and `notice` says so; its clicks are kept.
+    """
     draft = services.store.drafts.get(snapshot)
-    return versioned(draft.to_json(), draft.etag)
+    return versioned(with_known_field(services, draft), draft.etag)
 
 
 @router.put("/drafts/{snapshot}", tags=["drafts"], response_model=responses.Draft)

@@ -31,7 +31,7 @@ SettingsView = response("SettingsView", version=str, items=list[SettingView], st
 # --- what a fit starts from, and what it finds
 PlayingField = response("PlayingField", name=str, title=str, length_mm=float, width_mm=float, lines=list[JsonObject],
     arcs=list[JsonObject], landmarks=dict[str, Point], hat_height_mm=float, line_sigma_mm=float,
-    regions=dict[str, JsonObject])
+    regions=dict[str, JsonObject], own=described(bool, "made by an operator, who may change it"))
 PlayingFields = page_of("PlayingFields", PlayingField)
 Option = response("Option", name=str, type=str, default=Any, help=str, range=list[float] | None, unit=str | None,
     choices=list[str])
@@ -120,7 +120,8 @@ Snapshot = response("Snapshot", record=snapshots.Snapshot)
 Snapshots = page_of("Snapshots", Snapshot)
 # expected_mm: rms on the carpet, expected_hat_mm at hat_height_mm; null where the model knows none
 ActiveVersion = response("ActiveVersion", id=str, version=int, model=str, created_at=str, verdict=JsonObject,
-    expected_mm=float | None, expected_hat_mm=float | None, hat_height_mm=float | None)
+    expected_mm=float | None, expected_hat_mm=float | None, hat_height_mm=float | None, field=str,
+    field_changes=described(list[str], "what of its field lies elsewhere now than when it was made"))
 Camera = response("Camera", id=str, name=str, field=str | None, region=str | None, source=str, editable=bool,
     active_calibration=str | None, active=ActiveVersion | None, updated_at=str | None, updated_by=str | None)
 Cameras = page_of("Cameras", Camera)

@@ -3,11 +3,14 @@ import { batch, effect, signal, untracked } from "@preact/signals";
 import { Problem, ServerUnreachable, online, request } from "../../core/api.js";
 import { EMPTY, change, doc, dragging, fromDraft, isEqual, load } from "../../core/document.js";
 import { latestWins } from "../../core/latest_wins.js";
-import { notifyError, snapshot } from "../../core/state.js";
+import { notify, notifyError, snapshot } from "../../core/state.js";
 
 const PAUSE_MS = 250; // a nudge held down is one save, not thirty
 
-/** @typedef {{ doc: import("../../core/types").Doc, etag: string, at: string | null }} Kept as the server has it */
+/**
+ * As the server has it. notice: what became of an earlier one.
+ * @typedef {{ doc: import("../../core/types").Doc, etag: string, at: string | null, notice: string }} Kept
+ */
 
 /** none: no picture; conflict: somebody else saved first, and `theirs` is what they saved. */
 export const draft = signal(
@@ -44,6 +47,7 @@ export const fetchDraft = async (id) => read(await request("GET", `/drafts/${id}
 export function openDraft(id, server) {
   const local = readLocal(id);
   serverDraft = server;
+  if (server.notice) notify({ level: "warn", text: server.notice, fix: "" });
   if (!local || isEqual(local.doc, server.doc)) {
     if (local) forgetLocal(id);
     load(server.doc);
@@ -65,7 +69,8 @@ export function closeDraft() {
 /** @param {Response} response @returns {Promise<Kept>} */
 async function read(response) {
   const body = await response.json();
-  return { doc: fromDraft(body), etag: response.headers.get("ETag") ?? "", at: body.updated_at ?? null };
+  const { updated_at: at = null, notice = "" } = body;
+  return { doc: fromDraft(body), etag: response.headers.get("ETag") ?? "", at, notice };
 }
 
 /** @param {typeof draft.value.state} state @param {number} [at] */

@@ -27,6 +27,7 @@ export const KINDS = {
   auto: "Calibrating without clicks",
   register: "Registering a pose anew",
   check: "Checking a calibration",
+  "field-refit": "Calibrating again on a changed field",
   batch: "A whole archive of pictures",
 };
 

@@ -9,6 +9,7 @@ import { SERVER_GONE, STATES, statuses } from "../live/camera_status.js";
 import { contradictions, publishing } from "../network/network.js";
 import { rigs } from "../rig/rig.js";
 import { health } from "../settings/settings.js";
+import { changesInWords } from "../versions/outdated.js";
 
 /**
  * @typedef {object} Problem
@@ -68,6 +69,23 @@ const ofCameras = () =>
         }),
       );
   });
+
+/** Calibrations that a change of their field has made wrong. @returns {Problem[]} */
+const ofFields = () =>
+  cameras.value.flatMap(({ id, name, active }) =>
+    active?.field_changes.length
+      ? [
+          problem({
+            id: `field-${id}`,
+            place: "cameras",
+            camera: id,
+            text: `${name} was calibrated before its field was changed: ${changesInWords(active.field_changes)}.`,
+            fix: "Calibrate again from the kept points.",
+            href: addressOf("versions", { camera: id }),
+          }),
+        ]
+      : [],
+  );
 
 /** @returns {Problem[]} */
 function ofPublishing() {
@@ -162,9 +180,15 @@ export const serverProblems = computed(() => [
 
 /** All of them, what stops a match first. */
 export const problems = computed(() =>
-  [...ofLine(), ...serverProblems.value, ...ofCameras(), ...ofPublishing(), ...ofRigs(), ...ofJobs()].toSorted(
-    (a, b) => Number(b.level === "bad") - Number(a.level === "bad"),
-  ),
+  [
+    ...ofLine(),
+    ...serverProblems.value,
+    ...ofCameras(),
+    ...ofFields(),
+    ...ofPublishing(),
+    ...ofRigs(),
+    ...ofJobs(),
+  ].toSorted((a, b) => Number(b.level === "bad") - Number(a.level === "bad")),
 );
 
 /** Of the camera that stops a match, if one does. */

@@ -10,6 +10,7 @@ import {
   check,
   differenceFinding,
   exportFinding,
+  fieldFinding,
   heightFinding,
   lensFinding,
   linesFinding,
@@ -69,7 +70,7 @@ function begin(of, it) {
   const questions = questionsOf(it),
     asked = questions.map(({ id, title }) => check({ id, title, state: "running" }));
   const [lines, ...others] = asked;
-  const items = [lines, accuracyFinding(it), modelFinding(it), heightFinding(it), ...others];
+  const items = [lines, ...fieldFinding(it), accuracyFinding(it), modelFinding(it), heightFinding(it), ...others];
   found.value = { of, items, change: null };
   for (const question of questions) void answer(question, stop.signal);
 }

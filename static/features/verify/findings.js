@@ -3,6 +3,7 @@ import { mm, number, plural, words } from "../../core/format.js";
 import { addressOf } from "../../core/route.js";
 import { models } from "../../core/state.js";
 import { robotTopsMm } from "../calibrate/camera_height.js";
+import { changesInWords } from "../versions/outdated.js";
 
 /**
  * @typedef {import("./types").Check} Check
@@ -60,6 +61,20 @@ export function linesFinding(it, { found_share, lines_found, missing, lines, ver
     fix: "Add points on this line, or use another lens model.",
   });
 }
+
+/** Only where something is wrong. @param {Calibration} it */
+export const fieldFinding = ({ field_changes: changes = [] }) =>
+  changes.length
+    ? [
+        check({
+          id: "field",
+          state: "bad",
+          title: "Field changed since",
+          text: `Elsewhere now: ${changesInWords(changes)}.`,
+          fix: "Save a new version.",
+        }),
+      ]
+    : [];
 
 const ACCURACY = {
   good: "Accurate enough for matches",

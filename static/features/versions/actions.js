@@ -1,6 +1,7 @@
 // Actions on versions: save one.
 import { doc } from "../../core/document.js";
 import { snapshot } from "../../core/state.js";
+import { search, stopCalibratingAgain } from "./outdated.js";
 import { saveVersion, saving } from "./versions.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
@@ -21,5 +22,13 @@ export const VERSION_ACTIONS = [
     group: "Steps",
     run: () => saving.value?.abort(),
     enabled: () => saving.value !== null,
+  },
+  {
+    id: "stop-calibrating-again",
+    label: "Stop calibrating again",
+    short: "Stop",
+    group: "Steps",
+    run: stopCalibratingAgain,
+    enabled: () => search.value !== null,
   },
 ];

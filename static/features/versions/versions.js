@@ -21,6 +21,7 @@ export const isSaved = computed(() => {
     now = doc.value;
   return (
     saved !== null &&
+    !saved.field_changes?.length &&
     saved.field === now.field &&
     saved.region === now.region &&
     saved.rotate === rotation.value &&

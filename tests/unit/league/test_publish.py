@@ -15,7 +15,7 @@ from app.league.multicast_address import MulticastAddress, NetworkError, is_here
 from app.league.multicast_sender import MulticastSender
 from app.league.publisher import Publisher
 from app.models import MODELS, RayModel
-from app.ssl_protocol.messages import DetectionFrame, WrapperPacket
+from app.ssl_protocol.messages import DetectionFrame, Vector2f, WrapperPacket
 from app.ssl_protocol.protobuf import MAX_BYTES, decode, encode
 from tests.support import ssl_listener as listener
 from tests.support.exported import example, field_around, model_of, of_model, places
@@ -122,6 +122,26 @@ def test_a_packet_has_one_field_that_of_most_cameras_or_the_one_that_is_named():
     assert told[0].problem.reason == "other-field"
     told = published_cameras([c, a, b], PublishingConfig(numbers=numbers, field="another"))
     assert [(one.name, one.sent is not None) for one in told] == [("c", True), ("a", False), ("b", False)]
+
+
+def test_a_calibration_made_before_its_field_was_changed_is_not_sent_with_the_new_geometry():
+    model = model_of("ssl", 0)
+    old, new = on_quarters(model, model)
+    field = field_around(model.region)
+    line = next(iter(field.lines.values()))
+    now = replace(field, lines={**field.lines, line.name: line.shifted(15.0)})
+    old = replace(old, field=field.to_json(), created_at="2026-01-02")
+    new = replace(new, field=now.to_json(), created_at="2026-01-01")
+    told = published_cameras([old, new], PublishingConfig(numbers={"b": 1}), fields={now.name: now})
+    assert [(one.name, one.sent is not None) for one in told] == [("a", False), ("b", True)]
+    assert told[0].problem.reason == "field-changed" and line.name in told[0].problem.what
+    packet = decode(WrapperPacket, geometry_packet(told, {now.name: now}))
+    assert {sent.name: (sent.p1, sent.p2) for sent in packet.geometry.field.field_lines}[line.name] == (
+        packet_point(now.lines[line.name].start), packet_point(now.lines[line.name].end))
+
+
+def packet_point(point):
+    return decode(Vector2f, encode(Vector2f(*point)))
 
 
 def test_a_calibration_that_cannot_be_a_camera_is_left_out_and_the_others_are_sent():

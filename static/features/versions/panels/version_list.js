@@ -20,7 +20,9 @@ import {
   pairDifference,
   versionList,
 } from "../version_list.js";
+import { changesInWords } from "../outdated.js";
 import { ExportMenu } from "./exports.js";
+import { Outdated } from "./outdated.js";
 
 /** @typedef {import("../types").VersionRecord} Kept */
 
@@ -46,6 +48,7 @@ export function VersionListPage() {
     ${!it
       ? html`<p class="dim">Asking the server…</p>`
       : html`
+        ${camera && html`<${Outdated} camera=${camera} />`}
         <${RollBack} />
         ${it.items.length
           ? html`<ul class="shelf" data-testid="shelf">
@@ -85,7 +88,7 @@ function RollBack() {
 
 /** @param {{ it: Kept }} props */
 function Version({ it }) {
-  const { id, version, active, camera, snapshot, report } = it,
+  const { id, version, active, camera, snapshot, report, field_changes: changes = [] } = it,
     model = models.value.find((m) => m.name === it.model.name)?.title ?? it.model.name;
   const isChosen = comparedPair.value.includes(id);
   return html`<li
@@ -98,6 +101,13 @@ function Version({ it }) {
       <b>Version ${version}</b>
       ${active && html`<b class="level good">Active</b>`}
       <span class=${`level ${report.verdict.level}`}>${mm(report.verdict.mm)} mm</span>
+      ${changes.length > 0 && html`<b
+        class="level poor"
+        data-testid="field-changed"
+        title=${`Elsewhere now: ${changesInWords(changes)}`}
+      >
+        Field changed since
+      </b>`}
       <small class="grow">
         ${model}, ${words(it.region).toLowerCase()}; ${dayAndTime(it.created_at)}
         ${it.made_by && `, by ${it.made_by}`}

@@ -1,0 +1,112 @@
+"""/fields: those that come with Touchline, and the operator's own, which are made, changed and deleted here."""
+
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Body, Header, Request
+from pydantic import Field as Value
+from starlette.responses import Response
+
+from app.api.bodies import uploaded_file
+from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
+from app.api.file_headers import attachment
+from app.api.responses import Json, accepted, page, versioned
+from app.api.routes.calibrations import FILE
+from app.api.schemas import responses
+from app.api.schemas.media import upload
+from app.api.schemas.requests import CameraId, Id
+from app.core.errors import BadInput, Conflict
+from app.core.field import Field
+from app.formats import field_file
+from app.services.container import Services
+from app.services.fields import delete_field, field_json, outdated_calibrations, save_field, simulated
+from app.services.forms import Strict
+from app.store.fields import field_etag
+from app.workflows.refit import run_refit
+
+router = APIRouter(prefix="/fields", tags=["fields"])
+
+MAX_FILE_BYTES = 1 << 20
+OnlyNew = Annotated[Literal["*"] | None, Header(alias="If-None-Match", description="only where there is none yet")]
+
+
+class Refit(Strict):
+    """Which cameras are calibrated again."""
+
+    cameras: Annotated[list[CameraId], Value(min_length=1, max_length=100)] | None = Value(
+        None, description="left out: all whose active calibration was made before the field was changed")
+
+
+@router.get("", response_model=responses.PlayingFields)
+def list_fields(services: ServicesDep) -> Json:
+    """List every field with its lines, arcs, landmarks and regions, mm."""
+    return page(field_json(services, field) for field in services.fields.values())
+
+
+@router.get("/{name}", response_model=responses.PlayingField)
+def read_field(services: ServicesDep, name: Id) -> Json:
+    """Return one field by name; its ETag goes into If-Match of PUT and DELETE."""
+    return _shown(services, services.fields[name])
+
+
+@router.put("/{name}", response_model=responses.PlayingField)
+async def write_field(services: ServicesDep, name: Id, body: Annotated[dict[str, Any], Body()],
+                      if_match: IfMatch = None, if_none_match: OnlyNew = None) -> Json:
+    """Create or change a field of your own; those that come with Touchline cannot be changed.
+
+    With If-Match only if nobody has changed it since: else 412, with `current`. With If-None-Match: * only if there is
+    none of that name: else 409. A refusal's `entry` says which entry is wrong, such as "lines[3].to".
+    """
+    field = await services.run_in_thread(save_field, services, name, body, if_match, if_none_match is not None)
+    for camera in await services.run_in_thread(simulated, services, name):
+        await services.live.forget(camera)
+        services.live.refresh(camera)
+    return _shown(services, field)
+
+
+@router.delete("/{name}", status_code=204, response_class=Response)
+@in_thread
+def remove_field(services: ServicesDep, name: Id, if_match: IfMatch = None) -> None:
+    """Delete a field of your own; 409 while a camera, a rig or publishing names it. Calibrations keep theirs.
+
+    With If-Match only if nobody has changed it since.
+    """
+    delete_field(services, name, if_match)
+
+
+@router.get("/{name}/export/{format}", response_class=Response, responses=FILE)
+def export_field(services: ServicesDep, name: Id, format: Literal["json", "ssl-vision"]) -> Response:
+    """Return the field as a file: JSON, or a geometry packet of the league without cameras, in whole millimetres."""
+    data, media_type, suffix = field_file.write_field(services.fields[name], format)
+    return Response(data, media_type=media_type, headers={"Content-Disposition": attachment(f"{name}{suffix}")})
+
+
+@router.post("/read", response_model=responses.PlayingField, openapi_extra={"requestBody": upload()})
+async def read_file(request: Request, services: ServicesDep) -> Json:
+    """Read the field of a file, multipart with `file`: JSON, or a geometry packet of the league. Nothing is saved."""
+    data, _ = await uploaded_file(request, MAX_FILE_BYTES, ())
+    field = await services.run_in_thread(field_file.read_field, data, tuple(services.fields.values()))
+    return Json(field_json(services, field))
+
+
+@router.post("/{name}/refit", status_code=202, response_model=responses.Job)
+@in_thread
+def refit_field(services: ServicesDep, by: OperatorDep, name: Id, body: Refit) -> Response:
+    """Start a job that makes calibrations again from their kept points on the field as it is now, as new versions of
+    which none is activated: {"calibrations": [id, …]}."""
+    field = services.fields[name]
+    outdated = outdated_calibrations(services, field)
+    known = {calibration.camera for calibration in outdated}
+    if unknown := set(body.cameras or ()) - known:
+        raise BadInput(f"The active calibration of {sorted(unknown)[0]} is not outdated by a change of this field.",
+                       f"Use {', '.join(sorted(map(str, known))) or 'none: all are of the field as it is'}.",
+                       reason="unknown-camera")
+    chosen = [one.to_json() for one in outdated if body.cameras is None or one.camera in body.cameras]
+    if not chosen:
+        raise Conflict("Every active calibration was made for the field as it is.", "There is nothing to make again.",
+                       reason="nothing-to-refit")
+    spec = {"calibrations": chosen, "rectangles": {}, "field": field.to_json()}
+    return accepted(services.jobs.start("field-refit", run_refit, spec, "calibrations", {"by": by}, caller=by))
+
+
+def _shown(services: Services, field: Field) -> Json:
+    return versioned(field_json(services, field), field_etag(field))

@@ -1,0 +1,42 @@
+"""A field as a file: JSON as the API shows it, or the league's geometry packet without cameras."""
+
+import json
+from collections.abc import Iterable
+
+from app.core.field import Field
+from app.core.field_json import field_from_json, refuse
+from app.formats import ssl_vision
+from app.formats.numbers import format_error
+from app.formats.ssl_field import field_from_wire, field_to_wire
+from app.ssl_protocol.messages import Geometry, Sender, WrapperPacket
+from app.ssl_protocol.protobuf import decode, encode
+
+FIX = "Give a field exported as JSON, or a geometry packet of the league."
+
+
+def write_field(field: Field, format: str) -> tuple[bytes, str, str]:
+    """Return (bytes, media type, suffix) in the format "json" or "ssl-vision"; that has whole mm and no landmarks."""
+    if format == "json":
+        text = json.dumps(field.to_json(), indent=1, allow_nan=False, ensure_ascii=False)
+        return text.encode(), "application/json", ".json"
+    packet = WrapperPacket(geometry=Geometry(field_to_wire(field), ()), source=int(Sender.OTHER))
+    return encode(packet), ssl_vision.FORMAT.media_type, ssl_vision.FORMAT.suffix
+
+
+def read_field(data: bytes, known: Iterable[Field] = ()) -> Field:
+    """Read what write_field wrote, or any geometry packet; BadInput for anything else.
+
+    known: a packet with just their lines is one of these, with its landmarks and regions.
+    """
+    if ssl_vision.recognises(data):
+        geometry = decode(WrapperPacket, data).geometry
+        if geometry is None:
+            raise format_error("The packet holds no field.", FIX)
+        return field_from_wire(geometry.field, known)
+    try:
+        value = json.loads(data)
+    except (ValueError, RecursionError):
+        raise refuse("The file is no field.", FIX) from None
+    if isinstance(value, dict):
+        value.pop("own", None)  # as GET /fields has it
+    return field_from_json(value)

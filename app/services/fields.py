@@ -1,0 +1,67 @@
+"""What hangs on a field by its name: cameras, rigs, publishing, and calibrations that a change has made wrong."""
+
+from typing import Any
+
+from app.core.errors import Conflict
+from app.core.field import Field
+from app.core.records import Calibration
+from app.services.container import Services
+from app.sources import split_address
+from app.store.drafts import Draft
+
+
+def field_json(services: Services, field: Field) -> dict[str, Any]:
+    """Return a field as the API shows it. own: whether an operator made it, and may change it."""
+    return {**field.to_json(), "own": services.fields.is_own(field.name)}
+
+
+def save_field(services: Services, name: str, value: dict[str, Any], etag: str | None, new: bool) -> Field:
+    """Check and save a field; whoever publishes or simulates it has it at once."""
+    given = {key: item for key, item in value.items() if key != "own"}
+    field = services.fields.put(name, given, etag, new)
+    services.publishing.publisher.wake()
+    return field
+
+
+def delete_field(services: Services, name: str, etag: str | None) -> None:
+    """Delete one of the operator's own; Conflict while a camera, a rig or publishing names it."""
+    if services.fields.is_own(name) and (users := _users(services, name)):
+        more = f" and {len(users) - 3} more" if len(users) > 3 else ""
+        raise Conflict(f"The field {name} is used: {', '.join(users[:3])}{more}.",
+                       "Give each another field first, then delete this one.", reason="field-used", users=users)
+    services.fields.delete(name, etag)
+
+
+def simulated(services: Services, name: str) -> list[str]:
+    """List the cameras whose picture the field itself makes."""
+    return [camera.id for camera in services.cameras.all() if split_address(camera.source)[:2] == ("sim", name)]
+
+
+def outdated_calibrations(services: Services, field: Field) -> list[Calibration]:
+    """List the active calibrations that the field's changes have made wrong."""
+    now = field.to_json()
+    active = (services.store.calibrations.active(camera.id) for camera in services.cameras.all())
+    return [calibration for calibration in active if calibration is not None
+            and calibration.field["name"] == field.name and calibration.field_changes(now)]
+
+
+def _users(services: Services, name: str) -> list[str]:
+    simulating = simulated(services, name)
+    cameras = [f"the camera {camera.title}" for camera in services.cameras.all()
+               if camera.field == name or camera.id in simulating]
+    rigs = [f"the rig {rig.body['title'] or rig.name}" for rig in services.store.rigs.all()
+            if rig.body["field"] == name]
+    return [*cameras, *rigs, *(["publishing"] if services.publishing.publisher.config.field == name else [])]
+
+
+def with_known_field(services: Services, draft: Draft) -> dict[str, Any]:
+    """Return a draft as the API shows it, with a notice in place of a field or region that is there no more."""
+    shown = draft.to_json()
+    name, region = shown["field"], shown["region"]
+    if name is not None and name not in services.fields:
+        return {"notice": f"The field {name} of this draft was deleted: choose another. Its clicks are kept.", **shown,
+                "field": None, "region": None, "rotate": None}
+    if name is not None and region is not None and region not in services.fields[name].regions:
+        return {"notice": f"The field {name} has no part called {region} any more: choose another. The clicks are "
+                          "kept.", **shown, "region": None, "rotate": None}
+    return shown

@@ -1,0 +1,45 @@
+// Active versions that were made before their field was changed: made again from the points that they keep.
+import { request } from "../../core/api.js";
+import { plural, words } from "../../core/format.js";
+import { followJob } from "../../core/jobs.js";
+import { longWork } from "../../core/long_work.js";
+import { notify } from "../../core/state.js";
+import { readCameras } from "../calibrate/pictures.js";
+import { revision } from "./versions.js";
+
+const NAMED = 3; // in a sentence
+
+export const { search, refusal, watch } = longWork();
+
+/** What lies elsewhere now, in words. @param {string[]} changes */
+export function changesInWords(changes) {
+  const shown = changes.slice(0, NAMED).map((name) => words(name).toLowerCase()),
+    more = changes.length - shown.length;
+  return shown.join(", ") + (more ? ` and ${more} more` : "");
+}
+
+/**
+ * Calibrate the cameras over a field again from their kept points, as new versions; none is activated.
+ * @param {string} field
+ * @param {string[] | null} cameras null: all that need it
+ */
+export async function calibrateAgain(field, cameras) {
+  if (search.value) return;
+  await watch(
+    async (stop, onProgress) => {
+      const started = await request("POST", `/fields/${encodeURIComponent(field)}/refit`, { json: { cameras } });
+      return followJob(await started.json(), stop, onProgress);
+    },
+    async ({ calibrations }) => {
+      revision.value += 1;
+      notify({
+        level: "info",
+        text: `${plural(calibrations.length, "new version")} on the field as it is now. None is active yet.`,
+        fix: "Look at them under Versions, then activate them.",
+      });
+      await readCameras();
+    },
+  );
+}
+
+export const stopCalibratingAgain = () => search.value?.stop.abort();
