@@ -29,6 +29,7 @@ MODULES = (  # of whose functions jobs are made
     "app.workflows.pair",
     "app.workflows.straight_lines_request",
     "app.workflows.rig",
+    "app.workflows.refit",
     "app.workflows.automatic_request",
     "app.workflows.rolling_request",
     "app.workflows.check",

@@ -26,6 +26,7 @@ import { startDetection } from "./features/detection/detection.js";
 import { startDisplay } from "./features/detection/display.js";
 import { startFieldPositions } from "./features/detection/field_positions.js";
 import { startHeldFrame } from "./features/detection/held_frame.js";
+import { startFieldEditor } from "./features/field_editor/editor.js";
 import { startJobs } from "./features/jobs/job_list.js";
 import { startCameraForm } from "./features/live/camera_page.js";
 import { startEvaluation } from "./features/pair/evaluation.js";
@@ -47,6 +48,7 @@ async function start() {
   startBoard();
   startStraight();
   startCameraForm();
+  startFieldEditor();
   startFitting();
   startSaving();
   startSnapping();

@@ -37,6 +37,4 @@ def read_field(data: bytes, known: Iterable[Field] = ()) -> Field:
         value = json.loads(data)
     except (ValueError, RecursionError):
         raise refuse("The file is no field.", FIX) from None
-    if isinstance(value, dict):
-        value.pop("own", None)  # as GET /fields has it
     return field_from_json(value)

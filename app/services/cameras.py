@@ -146,7 +146,8 @@ class CameraService:
         """Return what a list of cameras shows of a version; an imported one may have no verdict."""
         return {"id": calibration.id, "version": calibration.version, "model": calibration.model_name,
                 "created_at": calibration.created_at, "verdict": calibration.report.get("verdict") or {},
-                "field": calibration.field["name"], "field_changes": self.field_changes(calibration), **expected_figures(calibration.report)}
+                "field": calibration.field["name"], "field_changes": self.field_changes(calibration),
+                **expected_figures(calibration.report)}
 
     def _check(self, camera: CameraSettings) -> None:
         """Refuse what can be known to be wrong without opening it: address, source kind, options, field, region."""

@@ -17,8 +17,7 @@ def field_json(services: Services, field: Field) -> dict[str, Any]:
 
 def save_field(services: Services, name: str, value: dict[str, Any], etag: str | None, new: bool) -> Field:
     """Check and save a field; whoever publishes or simulates it has it at once."""
-    given = {key: item for key, item in value.items() if key != "own"}
-    field = services.fields.put(name, given, etag, new)
+    field = services.fields.put(name, value, etag, new)
     services.publishing.publisher.wake()
     return field
 

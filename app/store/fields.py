@@ -50,7 +50,7 @@ def field_etag(field: Field) -> str:
 class FieldRepository(Mapping[str, Field]):
     """All fields by name; put() and delete() change the operator's own.
 
-    own: the folder of their YAML files; made when the first is written.
+    own: the folder of their YAML files; made when the first is written. revision: another one after every change.
     """
 
     def __init__(self, own: Path) -> None:
@@ -60,6 +60,7 @@ class FieldRepository(Mapping[str, Field]):
         self._own = load_fields(own) if own.is_dir() else {}
         for name in self._own:
             self._refuse_shipped(name)
+        self.revision = self._revision()
 
     def __getitem__(self, name: str) -> Field:
         try:
@@ -100,6 +101,7 @@ class FieldRepository(Mapping[str, Field]):
             with translate_disk_errors("The field"):
                 write_atomically(make_folder(self._folder) / f"{name}.yaml", text.encode())
             self._own = {**self._own, name: field}
+            self.revision = self._revision()
         return field
 
     def delete(self, name: str, etag: str | None = None) -> None:
@@ -112,10 +114,14 @@ class FieldRepository(Mapping[str, Field]):
                 (self._folder / f"{name}.yaml").unlink(missing_ok=True)
                 sync_folder(self._folder)
             self._own = {own: field for own, field in self._own.items() if own != name}
+            self.revision = self._revision()
 
     def is_own(self, name: str) -> bool:
         """Tell whether an operator made it, and may change it."""
         return name in self._own
+
+    def _revision(self) -> str:
+        return content_etag({name: field_etag(field) for name, field in self._own.items()})
 
     def _check_etag(self, name: str, etag: str | None) -> None:
         if etag is None:

@@ -92,8 +92,8 @@ export async function changeSeen(method, path, isSeen, json) {
  */
 export function toRefusal(error) {
   if (error instanceof Problem) {
-    const { title, type = "", feature = null, index = null } = error.body;
-    return { detail: error.detail, fix: error.fix, title, reason: type.split("/").at(-1), feature, index };
+    const { title, type = "", feature = null, index = null, entry } = error.body;
+    return { detail: error.detail, fix: error.fix, title, reason: type.split("/").at(-1), feature, index, entry };
   }
   throw error;
 }

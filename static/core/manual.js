@@ -17,6 +17,7 @@ export const EXPLAINED = {
   tracks: "detection.md#tracks-of-a-rig",
   field: "start.md",
   drawing: "conventions.md#the-field",
+  "own-field": "fields.md",
   borders: "borders.md",
   inside: "borders.md#what-the-figures-say",
   degree: "borders.md#the-degree",

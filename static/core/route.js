@@ -33,6 +33,10 @@ const ADDRESSES = /** @type {const} */ ([
   ["images", "library/images"],
   ["versions", "library/versions"],
   ["import", "library/import"],
+  ["fields", "library/fields"],
+  ["new-field", "library/new-field/:field"],
+  ["new-field", "library/new-field"],
+  ["field-editor", "library/fields/:field"],
   ["publishing", "system/publishing"],
   ["jobs", "system/jobs"],
   ["server", "system/server"],
@@ -43,12 +47,12 @@ const STEPS = new Set(["field", "points", "verify"]);
  * @typedef {(typeof ADDRESSES)[number][0]} View
  * @typedef {"cameras" | "field" | "lenses" | "library" | "system" | ""} Place one of the rail; "" is none
  * @typedef {{ camera: string, picture: string, step: import("./types").StepId, rig: string, left: string,
- *   right: string, scene: string }} Words what an address names; "" is nothing
+ *   right: string, scene: string, field: string }} Words what an address names; "" is nothing
  * @typedef {{ view: View | "nowhere", place: Place } & Words} Route
  */
 
 /** @type {Words} */
-const NOTHING = { camera: "", picture: "", step: "", rig: "", left: "", right: "", scene: "" };
+const NOTHING = { camera: "", picture: "", step: "", rig: "", left: "", right: "", scene: "", field: "" };
 
 /** @param {string} word */
 function decoded(word) {

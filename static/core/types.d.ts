@@ -51,11 +51,12 @@ export interface Control {
 }
 export interface SourceKind { scheme: string; title: string; help: string; target: string; options: Option[] }
 export interface Line { name: string; from: Point; to: Point; width_mm: number }
-export interface Arc { name: string; centre: Point; radius_mm: number; start_deg: number; end_deg: number }
+export interface Arc { name: string; centre: Point; radius_mm: number; start_deg: number; end_deg: number; width_mm: number }
 export interface Region { name: string; x: Point; y: Point; rotate: number; width_mm: number; height_mm: number }
 export interface Field {
   name: string; title: string; length_mm: number; width_mm: number; lines: Line[]; arcs: Arc[];
   hat_height_mm: number; landmarks: Record<string, Point>; regions: Record<string, Region>;
+  line_sigma_mm: number; extras: Record<string, unknown>; own?: boolean;
 }
 export interface Option {
   name: string; type: string; default: unknown; help: string;
@@ -72,7 +73,7 @@ export interface Curve {
 export interface SnapAnswer {
   state: "snapped" | "kept"; point: Point; moved_px?: number; width_px?: number; direction_deg?: number; sigma_px?: number; confidence?: number; reason?: string; what?: string;
 }
-export interface Refusal { detail: string; fix: string; title?: string; reason?: string; feature?: string | null; index?: number | null }
+export interface Refusal { detail: string; fix: string; title?: string; reason?: string; feature?: string | null; index?: number | null; entry?: string }
 export interface Warning { reason: string; text: string; fix: string; feature: string | null; index: number | null }
 export interface Feature { feature: string; kind: string; points: (Point | null)[] }
 export interface Distortion { before_pct: number | null; after_pct: number | null }
@@ -148,7 +149,7 @@ export interface Calibration {
   id: string; version: number; camera: string | null; field: string; region: string; rotate: number; snapshot: string | null;
   image_size: Point; model: { name: string }; options: Record<string, unknown>; observations: Observation[]; report: Report;
   corrected_size: Point; created_at: string; active: boolean; note: string;
-  /** What of its field lies elsewhere now than when it was made; not in full lists. */
+  /** What of its field lies elsewhere now than when it was made; only in brief lists. */
   field_changes?: string[];
   field_definition: { hat_height_mm?: number; lines: Line[]; arcs: Arc[]; regions: Record<string, Region> };
 }

@@ -48,8 +48,7 @@ def test_a_note_changes_and_nothing_else_of_the_version(client, two):
     before = client.get(path).json()
     after = client.patch(path, json={"note": "after the lens was cleaned ü"}).json()
     assert after == {**before, "note": "after the lens was cleaned ü"} and after["active"]
-    assert client.get(path).json() == after
-    assert client.get(CAL).json()["items"][0] | {"field_changes": []} == after  # lists have versions as they were saved
+    assert client.get(path).json() == after and client.get(CAL).json()["items"][0] == after
     refusal(client.patch(path, json={"note": "x" * 2001}), 422)
     refusal(client.patch(path, json={"model": "ssl"}), 422)
     refusal(client.patch(f"{CAL}/{'0' * 16}", json={"note": ""}), 404, "unknown-calibration")

@@ -21,7 +21,9 @@ PLACES = {
     "scene": ("#/field/scene", "scene-page"), "lenses": ("#/lenses", "lenses-page"),
     "board": ("#/lenses/board", "board-desk"), "straight": ("#/lenses/edges", "straight-desk"),
     "ball": ("#/lenses/ball/overhead", "rolls-page"), "images": ("#/library/images", "images-page"),
-    "import": ("#/library/import", "import-page"), "publishing": ("#/system/publishing", "publishing-page"),
+    "import": ("#/library/import", "import-page"), "fields": ("#/library/fields", "fields-page"),
+    "field editor": ("#/library/new-field/ssl-div-b", "field-editor"),
+    "publishing": ("#/system/publishing", "publishing-page"),
     "jobs": ("#/system/jobs", "jobs-page"), "server": ("#/system/server", "settings-page"),
 }
 STEPS = {"field": "picture", "points": "picture", "verify": "corrected"}

@@ -53,21 +53,17 @@ def change_note(services: ServicesDep, id: Id, body: NoteChange, if_match: IfMat
 
     With If-Match, the ETag of GET, only if nobody has changed it since: else 412, with `current`.
     """
-    return _version_json(services, services.store.calibrations.annotate(id, body.note, if_match))
+    return _version_json(services.store.calibrations.annotate(id, body.note, if_match))
 
 
 @router.post("/{id}/restore", response_model=responses.Calibration)
 def restore_calibration(services: ServicesDep, id: Id) -> Json:
     """Undo a deletion: the version is there again under its number."""
-    return _version_json(services, services.store.calibrations.restore(id))
+    return _version_json(services.store.calibrations.restore(id))
 
 
-def _shown(services: Services, calibration: Calibration) -> dict[str, Any]:
-    return {**calibration.to_json(), "field_changes": services.cameras.field_changes(calibration)}
-
-
-def _version_json(services: Services, calibration: Calibration) -> Json:
-    return versioned(_shown(services, calibration), version_etag(calibration))
+def _version_json(calibration: Calibration) -> Json:
+    return versioned(calibration.to_json(), version_etag(calibration))
 
 
 def _version(store: Store, id: str) -> Any:
@@ -98,14 +94,14 @@ async def make_calibration(request: Request, services: ServicesDep, by: Operator
         task, saved = await fit_few(services, body, lambda task: save_new_version(
             services.store, task.record(task.run()), by))
         if saved is not None:
-            return _created(services, saved)
+            return _created(saved)
     return await finished_or_queued(request, services, "calibration", run_fit, {"task": task.to_json()}, job,
                                     "calibration", {"by": by}, lambda made: _created(
-                                        services, services.store.calibrations.get(made["calibration"])))
+                                        services.store.calibrations.get(made["calibration"])))
 
 
-def _created(services: Services, calibration: Calibration) -> Json:
-    return created(_shown(services, calibration), f"calibrations/{calibration.id}")
+def _created(calibration: Calibration) -> Json:
+    return created(calibration.to_json(), f"calibrations/{calibration.id}")
 
 
 @router.post("/compare", response_model=responses.Ranking, responses=ACCEPTED)
@@ -154,13 +150,14 @@ def _brief(services: Services, calibration: Calibration) -> dict[str, Any]:
         known = report["covariance"]
         names = known.get("names") if isinstance(known, Mapping) else None
         report["covariance"] = {"names": names, "matrix": []} if isinstance(names, list) else None
-    return {**_shown(services, calibration), "observations": [], "field_definition": {}, "report": report}
+    return {**calibration.to_json(), "observations": [], "field_definition": {}, "report": report,
+            "field_changes": services.cameras.field_changes(calibration)}
 
 
 @router.get("/{id}", response_model=responses.Calibration)
 def read_calibration(services: ServicesDep, id: Id) -> Json:
     """Return one version, with everything it was made from; its ETag goes into If-Match of PATCH and DELETE."""
-    return _version_json(services, services.store.calibrations.get(id))
+    return _version_json(services.store.calibrations.get(id))
 
 
 @router.delete("/{id}", status_code=204, response_class=Response)
@@ -180,7 +177,7 @@ async def activate_calibration(services: ServicesDep, by: OperatorDep, id: Id, i
     if calibration.camera is not None:
         services.live.refresh(calibration.camera)
     services.publishing.publisher.wake()
-    return _version_json(services, calibration)
+    return _version_json(calibration)
 
 
 @router.get("/{id}/exports", response_model=responses.Formats)

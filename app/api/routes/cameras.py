@@ -67,9 +67,13 @@ def list_sources() -> Json:
 
 @router.get("/status", response_model=responses.CameraStatuses)
 async def list_statuses(services: ServicesDep) -> Json:
-    """Return the status of every camera at once and start none: the state of one that does not run is `idle`."""
+    """Return the status of every camera at once and start none: the state of one that does not run is `idle`.
+
+    fields: another revision whenever somebody has changed a field.
+    """
     cameras = await asyncio.to_thread(services.cameras.all)  # never behind work that fills the services' threads
-    return Json({"items": [{"id": camera.id, **services.live.status(camera.id)} for camera in cameras]})
+    return Json({"items": [{"id": camera.id, **services.live.status(camera.id)} for camera in cameras],
+                 "fields": services.fields.revision})
 
 
 @router.get("/{id}", response_model=responses.Camera)

@@ -9,7 +9,7 @@ from starlette.responses import Response
 from app.api.bodies import uploaded_file
 from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
 from app.api.file_headers import attachment
-from app.api.responses import Json, accepted, page, versioned
+from app.api.responses import Json, accepted, versioned
 from app.api.routes.calibrations import FILE
 from app.api.schemas import responses
 from app.api.schemas.media import upload
@@ -38,8 +38,10 @@ class Refit(Strict):
 
 @router.get("", response_model=responses.PlayingFields)
 def list_fields(services: ServicesDep) -> Json:
-    """List every field with its lines, arcs, landmarks and regions, mm."""
-    return page(field_json(services, field) for field in services.fields.values())
+    """List every field with its lines, arcs, landmarks and regions, mm. revision: as GET /cameras/status tells it."""
+    revision = services.fields.revision  # an older one than the fields only has them read once more
+    return Json({"items": [field_json(services, field) for field in services.fields.values()], "next_cursor": None,
+                 "revision": revision})
 
 
 @router.get("/{name}", response_model=responses.PlayingField)

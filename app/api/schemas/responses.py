@@ -32,7 +32,7 @@ SettingsView = response("SettingsView", version=str, items=list[SettingView], st
 PlayingField = response("PlayingField", name=str, title=str, length_mm=float, width_mm=float, lines=list[JsonObject],
     arcs=list[JsonObject], landmarks=dict[str, Point], hat_height_mm=float, line_sigma_mm=float,
     regions=dict[str, JsonObject], own=described(bool, "made by an operator, who may change it"))
-PlayingFields = page_of("PlayingFields", PlayingField)
+PlayingFields = response("PlayingFields", page_of("PlayingFieldsPage", PlayingField), revision=str)
 Option = response("Option", name=str, type=str, default=Any, help=str, range=list[float] | None, unit=str | None,
     choices=list[str])
 Model = response("Model", name=str, title=str, help=str, points_needed=str, options=list[Option])
@@ -134,7 +134,8 @@ CameraStatus = response("CameraStatus", state=Literal["connecting", "live", "sta
     light=JsonObject | None, sharpness=Any, active_calibration=str | None, drift_px=float | None,
     drift=JsonObject | None)
 CameraStatuses = response("CameraStatuses", items=list[response("ListedCameraStatus", CameraStatus, id=str,
-    state=Literal["idle", "connecting", "live", "stalled", "offline", "mismatch"])])
+    state=Literal["idle", "connecting", "live", "stalled", "offline", "mismatch"])],
+    fields=described(str, "another revision whenever a field was changed"))
 # version, by: of activations, null of others
 Event = response("Event", at=str, kind=events.Kind, camera=described(str | None, "null: pictures from files"),
     version=int | None, by=str | None, text=str)

@@ -128,18 +128,22 @@ export function activateFeature(feature) {
   selection.value = [];
 }
 
+/** Everything that can be clicked on a field. @param {import("../../core/types").Field} field */
+export const featuresOf = (field) =>
+  new Set([
+    ...BORDERS,
+    ...field.lines.map((l) => l.name),
+    ...field.arcs.map((a) => a.name),
+    ...Object.keys(field.landmarks),
+  ]);
+
 /**
  * Drop what was clicked on lines that another field does not have; borders every field has.
  * @param {Doc} document
  * @param {import("../../core/types").Field} field
  */
 export function keepKnown(document, field) {
-  const known = new Set([
-    ...BORDERS,
-    ...field.lines.map((l) => l.name),
-    ...field.arcs.map((a) => a.name),
-    ...Object.keys(field.landmarks),
-  ]);
+  const known = featuresOf(field);
   return {
     ...document,
     observations: document.observations.filter((o) => typeof o.feature !== "string" || known.has(o.feature)),

@@ -3,7 +3,8 @@ import { effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
 import { BORDERS, doc, dragging, isEqual, pointsOf } from "../../core/document.js";
 import { latestWins } from "../../core/latest_wins.js";
-import { automaticModel, model, snapshot } from "../../core/state.js";
+import { automaticModel, field, model, snapshot } from "../../core/state.js";
+import { featuresOf } from "./editing.js";
 import { curveThrough } from "./live_curve.js";
 
 /**
@@ -29,6 +30,17 @@ export const stale = signal(false);
 export const isCurve = (curve) => curve !== undefined && "curve" in curve;
 
 /**
+ * Those on what the field has: what was clicked on a line that somebody took off the field is kept, and not fitted.
+ * @param {import("../../core/types").Observation[]} observations
+ */
+export function onField(observations) {
+  const f = field.value;
+  if (!f) return observations;
+  const known = featuresOf(f);
+  return observations.filter((o) => typeof o.feature !== "string" || known.has(o.feature));
+}
+
+/**
  * The sides of a fit that the server wants.
  * @param {import("../../core/types").Doc} d
  * @param {string} [automatic] what to fit where the model is left to the server
@@ -39,7 +51,7 @@ export const fitBody = (d, automatic = AUTOMATIC) => ({
   region: d.region,
   model: d.model ?? automatic,
   options: d.options,
-  observations: d.observations,
+  observations: onField(d.observations),
   ...(d.rotate === null ? {} : { rotate: d.rotate }),
 });
 
@@ -192,9 +204,10 @@ export function startFitting() {
     const picture = snapshot.value,
       document = doc.value,
       held = dragging.value,
-      isOnline = online.value;
+      isOnline = online.value,
+      over = field.value; // a draft follows its field
     untracked(() => {
-      const question = JSON.stringify([picture?.id, document]);
+      const question = JSON.stringify([picture?.id, document, over]);
       if (!isOnline) lastPreview = "";
       stale.value = question !== lastPreview;
       if (!isOnline || !stale.value) return;

@@ -48,9 +48,7 @@ async function fetchLists() {
     }
   };
   await Promise.all([
-    fill("/fields", (items) => {
-      fields.value = items;
-    }),
+    readFields().catch(notifyError),
     fill("/models", (items) => {
       models.value = items;
     }),
@@ -62,6 +60,22 @@ async function fetchLists() {
     }),
   ]);
   listed.value = true;
+}
+
+let fieldsRevision = "";
+
+export async function readFields() {
+  const { items, revision } = await call("GET", "/fields");
+  fields.value = items;
+  fieldsRevision = revision;
+}
+
+/** Ask for the fields again where somebody has changed one, and for the cameras: calibrations may be outdated by it.
+ * @param {string} revision as it is now */
+export async function refreshFields(revision) {
+  if (!listed.value || revision === fieldsRevision) return;
+  await readFields();
+  await readCameras();
 }
 
 /**
@@ -176,7 +190,11 @@ async function openSnapshot(picture, at, isWanted) {
     if (route.value.picture !== picture.id) go("calibrate", { picture: picture.id, step: at });
   });
   fit(picture);
-  if (!doc.value.field) load({ ...doc.value, ...firstGuess(picture) });
+  if (!doc.value.field || !doc.value.region) {
+    load({ ...doc.value, ...firstGuess(picture, doc.value.field) });
+    // what it was begun with is there no more
+    if (kept.notice) goInstead("calibrate", { picture: picture.id, step: "field" });
+  }
   applyChosenLens(picture);
   await findVersion(picture.id);
   return true;
@@ -229,10 +247,11 @@ function closePicture() {
   forgetVersion();
 }
 
-/** What the camera looks at, else the field used last. @param {import("../../core/types").Snapshot} picture */
-function firstGuess(picture) {
+/** What the camera looks at, else the field used last.
+ * @param {import("../../core/types").Snapshot} picture @param {string | null} said the field, where it is known */
+function firstGuess(picture, said) {
   const camera = cameras.value.find((c) => c.id === picture.camera);
-  const name = camera?.field ?? localStorage.getItem(LAST_FIELD);
+  const name = said ?? camera?.field ?? localStorage.getItem(LAST_FIELD);
   const field = fields.value.find((f) => f.name === name) ?? fields.value[0];
   const regions = Object.keys(field?.regions ?? {});
   return {

@@ -3,7 +3,7 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call } from "../../core/api.js";
 import { route } from "../../core/route.js";
 import { cameras } from "../../core/state.js";
-import { refreshCameras } from "../calibrate/pictures.js";
+import { refreshCameras, refreshFields } from "../calibrate/pictures.js";
 
 /** @typedef {import("../../core/types").CameraStatus} CameraStatus */
 
@@ -42,9 +42,9 @@ export async function refreshStatuses() {
 
 async function look() {
   /** @type {(CameraStatus & { id: string })[]} */
-  let items;
+  let items, revision;
   try {
-    items = (await call("GET", "/cameras/status")).items;
+    ({ items, fields: revision } = await call("GET", "/cameras/status"));
   } catch {
     statuses.value = Object.fromEntries(Object.entries(statuses.value).map(([id, it]) => [id, lost(it)]));
     return;
@@ -53,6 +53,7 @@ async function look() {
   const idle = lookedAt.value.split(" ").filter((id) => statuses.value[id]?.state === "idle");
   await Promise.allSettled([
     refreshCameras(items),
+    refreshFields(revision),
     ...idle.map((id) => call("GET", `/cameras/${encodeURIComponent(id)}/status`)), // that starts it
   ]);
 }

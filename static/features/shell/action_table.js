@@ -11,6 +11,7 @@ import { COMPARE_ACTIONS } from "../compare/actions.js";
 import { MAP_ACTIONS } from "../compare/map_actions.js";
 import { DETECTION_ACTIONS } from "../detection/actions.js";
 import { DRIFT_ACTIONS } from "../drift/drift.js";
+import { FIELD_EDITOR_ACTIONS } from "../field_editor/actions.js";
 import { HELP_ACTIONS } from "../help/actions.js";
 import { LIVE_ACTIONS } from "../live/actions.js";
 import { PAIR_ACTIONS } from "../pair/actions.js";
@@ -27,6 +28,7 @@ import { STEP_ACTIONS } from "./step_actions.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const ACTION_TABLE = [
+  FIELD_EDITOR_ACTIONS,
   PICTURE_ACTIONS,
   LIVE_ACTIONS,
   BOARD_ACTIONS,

@@ -6,6 +6,7 @@ import { boardNextStep } from "../board/board.js";
 import { captureNextStep } from "../board/capture.js";
 import { detectionNextStep } from "../detection/detection.js";
 import { driftNextStep } from "../drift/drift.js";
+import { editorNextStep } from "../field_editor/editor.js";
 import { cameraNextStep, formNextStep } from "../live/camera_page.js";
 import { pairNextStep } from "../pair/evaluation.js";
 import { rigNextStep } from "../rig/rig.js";
@@ -41,6 +42,8 @@ const NEXT_STEPS = {
   capture: captureNextStep,
   edges: straightNextStep,
   ball: rollsNextStep,
+  "new-field": editorNextStep,
+  "field-editor": editorNextStep,
 };
 
 /** Of the view that is shown; null where there is none, on the wall, and while calibrating. */

@@ -58,6 +58,7 @@ export const TABS = {
   library: [
     ["images", "Images"],
     ["versions", "Versions"],
+    ["fields", "Fields"],
     ["import", "Import"],
   ],
   system: [
@@ -67,7 +68,7 @@ export const TABS = {
   ],
 };
 /** Views that stand behind the tab of another one. @type {Partial<Record<View | "nowhere", View>>} */
-const BEHIND = { rig: "field", "new-rig": "field", capture: "board" };
+const BEHIND = { rig: "field", "new-rig": "field", capture: "board", "field-editor": "fields", "new-field": "fields" };
 
 /** The tabs beside the view that is shown, each with its address. */
 export const tabs = computed(() => {

@@ -6,7 +6,7 @@ import { Stopped, runJob } from "../../core/jobs.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { goToStep } from "../../core/route.js";
 import { busy, models, notifyError, rotation, snapshot } from "../../core/state.js";
-import { fitBody } from "../calibrate/fitting.js";
+import { fitBody, onField } from "../calibrate/fitting.js";
 
 /** The newest version of this picture, and its neighbours of the same camera. */
 export const version = signal(/** @type {import("../../core/types").Calibration | null} */ (null));
@@ -27,7 +27,7 @@ export const isSaved = computed(() => {
     saved.rotate === rotation.value &&
     (now.model === null ? "model_choice" in saved.report : saved.model.name === now.model) &&
     isEqual(given(saved.options), given(now.model === null ? optionsOf(saved.model.name, now.options) : now.options)) &&
-    isEqual(saved.observations.map(plain), now.observations.map(plain))
+    isEqual(saved.observations.map(plain), onField(now.observations).map(plain))
   );
 });
 
@@ -108,7 +108,7 @@ export async function annotateVersion(it, note) {
   await writeNote(it, note).catch(notifyError);
   try {
     const now = await call("GET", `/calibrations/${it.id}`);
-    if (version.value?.id === it.id) version.value = now;
+    if (version.value?.id === it.id) version.value = { ...version.value, ...now };
     await list();
   } catch (error) {
     notifyError(error);
@@ -123,7 +123,8 @@ export async function findVersion(picture) {
     if (!newest || snapshot.value?.id !== picture) return;
     const found = await call("GET", `/calibrations/${newest.id}`);
     // one may have been saved meanwhile
-    if (snapshot.value?.id === picture && version.value === null) version.value = found;
+    if (snapshot.value?.id === picture && version.value === null)
+      version.value = { ...found, field_changes: newest.field_changes };
   } catch (error) {
     notifyError(error);
   }

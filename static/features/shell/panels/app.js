@@ -78,7 +78,7 @@ function Middle() {
     </section>`;
   const Main = shown.value?.Main;
   if (!Main) return html`<${Stage} Legends=${Legends} />`;
-  const kind = route.value.view === "pair" ? "paired" : "empty";
+  const kind = ["pair", "field-editor", "new-field"].includes(route.value.view) ? "paired" : "empty";
   return html`<section class=${`stage ${kind}`} tabindex="-1" data-testid="stage">
     <${Main} />
   </section>`;

@@ -9,6 +9,10 @@ import { CaptureForm, CapturePage, CaptureReport } from "../../board/panels/capt
 import { LensReport } from "../../board/panels/lens_report.js";
 import { LensesPage } from "../../board/panels/lenses_page.js";
 import { PictureAdvice } from "../../calibrate/panels/picture.js";
+import { EditorPage } from "../../field_editor/panels/editor_page.js";
+import { FieldForm } from "../../field_editor/panels/field_form.js";
+import { FieldsPage } from "../../field_editor/panels/fields_page.js";
+import { Markings } from "../../field_editor/panels/markings.js";
 import { CheckReport } from "../../check/panels/check.js";
 import { DetectionForm } from "../../detection/panels/colours.js";
 import { DetectionPage } from "../../detection/panels/detection_page.js";
@@ -70,6 +74,9 @@ const VIEWS = {
   images: { label: "Images", Main: ImagesPage },
   versions: { label: "Versions", Main: VersionListPage, Report: VersionListReport },
   import: { label: "Import", Main: ImportPage },
+  fields: { label: "Fields", Main: FieldsPage },
+  "new-field": { label: "New field", Form: FieldForm, Main: EditorPage, Report: Markings },
+  "field-editor": { label: "Field editor", Form: FieldForm, Main: EditorPage, Report: Markings },
   publishing: { label: "Publishing", Main: PublishingPage },
   jobs: { label: "Jobs", Main: JobsPage },
   server: { label: "Server", Main: SettingsPage },

@@ -1,0 +1,200 @@
+// Left of the drawing: what the field is called, how large it is, which parts cameras see, and what to do with it.
+import { address } from "../../../core/api.js";
+import { words } from "../../../core/format.js";
+import { html } from "../../../core/html.js";
+import { cameras } from "../../../core/state.js";
+import { ActionButton } from "../../../ui/action_button.js";
+import { Title } from "../../../ui/title.js";
+import { Outdated } from "../../versions/panels/outdated.js";
+import { nameOf } from "../document.js";
+import {
+  applyToCamera,
+  chosen,
+  deleteField,
+  history,
+  isDirty,
+  isShipped,
+  opened,
+  refusal,
+  saveOverTheirs,
+  sizing,
+  takeTheirs,
+  theirs,
+} from "../editor.js";
+import { includes, withSize } from "../geometry.js";
+import { NumberInput, TextInput } from "./numbers.js";
+
+/** @typedef {import("../types").FieldDoc} FieldDoc */
+
+export function FieldForm() {
+  const doc = history.doc.value;
+  if (!doc) return null;
+  return html`
+    <${Refused} />
+    ${opened.value?.name && html`<${Outdated} field=${opened.value.name} />`}
+    <section aria-label="Name">
+      <${Title} of="own-field">The field<//>
+      <${TextInput}
+        label="Title"
+        entry="title"
+        value=${doc.title}
+        set=${(/** @type {FieldDoc} */ d, /** @type {string} */ title) => ({
+          ...d,
+          title,
+          name: opened.value?.name || (d.name && d.name !== nameOf(d.title) ? d.name : nameOf(title)),
+        })}
+      />
+      ${!opened.value?.name && html`<${TextInput}
+        label="Short name, for files and addresses"
+        entry="name"
+        value=${doc.name}
+        set=${(/** @type {FieldDoc} */ d, /** @type {string} */ name) => ({ ...d, name })}
+      />`}
+    </section>
+    <section aria-label="Size">
+      <h2>Size</h2>
+      <${NumberInput}
+        label="Length"
+        entry="length_mm"
+        value=${doc.length_mm}
+        set=${(/** @type {FieldDoc} */ d, /** @type {number} */ length) =>
+          length > 0 ? withSize(d, length, d.width_mm, sizing.value) : d}
+      />
+      <${NumberInput}
+        label="Width"
+        entry="width_mm"
+        value=${doc.width_mm}
+        set=${(/** @type {FieldDoc} */ d, /** @type {number} */ width) =>
+          width > 0 ? withSize(d, d.length_mm, width, sizing.value) : d}
+      />
+      <label class="pair tall">
+        <span>A new size</span>
+        <select
+          data-testid="sizing"
+          value=${sizing.value}
+          disabled=${isShipped.value}
+          onChange=${(/** @type {any} */ e) => {
+            sizing.value = e.target.value;
+          }}
+        >
+          <option value="scale">scales everything</option>
+          <option value="borders">moves the borders, areas keep their size</option>
+        </select>
+      </label>
+      <${NumberInput}
+        label="Width of lines"
+        entry="line_width_mm"
+        value=${doc.lines[0]?.width_mm ?? doc.arcs[0]?.width_mm ?? 50}
+        set=${(/** @type {FieldDoc} */ d, /** @type {number} */ width_mm) => ({
+          ...d,
+          lines: d.lines.map((l) => ({ ...l, width_mm })),
+          arcs: d.arcs.map((a) => ({ ...a, width_mm })),
+        })}
+      />
+      <${NumberInput}
+        label="Robot height"
+        entry="hat_height_mm"
+        value=${doc.hat_height_mm}
+        set=${(/** @type {FieldDoc} */ d, /** @type {number} */ hat_height_mm) => ({ ...d, hat_height_mm })}
+      />
+      <${NumberInput}
+        label="Error of lines (σ)"
+        entry="line_sigma_mm"
+        value=${doc.line_sigma_mm}
+        set=${(/** @type {FieldDoc} */ d, /** @type {number} */ line_sigma_mm) => ({ ...d, line_sigma_mm })}
+      />
+    </section>
+    <${Parts} doc=${doc} />
+    <${Uses} doc=${doc} />
+  `;
+}
+
+/** What was refused, or what somebody else has saved. */
+function Refused() {
+  const why = refusal.value,
+    other = theirs.value;
+  return html`
+    ${why && html`<div class="warning-line" role="alert" id="field-refusal" data-testid="field-refusal">
+      <b>${why.detail}</b> ${why.fix}
+    </div>`}
+    ${other && html`<div class="warning-line" role="alert" data-testid="field-theirs">
+      <b>Somebody else has ${other.field ? "changed" : "deleted"} this field since you opened it.</b>
+      <p>Yours is kept: undo brings it back.</p>
+      <div class="line wrap">
+        ${other.field && html`<button type="button" data-testid="take-theirs" onClick=${takeTheirs}>
+          Show theirs
+        </button>`}
+        <button type="button" data-testid="save-over" onClick=${() => void saveOverTheirs()}>
+          Save mine over it
+        </button>
+      </div>
+    </div>`}
+  `;
+}
+
+/** @param {{ doc: FieldDoc }} props */
+const Parts = ({ doc }) => html`<section aria-label="Parts that cameras see">
+  <h2>Parts that cameras see</h2>
+  <ul class="features">
+    ${Object.keys(doc.regions).map((name) => {
+      const mark = /** @type {const} */ ({ kind: "region", name });
+      return html`<li key=${name}>
+        <button
+          type="button"
+          class="feature model"
+          data-testid=${`mark-region-${name}`}
+          aria-pressed=${includes(chosen.value, mark)}
+          onClick=${() => {
+            chosen.value = [mark];
+          }}
+        >
+          <i></i>
+          <span>${words(name)}</span>
+        </button>
+      </li>`;
+    })}
+  </ul>
+  <${ActionButton} id="add-region" />
+</section>`;
+
+/** @param {{ doc: FieldDoc }} props */
+function Uses({ doc }) {
+  const name = opened.value?.name;
+  if (!name) return null;
+  const others = cameras.value.filter((c) => c.editable && c.field !== name),
+    over = cameras.value.filter((c) => c.field === name).map((c) => c.name);
+  return html`<section aria-label="Use">
+    <h2>Use</h2>
+    <p class="reason">${over.length ? `Under ${over.join(", ")}.` : "No camera hangs over it yet."}</p>
+    ${others.length > 0 && html`<label class="pair tall">
+      <span>Hang a camera over it</span>
+      <select
+        data-testid="use-for"
+        value=""
+        onChange=${(/** @type {any} */ e) => {
+          void applyToCamera(e.target.value);
+          e.target.value = "";
+        }}
+      >
+        <option value="">Choose a camera</option>
+        ${others.map((c) => html`<option key=${c.id} value=${c.id}>
+          ${c.name}
+        </option>`)}
+      </select>
+    </label>`}
+    <div class="line wrap">
+      <${ActionButton} id="copy-field" />
+      <a href=${address(`/fields/${name}/export/json`)} download>JSON</a>
+      <a href=${address(`/fields/${name}/export/ssl-vision`)} download>SSL-Vision packet</a>
+      ${!isShipped.value && html`<button
+        type="button"
+        data-testid="delete-field"
+        title=${`Delete ${doc.title}; it can be put back`}
+        onClick=${() => void deleteField()}
+      >
+        Delete
+      </button>`}
+    </div>
+    ${isDirty.value && html`<p class="reason">Files and cameras have it as it was saved.</p>`}
+  </section>`;
+}
