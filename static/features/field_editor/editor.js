@@ -164,7 +164,7 @@ function keepLocally({ key, etag }, doc) {
   }
 }
 
-/** Show what was begun and not saved; undo leads back to what the server has. @param {string} key @param {string} text */
+/** Show what was begun and not saved; undo leads to what the server has. @param {string} key @param {string} text */
 function restore(key, text) {
   if (!opened.value) return;
   try {
