@@ -32,6 +32,7 @@ MAX_LINE_SIGMA_MM = 200.0
 MIN_SIDE_MM, MAX_SIDE_MM = 100.0, 100_000.0  # a table top to a stadium
 MAX_MEMBERS = 500  # of each kind; the richest league field has 60
 SAME_MM = 0.01  # two ways to say one place may differ by this
+BESIDE = 0.05  # of half a side: a region's edge lies along its line, which may have been taped outside the field
 
 T = TypeVar("T")
 
@@ -134,7 +135,8 @@ def _ends(value: Any, at: str, far: Point) -> tuple[Point, Point]:
 def _span(value: Any, at: str, half: float) -> tuple[float, float]:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
         raise refuse(f"{at} is no pair of numbers.", "Send [from, to] in mm.", at)
-    low, high = (number(v, at, -half - SAME_MM, half + SAME_MM) for v in value)
+    far = half * (1 + BESIDE)
+    low, high = (number(v, at, -far, far) for v in value)
     if high - low < 10:
         raise refuse(f"{at} runs from {low:g} to {high:g} mm.", "Send the smaller number first, 10 mm apart or more.",
                      at)

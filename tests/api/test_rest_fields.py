@@ -5,9 +5,13 @@ import json
 import pytest
 from starlette.testclient import TestClient
 
+from app.core.field_json import field_from_json
+from app.core.field_moves import JoinedField
 from app.main import create_app
+from tests.support.paths import CLICKS
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
+from tests.support.tape import SIDES_AND_DIAGONALS, measured
 
 FIELDS = f"{API}/fields"
 GARAGE = {"name": "garage", "length_mm": 3000, "width_mm": 2000,
@@ -197,3 +201,50 @@ def test_calibrations_made_before_a_change_are_told_and_made_again_from_their_po
     client.post(f"{API}/calibrations/{id}/activate")
     (sent,) = client.get(f"{API}/publishing").json()["cameras"]
     assert sent["problem"] is None or sent["problem"]["reason"] != "field-changed"
+
+
+def test_a_field_is_adjusted_to_tape_distances_and_nothing_is_saved(standing):
+    field = standing.get(f"{FIELDS}/ssl-div-b").json()
+    truth = JoinedField(field_from_json(field)).moved({"goal-line-right": (-15.0, -15.0)}, {})
+    distances = [{"from": a, "to": b, "mm": mm} for a, b, mm in measured(truth, SIDES_AND_DIAGONALS)]
+    told = standing.post(f"{FIELDS}/measured", json={"field": field, "distances": distances}).json()
+    assert told["offsets"]["goal-line-right"]["mm"] == pytest.approx(-15, abs=1)
+    assert told["offsets"]["goal-line-right"]["sigma_mm"] < 3
+    assert len(told["residuals_mm"]) == len(distances) and told["field"]["length_mm"] == pytest.approx(9015, abs=1)
+    assert standing.get(f"{FIELDS}/ssl-div-b").json() == field
+
+
+@pytest.mark.parametrize(("change", "status"), [
+    ({"distances": []}, 422), ({"distances": [{"from": "centre", "to": "moon", "mm": 5}]}, 422),
+    ({"distances": [{"from": "centre", "to": "corner-top-left", "mm": -5}]}, 422),
+    ({"distances": [{"from": "centre", "to": "corner-top-left", "mm": 1e300}]}, 422),
+    ({"distances": [{"from": "centre", "to": "corner-top-left"}]}, 422), ({"field": {}}, 422), ({"field": 3}, 422),
+    ({"distances": [{"from": "centre", "to": "corner-top-left", "mm": 1e5}]}, 200)])
+def test_what_was_not_measured_is_refused(standing, change, status):
+    field = standing.get(f"{FIELDS}/ssl-div-b").json()
+    body = {"field": field, "distances": [{"from": "corner-top-left", "to": "corner-top-right", "mm": 9015}], **change}
+    answer = standing.post(f"{FIELDS}/measured", json=body)
+    assert answer.status_code == status, answer.text
+    if status != 200:
+        refusal(answer)
+
+
+def test_more_markings_than_are_adjusted_at_once_are_refused(standing):
+    lines = [{"name": f"line-{i}", "from": [0, i], "to": [100, i]} for i in range(400)]
+    field = {**GARAGE, "lines": lines, "landmarks": {"a": [0, 0], "b": [100, 0]}}
+    body = {"field": field, "distances": [{"from": "a", "to": "b", "mm": 100}]}
+    refusal(standing.post(f"{FIELDS}/measured", json=body), 422, "too-many-markings")
+
+
+def test_what_a_calibration_has_found_is_adopted_or_refused(standing, standing_calibration):
+    field = standing.get(f"{FIELDS}/ssl-2008").json()
+    path, body = f"{FIELDS}/painted", {"field": field, "calibration": standing_calibration["id"]}
+    refusal(standing.post(path, json=body), 409, "no-offsets")  # each border is a curve of its own
+    refusal(standing.post(path, json={**body, "calibration": "0" * 16}), 404, "unknown-calibration")
+    task = {**json.loads((CLICKS / "ssl_2008_half.json").read_text()), "model": "division"}
+    made = standing.post(f"{API}/calibrations", json=task).json()
+    told = standing.post(path, json={**body, "calibration": made["id"]}).json()
+    assert told["offsets"].keys() >= {"touch-line-top", "goal-line-right"} and told["residuals_mm"] == []
+    assert all(one["sigma_mm"] > 0 for one in told["offsets"].values())
+    refusal(standing.post(path, json={"field": {**field, "length_mm": 6000}, "calibration": made["id"]}), 409,
+            "field-changed")

@@ -5,8 +5,11 @@ import re
 import pytest
 from playwright.sync_api import Page, expect
 
+from app.core.field_json import field_from_json
+from app.core.field_moves import JoinedField
 from tests.e2e.conftest import LONG_MS, Operator, Server
 from tests.e2e.test_places import Keyboard
+from tests.support.tape import SIDES_AND_DIAGONALS, measured
 from tests.support.waiting import until
 
 OBLIQUE = "?size=640x512&fps=5&robots=0&tilt=15&lens=mild"  # from straight above no picture tells the height
@@ -288,6 +291,61 @@ def test_an_open_draft_follows_its_field_and_an_outdated_calibration_is_made_aga
     expect(page.get_by_test_id("outdated")).to_have_count(0)
     now = until(lambda: camera_of(desk, "hall")["active"], lambda active: active["id"] != before)
     assert now["field_changes"] == []
+
+
+def worst_mm(found: dict, truth) -> float:
+    """How far any line's end is from where it truly is."""
+    return max(abs(a - b) for line in found["lines"] for end, place in (
+        ("from", truth.lines[line["name"]].start), ("to", truth.lines[line["name"]].end))
+        for a, b in zip(line[end], place, strict=True))
+
+
+def test_lines_taped_elsewhere_are_found_by_tape_and_adopted(editor, desk):
+    nominal = field_from_json(field_of(desk, "ssl-div-b"))
+    truth = JoinedField(nominal).moved({"goal-line-right": (-15.0, -15.0), "halfway-line": (15.0, 15.0)}, {})
+    copy(editor, desk, "ssl-div-b")
+    fill(editor, "title", "Measured")
+    editor.get_by_test_id("fold-measured").locator("summary").click()
+    for i, (a, b, mm) in enumerate(measured(truth, SIDES_AND_DIAGONALS, noise_mm=1.0)):
+        editor.get_by_test_id("add-distance").click()
+        editor.get_by_test_id(f"distance-{i}-from").select_option(a)
+        editor.get_by_test_id(f"distance-{i}-to").select_option(b)
+        box = editor.get_by_test_id(f"distance-{i}-mm")
+        box.fill(f"{mm:.0f}")
+        box.press("Enter")
+    editor.get_by_test_id("adjust-to-tape").click()
+    expect(editor.get_by_test_id("found-offsets")).to_contain_text("Goal line right")
+    expect(editor.get_by_test_id("found-offsets")).to_contain_text("±")
+    editor.reload()
+    expect(editor.get_by_test_id("distance-12-mm")).not_to_have_value("")  # what was typed is there
+    save(editor, "measured")
+    assert worst_mm(field_of(desk, "measured"), truth) < 3
+    expect(editor.get_by_test_id("distance-12-mm")).not_to_have_value("")
+
+
+def test_what_a_calibration_found_of_the_lines_is_adopted(editor, desk):
+    page, operator = editor, Operator(editor, desk)
+    nominal = {**field_of(desk, "ssl-div-b"), "name": "nominal", "title": "Nominal"}
+    truth = JoinedField(field_from_json(nominal)).moved({"defence-left-front": (15.0, 15.0)}, {})
+    desk.api("PUT", "/fields/nominal", json=nominal)
+    desk.api("PUT", "/fields/truth", json={**truth.to_json(), "name": "truth"})
+    desk.api("POST", "/cameras", json={"id": "taped", "name": "Taped camera", "field": "nominal", "region": "full",
+                                       "source": f"sim://truth{OBLIQUE}".replace("640x512", "1280x1024")})
+    operator.prefer("detect", "on")
+    page.goto(f"{desk.url}/#/cameras")
+    page.get_by_test_id("camera-taped").click()
+    expect(page.get_by_test_id("lines-found")).to_be_visible(timeout=LONG_MS)
+    operator.next("verify")
+    operator.activate(warned=False)
+    page.goto(f"{desk.url}/#/library/fields/nominal")
+    page.get_by_test_id("fold-measured").locator("summary").click()
+    page.get_by_test_id("adopt-offsets").select_option(label="Taped camera, version 1")
+    expect(page.get_by_test_id("found-offsets")).to_contain_text("Defence left front")
+    save(page, "nominal")
+    assert worst_mm(field_of(desk, "nominal"), truth) < 3
+    expect(page.get_by_test_id("outdated")).to_contain_text("Taped camera")
+    page.get_by_test_id("calibrate-again").click()
+    expect(page.get_by_test_id("notice").last).to_contain_text("1 new version on the field as it is now")
 
 
 def camera_of(desk, id: str) -> dict:

@@ -16,6 +16,8 @@ from app.api.schemas.media import upload
 from app.api.schemas.requests import CameraId, Id
 from app.core.errors import BadInput, Conflict
 from app.core.field import Field
+from app.core.field_json import MAX_SIDE_MM, field_from_json
+from app.fitting.measured_field import MAX_DISTANCES, TAPE_MM, TapeDistance, adjust_to_tape, as_found
 from app.formats import field_file
 from app.services.container import Services
 from app.services.fields import delete_field, field_json, outdated_calibrations, save_field, simulated
@@ -88,6 +90,48 @@ async def read_file(request: Request, services: ServicesDep) -> Json:
     data, _ = await uploaded_file(request, MAX_FILE_BYTES, ())
     field = await services.run_in_thread(field_file.read_field, data, tuple(services.fields.values()))
     return Json(field_json(services, field))
+
+
+class Distance(Strict):
+    """Between two landmarks, line middle to line middle, by tape."""
+
+    start: CameraId = Value(alias="from")
+    end: CameraId = Value(alias="to")
+    mm: Annotated[float, Value(gt=0, le=MAX_SIDE_MM)]
+    sigma_mm: Annotated[float, Value(ge=0.1, le=1000)] = TAPE_MM
+
+
+class Tape(Strict):
+    """A field as the rules have it, and what was measured on it."""
+
+    field: dict[str, Any]
+    distances: Annotated[list[Distance], Value(min_length=1, max_length=MAX_DISTANCES)]
+
+
+class Painted(Strict):
+    """A field, and a calibration over it that says where its lines lie."""
+
+    field: dict[str, Any]
+    calibration: Id
+
+
+@router.post("/measured", response_model=responses.MeasuredField)
+@in_thread
+def measure_field(services: ServicesDep, body: Tape) -> Json:
+    """Adjust a field to tape distances: where its lines lie, how sure that is, and what is left of each distance, mm.
+
+    Nothing is saved.
+    """
+    distances = [TapeDistance(one.start, one.end, one.mm, one.sigma_mm) for one in body.distances]
+    return Json(adjust_to_tape(field_from_json(body.field), distances).to_json())
+
+
+@router.post("/painted", response_model=responses.MeasuredField)
+@in_thread
+def adopt_offsets(services: ServicesDep, body: Painted) -> Json:
+    """Adjust a field to where a calibration has found its lines, with σ where that is known. Nothing is saved."""
+    calibration = services.store.calibrations.get(body.calibration)
+    return Json(as_found(calibration, field_from_json(body.field)).to_json())
 
 
 @router.post("/{name}/refit", status_code=202, response_model=responses.Job)

@@ -33,6 +33,9 @@ PlayingField = response("PlayingField", name=str, title=str, length_mm=float, wi
     arcs=list[JsonObject], landmarks=dict[str, Point], hat_height_mm=float, line_sigma_mm=float,
     regions=dict[str, JsonObject], own=described(bool, "made by an operator, who may change it"))
 PlayingFields = response("PlayingFields", page_of("PlayingFieldsPage", PlayingField), revision=str)
+# offsets: by line and arc, mm beside its place, and sigma_mm, null where it is not known
+MeasuredField = response("MeasuredField", field=JsonObject, offsets=dict[str, JsonObject],
+    residuals_mm=described(list[float], "of each distance, measured less adjusted"))
 Option = response("Option", name=str, type=str, default=Any, help=str, range=list[float] | None, unit=str | None,
     choices=list[str])
 Model = response("Model", name=str, title=str, help=str, points_needed=str, options=list[Option])

@@ -21,7 +21,7 @@ from app.models import CameraModel, RayModel
 from app.models.ray_camera import RayCamera
 
 REPORTED_NOTES = ("degree", "relation", "terms", "click_sigma_px", "degrees_of_freedom", "parameters",
-                  "line_offsets_mm", "arc_offsets_mm")
+                  "line_offsets_mm", "line_offset_sigmas_mm", "arc_offsets_mm")
 GOOD_MM = 5.0  # a ball is 43 mm wide; strategy code does not notice less
 FAIR_MM = 15.0  # robots still meet the ball
 MAX_LINE_SIGMAS = 4.0

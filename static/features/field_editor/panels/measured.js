@@ -1,0 +1,144 @@
+// Measured as it is: tape distances, what they make of the field, and the offsets that a calibration has found.
+import { number, words } from "../../../core/format.js";
+import { html } from "../../../core/html.js";
+import { cameras } from "../../../core/state.js";
+import { Fold } from "../../../ui/fold.js";
+import { Typed } from "../../../ui/typed.js";
+import { isShipped } from "../editor.js";
+import { adjustToTape, adoptOffsets, canAdjust, distances, found, measuring, setDistances } from "../measured.js";
+
+/** @typedef {import("../types").FieldDoc} FieldDoc */
+
+const FIRST = [
+  ["corner-top-left", "corner-top-right"],
+  ["corner-bottom-left", "corner-bottom-right"],
+  ["corner-top-left", "corner-bottom-left"],
+  ["corner-top-right", "corner-bottom-right"],
+  ["corner-top-left", "corner-bottom-right"],
+  ["corner-top-right", "corner-bottom-left"],
+];
+const WORTH_MM = 1; // a line that lies less aside is where it should be
+
+/** @param {{ doc: FieldDoc }} props */
+export function Measured({ doc }) {
+  if (isShipped.value) return null;
+  return html`<${Fold} id="measured" title="Measured as it is" value=${distances.value.length || ""}>
+    <p class="reason">
+      Type what a tape says, from the middle of a line to the middle of a line, and the field is adjusted to it. Sides
+      and diagonals first; a line that may lie off needs a distance to its both ends.
+    </p>
+    <ol class="plain distances">
+      ${distances.value.map((_, i) => html`<${Row} key=${i} doc=${doc} i=${i} />`)}
+    </ol>
+    <div class="line wrap">
+      <button
+        type="button"
+        data-testid="add-distance"
+        onClick=${() => {
+          const [from, to] = FIRST[distances.value.length] ?? ["", ""];
+          const known = (/** @type {string} */ name) => (name in doc.landmarks ? name : "");
+          setDistances([...distances.value, { from: known(from), to: known(to), mm: null }]);
+        }}
+      >
+        Add a distance
+      </button>
+      <button
+        type="button"
+        data-testid="adjust-to-tape"
+        disabled=${!canAdjust()}
+        onClick=${() => void adjustToTape()}
+      >
+        Adjust the field
+      </button>
+    </div>
+    <${Adopt} />
+    <${Found} />
+  <//>`;
+}
+
+/** @param {{ doc: FieldDoc, i: number }} props */
+function Row({ doc, i }) {
+  const it = distances.value[i],
+    left = found.value?.residuals_mm[i];
+  /** @param {Partial<import("../measured.js").Distance>} changes */
+  const set = (changes) => setDistances(distances.value.map((d, j) => (j === i ? Object.assign({}, d, changes) : d)));
+  const spot = (/** @type {"from" | "to"} */ end) => html`<select
+    aria-label=${`Distance ${i + 1} ${end}`}
+    data-testid=${`distance-${i}-${end}`}
+    value=${it[end]}
+    onChange=${(/** @type {any} */ e) => set({ [end]: e.target.value })}
+  >
+    <option value="">Choose</option>
+    ${Object.keys(doc.landmarks).map((name) => html`<option key=${name} value=${name}>
+      ${words(name)}
+    </option>`)}
+  </select>`;
+  return html`<li>
+    ${spot("from")}${spot("to")}
+    <span class="line">
+      <${Typed}
+        type="number"
+        step="any"
+        min="1"
+        aria-label=${`Distance ${i + 1} in millimetres`}
+        data-testid=${`distance-${i}-mm`}
+        value=${it.mm ?? ""}
+        take=${(/** @type {string} */ text) => set({ mm: Number(text) > 0 ? Number(text) : null })}
+      />
+      <small>mm</small>
+      ${left !== undefined && html`<small title="Measured, less what it is on the adjusted field">
+        ${left > 0 ? "+" : ""}${number(left)} left
+      </small>`}
+      <button
+        type="button"
+        class="remove"
+        aria-label=${`Remove distance ${i + 1}`}
+        onClick=${() => setDistances(distances.value.filter((_, j) => j !== i))}
+      >
+        ✕
+      </button>
+    </span>
+  </li>`;
+}
+
+/** Where an active calibration has found the lines. */
+function Adopt() {
+  const calibrated = cameras.value.filter((c) => c.active);
+  if (!calibrated.length) return null;
+  return html`<label class="pair tall">
+    <span>Or adopt where a calibration has found the lines</span>
+    <select
+      data-testid="adopt-offsets"
+      value=""
+      disabled=${measuring.value}
+      onChange=${(/** @type {any} */ e) => {
+        const id = e.target.value;
+        e.target.value = "";
+        if (id) void adoptOffsets(id);
+      }}
+    >
+      <option value="">Choose a camera</option>
+      ${calibrated.map((c) => html`<option key=${c.id} value=${c.active?.id}>
+        ${c.name}, version ${c.active?.version}
+      </option>`)}
+    </select>
+  </label>`;
+}
+
+/** How far each line lay beside its place. */
+function Found() {
+  const it = found.value;
+  if (!it) return null;
+  const aside = Object.entries(it.offsets).filter(([, { mm }]) => Math.abs(mm) >= WORTH_MM);
+  return html`<div role="status" data-testid="found-offsets">
+    ${aside.length
+      ? html`<dl class="details">
+        ${aside.map(([name, { mm, sigma_mm: sigma }]) => html`<div key=${name}>
+          <dt>${words(name)}</dt>
+          <dd>${number(mm)}${sigma !== null && ` ± ${number(sigma)}`} mm</dd>
+        </div>`)}
+      </dl>`
+      : html`<p class="reason">Every line lies within ${WORTH_MM} mm of its place.</p>`}
+    <p class="reason">They lie there now. Undo takes it back; save to keep it.</p>
+  </div>`;
+}

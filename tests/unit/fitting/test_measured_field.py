@@ -1,0 +1,91 @@
+"""A field taped otherwise than the rules have it, recovered from tape distances and from a calibration's offsets."""
+
+import numpy as np
+import pytest
+
+from app.core.errors import BadInput, Conflict
+from app.core.field_moves import JoinedField
+from app.core.records import Observation
+from app.fitting.measured_field import TapeDistance, adjust_to_tape, as_found
+from app.sources import SourceContext, source_from_url
+from app.store.fields import load_fields
+from app.workflows.calibration_request import CalibrationRequest
+from tests.support.tape import SIDES_AND_DIAGONALS, measured
+
+FIELD = load_fields()["ssl-div-b"]
+TAPED = ({"goal-line-right": (-15.0, -15.0)}, {"touch-line-top": (15.0, 15.0), "goal-line-left": (-15.0, -15.0)},
+         {"halfway-line": (15.0, 15.0)})
+GOOD_MM = 3.0
+
+
+def worst_mm(found, truth) -> float:
+    """How far the end of any line is from where it truly is."""
+    return max(float(np.abs(np.subtract([*line.start, *line.end], [*other.start, *other.end])).max())
+               for line, other in zip(found.lines.values(), truth.lines.values(), strict=True))
+
+
+@pytest.mark.parametrize("shifts", TAPED, ids=" ".join)
+@pytest.mark.parametrize("seed", range(3))
+def test_lines_taped_elsewhere_are_recovered_from_tape_distances(shifts, seed):
+    truth = JoinedField(FIELD).moved(shifts, {})
+    distances = [TapeDistance(*one) for one in measured(truth, SIDES_AND_DIAGONALS, noise_mm=1.0, seed=seed)]
+    found = adjust_to_tape(FIELD, distances)
+    assert worst_mm(found.field, truth) < GOOD_MM
+    assert worst_mm(FIELD, truth) == 15.0
+    for name, (mm, sigma) in found.offsets.items():
+        assert abs(mm - shifts.get(name, (0.0, 0.0))[0]) < 3 * sigma, name
+    assert np.abs(found.residuals_mm).max() < 4
+    assert found.field.line_sigma_mm <= FIELD.line_sigma_mm
+
+
+def test_a_distance_that_was_mistyped_is_left_with_what_is_wrong_of_it():
+    distances = [TapeDistance(*one) for one in measured(FIELD, SIDES_AND_DIAGONALS)]
+    wrong = TapeDistance(distances[4].start, distances[4].end, distances[4].mm + 500.0)
+    found = adjust_to_tape(FIELD, [*distances[:4], wrong, *distances[5:]])
+    assert int(np.argmax(np.abs(found.residuals_mm))) == 4 and found.residuals_mm[4] > 100
+
+
+def test_what_names_no_landmark_is_refused():
+    with pytest.raises(BadInput) as refused:
+        adjust_to_tape(FIELD, [TapeDistance("corner-top-left", "moon", 1.0)])
+    assert refused.value.details["entry"] == "distances[0].to"
+    with pytest.raises(BadInput):
+        adjust_to_tape(FIELD, [TapeDistance("centre", "centre", 1.0)])
+
+
+@pytest.fixture(scope="module", params=TAPED, ids=" ".join)
+def calibrated(request):
+    """A camera calibrated by the rules' field, from points on lines that lie elsewhere; and the field as it is."""
+    truth = JoinedField(FIELD).moved(request.param, {})
+    camera = source_from_url("sim://ssl-div-b?lens=mild&tilt=12&size=1280x1024&robots=0&fps=9",
+                             SourceContext({FIELD.name: FIELD})).camera
+    random, observations = np.random.default_rng(0), []
+    for marking in truth.markings:
+        pixels = camera.raw_from_field(np.c_[marking.sample(60), np.zeros(60)])
+        pixels = pixels[camera.sees(pixels)]
+        if len(pixels) > 10:
+            noise = random.normal(0, 0.3, pixels.shape)
+            observations.append(Observation(FIELD.observed_name(marking.name, FIELD.regions["full"]), "line",
+                                            pixels + noise))
+    task = CalibrationRequest(tuple(observations), FIELD, FIELD.region("full"), camera.image_size, "brown-conrady")
+    return task.record(task.run(cross_validate=False)), truth
+
+
+def test_they_are_recovered_from_what_a_calibration_has_found(calibrated):
+    calibration, truth = calibrated
+    found = as_found(calibration, FIELD)
+    assert worst_mm(found.field, truth) < GOOD_MM
+    assert all(0 < sigma < 5 for _, sigma in found.offsets.values())
+    assert found.field.line_sigma_mm < FIELD.line_sigma_mm
+
+
+def test_a_calibration_of_another_content_or_without_offsets_has_nothing_to_adopt(calibrated):
+    calibration, truth = calibrated
+    with pytest.raises(Conflict) as refused:
+        as_found(calibration, truth)
+    assert refused.value.reason == "field-changed"
+    task = CalibrationRequest.of(calibration, {}, "")
+    flat = CalibrationRequest(task.observations, FIELD, FIELD.region("full"), task.image_size, "thin-plate")
+    with pytest.raises(Conflict) as refused:
+        as_found(flat.record(flat.run(cross_validate=False)), FIELD)
+    assert refused.value.reason == "no-offsets"
