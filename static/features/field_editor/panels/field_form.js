@@ -22,7 +22,6 @@ import {
   theirs,
 } from "../editor.js";
 import { includes, withSize } from "../geometry.js";
-import { Measured } from "./measured.js";
 import { NumberInput, TextInput } from "./numbers.js";
 
 /** @typedef {import("../types").FieldDoc} FieldDoc */
@@ -105,7 +104,6 @@ export function FieldForm() {
         set=${(/** @type {FieldDoc} */ d, /** @type {number} */ line_sigma_mm) => ({ ...d, line_sigma_mm })}
       />
     </section>
-    <${Measured} doc=${doc} />
     <${Parts} doc=${doc} />
     <${Uses} doc=${doc} />
   `;

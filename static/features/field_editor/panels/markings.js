@@ -6,6 +6,7 @@ import { Fold } from "../../../ui/fold.js";
 import { entryOf, isOff, paintedMarks, renamed, switched, withChanges } from "../document.js";
 import { chosen, edit, history, isShipped } from "../editor.js";
 import { includes, withGripAt, withMoved, withRadius } from "../geometry.js";
+import { Measured } from "./measured.js";
 import { NumberInput, TextInput } from "./numbers.js";
 
 /**
@@ -39,6 +40,7 @@ export function Markings() {
       </ul>
       <${ActionButton} id="add-landmark" />
     <//>
+    <${Measured} doc=${doc} />
   `;
 }
 
