@@ -9,6 +9,7 @@ from app.core.field_json import field_from_json
 from app.core.field_moves import JoinedField
 from app.main import create_app
 from tests.support.paths import CLICKS
+from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
 from tests.support.tape import SIDES_AND_DIAGONALS, measured
@@ -248,3 +249,18 @@ def test_what_a_calibration_has_found_is_adopted_or_refused(standing, standing_c
     assert all(one["sigma_mm"] > 0 for one in told["offsets"].values())
     refusal(standing.post(path, json={"field": {**field, "length_mm": 6000}, "calibration": made["id"]}), 409,
             "field-changed")
+
+
+def test_what_a_calibrated_picture_shows_is_added_or_refused(standing, standing_calibration):
+    field = standing.get(f"{FIELDS}/ssl-2008").json()
+    path, body = f"{FIELDS}/seen", {"field": field, "calibration": standing_calibration["id"]}
+    told = standing.post(path, json=body)
+    assert told.status_code == 200 and told.json()["added"] == []  # a picture without lines
+    assert told.json()["field"]["lines"] == field["lines"]
+    refusal(standing.post(path, json={**body, "snapshot": "0" * 16}), 404, "unknown-snapshot")
+    other = standing.post(f"{API}/snapshots", files={"file": encoded("png", gradient(64, 48))}).json()["id"]
+    refusal(standing.post(path, json={**body, "snapshot": other}), 409, "size-mismatch")
+    refusal(standing.post(path, json={**body, "field": {}}), 422, "bad-field")
+    task = json.loads((CLICKS / "ssl_2008_half.json").read_text())
+    blind = standing.post(f"{API}/calibrations", json=task).json()["id"]
+    refusal(standing.post(path, json={**body, "calibration": blind}), 409, "no-picture")

@@ -7,8 +7,10 @@ from playwright.sync_api import Page, expect
 
 from app.core.field_json import field_from_json
 from app.core.field_moves import JoinedField
+from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS, Operator, Server
 from tests.e2e.test_places import Keyboard
+from tests.support.sim_clicks import border_clicks
 from tests.support.tape import SIDES_AND_DIAGONALS, measured
 from tests.support.waiting import until
 
@@ -346,6 +348,34 @@ def test_what_a_calibration_found_of_the_lines_is_adopted(editor, desk):
     expect(page.get_by_test_id("outdated")).to_contain_text("Taped camera")
     page.get_by_test_id("calibrate-again").click()
     expect(page.get_by_test_id("notice").last).to_contain_text("1 new version on the field as it is now")
+
+
+def test_lines_that_a_calibrated_image_shows_are_added_to_a_field_of_borders_alone(editor, desk):
+    whole = field_of(desk, "ssl-div-b")
+    borders = [line for line in whole["lines"] if line["name"].startswith(("touch", "goal"))]
+    desk.api("PUT", "/fields/bare", json={**whole, "name": "bare", "title": "Bare", "lines": borders, "arcs": []})
+    source = f"sim://ssl-div-b{OBLIQUE}".replace("640x512", "1280x1024")
+    desk.api("POST", "/cameras", json={"id": "bare", "name": "Bare camera", "field": "bare", "region": "full",
+                                       "source": source})
+    field = field_from_json(whole)
+    camera = source_from_url(source, SourceContext({field.name: field})).camera
+    clicks = [{"feature": name, "kind": "line", "points": points} for name, points in border_clicks(
+        camera, field.region("full"), 15, 0.3).items()]
+    picture = desk.api("POST", "/snapshots", json={"camera": "bare"}).json()["id"]
+    made = desk.api("POST", "/calibrations", json={
+        "snapshot": picture, "camera": "bare", "field": "bare", "region": "full", "model": "brown-conrady",
+        "observations": clicks, "options": {"height_mm": {"value": camera.position_mm[2], "sigma": 20}}}).json()
+    desk.api("POST", f"/calibrations/{made['id']}/activate")
+    editor.goto(f"{desk.url}/#/library/fields/bare")
+    editor.get_by_test_id("fold-measured").locator("summary").click()
+    editor.get_by_test_id("add-seen").select_option(label="Bare camera, version 1")
+    expect(editor.get_by_test_id("found-seen")).to_contain_text("9 markings were added")
+    expect(editor.get_by_test_id("chosen")).to_contain_text("9 chosen")
+    save(editor, "bare")
+    found = field_of(desk, "bare")
+    assert len(found["lines"]) == 12 and found["arcs"][0]["radius_mm"] == pytest.approx(500, abs=5)
+    editor.keyboard.press("Control+z")
+    expect(editor.get_by_test_id("mark-line-1")).to_have_count(0)
 
 
 def camera_of(desk, id: str) -> dict:

@@ -17,6 +17,7 @@ from app.api.schemas.requests import CameraId, Id
 from app.core.errors import BadInput, Conflict
 from app.core.field import Field
 from app.core.field_json import MAX_SIDE_MM, field_from_json
+from app.core.progress import Progress
 from app.fitting.measured_field import MAX_DISTANCES, TAPE_MM, TapeDistance, adjust_to_tape, as_found
 from app.formats import field_file
 from app.services.container import Services
@@ -24,6 +25,7 @@ from app.services.fields import delete_field, field_json, outdated_calibrations,
 from app.services.forms import Strict
 from app.store.fields import field_etag
 from app.workflows.refit import run_refit
+from app.workflows.seen_field import seen_field
 
 router = APIRouter(prefix="/fields", tags=["fields"])
 
@@ -132,6 +134,31 @@ def adopt_offsets(services: ServicesDep, body: Painted) -> Json:
     """Adjust a field to where a calibration has found its lines, with σ where that is known. Nothing is saved."""
     calibration = services.store.calibrations.get(body.calibration)
     return Json(as_found(calibration, field_from_json(body.field)).to_json())
+
+
+class CalibratedPicture(Strict):
+    """A field, and a calibrated picture that may show more of it."""
+
+    field: dict[str, Any]
+    calibration: Id
+    snapshot: Id | None = Value(None, description="left out: the picture that was calibrated")
+
+
+@router.post("/seen", response_model=responses.SeenField)
+async def add_seen(request: Request, services: ServicesDep, body: CalibratedPicture) -> Json:
+    """Add lines and circles that a calibrated picture shows and the field does not have. Nothing is saved.
+
+    The calibration says where the carpet is; it may be one of another field in the same place, such as the borders.
+    """
+    calibration = await services.run_in_thread(services.store.calibrations.get, body.calibration)
+    snapshot = body.snapshot or calibration.snapshot
+    if snapshot is None:
+        raise Conflict("This calibration has no picture.", "Say which to look at: snapshot.", reason="no-picture")
+    field = field_from_json(body.field)
+
+    def look(progress: Progress) -> Json:
+        return Json(seen_field(services.frame(snapshot).pixels, calibration, field, progress))
+    return await services.process_picture(calibration.image_size, look, request.is_disconnected)
 
 
 @router.post("/{name}/refit", status_code=202, response_model=responses.Job)

@@ -36,6 +36,7 @@ PlayingFields = response("PlayingFields", page_of("PlayingFieldsPage", PlayingFi
 # offsets: by line and arc, mm beside its place, and sigma_mm, null where it is not known
 MeasuredField = response("MeasuredField", field=JsonObject, offsets=dict[str, JsonObject],
     residuals_mm=described(list[float], "of each distance, measured less adjusted"))
+SeenField = response("SeenField", field=JsonObject, added=list[str])
 Option = response("Option", name=str, type=str, default=Any, help=str, range=list[float] | None, unit=str | None,
     choices=list[str])
 Model = response("Model", name=str, title=str, help=str, points_needed=str, options=list[Option])

@@ -135,9 +135,20 @@ export function withChanges(doc, { kind, name }, changes) {
 export function renamed(doc, { kind, name }, to) {
   const inTable = (/** @type {Record<string, any>} */ table) =>
     Object.fromEntries(Object.entries(table).map(([key, value]) => [key === name ? to : key, value]));
-  if (kind === "landmark") return { ...doc, landmarks: inTable(doc.landmarks) };
+  if (kind === "landmark")
+    return {
+      ...doc,
+      landmarks: inTable(doc.landmarks),
+      ...marksWith(doc, (mark) => (mark.at === name ? [{ ...mark, at: to }] : [mark])),
+    };
   if (kind === "region") return { ...doc, regions: inTable(doc.regions) };
   return withChanges(doc, { kind, name }, { name: to });
+}
+
+/** The extras with other dots and crosses, which are painted at landmarks.
+ * @param {FieldDoc} doc @param {(mark: any) => any[]} to */
+function marksWith({ extras }, to) {
+  return Array.isArray(extras.marks) ? { extras: { ...extras, marks: extras.marks.flatMap(to) } } : {};
 }
 
 /** Take marks away for good: landmarks and regions; lines and arcs are switched off.
@@ -149,6 +160,7 @@ export function without(doc, marks) {
   return painted.reduce((now, mark) => switched(now, mark, false), {
     ...doc,
     landmarks: kept("landmark", doc.landmarks),
+    ...marksWith(doc, (mark) => (includes(marks, { kind: "landmark", name: mark.at }) ? [] : [mark])),
     regions: kept("region", doc.regions),
   });
 }

@@ -1,12 +1,13 @@
-// The field as it is: adjusted on the server to tape distances, or to where a calibration has found its lines.
+// The field as it is: adjusted on the server to tape distances or to what a calibration found, and lines of a picture.
 import { effect, signal, untracked } from "@preact/signals";
 import { call, toRefusal } from "../../core/api.js";
-import { docOf, sentOf } from "./document.js";
-import { edit, history, opened, refusal } from "./editor.js";
+import { docOf, paintedMarks, sentOf } from "./document.js";
+import { chosen, edit, history, opened, refusal } from "./editor.js";
 
 /**
  * @typedef {{ from: string, to: string, mm: number | null }} Distance
- * @typedef {{ offsets: Record<string, { mm: number, sigma_mm: number | null }>, residuals_mm: number[] }} Found
+ * @typedef {{ offsets?: Record<string, { mm: number, sigma_mm: number | null }>, residuals_mm?: number[],
+ *   added?: string[] }} Found offsets: of lines that were moved; added: lines and circles that a picture shows
  */
 
 /** What was measured by tape on the field that is open. */
@@ -63,6 +64,8 @@ async function adjust(path, body) {
       arcs: [...moved.arcs, ...doc.arcs.filter((a) => a.off)],
     }));
     found.value = answer;
+    if (answer.added)
+      chosen.value = paintedMarks(moved).filter((mark) => answer.added.includes(mark.name));
   } catch (error) {
     refusal.value = toRefusal(error);
   } finally {
@@ -73,4 +76,6 @@ async function adjust(path, body) {
 export const adjustToTape = () => adjust("/fields/measured", { distances: complete() });
 /** @param {string} calibration */
 export const adoptOffsets = (calibration) => adjust("/fields/painted", { calibration });
+/** @param {string} calibration */
+export const addSeen = (calibration) => adjust("/fields/seen", { calibration });
 export const canAdjust = () => complete().length > 0 && !measuring.value;

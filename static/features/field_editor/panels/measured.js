@@ -1,11 +1,20 @@
 // Measured as it is: tape distances, what they make of the field, and the offsets that a calibration has found.
-import { number, words } from "../../../core/format.js";
+import { number, plural, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras } from "../../../core/state.js";
 import { Fold } from "../../../ui/fold.js";
 import { Typed } from "../../../ui/typed.js";
 import { isShipped } from "../editor.js";
-import { adjustToTape, adoptOffsets, canAdjust, distances, found, measuring, setDistances } from "../measured.js";
+import {
+  addSeen,
+  adjustToTape,
+  adoptOffsets,
+  canAdjust,
+  distances,
+  found,
+  measuring,
+  setDistances,
+} from "../measured.js";
 
 /** @typedef {import("../types").FieldDoc} FieldDoc */
 
@@ -59,7 +68,7 @@ export function Measured({ doc }) {
 /** @param {{ doc: FieldDoc, i: number }} props */
 function Row({ doc, i }) {
   const it = distances.value[i],
-    left = found.value?.residuals_mm[i];
+    left = found.value?.residuals_mm?.[i];
   /** @param {Partial<import("../measured.js").Distance>} changes */
   const set = (changes) => setDistances(distances.value.map((d, j) => (j === i ? Object.assign({}, d, changes) : d)));
   const spot = (/** @type {"from" | "to"} */ end) => html`<select
@@ -101,20 +110,21 @@ function Row({ doc, i }) {
   </li>`;
 }
 
-/** Where an active calibration has found the lines. */
+/** What active calibrations can tell: where the lines lie, and which others are there. */
 function Adopt() {
   const calibrated = cameras.value.filter((c) => c.active);
   if (!calibrated.length) return null;
-  return html`<label class="pair tall">
-    <span>Or adopt where a calibration has found the lines</span>
+  /** @param {string} id @param {string} label @param {(calibration: string) => unknown} take */
+  const choice = (id, label, take) => html`<label class="pair tall">
+    <span>${label}</span>
     <select
-      data-testid="adopt-offsets"
+      data-testid=${id}
       value=""
       disabled=${measuring.value}
       onChange=${(/** @type {any} */ e) => {
-        const id = e.target.value;
+        const version = e.target.value;
         e.target.value = "";
-        if (id) void adoptOffsets(id);
+        if (version) void take(version);
       }}
     >
       <option value="">Choose a camera</option>
@@ -123,13 +133,23 @@ function Adopt() {
       </option>`)}
     </select>
   </label>`;
+  return html`
+    ${choice("adopt-offsets", "Or adopt where a calibration has found the lines", adoptOffsets)}
+    ${choice("add-seen", "Add lines that its image shows and the field lacks", addSeen)}
+  `;
 }
 
 /** How far each line lay beside its place. */
 function Found() {
   const it = found.value;
   if (!it) return null;
-  const aside = Object.entries(it.offsets).filter(([, { mm }]) => Math.abs(mm) >= WORTH_MM);
+  if (it.added)
+    return html`<p class="plainly" role="status" data-testid="found-seen">
+      ${it.added.length
+        ? `${plural(it.added.length, "marking was", "markings were")} added and chosen. Take off what is none.`
+        : "The image shows nothing that the field does not have."}
+    </p>`;
+  const aside = Object.entries(it.offsets ?? {}).filter(([, { mm }]) => Math.abs(mm) >= WORTH_MM);
   return html`<div role="status" data-testid="found-offsets">
     ${aside.length
       ? html`<dl class="details">

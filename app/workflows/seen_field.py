@@ -1,0 +1,33 @@
+"""What a calibrated picture shows of a field that the field does not have: its bright lines, in millimetres."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import Conflict
+from app.core.field import Field
+from app.core.progress import Progress, no_progress
+from app.core.records import Calibration
+from app.fitting.seen_markings import with_seen
+from app.models import field_from_raw
+from app.models.restored import model_of
+from app.workflows.automatic import detect_lines
+
+
+def seen_field(pixels: NDArray[np.uint8], calibration: Calibration, field: Field,
+               progress: Progress = no_progress) -> dict[str, Any]:
+    """Return {"field": with lines and circles added, "added": their names}; Conflict for a picture of another size.
+
+    The calibration says where the carpet is; it may be one of another field in the same place, such as the borders
+    alone.
+    """
+    if (pixels.shape[1], pixels.shape[0]) != tuple(calibration.image_size):
+        raise Conflict(f"The picture is {pixels.shape[1]} × {pixels.shape[0]}, the calibration is for "
+                       f"{calibration.image_size}.", "Take a picture of that size.", reason="size-mismatch")
+    progress(0.0, "Detecting lines")
+    model, chains = model_of(calibration), detect_lines(pixels).chains
+    progress(0.7, "Measuring lines")
+    on_carpet = [field_from_raw(model, chain) for chain in chains]
+    found, names = with_seen(field, [places for places in on_carpet if np.isfinite(places).all()])
+    return {"field": found.to_json(), "added": list(names)}

@@ -1,0 +1,68 @@
+"""What a calibrated picture shows of a field that has its borders alone, on the second simulator's pictures."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from app.core.errors import Conflict
+from app.core.field_json import field_from_json
+from app.core.records import Frame
+from app.workflows.automatic_request import AutomaticRequest
+from app.workflows.seen_field import seen_field
+from tests.support.second_simulator import render, scene_spec
+
+NEAR_MM = 25.0
+SEEDS = (5, 8)  # a whole Division A field, half a Division B field
+
+
+@cache
+def scene(seed):
+    """A picture, and a calibration made from it."""
+    shown = render(scene_spec(seed))
+    _, made = AutomaticRequest(shown.field, shown.region, "brown-conrady").answer(Frame(shown.pixels))
+    return shown, made
+
+
+def bare(field):
+    """With its borders alone."""
+    borders = {name: line for name, line in field.lines.items() if name.startswith(("touch", "goal"))}
+    return replace(field, lines=borders, arcs={}, landmarks={}, extras={})
+
+
+def visible(shown, marking):
+    places = marking.sample(40)
+    raw = shown.camera.project(np.column_stack([places, np.zeros(len(places))]))
+    return places[np.isfinite(raw).all(axis=1) & (raw >= 0).all(axis=1) & (raw < shown.spec.size).all(axis=1)]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_lines_inside_are_added_where_they_are(seed):
+    shown, made = scene(seed)
+    told = seen_field(shown.pixels, made, bare(shown.field))
+    field = field_from_json(told["field"])
+    added = [(field.lines | field.arcs)[name] for name in told["added"]]
+    for marking in shown.field.markings:
+        places = visible(shown, marking)
+        if marking.name in bare(shown.field).lines or len(places) < 15:
+            continue
+        off = np.min([np.linalg.norm(one.nearest(places) - places, axis=1) for one in added], axis=0)
+        assert np.mean(off < NEAR_MM) > 0.6, marking.name
+    for one in added:  # and nothing is where no paint is
+        off = np.min([np.linalg.norm(m.nearest(one.sample(20)) - one.sample(20), axis=1)
+                      for m in shown.field.markings], axis=0)
+        assert off.mean() < NEAR_MM, one
+
+
+def test_what_the_field_has_is_not_added_again():
+    shown, made = scene(SEEDS[0])
+    once = field_from_json(seen_field(shown.pixels, made, bare(shown.field))["field"])
+    assert seen_field(shown.pixels, made, once)["added"] == []
+
+
+def test_a_picture_of_another_size_is_refused():
+    shown, made = scene(SEEDS[0])
+    with pytest.raises(Conflict) as refused:
+        seen_field(shown.pixels[:-2], made, shown.field)
+    assert refused.value.reason == "size-mismatch"
