@@ -16,7 +16,7 @@ from app.core.geometry import Array, Points
 
 OFF_MM = 6.0  # rms of a piece about its line or circle: a lens's error, and a line's own
 BESIDE_MM = 25.0  # so near, two pieces are of one line
-KNOWN_MM = 60.0  # so near a line that the field has, it is that, or the edge of a goal on it
+KNOWN_MM = 60.0  # so near a marking that the field has, it is that, its edge, or that of a goal on it
 SAME_WAY = np.cos(np.radians(1.5))
 GAP_MM = 700.0  # along a line: a robot, or the mouth of another line
 MIN_LENGTH_MM = 250.0  # of a line or an arc: shorter is a robot's mark
@@ -24,10 +24,12 @@ STEP_MM = 50.0
 PAINTED = 0.5  # of a line that is seen, for it to be one
 JOIN_MM = 100.0  # from a line's end to the line that it ends at
 MIN_PLACES = 12
+MIN_RADIUS_MM = 100.0  # wider than a robot
 PIECE_DEG, MIN_DEG = 20.0, 45.0  # of a circle: what its first piece shows, and all of them; less may be anything
 FULL = 0.5  # of a circle that is seen, for all of it to be there
 STEP_DEG = 5.0
-MAX_ADDED = 40  # lines and arcs that are added
+MAX_PIECES = 400  # the longest chains: of noise there may be thousands, and each is held against the others
+MAX_ADDED = 40  # lines and arcs
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +77,8 @@ class _Straight:
 def with_seen(field: Field, chains: Iterable[Points]) -> tuple[Field, tuple[str, ...]]:
     """Return the field with what the chains show and it does not have, and the names of that, the longest first."""
     far = np.array([field.length_mm, field.width_mm]) / 2 + BESIDE_MM
-    inside = [places for places in chains if (np.abs(places) < far).all()]
-    pieces = [piece for places in inside for piece in _pieces(places)]
+    inside = sorted((places for places in chains if (np.abs(places) < far).all()), key=len, reverse=True)
+    pieces = [piece for places in inside for piece in _pieces(places)][:MAX_PIECES]
     arcs = [arc for arc in _arcs(pieces, min(far)) if not any(_is_arc(arc, known) for known in field.arcs.values())]
     on_arcs = (*field.arcs.values(), *arcs)
     straight = [piece for piece in map(_Straight.through, pieces)
@@ -122,7 +124,7 @@ def _pieces(places: Points) -> list[Points]:
 def _arcs(pieces: Sequence[Points], largest_mm: float) -> list[Arc]:
     """Fit circles to bent pieces, and one to all pieces that lie on the same."""
     bent = (_circle(places) for places in pieces if _Straight.through(places).rms_mm >= OFF_MM)
-    waiting = sorted((arc for arc in bent if arc is not None and arc.radius_mm < largest_mm),
+    waiting = sorted((arc for arc in bent if arc is not None and MIN_RADIUS_MM < arc.radius_mm < largest_mm),
                      key=lambda arc: -arc.length_mm)
     found: list[Arc] = []
     while waiting:
@@ -158,9 +160,9 @@ def _off_mm(places: Points, arc: Arc) -> Array:
     return np.abs(np.linalg.norm(places - arc.centre, axis=1) - arc.radius_mm)
 
 
-def _is_arc(one: Arc, other: Arc) -> bool:
-    return (float(np.hypot(*np.subtract(one.centre, other.centre))) < 2 * BESIDE_MM
-            and abs(one.radius_mm - other.radius_mm) < 2 * BESIDE_MM)
+def _is_arc(one: Arc, known: Arc) -> bool:
+    """Tell whether an arc lies on one that is known, or along its edge."""
+    return bool(_off_mm(one.sample(12), known).max() < KNOWN_MM)
 
 
 def _is_line(piece: _Straight, line: Line) -> bool:
