@@ -385,3 +385,28 @@ def saved(arriving, border_draft, versions, server):
         return arriving.go_on(*versions[key], "verify")
 
     return saved
+
+
+@pytest.fixture(scope="module")
+def field_desk(tmp_path_factory):
+    """A server whose own fields, and the cameras over them, are one file's."""
+    server = Server(tmp_path_factory.mktemp("fields"))
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def editor(page: Page, field_desk):
+    """The page; an error in its own code fails the test. Fields that a test has made are gone after it."""
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.set_default_timeout(LONG_MS)
+    yield page
+    assert not errors
+    page.goto("about:blank")
+    for camera in field_desk.api("GET", "/cameras").json()["items"]:
+        if camera["editable"]:
+            field_desk.api("DELETE", f"/cameras/{camera['id']}")
+    for field in field_desk.api("GET", "/fields").json()["items"]:
+        if field["own"]:
+            assert field_desk.api("DELETE", f"/fields/{field['name']}").status_code == 204

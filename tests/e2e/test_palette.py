@@ -19,6 +19,8 @@ def test_whatever_there_is_is_found_by_a_few_letters_from_anywhere(operator, ser
     name = server.api("GET", "/cameras/overhead").json()["name"]
     find(page, f"{name.lower()} drift")
     expect(page).to_have_url(re.compile("#/cameras/overhead/drift$"))
+    find(page, "field division b")
+    expect(page.get_by_test_id("field-editor")).to_be_visible()
     find(page, "publishing")
     expect(page.get_by_test_id("publishing-page")).to_be_visible()
     find(page, "manual drift")

@@ -1,21 +1,10 @@
 // What keys and buttons do to a field that is edited.
 import { go } from "../../core/route.js";
-import {
-  add,
-  atEditor,
-  chosen,
-  edit,
-  history,
-  isDirty,
-  isShipped,
-  opened,
-  saveField,
-  saving,
-  viewport,
-} from "./editor.js";
-import { isOff, paintedMarks, without } from "./document.js";
+import { freeName, isOff, paintedMarks, without } from "./document.js";
+import { atEditor, chosen, edit, history, isDirty, isShipped, opened, saving, viewport } from "./editor.js";
 import { drawingSize } from "./frame.js";
 import { withMoved } from "./geometry.js";
+import { saveField } from "./saving.js";
 
 const ZOOM = 1.25;
 const NUDGE_MM = 5,
@@ -47,6 +36,28 @@ export function chooseNext(way) {
   const next = all[at + way];
   chosen.value = next ? [next] : [];
   return Boolean(next);
+}
+
+/** Put in a new marking and choose it. @param {"line" | "arc" | "landmark" | "region"} kind */
+function add(kind) {
+  const doc = history.doc.value;
+  if (!doc) return;
+  const name = freeName(doc, kind === "arc" ? "circle" : kind === "region" ? "part" : kind),
+    quarter = Math.round(doc.width_mm / 8),
+    width_mm = doc.lines[0]?.width_mm ?? 50;
+  edit((d) => {
+    if (kind === "line")
+      return { ...d, lines: [...d.lines, { name, from: [-quarter, quarter], to: [quarter, quarter], width_mm }] };
+    if (kind === "arc")
+      return {
+        ...d,
+        arcs: [...d.arcs, { name, centre: [0, 0], radius_mm: quarter, start_deg: 0, end_deg: 360, width_mm }],
+      };
+    if (kind === "landmark") return { ...d, landmarks: { ...d.landmarks, [name]: [0, quarter] } };
+    const half = [d.length_mm / 4, d.width_mm / 4];
+    return { ...d, regions: { ...d.regions, [name]: { x: [-half[0], half[0]], y: [-half[1], half[1]], rotate: 0 } } };
+  });
+  chosen.value = [{ kind, name }];
 }
 
 /** @type {import("../../core/actions.js").Action[]} */

@@ -1,12 +1,11 @@
-// The field that is edited: opened as the address says, kept in this browser until saved, saved over what was seen.
+// The field that is edited: opened as the address says, and kept in this browser until it is saved.
 import { computed, effect, signal, untracked } from "@preact/signals";
-import { Problem, ServerUnreachable, request, toRefusal } from "../../core/api.js";
+import { request } from "../../core/api.js";
 import { createHistory, isEqual } from "../../core/history.js";
 import { go, goInstead, route } from "../../core/route.js";
 import { fields, listed, notify, notifyError } from "../../core/state.js";
 import { createViewport } from "../../canvas/viewport.js";
-import { readCameras } from "../calibrate/pictures.js";
-import { blankField, docOf, freeName, markOf, nameOf, sentOf } from "./document.js";
+import { blankField, docOf, nameOf, sentOf } from "./document.js";
 
 /**
  * @typedef {import("../../core/types").Field} Field
@@ -32,7 +31,7 @@ export const refusal = signal(/** @type {import("../../core/types").Refusal | nu
 export const theirs = signal(/** @type {{ field: Field | null, etag: string } | null} */ (null));
 export const viewport = createViewport();
 
-const KEPT = "touchline.field.";
+export const KEPT = "touchline.field."; // by key, in this browser
 /** A file that was read, on its way into the editor. */
 let imported = /** @type {Field | null} */ (null);
 
@@ -177,107 +176,6 @@ function restore(key, text) {
   }
 }
 
-/** @param {Response} response */
-async function take(response) {
-  const field = /** @type {Field} */ (await response.json());
-  fields.value = fields.value.some((f) => f.name === field.name)
-    ? fields.value.map((f) => (f.name === field.name ? field : f))
-    : [...fields.value, field];
-  return { field, etag: response.headers.get("ETag") ?? "" };
-}
-
-/** Save it over what was seen; a new one only where there is none of that name. */
-export async function saveField() {
-  const doc = history.doc.value,
-    it = opened.value;
-  if (!doc || !it || saving.value || isShipped.value) return;
-  saving.value = true;
-  refusal.value = theirs.value = null;
-  const name = it.name || doc.name || nameOf(doc.title),
-    headers = /** @type {Record<string, string>} */ (it.etag ? { "If-Match": it.etag } : { "If-None-Match": "*" });
-  try {
-    const response = await request("PUT", `/fields/${encodeURIComponent(name || "-")}`, {
-        json: { ...sentOf(doc), name },
-        headers,
-      }),
-      { field, etag } = await take(response);
-    localStorage.removeItem(KEPT + it.key);
-    if (opened.value !== it) return; // another one is open by now
-    if (!doc.name) history.load({ ...(history.doc.value ?? doc), name });
-    opened.value = { key: `=${name}`, name, etag, seen: docOf(field) };
-    goInstead("field-editor", { field: name });
-    notify({ level: "info", text: `${field.title} is saved.`, fix: "Every camera over it uses it from now on." });
-    await readCameras();
-  } catch (error) {
-    refuse(error);
-  } finally {
-    saving.value = false;
-  }
-}
-
-/** @param {unknown} error */
-function refuse(error) {
-  if (error instanceof Problem && error.status === 412) {
-    theirs.value = { field: error.body.current, etag: error.body.etag ? `"${error.body.etag}"` : "" };
-    return;
-  }
-  if (error instanceof ServerUnreachable) {
-    refusal.value = { detail: error.message, fix: "Your changes are kept here; save again when it is back." };
-    return;
-  }
-  refusal.value = toRefusal(error);
-  const doc = history.doc.value,
-    mark = doc && markOf(doc, refusal.value.entry ?? "");
-  if (mark) chosen.value = [mark];
-}
-
-/** Go on with what they saved; undo brings one's own back. */
-export function takeTheirs() {
-  const it = theirs.value;
-  if (!it?.field || !opened.value) return;
-  const seen = docOf(it.field);
-  opened.value = { ...opened.value, etag: it.etag, seen };
-  history.change(seen);
-  theirs.value = null;
-}
-
-/** Save one's own over theirs, seen now. */
-export async function saveOverTheirs() {
-  const it = theirs.value;
-  if (!it || !opened.value) return;
-  opened.value = { ...opened.value, etag: it.etag };
-  await saveField();
-}
-
-export async function deleteField() {
-  const it = opened.value,
-    doc = history.doc.value;
-  if (!it?.name || !doc) return;
-  try {
-    await request("DELETE", `/fields/${encodeURIComponent(it.name)}`, { headers: { "If-Match": it.etag } });
-  } catch (error) {
-    return refuse(error);
-  }
-  localStorage.removeItem(KEPT + it.key);
-  fields.value = fields.value.filter((f) => f.name !== it.name);
-  goInstead("fields");
-  notify({
-    level: "info",
-    text: `${doc.title} was deleted.`,
-    fix: "Calibrations keep the field that they were made for.",
-    action: { label: "Put it back", run: () => void putBack(it.seen ?? doc) },
-  });
-}
-
-/** @param {FieldDoc} doc */
-async function putBack(doc) {
-  try {
-    await take(await request("PUT", `/fields/${doc.name}`, { json: sentOf(doc), headers: { "If-None-Match": "*" } }));
-  } catch (error) {
-    notifyError(error);
-  }
-}
-
 /** Read a file and open it as a new field. @param {File} file */
 export async function openFieldFile(file) {
   const body = new FormData();
@@ -289,43 +187,4 @@ export async function openFieldFile(file) {
   } catch (error) {
     notifyError(error);
   }
-}
-
-/** Give a camera this field, and all of it where its part is not one of its own. @param {string} camera */
-export async function applyToCamera(camera) {
-  const field = opened.value?.name,
-    doc = history.doc.value;
-  if (!field || !doc) return;
-  const path = `/cameras/${encodeURIComponent(camera)}`;
-  try {
-    const seen = await request("GET", path),
-      { region } = await seen.json();
-    const json = { field, region: region in doc.regions ? region : Object.keys(doc.regions)[0] };
-    await request("PATCH", path, { json, headers: { "If-Match": seen.headers.get("ETag") ?? "" } });
-    await readCameras();
-  } catch (error) {
-    notifyError(error);
-  }
-}
-
-/** Put in a new marking and choose it. @param {"line" | "arc" | "landmark" | "region"} kind */
-export function add(kind) {
-  const doc = history.doc.value;
-  if (!doc) return;
-  const name = freeName(doc, kind === "arc" ? "circle" : kind === "region" ? "part" : kind),
-    quarter = Math.round(doc.width_mm / 8),
-    width_mm = doc.lines[0]?.width_mm ?? 50;
-  edit((d) => {
-    if (kind === "line")
-      return { ...d, lines: [...d.lines, { name, from: [-quarter, quarter], to: [quarter, quarter], width_mm }] };
-    if (kind === "arc")
-      return {
-        ...d,
-        arcs: [...d.arcs, { name, centre: [0, 0], radius_mm: quarter, start_deg: 0, end_deg: 360, width_mm }],
-      };
-    if (kind === "landmark") return { ...d, landmarks: { ...d.landmarks, [name]: [0, quarter] } };
-    const half = [d.length_mm / 4, d.width_mm / 4];
-    return { ...d, regions: { ...d.regions, [name]: { x: [-half[0], half[0]], y: [-half[1], half[1]], rotate: 0 } } };
-  });
-  chosen.value = [{ kind, name }];
 }

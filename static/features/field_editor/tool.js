@@ -1,7 +1,8 @@
 // The pointer on a field that is edited: press on a handle or a marking to drag it, beside all to pan.
 import { chosen, history, isShipped, viewport } from "./editor.js";
-import { apart, fromArc, fromLine, gripsOf, includes, onGrid, snapped, withGripAt, withMoved } from "./geometry.js";
 import { fieldPoint, mmPerStagePx } from "./frame.js";
+import { apart, fromArc, fromLine, includes, withGripAt, withMoved } from "./geometry.js";
+import { gripsOf, onGrid, snapped } from "./grips.js";
 
 /**
  * @typedef {import("../../canvas/tools/pick.js").At} At

@@ -1,4 +1,5 @@
-// What Ctrl K finds: places, cameras with their tabs, versions, images, manual pages and every action that can be done.
+// What Ctrl K finds: places, cameras with their tabs, fields, versions, images, manual pages and every action that can
+// be done.
 import { computed, signal } from "@preact/signals";
 import { ACTIONS, run } from "../../core/actions.js";
 import { call } from "../../core/api.js";
@@ -6,7 +7,7 @@ import { dayAndTime } from "../../core/format.js";
 import { keyLabel } from "../../core/keys.js";
 import { CONTENTS, openManual } from "../../core/manual.js";
 import { addressOf } from "../../core/route.js";
-import { cameras, snapshots } from "../../core/state.js";
+import { cameras, fields, snapshots } from "../../core/state.js";
 import { CAMERA_TABS, PLACES, TABS } from "./places.js";
 
 const SHOWN = 40,
@@ -43,6 +44,10 @@ const ofCameras = () =>
   );
 
 /** @returns {Entry[]} */
+const ofFields = () =>
+  fields.value.map(({ name, title }) => to("Field", title, addressOf("field-editor", { field: name })));
+
+/** @returns {Entry[]} */
 const ofImages = () =>
   snapshots.value.map((s) => {
     const name = cameras.value.find((c) => c.id === s.camera)?.name ?? "File";
@@ -59,7 +64,7 @@ const ofActions = () =>
 export const results = computed(() => {
   const parts = wanted.value.toLowerCase().split(/\s+/).filter(Boolean);
   if (!isOpen.value) return [];
-  const all = [...ofPlaces(), ...ofCameras(), ...ofActions(), ...ofImages(), ...fetched.value];
+  const all = [...ofPlaces(), ...ofCameras(), ...ofActions(), ...ofFields(), ...ofImages(), ...fetched.value];
   return all
     .filter(({ kind, label }) => parts.every((part) => `${kind} ${label}`.toLowerCase().includes(part)))
     .slice(0, SHOWN);

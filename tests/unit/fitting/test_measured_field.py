@@ -5,23 +5,16 @@ import pytest
 
 from app.core.errors import BadInput, Conflict
 from app.core.field_moves import JoinedField
-from app.core.records import Observation
 from app.fitting.measured_field import TapeDistance, adjust_to_tape, as_found
-from app.sources import SourceContext, source_from_url
 from app.store.fields import load_fields
 from app.workflows.calibration_request import CalibrationRequest
 from tests.support.tape import SIDES_AND_DIAGONALS, measured
+from tests.support.taped_field import calibrated_on, worst_mm
 
 FIELD = load_fields()["ssl-div-b"]
 TAPED = ({"goal-line-right": (-15.0, -15.0)}, {"touch-line-top": (15.0, 15.0), "goal-line-left": (-15.0, -15.0)},
          {"halfway-line": (15.0, 15.0)})
 GOOD_MM = 3.0
-
-
-def worst_mm(found, truth) -> float:
-    """How far the end of any line is from where it truly is."""
-    return max(float(np.abs(np.subtract([*line.start, *line.end], [*other.start, *other.end])).max())
-               for line, other in zip(found.lines.values(), truth.lines.values(), strict=True))
 
 
 @pytest.mark.parametrize("shifts", TAPED, ids=" ".join)
@@ -57,18 +50,7 @@ def test_what_names_no_landmark_is_refused():
 def calibrated(request):
     """A camera calibrated by the rules' field, from points on lines that lie elsewhere; and the field as it is."""
     truth = JoinedField(FIELD).moved(request.param, {})
-    camera = source_from_url("sim://ssl-div-b?lens=mild&tilt=12&size=1280x1024&robots=0&fps=9",
-                             SourceContext({FIELD.name: FIELD})).camera
-    random, observations = np.random.default_rng(0), []
-    for marking in truth.markings:
-        pixels = camera.raw_from_field(np.c_[marking.sample(60), np.zeros(60)])
-        pixels = pixels[camera.sees(pixels)]
-        if len(pixels) > 10:
-            noise = random.normal(0, 0.3, pixels.shape)
-            observations.append(Observation(FIELD.observed_name(marking.name, FIELD.regions["full"]), "line",
-                                            pixels + noise))
-    task = CalibrationRequest(tuple(observations), FIELD, FIELD.region("full"), camera.image_size, "brown-conrady")
-    return task.record(task.run(cross_validate=False)), truth
+    return calibrated_on(FIELD, truth), truth
 
 
 def test_they_are_recovered_from_what_a_calibration_has_found(calibrated):

@@ -1,6 +1,5 @@
 """What a calibrated picture shows of a field that has its borders alone, on the second simulator's pictures."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,6 +11,7 @@ from app.core.records import Frame
 from app.workflows.automatic_request import AutomaticRequest
 from app.workflows.seen_field import seen_field
 from tests.support.second_simulator import render, scene_spec
+from tests.support.taped_field import bare, visible
 
 NEAR_MM = 25.0
 SEEDS = (5, 8)  # a whole Division A field, half a Division B field
@@ -23,18 +23,6 @@ def scene(seed):
     shown = render(scene_spec(seed))
     _, made = AutomaticRequest(shown.field, shown.region, "brown-conrady").answer(Frame(shown.pixels))
     return shown, made
-
-
-def bare(field):
-    """With its borders alone."""
-    borders = {name: line for name, line in field.lines.items() if name.startswith(("touch", "goal"))}
-    return replace(field, lines=borders, arcs={}, landmarks={}, extras={})
-
-
-def visible(shown, marking):
-    places = marking.sample(40)
-    raw = shown.camera.project(np.column_stack([places, np.zeros(len(places))]))
-    return places[np.isfinite(raw).all(axis=1) & (raw >= 0).all(axis=1) & (raw < shown.spec.size).all(axis=1)]
 
 
 @pytest.mark.parametrize("seed", SEEDS)

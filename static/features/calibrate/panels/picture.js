@@ -2,6 +2,7 @@
 import { change, doc } from "../../../core/document.js";
 import { number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { addressOf } from "../../../core/route.js";
 import { field, fields, region, rotation } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
@@ -39,6 +40,12 @@ export function FieldPanel() {
     </label>
     <${FieldDrawing} />
     <${Turn} />
+    ${f && html`<p class="reason">
+      ${f.own ? "Lines lie elsewhere?" : "Another field?"}${" "}
+      <a href=${addressOf(f.own ? "field-editor" : "new-field", { field: f.name })} data-testid="edit-field">
+        ${f.own ? "Edit this field" : "Edit a copy of this one"}
+      </a>
+    </p>`}
   </section>`;
 }
 

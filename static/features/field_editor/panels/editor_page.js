@@ -8,7 +8,8 @@ import { arcPoints } from "../../calibrate/field_sides.js";
 import { chooseNext } from "../actions.js";
 import { chosen, history, isShipped, opened, pointed, viewport } from "../editor.js";
 import { drawingSize, fieldPoint, stageTransform } from "../frame.js";
-import { gripsOf, includes } from "../geometry.js";
+import { includes } from "../geometry.js";
+import { gripsOf } from "../grips.js";
 import { editorTool } from "../tool.js";
 
 /** @typedef {import("../types").FieldDoc} FieldDoc @typedef {import("../types").Mark} Mark */

@@ -7,21 +7,9 @@ import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Outdated } from "../../versions/panels/outdated.js";
 import { nameOf } from "../document.js";
-import {
-  applyToCamera,
-  chosen,
-  deleteField,
-  history,
-  isDirty,
-  isShipped,
-  opened,
-  refusal,
-  saveOverTheirs,
-  sizing,
-  takeTheirs,
-  theirs,
-} from "../editor.js";
+import { chosen, history, isDirty, isShipped, opened, refusal, sizing, theirs } from "../editor.js";
 import { includes, withSize } from "../geometry.js";
+import { applyToCamera, deleteField, saveOverTheirs, takeTheirs } from "../saving.js";
 import { NumberInput, TextInput } from "./numbers.js";
 
 /** @typedef {import("../types").FieldDoc} FieldDoc */

@@ -1,0 +1,43 @@
+"""What an operator does at the field editor, and what the server then has."""
+
+import re
+
+from playwright.sync_api import Page, expect
+
+OBLIQUE = "?size=640x512&fps=5&robots=0&tilt=15&lens=mild"  # from straight above no picture tells the height
+
+
+def field_of(desk, name: str) -> dict:
+    return desk.api("GET", f"/fields/{name}").json()
+
+
+def named(entries: list[dict]) -> dict[str, dict]:
+    return {entry["name"]: entry for entry in entries}
+
+
+def fill(page: Page, entry: str, text: object) -> None:
+    box = page.get_by_test_id(f"entry-{entry}")
+    box.fill(str(text))
+    box.press("Enter")
+
+
+def save(page: Page, name: str) -> None:
+    """By the bright button, and until the server has it."""
+    with page.expect_response(lambda answer: answer.request.method == "PUT") as saved:
+        page.get_by_test_id("next").click()
+    assert saved.value.ok, saved.value.text()
+    expect(page).to_have_url(re.compile(rf"#/library/fields/{name}$"))
+
+
+def copy(page: Page, desk, name: str) -> None:
+    page.goto(f"{desk.url}/#/library/new-field/{name}")
+    expect(page.get_by_test_id("field-editor")).to_be_visible()
+
+
+def centre_of(page: Page, grip: str) -> tuple[float, float]:
+    box = page.get_by_test_id(grip).first.bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def camera_of(desk, id: str) -> dict:
+    return next(c for c in desk.api("GET", "/cameras").json()["items"] if c["id"] == id)
