@@ -60,6 +60,7 @@ class FieldRepository(Mapping[str, Field]):
         self._own = load_fields(own) if own.is_dir() else {}
         for name in self._own:
             self._refuse_shipped(name)
+        self._texts: dict[str, dict[str, Any]] = {}
         self.revision = self._revision()
 
     def __getitem__(self, name: str) -> Field:
@@ -100,8 +101,7 @@ class FieldRepository(Mapping[str, Field]):
             text = yaml.safe_dump(field.to_json(), allow_unicode=True, sort_keys=False)
             with translate_disk_errors("The field"):
                 write_atomically(make_folder(self._folder) / f"{name}.yaml", text.encode())
-            self._own = {**self._own, name: field}
-            self.revision = self._revision()
+            self._replace_own({**self._own, name: field})
         return field
 
     def delete(self, name: str, etag: str | None = None) -> None:
@@ -113,12 +113,22 @@ class FieldRepository(Mapping[str, Field]):
             with translate_disk_errors("The deletion"):
                 (self._folder / f"{name}.yaml").unlink(missing_ok=True)
                 sync_folder(self._folder)
-            self._own = {own: field for own, field in self._own.items() if own != name}
-            self.revision = self._revision()
+            self._replace_own({own: field for own, field in self._own.items() if own != name})
+
+    def to_json(self, name: str) -> dict[str, Any]:
+        """Return a field as Field.to_json writes it, not to be changed: written once, for lists hold versions to it."""
+        known = self._texts
+        if name not in known:
+            known[name] = self[name].to_json()
+        return known[name]
 
     def is_own(self, name: str) -> bool:
         """Tell whether an operator made it, and may change it."""
         return name in self._own
+
+    def _replace_own(self, own: dict[str, Field]) -> None:
+        self._own, self._texts = own, {}
+        self.revision = self._revision()
 
     def _revision(self) -> str:
         return content_etag({name: field_etag(field) for name, field in self._own.items()})
@@ -135,4 +145,4 @@ class FieldRepository(Mapping[str, Field]):
     def _refuse_shipped(self, name: str) -> None:
         if name in self._shipped:
             raise Conflict(f"The field {name} comes with Touchline and stays as it is.",
-                           "Give yours a name of its own.", reason="shipped-field")
+                           "Give yours a name of its own.", reason="shipped-field", entry="name")

@@ -59,17 +59,16 @@ export const editorNextStep = computed(() => {
       done: true,
       sentence: "This field comes with Touchline and stays as it is. Edit a copy of it.",
     };
-  const missing = !doc?.title
-    ? "Give the field a title."
-    : saving.value
-      ? "It is being saved."
-      : isDirty.value
-        ? ""
-        : "Nothing was changed.";
+  const missing = [
+    !doc?.title && "Give the field a title.",
+    doc && !doc.name && "Give the field a short name.",
+    saving.value && "It is being saved.",
+    !isDirty.value && "Nothing was changed.",
+  ].find(Boolean);
   return {
     action: "save-field",
     label: "Save the field",
-    missing,
+    missing: missing || "",
     done: !isDirty.value,
     sentence: isDirty.value
       ? "Drag lines and their ends, or type their numbers. What meets a line moves with it; hold Alt to move it alone."
@@ -114,14 +113,15 @@ async function open(key) {
   refusal.value = theirs.value = null;
   history.load(null);
   if (!key) return;
-  const name = key.slice(1);
+  const name = key.slice(1),
+    isWanted = () => `${route.value.view === "new-field" ? "+" : "="}${route.value.field}` === key;
   try {
     const response = name ? await request("GET", `/fields/${encodeURIComponent(name)}`) : null,
       field = response && (await response.json()),
       isCopy = key.startsWith("+"),
       read = imported,
       begun = read ? null : localStorage.getItem(KEPT + key); // before the field as it was saved is shown
-    if (`${route.value.view === "new-field" ? "+" : "="}${route.value.field}` !== key) return;
+    if (!isWanted()) return;
     imported = null;
     const first = isCopy ? firstOf(field, read) : docOf(field);
     opened.value = isCopy
@@ -131,7 +131,7 @@ async function open(key) {
     if (begun) restore(key, begun);
     viewport.view.value = { ...viewport.view.value, fitted: true };
   } catch (error) {
-    goInstead("fields");
+    if (isWanted()) goInstead("fields");
     notifyError(error);
   }
 }

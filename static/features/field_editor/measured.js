@@ -1,8 +1,9 @@
 // The field as it is: adjusted on the server to tape distances or to what a calibration found, and lines of a picture.
 import { effect, signal, untracked } from "@preact/signals";
-import { call, toRefusal } from "../../core/api.js";
+import { call } from "../../core/api.js";
 import { docOf, paintedMarks, sentOf } from "./document.js";
 import { chosen, edit, history, opened, refusal } from "./editor.js";
+import { refuse } from "./saving.js";
 
 /**
  * @typedef {{ from: string, to: string, mm: number | null }} Distance
@@ -67,7 +68,7 @@ async function adjust(path, body) {
     if (answer.added)
       chosen.value = paintedMarks(moved).filter((mark) => answer.added.includes(mark.name));
   } catch (error) {
-    refusal.value = toRefusal(error);
+    refuse(error);
   } finally {
     measuring.value = false;
   }

@@ -3,7 +3,7 @@ import { Problem, ServerUnreachable, request, toRefusal } from "../../core/api.j
 import { goInstead } from "../../core/route.js";
 import { fields, notify, notifyError } from "../../core/state.js";
 import { readCameras } from "../calibrate/pictures.js";
-import { docOf, markOf, nameOf, sentOf } from "./document.js";
+import { docOf, markOf, sentOf } from "./document.js";
 import { KEPT, chosen, history, isShipped, opened, refusal, saving, theirs } from "./editor.js";
 
 /**
@@ -27,17 +27,16 @@ export async function saveField() {
   if (!doc || !it || saving.value || isShipped.value) return;
   saving.value = true;
   refusal.value = theirs.value = null;
-  const name = it.name || doc.name || nameOf(doc.title),
+  const name = it.name || doc.name,
     headers = /** @type {Record<string, string>} */ (it.etag ? { "If-Match": it.etag } : { "If-None-Match": "*" });
   try {
-    const response = await request("PUT", `/fields/${encodeURIComponent(name || "-")}`, {
-        json: { ...sentOf(doc), name },
+    const response = await request("PUT", `/fields/${encodeURIComponent(name)}`, {
+        json: sentOf(doc),
         headers,
       }),
       { field, etag } = await take(response);
     localStorage.removeItem(KEPT + it.key);
     if (opened.value !== it) return; // another one is open by now
-    if (!doc.name) history.load({ ...(history.doc.value ?? doc), name });
     opened.value = { key: `=${name}`, name, etag, seen: docOf(field) };
     goInstead("field-editor", { field: name });
     notify({ level: "info", text: `${field.title} is saved.`, fix: "Every camera over it uses it from now on." });
@@ -49,8 +48,8 @@ export async function saveField() {
   }
 }
 
-/** @param {unknown} error */
-function refuse(error) {
+/** Tell why the server took or computed nothing. @param {unknown} error */
+export function refuse(error) {
   if (error instanceof Problem && error.status === 412) {
     theirs.value = { field: error.body.current, etag: error.body.etag ? `"${error.body.etag}"` : "" };
     return;
