@@ -15,6 +15,7 @@ import numpy as np
 
 from app.core.errors import BadInput, Conflict
 from app.core.field import Field
+from app.core.field_json import field_from_json
 from app.core.field_moves import ArcChange, JoinedField, Shift, rounded_field
 from app.core.geometry import Array
 from app.core.records import Calibration
@@ -117,10 +118,18 @@ def as_found(calibration: Calibration, field: Field) -> MeasuredField:
 
 def _measured(moved: Field, offsets: Mapping[str, tuple[float, float | None]],
               residuals_mm: tuple[float, ...] = ()) -> MeasuredField:
-    """Return the field to a tenth of a millimetre; its lines lie beside their new places by what is not known."""
+    """Return the field to a tenth of a millimetre; its lines lie beside their new places by what is not known.
+
+    BadInput where that is no field any more.
+    """
     known = [sigma for _, sigma in offsets.values() if sigma is not None]
     sigma_mm = min(moved.line_sigma_mm, round(float(np.median(known)), 1)) if known else moved.line_sigma_mm
-    return MeasuredField(replace(rounded_field(moved), line_sigma_mm=sigma_mm), offsets, residuals_mm)
+    try:
+        field = field_from_json(replace(rounded_field(moved), line_sigma_mm=sigma_mm).to_json())
+    except BadInput as refused:
+        raise BadInput(f"What was measured leads to no field: {refused.what}", "Look for a distance that was read or "
+                       "typed wrongly, or for the wrong field.", reason="bad-measures") from None
+    return MeasuredField(field, offsets, residuals_mm)
 
 
 def _moves(field: Field, state: Array) -> tuple[dict[str, Shift], dict[str, ArcChange]]:

@@ -220,7 +220,8 @@ def test_a_field_is_adjusted_to_tape_distances_and_nothing_is_saved(standing):
     ({"distances": [{"from": "centre", "to": "corner-top-left", "mm": -5}]}, 422),
     ({"distances": [{"from": "centre", "to": "corner-top-left", "mm": 1e300}]}, 422),
     ({"distances": [{"from": "centre", "to": "corner-top-left"}]}, 422), ({"field": {}}, 422), ({"field": 3}, 422),
-    ({"distances": [{"from": "centre", "to": "corner-top-left", "mm": 1e5}]}, 200)])
+    ({"distances": [{"from": "centre", "to": "corner-top-left", "mm": 1e5}]}, 422),
+    ({"distances": [{"from": "centre", "to": "corner-top-left", "mm": 5400}]}, 200)])
 def test_what_was_not_measured_is_refused(standing, change, status):
     field = standing.get(f"{FIELDS}/ssl-div-b").json()
     body = {"field": field, "distances": [{"from": "corner-top-left", "to": "corner-top-right", "mm": 9015}], **change}

@@ -1,5 +1,7 @@
 """A field taped otherwise than the rules have it, recovered from tape distances and from a calibration's offsets."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -59,6 +61,14 @@ def test_they_are_recovered_from_what_a_calibration_has_found(calibrated):
     assert worst_mm(found.field, truth) < GOOD_MM
     assert all(0 < sigma < 5 for _, sigma in found.offsets.values())
     assert found.field.line_sigma_mm < FIELD.line_sigma_mm
+
+
+def test_offsets_that_nobody_can_mean_are_refused(calibrated):
+    calibration, _ = calibrated
+    report = {**calibration.report, "line_offsets_mm": {"top": 1e300, "halfway-line": -1e9}}
+    with pytest.raises(BadInput) as refused:
+        as_found(replace(calibration, report=report), FIELD)
+    assert refused.value.reason == "bad-measures"
 
 
 def test_a_calibration_of_another_content_or_without_offsets_has_nothing_to_adopt(calibrated):
