@@ -2,6 +2,7 @@
 
 import re
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS, Operator
@@ -162,6 +163,18 @@ def test_every_field_that_comes_with_touchline_passes_through_the_editor_unchang
         made, shipped = (field_desk.api("GET", f"/fields/{name}/export/json").text
                          for name in (f"{field['name']}-again", field["name"]))
         assert made.replace(f'"name": "{field["name"]}-again"', f'"name": "{field["name"]}"') == shipped
+
+
+@pytest.mark.browser_context_args(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+def test_a_finger_reaches_every_number_below_the_drawing(new_context, field_desk):
+    page = new_context().new_page()
+    page.goto(f"{field_desk.url}/#/library/new-field/ssl-div-b")
+    page.get_by_test_id("mark-halfway-line").tap()
+    expect(page.get_by_test_id("field-read-out")).to_contain_text("Halfway line")
+    for entry in ("lines[4].to[0]", "width_mm", "title"):
+        page.get_by_test_id(f"entry-{entry}").tap()
+        expect(page.get_by_test_id(f"entry-{entry}")).to_be_focused()
+        expect(page.get_by_test_id("field-stage")).to_be_in_viewport()
 
 
 def test_what_was_refused_is_marked_and_shown(editor, field_desk):
