@@ -5,9 +5,19 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from tests.e2e.conftest import LONG_MS, Operator
+from tests.e2e.conftest import Operator
 from tests.e2e.test_places import Keyboard
-from tests.support.field_desk import OBLIQUE, camera_of, centre_of, copy, field_of, fill, named, save
+from tests.support.field_desk import (
+    OBLIQUE,
+    calibrate_without_clicks,
+    camera_of,
+    centre_of,
+    copy,
+    field_of,
+    fill,
+    named,
+    save,
+)
 
 
 def check_lab_field(field_desk) -> None:
@@ -22,7 +32,6 @@ def check_lab_field(field_desk) -> None:
 
 def test_a_half_size_lab_field_is_made_by_mouse_and_calibrated_without_clicks(editor, field_desk):
     page, operator = editor, Operator(editor, field_desk)
-    operator.prefer("detect", "on")
     page.goto(f"{field_desk.url}/#/library/fields")
     page.get_by_test_id("copy-field-ssl-div-b").click()
     fill(page, "title", "Lab field")
@@ -31,14 +40,7 @@ def test_a_half_size_lab_field_is_made_by_mouse_and_calibrated_without_clicks(ed
     page.get_by_test_id("on-centre-line").uncheck()
     save(page, "lab-field")
     check_lab_field(field_desk)
-    field_desk.api("POST", "/cameras", json={"id": "lab", "name": "Lab camera", "field": "lab-field", "region": "full",
-                                       "source": f"sim://lab-field{OBLIQUE}"})
-    page.goto(f"{field_desk.url}/#/cameras")
-    page.get_by_test_id("camera-lab").click()
-    operator.is_at("points")
-    expect(page.get_by_test_id("lines-found")).to_be_visible(timeout=LONG_MS)
-    operator.next("verify")
-    operator.activate(warned=False)
+    calibrate_without_clicks(operator, "lab-field", f"sim://lab-field{OBLIQUE}", "lab")
     made = camera_of(field_desk, "lab")["active"]
     assert made["field"] == "lab-field" and made["field_changes"] == [] and made["verdict"]["level"] == "good"
 

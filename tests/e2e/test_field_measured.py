@@ -7,8 +7,8 @@ from playwright.sync_api import expect
 from app.core.field_json import field_from_json
 from app.core.field_moves import JoinedField
 from app.sources import SourceContext, source_from_url
-from tests.e2e.conftest import LONG_MS, Operator
-from tests.support.field_desk import OBLIQUE, camera_of, copy, field_of, fill, save
+from tests.e2e.conftest import Operator
+from tests.support.field_desk import OBLIQUE, calibrate_without_clicks, camera_of, copy, field_of, fill, save
 from tests.support.sim_clicks import border_clicks
 from tests.support.tape import SIDES_AND_DIAGONALS, measured
 from tests.support.waiting import until
@@ -18,14 +18,7 @@ def test_an_open_draft_follows_its_field_and_an_outdated_calibration_is_made_aga
     page, operator = editor, Operator(editor, field_desk)
     own = {**field_of(field_desk, "ssl-div-b"), "name": "hall", "title": "Hall"}
     field_desk.api("PUT", "/fields/hall", json=own)
-    field_desk.api("POST", "/cameras", json={"id": "hall", "name": "Hall camera", "field": "hall", "region": "full",
-                                       "source": f"sim://hall{OBLIQUE}"})
-    operator.prefer("detect", "on")
-    page.goto(f"{field_desk.url}/#/cameras")
-    page.get_by_test_id("camera-hall").click()
-    expect(page.get_by_test_id("lines-found")).to_be_visible(timeout=LONG_MS)
-    operator.next("verify")
-    operator.activate(warned=False)
+    calibrate_without_clicks(operator, "hall", f"sim://hall{OBLIQUE}", "hall")
     before = camera_of(field_desk, "hall")["active"]["id"]
     page.go_back()
     operator.is_at("verify")
@@ -86,21 +79,14 @@ def test_what_a_calibration_found_of_the_lines_is_adopted(editor, field_desk):
     field_desk.api("PUT", "/fields/nominal", json=nominal)
     field_desk.api("PUT", "/fields/truth", json={**truth.to_json(), "name": "truth"})
     source = f"sim://truth{OBLIQUE}".replace("640x512", "1280x1024")
-    field_desk.api("POST", "/cameras", json={"id": "taped", "name": "Taped camera", "field": "nominal",
-                                             "region": "full", "source": source})
-    operator.prefer("detect", "on")
-    page.goto(f"{field_desk.url}/#/cameras")
-    page.get_by_test_id("camera-taped").click()
-    expect(page.get_by_test_id("lines-found")).to_be_visible(timeout=LONG_MS)
-    operator.next("verify")
-    operator.activate(warned=False)
+    calibrate_without_clicks(operator, "nominal", source, "taped")
     page.goto(f"{field_desk.url}/#/library/fields/nominal")
     page.get_by_test_id("fold-measured").locator("summary").click()
-    page.get_by_test_id("adopt-offsets").select_option(label="Taped camera, version 1")
+    page.get_by_test_id("adopt-offsets").select_option(label="The taped camera, version 1")
     expect(page.get_by_test_id("found-offsets")).to_contain_text("Defence left front")
     save(page, "nominal")
     assert worst_mm(field_of(field_desk, "nominal"), truth) < 3
-    expect(page.get_by_test_id("outdated")).to_contain_text("Taped camera")
+    expect(page.get_by_test_id("outdated")).to_contain_text("The taped camera")
     page.get_by_test_id("calibrate-again").click()
     expect(page.get_by_test_id("notice").last).to_contain_text("1 new version on the field as it is now")
 

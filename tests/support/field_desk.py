@@ -41,3 +41,17 @@ def centre_of(page: Page, grip: str) -> tuple[float, float]:
 
 def camera_of(desk, id: str) -> dict:
     return next(c for c in desk.api("GET", "/cameras").json()["items"] if c["id"] == id)
+
+
+def calibrate_without_clicks(operator, field: str, source: str, id: str) -> None:
+    """Add a camera over a field, and activate what detection makes of its picture, all by the bright button."""
+    page, desk = operator.page, operator.server
+    desk.api("POST", "/cameras", json={"id": id, "name": f"The {id} camera", "field": field, "region": "full",
+                                       "source": source})
+    operator.prefer("detect", "on")
+    page.goto("about:blank")  # the preference is read when the page is loaded
+    page.goto(f"{desk.url}/#/cameras")
+    page.get_by_test_id(f"camera-{id}").click()
+    expect(page.get_by_test_id("lines-found")).to_be_visible()
+    operator.next("verify")
+    operator.activate(warned=False)
