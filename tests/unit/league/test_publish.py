@@ -129,15 +129,17 @@ def test_a_calibration_made_before_its_field_was_changed_is_not_sent_with_the_ne
     old, new = on_quarters(model, model)
     field = field_around(model.region)
     line = next(iter(field.lines.values()))
-    now = replace(field, lines={**field.lines, line.name: line.shifted(15.0)})
+    moved = replace(field, lines={**field.lines, line.name: line.shifted(15.0)})
+    now = replace(moved, lines={**moved.lines, "added": replace(line.shifted(300.0), name="added")})
     old = replace(old, field=field.to_json(), created_at="2026-01-02")
-    new = replace(new, field=now.to_json(), created_at="2026-01-01")
+    new = replace(new, field=moved.to_json(), created_at="2026-01-01")  # a line that was added leaves it right
     told = published_cameras([old, new], PublishingConfig(numbers={"b": 1}), fields={now.name: now})
     assert [(one.name, one.sent is not None) for one in told] == [("a", False), ("b", True)]
     assert told[0].problem.reason == "field-changed" and line.name in told[0].problem.what
     packet = decode(WrapperPacket, geometry_packet(told, {now.name: now}))
-    assert {sent.name: (sent.p1, sent.p2) for sent in packet.geometry.field.field_lines}[line.name] == (
-        packet_point(now.lines[line.name].start), packet_point(now.lines[line.name].end))
+    sent = {one.name: (one.p1, one.p2) for one in packet.geometry.field.field_lines}
+    for name in (line.name, "added"):
+        assert sent[name] == (packet_point(now.lines[name].start), packet_point(now.lines[name].end))
 
 
 def packet_point(point):
