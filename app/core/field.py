@@ -156,16 +156,19 @@ class Region:
         return corners[np.argmin(corners @ (u + v))]
 
     @property
+    def _sides(self) -> tuple[float, float]:
+        (x0, x1), (y0, y1) = self.x_mm, self.y_mm
+        return (x1 - x0, y1 - y0) if self.rotate_deg % 180 == 0 else (y1 - y0, x1 - x0)
+
+    @property
     def width_mm(self) -> float:
         """Extent along u, across the picture."""
-        x, y = np.ptp(self.x_mm), np.ptp(self.y_mm)
-        return float(x if self.rotate_deg % 180 == 0 else y)
+        return self._sides[0]
 
     @property
     def height_mm(self) -> float:
         """Extent along v, down the picture."""
-        x, y = np.ptp(self.x_mm), np.ptp(self.y_mm)
-        return float(y if self.rotate_deg % 180 == 0 else x)
+        return self._sides[1]
 
     def field_from_region(self, points: Points) -> Points:
         """(..., 2) mm (u, v) to field mm (x, y)."""
@@ -175,6 +178,7 @@ class Region:
         """(..., 2) field mm to (u, v) mm."""
         return (points - self._origin) @ np.stack(self._axes).T
 
+    @lru_cache(maxsize=4096)  # noqa: B019, a region is a few numbers, and every list of fields asks for its borders
     def border(self, name: str) -> Line:
         """One of left, right, top, bottom, as a line in field mm, running right or down the picture."""
         w, h = self.width_mm, self.height_mm

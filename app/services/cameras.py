@@ -132,7 +132,7 @@ class CameraService:
         self._store.identities.confirm(calibration.id, asdict(identity), by)
 
     def _process_spec(self, source: str) -> dict[str, Any]:
-        return {"source": source, "fields": {name: self._fields.to_json(name) for name in self._fields},
+        return {"source": source, "fields": {name: self._fields[name].to_json() for name in self._fields},
                 "pictures": str(self._settings.shown_pictures), "hosts": list(self._settings.sources.allowed_hosts),
                 "producers": [str(place) for place in self._settings.sources.known_producers],
                 "limits": asdict(self._limits)}
@@ -140,7 +140,7 @@ class CameraService:
     def field_changes(self, calibration: Calibration) -> list[str]:
         """Name what of its field lies elsewhere than when the calibration was made; nothing where the field is gone."""
         name = calibration.field["name"]
-        return list(calibration.field_changes(self._fields.to_json(name))) if name in self._fields else []
+        return list(calibration.field_changes(self._fields[name].to_json())) if name in self._fields else []
 
     def _summary(self, calibration: Calibration) -> dict[str, Any]:
         """Return what a list of cameras shows of a version; an imported one may have no verdict."""

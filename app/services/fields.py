@@ -15,12 +15,6 @@ def field_json(services: Services, field: Field) -> dict[str, Any]:
     return {**field.to_json(), "own": services.fields.is_own(field.name)}
 
 
-def known_fields_json(services: Services) -> list[dict[str, Any]]:
-    """Return all that the server knows likewise."""
-    fields = services.fields
-    return [{**fields.to_json(name), "own": fields.is_own(name)} for name in fields]
-
-
 def save_field(services: Services, name: str, value: dict[str, Any], etag: str | None, new: bool) -> Field:
     """Check and save a field; whoever publishes or simulates it has it at once."""
     field = services.fields.put(name, value, etag, new)
@@ -44,7 +38,7 @@ def simulated(services: Services, name: str) -> list[str]:
 
 def outdated_calibrations(services: Services, field: Field) -> list[Calibration]:
     """List the active calibrations that the field's changes have made wrong."""
-    now = services.fields.to_json(field.name)
+    now = field.to_json()
     active = (services.store.calibrations.active(camera.id) for camera in services.cameras.all())
     return [calibration for calibration in active if calibration is not None
             and calibration.field["name"] == field.name and calibration.field_changes(now)]

@@ -45,7 +45,7 @@ def rig_spec(services: Services, rig: Document, pictures: Pictures | None = None
         cameras.append({**camera, "title": services.cameras.title(id),
                         "calibration": active.to_json() if active else None, "picture": (pictures or {}).get(id)})
     return {"name": rig.name, "title": rig.body["title"] or rig.name,
-            "field": services.fields.to_json(rig.body["field"]),
+            "field": services.fields[rig.body["field"]].to_json(),
             "rectangles": {name: rig.body[name] for name in NAMES}, "cameras": cameras}
 
 

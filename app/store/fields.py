@@ -60,7 +60,6 @@ class FieldRepository(Mapping[str, Field]):
         self._own = load_fields(own) if own.is_dir() else {}
         for name in self._own:
             self._refuse_shipped(name)
-        self._texts: dict[str, dict[str, Any]] = {}
         self.revision = self._revision()
 
     def __getitem__(self, name: str) -> Field:
@@ -115,19 +114,12 @@ class FieldRepository(Mapping[str, Field]):
                 sync_folder(self._folder)
             self._replace_own({own: field for own, field in self._own.items() if own != name})
 
-    def to_json(self, name: str) -> dict[str, Any]:
-        """Return a field as Field.to_json writes it, not to be changed: written once, for lists hold versions to it."""
-        known = self._texts
-        if name not in known:
-            known[name] = self[name].to_json()
-        return known[name]
-
     def is_own(self, name: str) -> bool:
         """Tell whether an operator made it, and may change it."""
         return name in self._own
 
     def _replace_own(self, own: dict[str, Field]) -> None:
-        self._own, self._texts = own, {}
+        self._own = own
         self.revision = self._revision()
 
     def _revision(self) -> str:

@@ -113,20 +113,23 @@ class Server:
         return requests.request(method, f"{self.url}/api/v1{path}", timeout=ANSWER_S, **more)
 
 
+def running(data: Path):
+    """A server, until whoever asked for it has done."""
+    server = Server(data)
+    yield server
+    server.stop()
+
+
 @pytest.fixture(scope="session")
 def server(tmp_path_factory):
     """Shared by all: every test works on a picture of its own."""
-    server = Server(tmp_path_factory.mktemp("data"))
-    yield server
-    server.stop()
+    yield from running(tmp_path_factory.mktemp("data"))
 
 
 @pytest.fixture
 def own_server(tmp_path):
     """For a test that stops it."""
-    server = Server(tmp_path)
-    yield server
-    server.stop()
+    yield from running(tmp_path)
 
 
 class Operator:
@@ -390,9 +393,7 @@ def saved(arriving, border_draft, versions, server):
 @pytest.fixture(scope="module")
 def field_desk(tmp_path_factory):
     """A server whose own fields, and the cameras over them, are one file's."""
-    server = Server(tmp_path_factory.mktemp("fields"))
-    yield server
-    server.stop()
+    yield from running(tmp_path_factory.mktemp("fields"))
 
 
 @pytest.fixture

@@ -70,6 +70,9 @@ def test_lines_taped_elsewhere_are_found_by_tape_and_adopted(editor, field_desk)
     save(editor, "measured")
     assert worst_mm(field_of(field_desk, "measured"), truth) < 3
     expect(editor.get_by_test_id("distance-12-mm")).not_to_have_value("")
+    copy(editor, field_desk, "ssl-div-b")  # another field, on which nobody has measured
+    expect(editor.get_by_test_id("add-distance")).to_be_visible()
+    expect(editor.get_by_test_id("distance-0-mm")).to_have_count(0)
 
 
 def test_what_a_calibration_found_of_the_lines_is_adopted(editor, field_desk):

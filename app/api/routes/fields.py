@@ -21,14 +21,7 @@ from app.core.progress import Progress
 from app.fitting.measured_field import MAX_DISTANCES, TAPE_MM, TapeDistance, adjust_to_tape, as_found
 from app.formats import field_file
 from app.services.container import Services
-from app.services.fields import (
-    delete_field,
-    field_json,
-    known_fields_json,
-    outdated_calibrations,
-    save_field,
-    simulated,
-)
+from app.services.fields import delete_field, field_json, outdated_calibrations, save_field, simulated
 from app.services.forms import Strict
 from app.store.fields import field_etag
 from app.workflows.refit import run_refit
@@ -51,7 +44,8 @@ class Refit(Strict):
 def list_fields(services: ServicesDep) -> Json:
     """List every field with its lines, arcs, landmarks and regions, mm. revision: as GET /cameras/status tells it."""
     revision = services.fields.revision  # an older one than the fields only has them read once more
-    return Json({"items": known_fields_json(services), "next_cursor": None, "revision": revision})
+    items = [field_json(services, field) for field in services.fields.values()]
+    return Json({"items": items, "next_cursor": None, "revision": revision})
 
 
 @router.get("/{name}", response_model=responses.PlayingField)

@@ -4,6 +4,8 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+import numpy as np
+
 from app.core.errors import FitFailed
 from app.core.field import Field, Region
 from app.core.geometry import Array, ImageSize
@@ -120,5 +122,10 @@ class RayFitter(Fitter):
                     *misplaced_line_warnings(notes["line_offsets_mm"], line_sigma_mm(settings, field)),
                     *unusual_camera_warnings(state, best.task.priors, image_size, field))
         names = tuple(name for name, free in zip(best.task.names, best.task.free, strict=True) if free)
-        return Fit(model, inliers, (True,) * len(observations), warnings, notes, covariance=best.covariance,
+        covariance = best.covariance
+        sigma = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+        notes["line_offset_sigmas_mm"] = {
+            marking: sigma[f"line_{i}"] for i, (marking, part) in enumerate(problem.offset_names)
+            if part == "across" and f"line_{i}" in sigma}
+        return Fit(model, inliers, (True,) * len(observations), warnings, notes, covariance=covariance,
                    parameter_names=names)

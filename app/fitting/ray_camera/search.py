@@ -136,12 +136,7 @@ class RayFitResult:
     def offset_notes(self) -> dict[str, Any]:
         """Return a fit's notes of them. Lines' tilts follow their offsets and are left out."""
         found = self.offsets_mm
-        names = [name for name, free in zip(self.task.names, self.task.free, strict=True) if free]
-        sigma = dict(zip(names, np.sqrt(np.diag(self.covariance)), strict=True))
         return {"line_offsets_mm": {name: parts["across"] for name, parts in found.items()},
-                "line_offset_sigmas_mm": {
-                    name: float(sigma[f"line_{i}"]) for i, (name, part) in enumerate(self.task.problem.offset_names)
-                    if part == "across" and f"line_{i}" in sigma},
                 "arc_offsets_mm": {name: (parts["centre_x"], parts["centre_y"]) for name, parts in found.items()
                                    if "centre_x" in parts},
                 "offset_names": self.task.problem.offset_names}

@@ -128,24 +128,17 @@ export function activateFeature(feature) {
   selection.value = [];
 }
 
-/** Everything that can be clicked on a field. @param {import("../../core/types").Field} field */
-export const featuresOf = (field) =>
-  new Set([
+/**
+ * Those on what a field has; borders every field has.
+ * @param {import("../../core/types").Observation[]} observations
+ * @param {import("../../core/types").Field} field
+ */
+export function onField(observations, field) {
+  const known = new Set([
     ...BORDERS,
     ...field.lines.map((l) => l.name),
     ...field.arcs.map((a) => a.name),
     ...Object.keys(field.landmarks),
   ]);
-
-/**
- * Drop what was clicked on lines that another field does not have; borders every field has.
- * @param {Doc} document
- * @param {import("../../core/types").Field} field
- */
-export function keepKnown(document, field) {
-  const known = featuresOf(field);
-  return {
-    ...document,
-    observations: document.observations.filter((o) => typeof o.feature !== "string" || known.has(o.feature)),
-  };
+  return observations.filter((o) => typeof o.feature !== "string" || known.has(o.feature));
 }

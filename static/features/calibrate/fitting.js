@@ -4,7 +4,7 @@ import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
 import { BORDERS, doc, dragging, isEqual, pointsOf } from "../../core/document.js";
 import { latestWins } from "../../core/latest_wins.js";
 import { automaticModel, field, model, snapshot } from "../../core/state.js";
-import { featuresOf } from "./editing.js";
+import { onField } from "./editing.js";
 import { curveThrough } from "./live_curve.js";
 
 /**
@@ -29,16 +29,9 @@ export const stale = signal(false);
 /** @param {Curve | Refusal | undefined} curve @returns {curve is Curve} */
 export const isCurve = (curve) => curve !== undefined && "curve" in curve;
 
-/**
- * Those on what the field has: what was clicked on a line that somebody took off the field is kept, and not fitted.
- * @param {import("../../core/types").Observation[]} observations
- */
-export function onField(observations) {
-  const f = field.value;
-  if (!f) return observations;
-  const known = featuresOf(f);
-  return observations.filter((o) => typeof o.feature !== "string" || known.has(o.feature));
-}
+/** What is fitted: clicks on a line that somebody took off the field are kept, and left out.
+ * @param {import("../../core/types").Doc} d */
+export const fittedPoints = (d) => (field.value ? onField(d.observations, field.value) : d.observations);
 
 /**
  * The sides of a fit that the server wants.
@@ -51,7 +44,7 @@ export const fitBody = (d, automatic = AUTOMATIC) => ({
   region: d.region,
   model: d.model ?? automatic,
   options: d.options,
-  observations: onField(d.observations),
+  observations: fittedPoints(d),
   ...(d.rotate === null ? {} : { rotate: d.rotate }),
 });
 

@@ -82,13 +82,15 @@ export function edit(to) {
   if (doc && !isShipped.value) history.change(to(doc));
 }
 
+/** What the address says: "=name" of one to change, "+name" of a copy, "+" of a new one, "" of none. */
+const wanted = computed(() => {
+  const { view, field } = route.value;
+  if (!listed.value) return null;
+  return view === "field-editor" ? `=${field}` : view === "new-field" ? `+${field}` : "";
+});
+
 /** Open what the address says, and close it when the page goes elsewhere. */
 export function startFieldEditor() {
-  const wanted = computed(() => {
-    const { view, field } = route.value;
-    if (!listed.value) return null;
-    return view === "field-editor" ? `=${field}` : view === "new-field" ? `+${field}` : "";
-  });
   effect(() => {
     const key = wanted.value;
     untracked(() => {
@@ -106,22 +108,21 @@ export function startFieldEditor() {
   });
 }
 
-/** @param {string} key "=name" of one to change, "+name" of a copy, "+" of a new one, "" of none */
+/** @param {string} key as the address says */
 async function open(key) {
   opened.value = null;
   chosen.value = [];
   refusal.value = theirs.value = null;
   history.load(null);
   if (!key) return;
-  const name = key.slice(1),
-    isWanted = () => `${route.value.view === "new-field" ? "+" : "="}${route.value.field}` === key;
+  const name = key.slice(1);
   try {
     const response = name ? await request("GET", `/fields/${encodeURIComponent(name)}`) : null,
       field = response && (await response.json()),
       isCopy = key.startsWith("+"),
       read = imported,
       begun = read ? null : localStorage.getItem(KEPT + key); // before the field as it was saved is shown
-    if (!isWanted()) return;
+    if (wanted.value !== key) return;
     imported = null;
     const first = isCopy ? firstOf(field, read) : docOf(field);
     opened.value = isCopy
@@ -131,7 +132,7 @@ async function open(key) {
     if (begun) restore(key, begun);
     viewport.view.value = { ...viewport.view.value, fitted: true };
   } catch (error) {
-    if (isWanted()) goInstead("fields");
+    if (wanted.value === key) goInstead("fields");
     notifyError(error);
   }
 }

@@ -35,6 +35,7 @@ effect(() => {
   untracked(() => {
     if (key === shown) return;
     const moved = shown.startsWith("+") && key.startsWith("="); // a new one was saved: it is the same field
+    if (moved) localStorage.removeItem(KEPT + shown);
     shown = key;
     if (moved) return setDistances(distances.value);
     found.value = null;

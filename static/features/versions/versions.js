@@ -6,7 +6,7 @@ import { Stopped, runJob } from "../../core/jobs.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { goToStep } from "../../core/route.js";
 import { busy, models, notifyError, rotation, snapshot } from "../../core/state.js";
-import { fitBody, onField } from "../calibrate/fitting.js";
+import { fitBody, fittedPoints } from "../calibrate/fitting.js";
 
 /** The newest version of this picture, and its neighbours of the same camera. */
 export const version = signal(/** @type {import("../../core/types").Calibration | null} */ (null));
@@ -27,7 +27,7 @@ export const isSaved = computed(() => {
     saved.rotate === rotation.value &&
     (now.model === null ? "model_choice" in saved.report : saved.model.name === now.model) &&
     isEqual(given(saved.options), given(now.model === null ? optionsOf(saved.model.name, now.options) : now.options)) &&
-    isEqual(saved.observations.map(plain), onField(now.observations).map(plain))
+    isEqual(saved.observations.map(plain), fittedPoints(now).map(plain))
   );
 });
 

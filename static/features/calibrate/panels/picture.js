@@ -6,7 +6,7 @@ import { addressOf } from "../../../core/route.js";
 import { field, fields, region, rotation } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
-import { keepKnown } from "../editing.js";
+import { onField } from "../editing.js";
 import { rememberField } from "../pictures.js";
 import { FieldDrawing } from "./field_drawing.js";
 
@@ -88,7 +88,8 @@ function chooseField(name) {
     same = doc.value.region && regions.includes(doc.value.region);
   rememberField(name);
   change({
-    ...keepKnown(doc.value, next),
+    ...doc.value,
+    observations: onField(doc.value.observations, next),
     field: name,
     region: same ? doc.value.region : (regions[0] ?? null),
     rotate: null,
