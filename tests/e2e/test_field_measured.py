@@ -29,6 +29,9 @@ def test_an_open_draft_follows_its_field_and_an_outdated_calibration_is_made_aga
         field_desk.api("PUT", "/fields/hall", json={**own, "lines": lines, "arcs": arcs})
     assert "centre-line" not in {o["feature"] for o in asked.value.post_data_json["observations"]}
     assert "centre-line" in {o["feature"] for o in operator.draft()["observations"]}, "what was clicked is kept"
+    page.goto(f"{field_desk.url}/#/cameras")
+    expect(page.get_by_test_id("readiness")).to_contain_text("Calibrated before: The hall camera")
+    expect(page.get_by_test_id("readiness")).to_have_attribute("data-ready", "false")
     page.goto(f"{field_desk.url}/#/cameras/hall/versions")
     expect(page.get_by_test_id("outdated")).to_contain_text("centre line, centre circle")
     expect(page.get_by_test_id("field-changed")).to_have_count(1)

@@ -29,6 +29,7 @@ function points() {
     waking = all.filter((c) => !live.includes(c) && !down.includes(c)),
     calibrated = all.filter((c) => c.active_calibration),
     bare = all.filter((c) => !c.active_calibration),
+    outdated = all.filter((c) => c.active?.field_changes.length),
     moved = all.filter((c) => statuses.value[c.id]?.drift?.alarm),
     out = publishing.value,
     rig = rigs.value[0];
@@ -54,6 +55,7 @@ function points() {
       href: moved.length ? addressOf("drift", { camera: moved[0].id }) : "",
       label: "Fix",
     },
+    ...(outdated.length ? [ofOutdated(outdated)] : []),
     ...(rig ? [ofRig(rig)] : []),
     {
       state: out?.problem ? "bad" : out?.state === "on-air" ? "ok" : "note",
@@ -64,6 +66,15 @@ function points() {
     },
   ];
 }
+
+/** Calibrated before their field was changed. @param {import("../../../core/types").Camera[]} some @returns {Point} */
+const ofOutdated = (some) => ({
+  state: "bad",
+  title: "Field changed since",
+  text: `Calibrated before: ${names(some)}`,
+  href: addressOf("versions", { camera: some[0].id }),
+  label: "Fix",
+});
 
 /** @param {import("../../rig/types").Rig} rig @returns {Point} */
 function ofRig({ name, title, checked }) {
