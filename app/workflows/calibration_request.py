@@ -1,6 +1,7 @@
 """A request for a calibration: everything it rests on, looked up and checked; routes, jobs and commands share it."""
 
 import secrets
+from base64 import b64encode
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from dataclasses import field as member
@@ -15,7 +16,8 @@ from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Observations, observations_from_json
 from app.fitting import known_options
-from app.models import MODELS, parameters_json
+from app.imaging.correction_mesh import correction_mesh
+from app.models import MODELS, CameraModel, parameters_json
 from app.workflows import calibration, model_choice
 from app.workflows.calibration import CalibrationResult
 from app.workflows.model_choice import AUTO
@@ -36,12 +38,12 @@ def run_compare(spec: Any, progress: Progress) -> dict[str, Any]:
 
 def run_preview(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: the preview of spec["task"], cross-validated unless spec["quick"]."""
-    return CalibrationRequest.from_json(spec["task"]).preview_json(spec["quick"], progress)
+    return CalibrationRequest.from_json(spec["task"]).preview_json(spec["quick"], spec["mesh_margin_px"], progress)
 
 
 def run_attempt(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: the same, or why there is none yet."""
-    return CalibrationRequest.from_json(spec["task"]).attempt_json(spec["quick"], progress)
+    return CalibrationRequest.from_json(spec["task"]).attempt_json(spec["quick"], spec["mesh_margin_px"], progress)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,17 +118,29 @@ class CalibrationRequest:
         return calibration.calibrate(self.observations, self.field, self.region, self.image_size, self.model,
                                      self.options, progress, cross_validate=cross_validate)
 
-    def preview_json(self, quick: bool, progress: Progress = no_progress) -> dict[str, Any]:
-        """Return the preview's model, report and field in the picture as JSON. quick: without cross-validation."""
+    def preview_json(self, quick: bool, mesh_margin_px: int | None = None,
+                     progress: Progress = no_progress) -> dict[str, Any]:
+        """Return the preview's model, report and field in the picture as JSON.
+
+        quick: without cross-validation. mesh_margin_px: with the corrected view of that margin, as its mesh and the
+        field in it.
+        """
         fitted = self.preview(progress, cross_validate=not quick)
         return {"model": {"name": fitted.model.NAME, "parameters": parameters_json(fitted.model)},
                 "report": fitted.report, "corrected_size": list(fitted.model.corrected_size),
-                "overlay": calibration.overlay(fitted.model, self.field, self.region)}
+                "overlay": calibration.overlay(fitted.model, self.field, self.region),
+                "mesh": None if mesh_margin_px is None else self._mesh_json(fitted.model, mesh_margin_px)}
 
-    def attempt_json(self, quick: bool, progress: Progress = no_progress) -> dict[str, Any]:
+    def _mesh_json(self, model: CameraModel, margin_px: int) -> dict[str, Any]:
+        mesh = correction_mesh(model, margin_px)
+        return {**mesh.header(), "raw_px": b64encode(mesh.data()).decode("ascii"),
+                "overlay": calibration.overlay(model, self.field, self.region, "corrected", mesh.view)}
+
+    def attempt_json(self, quick: bool, mesh_margin_px: int | None = None,
+                     progress: Progress = no_progress) -> dict[str, Any]:
         """Return the preview, or why there is none yet, as JSON."""
         try:
-            return {"preview": self.preview_json(quick, progress), "refusal": None}
+            return {"preview": self.preview_json(quick, mesh_margin_px, progress), "refusal": None}
         except FitFailed as refusal:
             return {"preview": None, "refusal": {**refusal.details, **refusal.to_json(), "title": refusal.title}}
 

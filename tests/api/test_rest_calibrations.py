@@ -1,5 +1,6 @@
 """Calibrations: kept with all they came from, numbered for each camera, activated, used, exported and read back."""
 
+import base64
 import io
 import json
 
@@ -277,3 +278,38 @@ def test_any_number_of_a_file_may_be_wrong_and_nothing_breaks(standing, standing
             end = min(i for i in (text.find(",", at), text.find("\n", at)) if i > 0)
             answer = standing.post(f"{CAL}/import", files={"file": (text[:at] + wrong + text[end:]).encode()})
             assert answer.status_code in (201, 404, 413, 422), answer.text
+
+
+def mesh_of(answer):
+    length = int.from_bytes(answer.content[:4], "little")
+    head = json.loads(answer.content[4:4 + length])
+    return head, np.frombuffer(answer.content[4 + length:], "<f4").reshape(head["rows"], head["columns"], 2)
+
+
+def test_a_mesh_says_where_the_corrected_picture_comes_from(client, task):
+    made = client.post(CAL, json=task).json()
+    head, nodes = mesh_of(client.get(f"{CAL}/{made['id']}/mesh", params={"margin_px": 40}))
+    assert head["corrected_size"] == made["corrected_size"] and head["image_size"] == made["image_size"]
+    assert head["margin_px"] == 40 and head["error_px"] <= 0.05
+    at = [[head["first"][0] + 3 * head["step"][0], head["first"][1] + 2 * head["step"][1]]]
+    raw = client.post(f"{CAL}/{made['id']}/transform", json={"from": "corrected", "to": "image", "points": at}).json()
+    np.testing.assert_allclose(nodes[2, 3], raw["points"][0], atol=1e-3)
+    head, nodes = mesh_of(client.get(f"{CAL}/{made['id']}/mesh?view=corrected&columns=5&rows=3"))
+    assert (head["columns"], head["rows"]) == (5, 3) and head["first"] == [-0.5, -0.5]
+    refused = client.get(f"{CAL}/{made['id']}/mesh?columns=1")
+    assert refused.status_code == 422 and refused.json()["fix"]
+    assert client.get(f"{CAL}/{made['id']}/mesh?view=raw").status_code == 422
+
+
+@pytest.mark.parametrize("way", ["preview", "attempt"])
+def test_a_preview_has_the_mesh_that_the_saved_one_would_have(client, task, way):
+    asked = client.post(f"{API}/fit/{way}", params={"quick": True, "mesh_margin_px": 40}, json=task).json()
+    mesh = asked["mesh"] if way == "preview" else asked["preview"]["mesh"]
+    id = client.post(CAL, json=task).json()["id"]
+    head, nodes = mesh_of(client.get(f"{CAL}/{id}/mesh?margin_px=40"))
+    shown = np.frombuffer(base64.b64decode(mesh["raw_px"]), "<f4").reshape(nodes.shape)
+    np.testing.assert_allclose(shown, nodes, atol=1e-3)
+    assert {name: mesh[name] for name in head} == head
+    assert mesh["overlay"] == client.get(f"{CAL}/{id}/overlay.json?frame=corrected&margin_px=40").json()["features"]
+    without = client.post(f"{API}/fit/{way}", params={"quick": True}, json=task).json()
+    assert (without if way == "preview" else without["preview"])["mesh"] is None

@@ -22,6 +22,9 @@ from app.workflows.calibration_request import CalibrationRequest, run_attempt, r
 router = APIRouter()
 
 Quick = Annotated[bool, Query(description="leave the cross-validation out")]
+MeshMargin = Annotated[int | None, Query(
+    ge=0, le=2000, description="with `mesh`: the corrected view with so much carpet around the region, px, as GET "
+    "/calibrations/{id}/mesh describes it; its nodes in base64 as raw_px, and the field in it as overlay")]
 FEW_POINTS = 100  # as many fit in a millisecond or two: quicker done at once than handed to a thread
 
 
@@ -49,26 +52,29 @@ async def fit_border(services: ServicesDep, body: BorderRequest) -> Json:
 
 @router.post("/fit/preview", tags=["fit"], response_model=responses.Preview)
 async def preview_calibration(request: Request, services: ServicesDep, body: FitRequest,
-                              quick: Quick = False) -> Response:
+                              quick: Quick = False, mesh_margin_px: MeshMargin = None) -> Response:
     """Return what POST /calibrations would save for the same body: model, report and the field in the picture.
 
     With the model "auto", the most probable lens; which model is saved, a comparison of all of them decides.
     """
-    return await _fit(request, services, body, CalibrationRequest.preview_json, run_preview, quick)
+    return await _fit(request, services, body, CalibrationRequest.preview_json, run_preview, quick,
+                      mesh_margin_px)
 
 
 @router.post("/fit/attempt", tags=["fit"], response_model=responses.Attempt)
 async def attempt_calibration(request: Request, services: ServicesDep, body: FitRequest,
-                              quick: Quick = False) -> Response:
+                              quick: Quick = False, mesh_margin_px: MeshMargin = None) -> Response:
     """Return the preview, or why there is none yet: while points are still being placed, too few are no mistake."""
-    return await _fit(request, services, body, CalibrationRequest.attempt_json, run_attempt, quick)
+    return await _fit(request, services, body, CalibrationRequest.attempt_json, run_attempt, quick,
+                      mesh_margin_px)
 
 
 async def _fit(request: Request, services: Services, body: FitRequest,
-               fit: Callable[[CalibrationRequest, bool], dict[str, Any]],
-               run: Callable[[Any, Progress], dict[str, Any]], quick: bool) -> Response:
+               fit: Callable[[CalibrationRequest, bool, int | None], dict[str, Any]],
+               run: Callable[[Any, Progress], dict[str, Any]], quick: bool, mesh_margin_px: int | None) -> Response:
     """Return what `fit` makes of a few points on a thread, or `run` of many in a process while the caller waits."""
-    task, found = await fit_few(services, body, lambda task: fit(task, quick))
+    task, found = await fit_few(services, body, lambda task: fit(task, quick, mesh_margin_px))
     if found is not None:
         return Json(found)
-    return await finished_or_queued(request, services, "preview", run, {"task": task.to_json(), "quick": quick}, False)
+    spec = {"task": task.to_json(), "quick": quick, "mesh_margin_px": mesh_margin_px}
+    return await finished_or_queued(request, services, "preview", run, spec, False)

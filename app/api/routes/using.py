@@ -1,4 +1,4 @@
-"""/calibrations/{id}/correct, transform, overlay.json, residuals.json: pictures corrected, points between frames."""
+"""/calibrations/{id}/correct, mesh, transform, overlay.json, residuals.json: pictures and points between frames."""
 
 from functools import partial
 from typing import Annotated, Literal
@@ -18,12 +18,15 @@ from app.core.json_values import nullable_points
 from app.core.progress import Progress
 from app.core.records import Calibration, Frame, observations_from_json
 from app.imaging.correction import CorrectedView
+from app.imaging.correction_mesh import MAX_NODES, correction_mesh
 from app.models.restored import Restored, model_of
+from app.processes.framing import encode_body
 from app.services.container import Services
 from app.workflows import calibration as workflow
 
 router = APIRouter(prefix="/calibrations/{id}", tags=["using a calibration"])
 
+Nodes = Annotated[int | None, Query(ge=2, le=MAX_NODES, description="of the mesh; chosen by its error when left out")]
 FEW_POINTS = 1000  # as many are through before a thread has been found for them
 BODY = {"requestBody": {"required": True, "content": {
     "application/json": {"schema": TransformRequest.model_json_schema(ref_template="#/components/schemas/{model}")},
@@ -63,6 +66,21 @@ async def _draw(request: Request, services: Services, calibration: Calibration, 
         pixels = workflow.correct(frame.pixels, model_of(calibration), calibration.image_size, view, progress)
         return picture(pixels, format)
     return await services.process_picture(view.size(calibration), draw, request.is_disconnected)
+
+
+@router.get("/mesh", response_class=Response, responses=files(BINARY))
+@in_thread
+def read_mesh(services: ServicesDep, id: Id, view: Literal["corrected"] = "corrected", columns: Nodes = None,
+              rows: Nodes = None, margin_px: MarginPx = 0) -> Response:
+    """Return the correction as a coarse mesh, for who corrects raw pictures himself: a graphics processor.
+
+    A little-endian uint32 length, that many bytes of JSON (columns, rows, corrected_size, image_size, margin_px; first
+    and step: the nodes' corrected pixels; error_px: the most that interpolating between them is off), then raw x and y
+    of each node, row by row, as little-endian float32; NaN out of reach. Without columns and rows as many nodes as keep
+    the error under 0.025 px, at most 513 a row.
+    """
+    mesh = correction_mesh(model_of(services.store.calibrations.get(id)), margin_px, columns, rows)
+    return Response(encode_body(mesh.header(), mesh.data()), media_type=BINARY)
 
 
 @router.post("/transform", response_model=responses.Transformed, openapi_extra=BODY, responses=files(BINARY))

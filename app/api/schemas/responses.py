@@ -53,7 +53,8 @@ Report = response("Report", rms_px=float | None, max_px=float | None, rms_mm=flo
 Polyline = response("Polyline", feature=str, kind=Literal["border", "line", "arc", "landmark"], points=Points)
 Overlay = response("Overlay", features=list[Polyline])
 Arrows = response("Arrows", frame=Literal["raw", "corrected"], mm_per_px=float | None, arrows=list[JsonObject])
-Preview = response("Preview", model=FittedModel, report=Report, corrected_size=list[int], overlay=list[Polyline])
+Preview = response("Preview", model=FittedModel, report=Report, corrected_size=list[int], overlay=list[Polyline],
+    mesh=described(JsonObject | None, "the corrected view, where mesh_margin_px asks for it"))
 Attempt = response("Attempt", preview=Preview | None,
     refusal=described(JsonObject | None, "why it cannot be fitted yet: reason, title, what, fix, and which"))
 SnappedPoint = response("SnappedPoint", state=Literal["snapped", "kept"], point=Point)
