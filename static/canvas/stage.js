@@ -1,5 +1,5 @@
 // The stage: the picture with what is drawn on it; its tools above, its legends and the read-out below.
-import { useLayoutEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import { address } from "../core/api.js";
 import { mm, number } from "../core/format.js";
 import { html } from "../core/html.js";
@@ -15,12 +15,16 @@ import { listen } from "./tools/pointer.js";
 import { fit, mainViewport, placed, stageSize, view } from "./viewport.js";
 import { selectNext } from "../features/calibrate/editing.js";
 import { snapMessage } from "../features/calibrate/snapping.js";
-import { fieldUnderPointer, paneUnder, pointedAt } from "../features/compare/comparison.js";
+import { fieldUnderPointer, paneUnder, pointedAt, visiblePicture } from "../features/compare/comparison.js";
 import { shownMap as heatMap, valueAt } from "../features/compare/heat.js";
+
+/** @param {string} id */
+const pictureOf = (id) => address(`/snapshots/${id}/image.png`);
 
 /** @param {{ Legends: () => any }} props the words beside what is drawn */
 export function Stage({ Legends }) {
   const stage = useRef(/** @type {HTMLElement | null} */ (null));
+  const [raw, setRaw] = useState(/** @type {HTMLImageElement | null} */ (null)); // once it is there
   const shown = snapshot.value;
 
   // Before anything is painted: a press on what is seen must not go unheard.
@@ -40,7 +44,7 @@ export function Stage({ Legends }) {
   return html`
     ${shown && html`<${Toolbar} />`}
     <section
-      class=${`stage ${shown ? (editing.value ? tool.value : "pan") : "empty"}`}
+      class=${`stage ${shown ? (editing.value && visiblePicture.value !== "corrected" ? tool.value : "pan") : "empty"}`}
       ref=${stage}
       data-testid="stage"
       tabindex=${shown ? 0 : -1}
@@ -57,7 +61,8 @@ export function Stage({ Legends }) {
             data-testid="picture"
             alt="The raw picture"
             draggable=${false}
-            src=${address(`/snapshots/${shown.id}/image.png`)}
+            src=${pictureOf(shown.id)}
+            onLoad=${(/** @type {Event} */ e) => setRaw(/** @type {HTMLImageElement} */ (e.currentTarget))}
             style=${placed(tx, ty, k)}
           />
           <${Heat} frame="image" size=${[shown.width, shown.height]} x=${tx} y=${ty} k=${k} />
@@ -65,8 +70,8 @@ export function Stage({ Legends }) {
           ${comparing.value ? html`<${OnRaw} />` : html`<${Overlay} />`}
           <${Hovered} />
         </div>
-        ${comparing.value && html`
-          <${Corrected} />
+        ${(comparing.value || editing.value) && html`
+          <${Corrected} raw=${raw?.src.endsWith(pictureOf(shown.id)) ? raw : null} />
           <${Wipe} />
         `}
         <${FloatingLoupe} />

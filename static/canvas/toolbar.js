@@ -1,6 +1,7 @@
 // The tools above the picture: buttons of actions, nothing else.
 import { html } from "../core/html.js";
 import { comparing, editing } from "../core/state.js";
+import { isOurs } from "./graphics.js";
 import { ActionButton } from "../ui/action_button.js";
 
 const EDIT = [
@@ -19,6 +20,7 @@ const EDIT = [
   "heat",
   "arrows",
 ];
+const CORRECTED = ["|", "corrected", "side"];
 const COMPARE = [
   "raw",
   "wipe",
@@ -41,7 +43,7 @@ export function Toolbar() {
   const ids = comparing.value
     ? COMPARE
     : editing.value
-      ? EDIT
+      ? [...EDIT, ...(isOurs.value ? CORRECTED : [])]
       : LOOK;
   return html`<div
     class=${`tools${comparing.value ? " comparing" : ""}`}

@@ -7,7 +7,7 @@ const SMALLEST = 0.05,
 const BESIDE_PX = 12; // left free around the whole picture
 export const MARGIN_PX = 40; // carpet shown around the corrected picture, in its own pixels
 
-const PIXELATED_FROM = 4; // from this zoom on, pixels are shown as the squares they are
+export const PIXELATED_FROM = 4; // from this zoom on, pixels are shown as the squares they are
 
 /**
  * The style of a picture under a view.

@@ -25,6 +25,14 @@ function belongsToControl(event) {
   );
 }
 
+/** The key that means an action now, where another one that can be done has the same. @param
+ * {import("./actions.js").Action} action */
+export const keyOf = (action) =>
+  action.keys?.find((key) => {
+    const first = BY_KEY.get(key)?.find((one) => one.enabled?.() ?? true);
+    return !first || first === action;
+  });
+
 const KEPT = "touchline.letters";
 /** Whether keys of one character do something: who speaks to the machine, or presses keys unmeant, wants them off
  * (WCAG 2.1, 2.1.4). */

@@ -50,9 +50,13 @@ export const isNowhere = computed(
     (listed.value && route.value.camera !== "" && !namedCamera.value && route.value.view !== "versions"),
 );
 
-/** Compare: what is shown, and where the wipe stands as a share of the stage's width. */
+/** Compare: what is shown, what beside the clicks, and where the wipe stands as a share of the stage's width. */
 export const compare = signal(
-  /** @type {{ mode: import("./types").CompareMode, at: number }} */ ({ mode: "wipe", at: 0.5 }),
+  /** @type {{ mode: import("./types").CompareMode, editing: import("./types").CompareMode, at: number }} */ ({
+    mode: "wipe",
+    editing: "raw",
+    at: 0.5,
+  }),
 );
 
 export const field = computed(() => fields.value.find((f) => f.name === doc.value.field) ?? null);

@@ -144,7 +144,12 @@ export interface Job {
   id: string; kind: string; state: "queued" | "running" | "done" | "failed" | "cancelled"; progress: number; message: string;
   result: any; problem: Record<string, any> | null; attempt: number;
 }
-export interface Preview { model: { name: string; parameters: Record<string, unknown> }; report: Report; corrected_size: Point; overlay: Feature[] }
+export interface Preview { model: { name: string; parameters: Record<string, unknown> }; report: Report; corrected_size: Point; overlay: Feature[]; mesh: MeshHeader & { raw_px: string; overlay: Feature[] } | null }
+/** Where an even grid over the corrected view lies in the raw picture; first, step: its nodes' corrected pixels. */
+export interface MeshHeader {
+  columns: number; rows: number; first: Point; step: Point; margin_px: number; corrected_size: Point; image_size: Point; error_px: number;
+}
+export interface Mesh extends MeshHeader { nodes: Float32Array }
 export interface Calibration {
   id: string; version: number; camera: string | null; field: string; region: string; rotate: number; snapshot: string | null;
   image_size: Point; model: { name: string }; options: Record<string, unknown>; observations: Observation[]; report: Report;

@@ -1,13 +1,13 @@
 // A button for one action of the table.
 import { ACTIONS, run } from "../core/actions.js";
 import { html } from "../core/html.js";
-import { keyLabel } from "../core/keys.js";
+import { keyLabel, keyOf } from "../core/keys.js";
 
 /** A button for one action. @param {{ id: string, label?: string, withKey?: boolean, kind?: string }} props */
 export function ActionButton({ id, label, withKey = false, kind = "" }) {
   const action = ACTIONS.get(id);
   if (!action) throw new Error(`No action is called ${id}.`);
-  const key = action.keys?.[0],
+  const key = keyOf(action),
     shown = label ?? action.short ?? action.label;
   return html`<button
     type="button"

@@ -4,15 +4,18 @@
 import { computed } from "@preact/signals";
 import { address } from "../../core/api.js";
 import { html } from "../../core/html.js";
-import { compare, comparing, showLines } from "../../core/state.js";
+import { compare, showLines } from "../../core/state.js";
 import { placed } from "../drawing.js";
 import { Grid } from "./grid.js";
 import { Heat } from "./heat.js";
 import { FieldLines } from "./overlay.js";
 import { ResidualArrows } from "./residual_arrows.js";
-import { MARGIN_PX } from "../viewport.js";
+import { WarpedPicture } from "./warped_picture.js";
+import { correctsHere, isOurs } from "../graphics.js";
+import { MARGIN_PX, paneSize } from "../viewport.js";
 import {
   activeViewport,
+  compared,
   comparedVersion,
   correctedPlacement,
   counterpart,
@@ -20,6 +23,7 @@ import {
   margin,
   visiblePicture,
 } from "../../features/compare/comparison.js";
+import { mesh } from "../../features/compare/correction.js";
 import { atLive, cameraView } from "../../features/live/camera_page.js";
 
 const STEP = 0.02,
@@ -58,7 +62,7 @@ export const correctedClip = computed(() => {
 
 /** The style that leaves the raw half. */
 export const rawClip = computed(() => {
-  if (!comparedVersion.value || !correctedPlacement.value) return "";
+  if (!compared.value || !correctedPlacement.value) return "";
   if (visiblePicture.value === "side")
     return activeViewport.value.panes.value.rows > 1 ? "bottom:50%" : "right:50%";
   return visiblePicture.value === "corrected"
@@ -68,23 +72,26 @@ export const rawClip = computed(() => {
       : "";
 });
 
-/** The corrected half of a still. */
-export function Corrected() {
+/** The corrected half of a still. @param {{ raw: HTMLImageElement | null }} props the raw picture, once it is there */
+export function Corrected({ raw }) {
   const at = correctedPlace.value,
-    it = comparedVersion.value;
-  if (!at || !it || !comparing.value) return null;
+    it = compared.value,
+    saved = comparedVersion.value;
+  if (!at || !it) return null;
   const size = /** @type {import("../../core/types").Point} */ (
     it.corrected_size.map((side) => side + 2 * MARGIN_PX)
   );
   return html`<div class="half" style=${correctedClip.value} data-testid="corrected-half">
-    <img
+    ${isOurs.value && mesh.value && 
+      html`<${WarpedPicture} picture=${raw} mesh=${mesh.value} ...${paneSize.value} ...${at} />`}
+    ${!correctsHere.value && saved && html`<img
       class="picture"
       data-testid="corrected"
       alt="The corrected picture"
       draggable=${false}
-      src=${correctedAddress(it.id, "jpg")}
+      src=${correctedAddress(saved.id, "jpg")}
       style=${`transform:translate(${at.x}px,${at.y}px) scale(${at.k})`}
-    />
+    />`}
     <${Heat} frame="corrected" size=${size} margin=${MARGIN_PX} ...${at} />
     <${ResidualArrows} frame="corrected" ...${at} />
     <${OnCorrected} />
@@ -108,7 +115,7 @@ export function OnRaw() {
 /** The same over the corrected half. */
 export function OnCorrected() {
   const at = correctedPlace.value,
-    it = comparedVersion.value;
+    it = compared.value;
   if (!at || !it) return null;
   const size = /** @type {import("../../core/types").Point} */ (
     it.corrected_size.map((side) => side + 2 * margin.value)
@@ -145,7 +152,7 @@ function Counterpart({ on, x, y, k, margin: around }) {
 
 /** The bar between raw and corrected, or the names of the two. */
 export function Wipe() {
-  if (!correctedPlacement.value) return null;
+  if (!compared.value || !correctedPlacement.value) return null;
   if (visiblePicture.value === "side") return html`<${Names} />`;
   if (visiblePicture.value !== "wipe") return null;
   const { at } = compare.value;

@@ -2,24 +2,25 @@
 import { editing, pointer, tool } from "../../core/state.js";
 import { pick } from "./pick.js";
 import { panBy, toPicture, zoomBy } from "../viewport.js";
+import { isOverCorrected } from "../../features/compare/comparison.js";
 
 /** @typedef {{ x: number, y: number, touch: boolean, down: boolean }} Pointed picture pixels
  * @typedef {object} Ground what a stage lies on: its tool, its view, and who is told where the pointer is
  * @property {{ down: (at: import("./pick.js").At) => void, move: (at: import("./pick.js").At) => void, up: () => void,
  * cancel: () => void }} pick
- * @property {() => boolean} isPicking @property {typeof panBy} panBy @property {typeof zoomBy} zoomBy @property {typeof
- * toPicture} toPicture
- * @property {(at: Pointed | null) => void} point */
+ * @property {(sx: number, sy: number) => boolean} isPicking @property {typeof panBy} panBy @property {typeof zoomBy}
+ * zoomBy @property {typeof toPicture} toPicture
+ * @property {(at: Pointed | null, sx?: number, sy?: number) => void} point */
 
 /** @type {Ground} */
 const MAIN = {
   pick,
-  isPicking: () => editing.value && tool.value !== "pan",
+  isPicking: (sx, sy) => editing.value && tool.value !== "pan" && !isOverCorrected(sx, sy),
   panBy,
   zoomBy,
   toPicture,
-  point: (at) => {
-    pointer.value = at;
+  point: (at, sx = 0, sy = 0) => {
+    pointer.value = editing.value && !at?.down && isOverCorrected(sx, sy) ? null : at;
   },
 };
 
@@ -50,7 +51,7 @@ export function listen(stage, ground = MAIN) {
   const note = (e) => {
     const p = at(e),
       [x, y] = ground.toPicture(p.x, p.y);
-    ground.point({ x, y, touch: p.touch, down: doing === "pick" });
+    ground.point({ x, y, touch: p.touch, down: doing === "pick" }, p.x, p.y);
   };
 
   /** @param {PointerEvent} e */
@@ -64,7 +65,7 @@ export function listen(stage, ground = MAIN) {
       if (doing === "pick") ground.pick.cancel();
       doing = "pinch";
     } else if (fingers.size === 1) {
-      doing = e.button === MIDDLE || space || !ground.isPicking() ? "pan" : e.button === 0 ? "pick" : "";
+      doing = e.button === MIDDLE || space || !ground.isPicking(p.x, p.y) ? "pan" : e.button === 0 ? "pick" : "";
       if (doing === "pick") ground.pick.down(p);
     }
     note(e);

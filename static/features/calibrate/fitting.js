@@ -1,9 +1,11 @@
 // Fits the clicks on the server: each border's curve at pointer rate, the whole fit after every change.
-import { effect, signal, untracked } from "@preact/signals";
+import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
 import { BORDERS, doc, dragging, isEqual, pointsOf } from "../../core/document.js";
 import { latestWins } from "../../core/latest_wins.js";
-import { automaticModel, field, model, snapshot } from "../../core/state.js";
+import { automaticModel, compare, editing, field, model, snapshot } from "../../core/state.js";
+import { isOurs } from "../../canvas/graphics.js";
+import { MARGIN_PX } from "../../canvas/viewport.js";
 import { onField } from "./editing.js";
 import { curveThrough } from "./live_curve.js";
 
@@ -25,6 +27,9 @@ export const preview = signal(/** @type {import("../../core/types").Preview | nu
 export const refusal = signal(/** @type {Refusal | null} */ (null));
 /** True while the preview belongs to an earlier document. */
 export const stale = signal(false);
+
+/** Whether the picture is to be seen corrected as well, by the clicks as they are now. */
+export const wantsMesh = computed(() => editing.value && compare.value.editing !== "raw" && isOurs.value);
 
 /** @param {Curve | Refusal | undefined} curve @returns {curve is Curve} */
 export const isCurve = (curve) => curve !== undefined && "curve" in curve;
@@ -146,10 +151,11 @@ const askPreview = latestWins(
     if (snapshot.value?.id !== picture) return; // it waited for an earlier answer while another picture was opened
     let answer = null,
       why = null;
+    const mesh = wantsMesh.value ? `&mesh_margin_px=${MARGIN_PX}` : "";
     try {
       const attempt = held
-        ? await call("POST", `/fit/attempt?quick=${knowsItsError()}`, quickBody(asking))
-        : await call("POST", "/fit/attempt", fitBody(asking));
+        ? await call("POST", `/fit/attempt?quick=${knowsItsError()}${mesh}`, quickBody(asking))
+        : await call("POST", `/fit/attempt?quick=false${mesh}`, fitBody(asking));
       answer = attempt.preview;
       why = attempt.refusal && { ...attempt.refusal, detail: attempt.refusal.what };
     } catch (error) {
@@ -192,18 +198,22 @@ export function startFitting() {
       document = doc.value;
     if (online.value) untracked(() => askCurves(picture, document)); // and again when a silent server is back
   });
-  let lastPreview = "";
+  let lastPreview = "",
+    hadMesh = false;
   effect(() => {
     const picture = snapshot.value,
       document = doc.value,
       held = dragging.value,
       isOnline = online.value,
-      over = field.value; // a draft follows its field
+      over = field.value, // a draft follows its field
+      asksMesh = wantsMesh.value;
     untracked(() => {
-      const question = JSON.stringify([picture?.id, document, over]);
+      const question = JSON.stringify([picture?.id, document, over]),
+        lacksMesh = asksMesh && !hadMesh; // the same answer once more, with what is to be seen now
+      hadMesh = asksMesh;
       if (!isOnline) lastPreview = "";
       stale.value = question !== lastPreview;
-      if (!isOnline || !stale.value) return;
+      if (!isOnline || !(stale.value || lacksMesh)) return;
       if (held) {
         // seen at once, if not quite up to date; asked anew when it is released
         stale.value = false;

@@ -8,9 +8,7 @@ const MIN_SPREAD = 1e-12; // of the positions' spread: less, and the points do n
  * The last answer's curve, bent to where its points are now: its degree, its strays left out. Null where the points do
  * not determine it.
  *
- * Least squares in polynomials that are orthogonal on the points themselves (Forsythe 1957: p_{k+1} = (t - a_k) p_k -
- * b_k p_{k-1}), which is what
- * the server's fit of that degree gives; whether a point is a stray, and the degree, remain for the server to say.
+ * Whether a point is a stray, and the degree, remain for the server to say.
  * @param {Curve} curve @param {Point[]} points as many as the curve's own @param {0 | 1} run the axis of the positions:
  * 1 for a border that runs down the picture
  * @returns {Curve | null}
@@ -22,31 +20,14 @@ export function curveThrough(curve, points, run) {
   const from = Math.min(...drawn),
     half = (Math.max(...drawn) - from) / 2;
   const unit = (/** @type {number} */ position) => (position - from) / half - 1;
-  const at = inside.map((p) => unit(p[run])),
-    value = inside.map((p) => p[1 - run]);
-  // The same polynomials where the curve is drawn and at every point, strays too.
-  const places = [...drawn, ...points.map((p) => p[run])].map(unit),
-    fitted = places.map(() => 0);
-  let now = at.map(() => 1),
-    before = at.map(() => 0),
-    there = places.map(() => 1),
-    thereBefore = places.map(() => 0),
-    last = 1;
-  for (let k = 0; k <= curve.degree; k++) {
-    const norm = dot(now, now);
-    if (!(norm > MIN_SPREAD * inside.length)) return null;
-    const share = dot(now, value) / norm,
-      a =
-        dot(
-          now.map((p, i) => p * at[i]),
-          now,
-        ) / norm,
-      b = k ? norm / last : 0;
-    for (const [i, p] of there.entries()) fitted[i] += share * p;
-    [now, before] = [now.map((p, i) => (at[i] - a) * p - b * before[i]), now];
-    [there, thereBefore] = [there.map((p, i) => (places[i] - a) * p - b * thereBefore[i]), there];
-    last = norm;
-  }
+  const fit = leastSquares(
+    inside.map((p) => unit(p[run])),
+    inside.map((p) => p[1 - run]),
+    curve.degree,
+  );
+  if (!fit) return null;
+  // The same polynomial where the curve is drawn and at every point, strays too.
+  const fitted = [...drawn, ...points.map((p) => p[run])].map((position) => fit(unit(position)));
   if (!fitted.every(Number.isFinite)) return null;
   const residuals = points.map((p, i) => p[1 - run] - fitted[drawn.length + i]);
   return {
@@ -55,6 +36,42 @@ export function curveThrough(curve, points, run) {
     residuals_px: residuals,
     rms_px: Math.sqrt(residuals.reduce((sum, r, i) => sum + (strays.has(i) ? 0 : r * r), 0) / inside.length),
     curve: drawn.map((position, i) => (run ? [fitted[i], position] : [position, fitted[i]])),
+  };
+}
+
+/**
+ * The polynomial of a degree through values at positions; null where they do not determine it.
+ *
+ * In polynomials that are orthogonal on the positions themselves (Forsythe 1957: p_{k+1} = (t - a_k) p_k - b_k
+ * p_{k-1}), which is what the server's fit of that degree gives.
+ * @param {number[]} at positions of about -1 to 1 @param {number[]} values @param {number} degree
+ * @returns {((t: number) => number) | null}
+ */
+export function leastSquares(at, values, degree) {
+  /** @type {{ a: number, b: number, share: number }[]} */
+  const terms = [];
+  let now = at.map(() => 1),
+    before = at.map(() => 0),
+    last = 1;
+  for (let k = 0; k <= degree; k++) {
+    const norm = dot(now, now);
+    if (!(norm > MIN_SPREAD * at.length)) return null;
+    const share = dot(now, values) / norm,
+      a = now.reduce((sum, p, i) => sum + p * p * at[i], 0) / norm,
+      b = k ? norm / last : 0;
+    terms.push({ a, b, share });
+    [now, before] = [now.map((p, i) => (at[i] - a) * p - b * before[i]), now];
+    last = norm;
+  }
+  return (t) => {
+    let value = 0,
+      p = 1,
+      previous = 0;
+    for (const { a, b, share } of terms) {
+      value += share * p;
+      [p, previous] = [(t - a) * p - b * previous, p];
+    }
+    return value;
   };
 }
 

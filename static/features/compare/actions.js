@@ -1,23 +1,33 @@
 // Actions on a comparison of raw and corrected, still or live.
-import { compare, comparing } from "../../core/state.js";
+import { compare, comparing, editing } from "../../core/state.js";
+import { isOurs } from "../../canvas/graphics.js";
 import { centreWorstPlace, goToNextClick } from "../calibrate/warning_fixes.js";
+import { preview, refusal } from "../calibrate/fitting.js";
 import { atLive, cameraView, status } from "../live/camera_page.js";
 import { version } from "../versions/versions.js";
 import { hold, pause, swap } from "./blink.js";
-import { comparedVersion, mode, visiblePicture } from "./comparison.js";
+import { compared, comparedVersion, mode, visiblePicture } from "./comparison.js";
 import { grid } from "./grid.js";
 import { shownMap as heatMap } from "./heat.js";
 
 /** @typedef {import("../../core/types").CompareMode} CompareMode */
 
 const has = () =>
-  atLive.value ? status.value?.calibration_applied === true : comparing.value && version.value !== null;
+  atLive.value
+    ? status.value?.calibration_applied === true
+    : editing.value
+      ? isOurs.value && preview.value !== null && refusal.value === null
+      : comparing.value && version.value !== null;
 /** Whether both pictures are there. */
-const both = () => comparedVersion.value !== null;
+const both = () => compared.value !== null;
+/** Whether they are of a version that the server knows. */
+const isSaved = () => comparedVersion.value !== null;
 
-/** @param {CompareMode} to */
+/** While points are clicked, the same once more is the raw picture again. @param {CompareMode} to */
 export function setCompareMode(to) {
   if (atLive.value) cameraView.value = { ...cameraView.value, view: to };
+  else if (editing.value)
+    compare.value = { ...compare.value, editing: compare.value.editing === to ? "raw" : to };
   else compare.value = { ...compare.value, mode: to };
 }
 
@@ -77,7 +87,7 @@ export const COMPARE_ACTIONS = [
     run: () => {
       grid.value = { ...grid.value, on: !grid.value.on };
     },
-    enabled: both,
+    enabled: isSaved,
     pressed: () => grid.value.on,
   },
   {

@@ -3,13 +3,17 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { latestWins } from "../../core/latest_wins.js";
-import { compare, comparing, notifyError, pointer, snapshot } from "../../core/state.js";
+import { dragging } from "../../core/document.js";
+import { compare, comparing, editing, notifyError, pointer, snapshot } from "../../core/state.js";
 import { bounds } from "../../canvas/drawing.js";
+import { correctsHere } from "../../canvas/graphics.js";
 import { MARGIN_PX, mainViewport } from "../../canvas/viewport.js";
+import { preview, wantsMesh } from "../calibrate/fitting.js";
 import { atLive, cameraView } from "../live/camera_page.js";
 import { liveMargin, livePointer, liveRecord, liveView, startLiveComparing } from "../live/live_compare.js";
 import { version } from "../versions/versions.js";
 import { pictureShownIn, startBlinking } from "./blink.js";
+import { mesh, startCorrection } from "./correction.js";
 
 /** @typedef {import("../../core/types").Point} Point @typedef {import("../../core/types").Feature} Feature */
 
@@ -17,13 +21,25 @@ import { pictureShownIn, startBlinking } from "./blink.js";
 export const comparedVersion = computed(() =>
   atLive.value ? liveRecord.value : comparing.value ? version.value : null,
 );
+/** The picture that is corrected with it, or with the clicks as they are now: both its sizes. */
+export const compared = computed(() =>
+  editing.value
+    ? mesh.value && wantsMesh.value
+      ? { image_size: mesh.value.image_size, corrected_size: mesh.value.corrected_size }
+      : null
+    : comparedVersion.value,
+);
 /** The stage that they lie on. */
 export const activeViewport = computed(() => (atLive.value ? liveView : mainViewport));
 /** Corrected pixels shown around the field. */
 export const margin = computed(() => (atLive.value ? liveMargin.value : MARGIN_PX));
-export const mode = computed(() => (atLive.value ? cameraView.value.view : compare.value.mode));
+export const mode = computed(() =>
+  atLive.value ? cameraView.value.view : editing.value ? compare.value.editing : compare.value.mode,
+);
 /** What is seen now: of the ways to compare, blinking is one picture after the other. */
-export const visiblePicture = computed(() => pictureShownIn(mode.value));
+export const visiblePicture = computed(() =>
+  editing.value && !(compared.value && correctsHere.value) ? "raw" : pictureShownIn(mode.value),
+);
 const pointed = computed(() => (atLive.value ? livePointer.value : pointer.value));
 /** Which of two panes the pointer is in: 0 the raw one. */
 export const paneUnder = signal(0);
@@ -38,16 +54,24 @@ const wanted = computed(() =>
     ? { id: comparedVersion.value.id, margin: margin.value }
     : null,
 );
+/** Of the clicks, as they were when no point was last held: the corrected picture stays in its place meanwhile. */
+const settled = signal(/** @type {import("../../core/types").Preview | null} */ (null));
+/** @param {import("../../core/types").Preview | null} it */
+const linesOf = (it) => (it?.mesh ? { raw: it.overlay, corrected: it.mesh.overlay } : null);
 /** The field's lines on both pictures. */
 export const lines = computed(() =>
-  fetched.value?.of === JSON.stringify(wanted.value) ? fetched.value : null,
+  editing.value
+    ? linesOf(preview.value)
+    : fetched.value?.of === JSON.stringify(wanted.value)
+      ? fetched.value
+      : null,
 );
 
 /**
  * Where the corrected picture lies, in raw picture pixels, so that its borders cover the raw ones: X = x + scale · U.
  */
 export const correctedPlacement = computed(() => {
-  const it = lines.value;
+  const it = editing.value ? linesOf(settled.value) : lines.value;
   if (!it) return null;
   const borders = (/** @type {Feature[]} */ f) =>
     bounds(f.filter((l) => l.kind === "border").flatMap((l) => l.points));
@@ -80,6 +104,21 @@ export const pointedAt = computed(() => {
   };
 });
 
+/** Whether a place of the stage shows the corrected picture. @param {number} sx @param {number} sy stage pixels */
+export function isOverCorrected(sx, sy) {
+  if (!compared.value || !correctedPlacement.value) return false;
+  const { size, panes } = activeViewport.value,
+    { width, height } = size.value;
+  switch (visiblePicture.value) {
+    case "wipe":
+      return sx >= compare.value.at * width;
+    case "side":
+      return panes.value.columns > 1 ? sx >= width / 2 : sy >= height / 2;
+    default:
+      return visiblePicture.value === "corrected";
+  }
+}
+
 /** Field millimetres under the pointer. */
 export const fieldUnderPointer = signal(/** @type {Point | null} */ (null));
 /** The same place in the other picture, side by side: its pixel there. */
@@ -104,7 +143,16 @@ const askPosition = latestWins(
 /** Fetch lines and positions for what is compared, from now on. */
 export function startComparing() {
   startLiveComparing();
-  startBlinking(() => comparedVersion.value !== null && mode.value === "blink");
+  startCorrection();
+  startBlinking(() => compared.value !== null && mode.value === "blink");
+  effect(() => {
+    const it = preview.value;
+    if (!dragging.value) settled.value = it;
+  });
+  effect(() => {
+    // points are clicked in the raw picture: another one begins with it
+    if (snapshot.value?.id) compare.value = { ...untracked(() => compare.value), editing: "raw" };
+  });
   effect(() => {
     const now = wanted.value;
     if (!now || fetched.peek()?.of === JSON.stringify(now)) return;
@@ -124,10 +172,10 @@ export function startComparing() {
   });
   effect(() => {
     // a stage that is higher than wide has them one above the other
-    const isSide = comparedVersion.value !== null && mode.value === "side",
+    const isSide = compared.value !== null && mode.value === "side",
       { width, height } = activeViewport.value.size.value;
-    const picture = comparedVersion.value
-      ? { width: comparedVersion.value.image_size[0], height: comparedVersion.value.image_size[1] }
+    const picture = compared.value
+      ? { width: compared.value.image_size[0], height: compared.value.image_size[1] }
       : snapshot.value;
     const panes = !isSide
       ? { columns: 1, rows: 1 }

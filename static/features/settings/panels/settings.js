@@ -5,6 +5,7 @@ import { ago, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { MAX_NAME_LENGTH } from "../../../core/operator.js";
 import { addressOf } from "../../../core/route.js";
+import { CHOICES, choice, chooseCorrection, correctionWords } from "../../../canvas/graphics.js";
 import { Typed } from "../../../ui/typed.js";
 import { serverProblems } from "../../shell/problems.js";
 import {
@@ -84,6 +85,20 @@ function Preferences() {
         take=${chooseName}
       />
     </label>
+    <label class="pair">
+      <span>Who corrects pictures</span>
+      <select
+        data-testid="correction"
+        value=${choice.value}
+        onChange=${(/** @type {Event} */ e) =>
+          chooseCorrection(/** @type {any} */ (/** @type {HTMLSelectElement} */ (e.target).value))}
+      >
+        ${CHOICES.map(([id, name]) => html`<option key=${id} value=${id}>
+          ${name}
+        </option>`)}
+      </select>
+    </label>
+    <p class="reason" data-testid="correction-now">${correctionWords.value}</p>
     <div class="line">
       <button type="button" data-testid="forget-preferences" onClick=${forgetPreferences}>
         Forget this browser's preferences

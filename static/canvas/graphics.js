@@ -1,0 +1,68 @@
+// Who corrects pictures: this browser's graphics processor, or the server where there is none that keeps up.
+import { computed, signal } from "@preact/signals";
+import { number } from "../core/format.js";
+
+/** @typedef {"auto" | "browser" | "server"} Choice */
+
+const KEPT = "touchline.correction";
+const SLOW_MS = 20; // a frame that takes longer is not drawn while a point is dragged
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i; // as renderers that are none name themselves
+
+/** @type {[Choice, string][]} */
+export const CHOICES = [
+  ["auto", "By itself"],
+  ["browser", "This browser"],
+  ["server", "The server"],
+];
+const toChoice = (/** @type {string | null} */ kept) => CHOICES.find(([id]) => id === kept)?.[0] ?? "auto";
+
+/** What the operator wants. */
+export const choice = signal(toChoice(localStorage.getItem(KEPT)));
+/** @param {Choice} to */
+export function chooseCorrection(to) {
+  choice.value = to;
+  localStorage.setItem(KEPT, to);
+}
+
+/** The name of what draws, "" where the browser has no WebGL 2. Asked once, when it is first wanted. */
+const renderer = computed(() => {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  if (!gl) return "";
+  const name = gl.getParameter(gl.RENDERER),
+    known = gl.getExtension("WEBGL_debug_renderer_info");
+  const full = known ? gl.getParameter(known.UNMASKED_RENDERER_WEBGL) : name;
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
+  return String(full || name || "unnamed");
+});
+
+/** How long its first frames took, ms; null before they were drawn. */
+export const frameMs = signal(/** @type {number | null} */ (null));
+/** Whether the browser has taken the graphics away, as after the machine slept, until it gives them back. */
+export const isLost = signal(false);
+/** Whether a picture was too large for it. */
+export const isTooLarge = signal(false);
+
+/** Why the server does it, if it does. */
+const why = computed(() => {
+  if (choice.value === "server") return "as chosen here";
+  if (!renderer.value) return "as this browser has no WebGL 2";
+  if (isTooLarge.value) return "as the picture is too large for this browser's graphics";
+  if (choice.value === "browser") return "";
+  if (SOFTWARE.test(renderer.value)) return `as this browser draws without a graphics processor (${renderer.value})`;
+  if (frameMs.value !== null && frameMs.value > SLOW_MS)
+    return `as a frame takes ${number(frameMs.value, 0)} ms here (${renderer.value})`;
+  return "";
+});
+/** Whether this browser is to do it. */
+export const isOurs = computed(() => why.value === "");
+/** Whether it can do so now. */
+export const correctsHere = computed(() => isOurs.value && !isLost.value);
+
+/** Both in words, for System. */
+export const correctionWords = computed(() =>
+  !isOurs.value
+    ? `By the server, ${why.value}.`
+    : isLost.value
+      ? "By the server, until the browser gives its graphics back."
+      : `In this browser, by ${renderer.value}.`,
+);

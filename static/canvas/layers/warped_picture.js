@@ -1,0 +1,88 @@
+// The corrected picture, drawn by this browser from the raw one: at any zoom, in the frame in which its mesh changes.
+import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
+import { html } from "../../core/html.js";
+import { choice, frameMs, isLost, isTooLarge } from "../graphics.js";
+import { PIXELATED_FROM } from "../viewport.js";
+import { createWarp } from "../warp.js";
+
+const TIMED_FRAMES = 3;
+
+/**
+ * picture: what it is drawn from, once it is there. x, y, k: where it lies on its pane, as an <img> would.
+ * @param {{ picture: HTMLImageElement | null, mesh: import("../../core/types").Mesh, x: number, y: number, k: number,
+ * width: number, height: number }} props width, height: of the pane, px
+ */
+export function WarpedPicture({ picture, mesh, x, y, k, width, height }) {
+  const element = useRef(/** @type {HTMLCanvasElement | null} */ (null)),
+    warp = useRef(/** @type {ReturnType<typeof createWarp>} */ (null)),
+    taken = useRef({ picture: /** @type {unknown} */ (null), mesh: /** @type {unknown} */ (null) });
+
+  useEffect(() => {
+    const canvas = /** @type {HTMLCanvasElement} */ (element.current);
+    const lose = (/** @type {Event} */ e) => {
+      e.preventDefault(); // it is wanted again
+      warp.current = null;
+      isLost.value = true;
+    };
+    const back = () => {
+      isLost.value = false;
+    };
+    canvas.addEventListener("webglcontextlost", lose);
+    canvas.addEventListener("webglcontextrestored", back);
+    return () => {
+      canvas.removeEventListener("webglcontextlost", lose);
+      canvas.removeEventListener("webglcontextrestored", back);
+      warp.current?.end();
+      isLost.value = false;
+    };
+  }, []);
+
+  useLayoutEffect(() => {
+    const canvas = element.current;
+    if (!canvas || !picture || isLost.value) return;
+    if (!warp.current) {
+      warp.current = createWarp(canvas);
+      taken.current = { picture: null, mesh: null };
+    }
+    const it = warp.current;
+    if (!it) {
+      isLost.value = true; // though there were some when they were asked for
+      return;
+    }
+    const [rawWidth, rawHeight] = mesh.image_size;
+    if (!it.canHold(rawWidth, rawHeight)) {
+      isTooLarge.value = true;
+      return;
+    }
+    const isNew = taken.current.picture !== picture.src;
+    if (isNew) it.setPicture(picture, rawWidth, rawHeight, true);
+    if (taken.current.mesh !== mesh) it.setMesh(mesh);
+    taken.current = { picture: picture.src, mesh };
+    const ratio = devicePixelRatio,
+      wide = Math.max(1, Math.round(width * ratio)),
+      high = Math.max(1, Math.round(height * ratio));
+    if (canvas.width !== wide || canvas.height !== high) Object.assign(canvas, { width: wide, height: high });
+    const draw = () =>
+      it.draw({ x: x * ratio, y: y * ratio, scale: k * ratio, isNearest: k >= PIXELATED_FROM });
+    draw();
+    if (isNew && choice.value === "auto" && frameMs.value === null) frameMs.value = timed(it, draw);
+  });
+
+  return html`<canvas
+    class="warped"
+    ref=${element}
+    data-testid="corrected"
+    data-drawn=${picture && !isLost.value ? "" : undefined}
+    role="img"
+    aria-label="The corrected picture"
+  ></canvas>`;
+}
+
+/** How long a frame takes, ms. @param {NonNullable<ReturnType<typeof createWarp>>} warp @param {() => void} draw */
+function timed(warp, draw) {
+  warp.finish();
+  const begun = performance.now();
+  for (let i = 0; i < TIMED_FRAMES; i++) draw();
+  warp.finish();
+  return (performance.now() - begun) / TIMED_FRAMES;
+}

@@ -1,0 +1,69 @@
+// The mesh that the corrected picture is drawn with: of the saved version, or of the clicks as they are now.
+import { computed, effect, signal, untracked } from "@preact/signals";
+import { request } from "../../core/api.js";
+import { BORDERS, doc, dragging, pointsOf } from "../../core/document.js";
+import { comparing, editing, notifyError } from "../../core/state.js";
+import { isOurs } from "../../canvas/graphics.js";
+import { MARGIN_PX } from "../../canvas/viewport.js";
+import { curves, isCurve, preview, refusal, stale } from "../calibrate/fitting.js";
+import { bentMesh } from "../calibrate/live_mesh.js";
+import { version } from "../versions/versions.js";
+
+/** @typedef {import("../../core/types").Mesh} Mesh @typedef {import("../../core/types").MeshHeader} MeshHeader */
+
+const PAPERS_MODEL = "polynomial"; // whose correction the page can bend by itself
+
+const fetched = signal(/** @type {{ id: string, mesh: Mesh } | null} */ (null));
+
+/** @param {MeshHeader} header @param {ArrayBuffer} bytes little-endian, as are all machines with a browser */
+const withNodes = (header, bytes) => ({ ...header, nodes: new Float32Array(bytes) });
+
+/** @param {string} text base64 */
+const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
+
+const previewed = computed(() => {
+  const mesh = refusal.value ? null : preview.value?.mesh;
+  return mesh ? withNodes(mesh, bytesOf(mesh.raw_px)) : null;
+});
+
+/** The same, bent to where the points are that the server has not answered for yet. */
+const bent = computed(() => {
+  const mesh = previewed.value,
+    model = preview.value?.model;
+  if (!mesh || model?.name !== PAPERS_MODEL || !(dragging.value || stale.value)) return null;
+  const points = Object.fromEntries(
+    BORDERS.map((border) => {
+      const all = pointsOf(doc.value, border),
+        curve = curves.value[border],
+        strays = isCurve(curve) && curve.points.length === all.length ? curve.outliers : [];
+      return [border, all.filter((_, i) => !strays.includes(i))];
+    }),
+  );
+  return bentMesh(mesh, /** @type {any} */ (model.parameters), /** @type {any} */ (points));
+});
+
+/** What is drawn now, if this browser corrects. */
+export const mesh = computed(() => {
+  if (!isOurs.value) return null;
+  if (editing.value) return bent.value ?? previewed.value;
+  return comparing.value && fetched.value?.id === version.value?.id ? (fetched.value?.mesh ?? null) : null;
+});
+
+/** Fetch the mesh of the version that is compared, from now on. */
+export function startCorrection() {
+  effect(() => {
+    const id = comparing.value && isOurs.value ? version.value?.id : null;
+    untracked(() => {
+      if (id && fetched.value?.id !== id) void fetchMesh(id).catch(notifyError);
+    });
+  });
+}
+
+/** @param {string} id */
+async function fetchMesh(id) {
+  const answer = await request("GET", `/calibrations/${id}/mesh?margin_px=${MARGIN_PX}`),
+    body = await answer.arrayBuffer(),
+    length = new DataView(body).getUint32(0, true);
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(body, 4, length)));
+  fetched.value = { id, mesh: withNodes(header, body.slice(4 + length)) };
+}

@@ -1,0 +1,258 @@
+"""The browser corrects pictures itself: as OpenCV does, in the frame of a drag, and by the server where it cannot."""
+
+import base64
+import re
+
+import cv2
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+from app.imaging.correction import CorrectedView, correction_map
+from app.imaging.correction_mesh import correction_mesh
+from app.models import MODELS
+from app.sources import SourceContext, source_from_url
+from tests.e2e.conftest import LONG_MS, Operator
+from tests.support.chromium import ARGUMENTS
+from tests.support.demo_cameras import CAMERAS
+from tests.support.live_cameras import FIELDS
+from tests.support.pictures import remapped_exactly
+from tests.support.waiting import until
+
+DRAWN = """async ({ png, mesh, data, width, height }) => {
+  const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const { createWarp } = await import("/canvas/warp.js");
+  const picture = await createImageBitmap(new Blob([bytes(png)]), { colorSpaceConversion: "none" });
+  const canvas = Object.assign(document.createElement("canvas"), { width, height }), warp = createWarp(canvas);
+  warp.setPicture(picture, picture.width, picture.height, true);
+  warp.setMesh({ ...mesh, nodes: new Float32Array(bytes(data).buffer) });
+  warp.draw({ x: 0, y: 0, scale: 1 });
+  const drawn = canvas.toDataURL("image/png");
+  warp.end();
+  return drawn;
+}"""
+BENT = """async ({ mesh, data, model, points }) => {
+  const { bentMesh } = await import("/features/calibrate/live_mesh.js");
+  const nodes = new Float32Array(Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0)).buffer);
+  return Array.from(bentMesh({ ...mesh, nodes }, model, points).nodes);
+}"""
+LOSE = """(canvas) => {
+  window.taken = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
+  taken.loseContext();
+}"""
+EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(MODELS[name].examples())]
+
+
+def text(data: bytes) -> str:
+    return base64.b64encode(data).decode("ascii")
+
+
+@pytest.fixture(scope="module")
+def raw_picture() -> np.ndarray:
+    source = source_from_url(CAMERAS[0]["source"], SourceContext(FIELDS))
+    yield source.read().pixels
+    source.close()
+
+
+@pytest.mark.parametrize("margin_px", [pytest.param(0, marks=pytest.mark.long), 40, pytest.param(300, marks=pytest.mark.long)])
+def test_every_models_picture_is_what_opencv_makes_of_it(arriving, raw_picture, margin_px):
+    page = arriving.visit(modules=True).page
+    for name, i in EXAMPLES:
+        model = list(MODELS[name].examples())[i]
+        raw = cv2.resize(raw_picture, tuple(model.image_size), interpolation=cv2.INTER_LANCZOS4)  # edges stay sharp
+        mesh, table = correction_mesh(model, margin_px), correction_map(model, CorrectedView(margin_px))
+        height, width = table.raw_x.shape
+        address = page.evaluate(DRAWN, {"png": text(cv2.imencode(".png", raw)[1].tobytes()), "mesh": mesh.header(),
+                                        "data": text(mesh.data()), "width": width, "height": height})
+        got = cv2.imdecode(np.frombuffer(base64.b64decode(address.partition(",")[2]), np.uint8), cv2.IMREAD_COLOR)
+        off = np.abs(got.astype(int) - remapped_exactly(table, raw))
+        assert got.std() > 5 and np.percentile(off, 99.9) <= 2, (name, i, np.percentile(off, 99.9), off.max())
+
+
+def test_the_page_bends_the_correction_as_the_server_does(operator, server, border_draft):
+    snapshot, draft = border_draft("polynomial")
+    page = operator.visit(modules=True).page
+
+    def told(observations) -> dict:
+        body = {**draft, "snapshot": snapshot, "observations": observations, "options": {"degree": 3}}
+        return server.api("POST", "/fit/preview?quick=true&mesh_margin_px=40", json=body).json()
+
+    before = told(draft["observations"])
+    moved = [{**o, "points": [[x + 1.5 * (i == 3), y - 2 * (i == 4)] for i, (x, y) in enumerate(o["points"])]}
+             for o in draft["observations"]]
+    after = told(moved)
+    assert not any(r["outlier"] for f in after["report"]["per_feature"] for r in f["residuals"])
+    want = np.frombuffer(base64.b64decode(after["mesh"]["raw_px"]), "<f4")
+    got = np.array(page.evaluate(BENT, {
+        "mesh": {**after["mesh"], "raw_px": "", "overlay": []}, "data": after["mesh"]["raw_px"],
+        "model": before["model"]["parameters"], "points": {o["feature"]: o["points"] for o in moved}}), float)
+    was = np.frombuffer(base64.b64decode(before["mesh"]["raw_px"]), "<f4")
+    assert want.shape != was.shape or np.abs(want - was).max() > 0.5  # it was bent at all
+    np.testing.assert_allclose(got, want, atol=2e-3)
+
+
+@pytest.fixture
+def correcting(operator, border_draft):
+    """A function that puts the operator before clicked borders, in a browser that corrects whatever it draws with."""
+    def correcting(model: str, step: str = "points") -> Operator:
+        operator.prefer("correction", "browser")
+        operator.page.goto("about:blank")
+        snapshot, draft = border_draft(model)
+        if step == "verify":
+            saved = operator.server.api("POST", "/calibrations", json={**draft, "snapshot": snapshot})
+            assert saved.ok, saved.text
+        return operator.go_on(snapshot, draft, step)
+
+    return correcting
+
+
+def drawn(page) -> np.ndarray:
+    """The corrected picture as it is on the screen."""
+    expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
+    expect(page.locator("canvas[data-testid=corrected][data-drawn]")).to_have_count(1)
+    seen = cv2.imdecode(np.frombuffer(page.get_by_test_id("corrected").screenshot(), np.uint8), cv2.IMREAD_COLOR)
+    return seen.astype(int)
+
+
+def test_the_corrected_picture_follows_a_dragged_point_while_the_server_is_silent(correcting):
+    operator = correcting("polynomial")
+    page = operator.page
+    expect(page.get_by_test_id("do-side")).to_be_enabled(timeout=LONG_MS)
+    page.get_by_test_id("do-side").click()
+    expect(page.get_by_test_id("side-names")).to_be_visible(timeout=LONG_MS)
+    x, y = operator.points("left")[3]
+    page.mouse.move(*operator.spot(x, y))
+    at_rest = until(lambda: drawn(page), lambda picture: picture.std() > 10)
+
+    page.route("**/api/v1/fit/*", lambda route: None)  # asked, and never answered
+    page.mouse.down()
+    page.mouse.move(*operator.spot(x + 20, y), steps=3)
+    until(lambda: np.percentile(np.abs(drawn(page) - at_rest), 99.5), lambda levels: levels > 10)
+    page.mouse.move(*operator.spot(x, y), steps=3)
+    until(lambda: np.percentile(np.abs(drawn(page) - at_rest), 99.5), lambda levels: levels < 4)
+    page.keyboard.press("Escape")
+    page.mouse.up()
+    page.unroute_all(behavior="ignoreErrors")
+
+
+def test_over_the_corrected_picture_nothing_is_clicked(correcting):
+    operator = correcting("polynomial")
+    page = operator.page
+    expect(page.get_by_test_id("do-side")).to_be_enabled(timeout=LONG_MS)
+    page.get_by_test_id("do-side").click()
+    expect(page.get_by_test_id("side-names")).to_be_visible(timeout=LONG_MS)
+    before, stage = operator.draft(), page.get_by_test_id("stage").bounding_box()
+    page.mouse.click(stage["x"] + 0.75 * stage["width"], stage["y"] + 0.5 * stage["height"])
+    expect(page.get_by_test_id("read-out")).to_contain_text("Point at the picture")
+    page.mouse.click(stage["x"] + 0.25 * stage["width"], stage["y"] + 0.5 * stage["height"])
+    after = until(operator.draft, lambda now: now["observations"] != before["observations"])
+    counts = [sum(len(o["points"]) for o in d["observations"]) for d in (before, after)]
+    assert counts[1] == counts[0] + 1  # the second press, on the raw one
+
+
+def test_every_way_to_compare_is_drawn_without_a_request_and_as_the_server_would(correcting):
+    operator = correcting("brown-conrady", "verify")
+    page = operator.page
+    asked: list[str] = []
+    expect(page.get_by_test_id("wipe")).to_be_visible(timeout=LONG_MS)
+    page.keyboard.press("c")
+    ours = drawn(page)
+    expect(page.get_by_test_id("next")).to_have_text(re.compile("^Activate version"), timeout=LONG_MS)  # checked
+    page.on("request", lambda request: asked.append(request.url))
+    for key in "rwsck":
+        page.keyboard.press(key)
+        expect(page.get_by_test_id({"r": "do-raw", "w": "do-wipe", "s": "do-side", "c": "do-corrected",
+                                    "k": "do-blink"}[key])).to_have_attribute("aria-pressed", "true")
+    half = page.get_by_test_id("corrected-half")
+    expect(half).to_be_hidden()  # it blinks
+    expect(half).to_be_visible()
+    page.keyboard.press("w")
+    page.get_by_test_id("wipe").press("ArrowRight")
+    page.get_by_test_id("do-zoom-in").click()
+    page.get_by_test_id("do-zoom-fit").click()
+    assert [url for url in asked if not re.search(r"/status|/health|/jobs|/presence|/events", url)] == []
+
+    here = page.url
+    page.goto("about:blank")
+    operator.prefer("correction", "server")
+    page.goto(here)
+    expect(page.get_by_test_id("wipe")).to_be_visible(timeout=LONG_MS)
+    page.keyboard.press("c")
+    picture = page.locator("img[data-testid=corrected]")
+    expect(picture).to_be_visible()
+    picture.evaluate("picture => picture.decode()")
+    box, stage = picture.bounding_box(), page.get_by_test_id("stage").bounding_box()
+    shot = page.screenshot(clip=stage)
+    theirs = cv2.imdecode(np.frombuffer(shot, np.uint8), cv2.IMREAD_COLOR).astype(int)
+    inner = (slice(int(box["y"] - stage["y"]) + 8, int(box["y"] - stage["y"] + box["height"]) - 8),
+             slice(int(box["x"] - stage["x"]) + 8, int(box["x"] - stage["x"] + box["width"]) - 8))
+    assert np.abs(ours[inner] - theirs[inner]).mean() < 3
+
+
+def test_graphics_that_are_taken_away_in_a_drag_come_back_and_no_click_is_lost(correcting):
+    operator = correcting("polynomial")
+    page = operator.page
+    expect(page.get_by_test_id("do-side")).to_be_enabled(timeout=LONG_MS)
+    page.get_by_test_id("do-side").click()
+    expect(page.get_by_test_id("side-names")).to_be_visible(timeout=LONG_MS)
+    at_rest = until(lambda: drawn(page), lambda picture: picture.std() > 10)
+    clicked = operator.points("left")
+    x, y = clicked[3]
+    page.mouse.move(*operator.spot(x, y))
+    page.mouse.down()
+    page.mouse.move(*operator.spot(x + 20, y), steps=3)
+    page.get_by_test_id("corrected").evaluate(LOSE)
+    expect(page.get_by_test_id("side-names")).to_have_count(0)  # the raw picture alone, meanwhile
+    page.mouse.move(*operator.spot(x + 10, y), steps=3)
+    page.mouse.up()
+    page.evaluate("() => taken.restoreContext()")
+    expect(page.get_by_test_id("side-names")).to_be_visible()
+    until(lambda: np.percentile(np.abs(drawn(page) - at_rest), 90), lambda levels: levels < 30)
+    assert len(operator.points("left")) == len(clicked) and operator.points("left")[3][0] > x + 5
+
+
+def test_a_browser_without_webgl_does_it_all_by_the_server(browser_type, browser_type_launch_args, server, border_draft):
+    args = {**browser_type_launch_args, "args": [*ARGUMENTS, "--disable-3d-apis"]}
+    browser = browser_type.launch(**args)
+    try:
+        page = browser.new_page(viewport={"width": 1280, "height": 800})
+        errors: list[str] = []
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        assert page.evaluate("document.createElement('canvas').getContext('webgl2')") is None
+        operator = Operator(page, server).visit().take().use_model("polynomial")
+        operator.click_all(border_draft("polynomial")[1]["observations"])
+        expect(page.get_by_test_id("rms-px")).to_be_visible(timeout=LONG_MS)
+        expect(page.get_by_test_id("do-side")).to_have_count(0)
+        operator.next("verify")
+        picture = page.locator("img[data-testid=corrected]")
+        expect(picture).to_be_visible(timeout=LONG_MS)
+        expect(picture).not_to_have_js_property("naturalWidth", 0)
+        operator.activate(warned=True)
+        page.goto(f"{server.url}/#/system/server")
+        expect(page.get_by_test_id("correction-now")).to_contain_text("has no WebGL 2")
+        assert not errors
+    finally:
+        browser.close()
+
+
+@pytest.mark.parametrize(("name", "why"), [("Fast GPU 9000", "a frame takes"), (None, "without a graphics processor")])
+def test_graphics_that_do_not_keep_up_leave_it_to_the_server_and_system_says_why(saved, name, why):
+    """What renders here is software; under another name it has to be measured."""
+    operator = saved("polynomial")
+    page, here = operator.page, operator.page.url
+    if name:
+        page.add_init_script(f"""const known = WebGL2RenderingContext.prototype.getParameter;
+            WebGL2RenderingContext.prototype.getParameter = function (which) {{
+              return which === 0x9246 ? "{name}" : known.call(this, which);
+            }};""")
+    page.goto("about:blank")
+    page.goto(here)
+    picture = page.locator("img[data-testid=corrected]")
+    expect(picture).to_be_visible(timeout=LONG_MS)
+    expect(picture).not_to_have_js_property("naturalWidth", 0)
+    page.evaluate("location.hash = '#/system/server'")
+    expect(page.get_by_test_id("correction-now")).to_contain_text(why)
+    page.get_by_test_id("correction").select_option("browser")
+    expect(page.get_by_test_id("correction-now")).to_contain_text("In this browser")
+    page.goto(here)
+    expect(page.locator("canvas[data-testid=corrected][data-drawn]")).to_be_visible(timeout=LONG_MS)
