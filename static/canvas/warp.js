@@ -62,12 +62,14 @@ export function createWarp(canvas) {
   gl.uniform1i(at.picture, PICTURE);
   gl.uniform1i(at.mesh, MESH);
   gl.uniform3f(at.beside, BESIDE[0], BESIDE[1], BESIDE[2]);
-  texture(gl, PICTURE, gl.LINEAR_MIPMAP_LINEAR, gl.LINEAR);
+  texture(gl, PICTURE, gl.LINEAR_MIPMAP_NEAREST, gl.LINEAR);
   texture(gl, MESH, gl.NEAREST, gl.NEAREST);
   gl.pixelStorei(gl.UNPACK_COLORSPACE_CONVERSION_WEBGL, gl.NONE);
   const largest = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+  gl.clearColor(0, 0, 0, 0);
   let hasPicture = false,
-    hasMesh = false;
+    /** Corrected pixels of the whole view; null without a mesh. */
+    view = /** @type {{ width: number, height: number } | null} */ (null);
 
   return {
     /** Whether a picture of this size can be corrected. @param {number} width @param {number} height */
@@ -83,7 +85,7 @@ export function createWarp(canvas) {
       gl.texParameteri(
         gl.TEXTURE_2D,
         gl.TEXTURE_MIN_FILTER,
-        isStill ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR,
+        isStill ? gl.LINEAR_MIPMAP_NEAREST : gl.LINEAR,
       );
       gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, picture);
       if (isStill) gl.generateMipmap(gl.TEXTURE_2D);
@@ -98,23 +100,31 @@ export function createWarp(canvas) {
       gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG32F, columns, rows, 0, gl.RG, gl.FLOAT, places);
       gl.uniform2f(at.cells, columns - 1, rows - 1);
       gl.uniform2f(at.cellSize, step[0], step[1]);
-      hasMesh = true;
+      view = { width: (columns - 1) * step[0], height: (rows - 1) * step[1] };
     },
 
     /**
      * Draw the corrected view, its corner at (x, y) of the canvas and so many of its pixels for each corrected one; what
-     * lies beside the view stays transparent. isNearest: pixels of the raw picture as the squares they are.
-     * @param {{ x: number, y: number, scale: number, isNearest?: boolean }} place
+     * lies beside the view stays transparent, and so does what is left of `from`, which nobody sees. isNearest: pixels
+     * of the raw picture as the squares they are.
+     * @param {{ x: number, y: number, scale: number, from?: number, isNearest?: boolean }} place
      */
-    draw({ x, y, scale, isNearest = false }) {
+    draw({ x, y, scale, from = 0, isNearest = false }) {
       gl.viewport(0, 0, canvas.width, canvas.height);
-      gl.clearColor(0, 0, 0, 0);
+      gl.disable(gl.SCISSOR_TEST);
       gl.clear(gl.COLOR_BUFFER_BIT);
-      if (!hasPicture || !hasMesh) return;
+      if (!hasPicture || !view) return;
+      const left = Math.floor(Math.max(0, from, x)),
+        right = Math.ceil(Math.min(canvas.width, x + view.width * scale)),
+        top = Math.floor(Math.max(0, y)),
+        bottom = Math.ceil(Math.min(canvas.height, y + view.height * scale));
+      if (left >= right || top >= bottom) return;
+      gl.enable(gl.SCISSOR_TEST);
+      gl.scissor(left, canvas.height - bottom, right - left, bottom - top);
       gl.uniform2f(at.corner, x, y);
       gl.uniform1f(at.scale, scale);
       gl.uniform1f(at.canvasHeight, canvas.height);
-      gl.uniform1f(at.detail, Math.max(0, -Math.log2(scale)));
+      gl.uniform1f(at.detail, Math.max(0, Math.round(-Math.log2(scale))));
       gl.uniform1i(at.isNearest, Number(isNearest));
       gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
     },

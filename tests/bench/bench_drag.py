@@ -1,12 +1,15 @@
 """From a drag to what it changes on the screen, in a real Chromium with 130 points clicked.
 
-Command: python tests/bench/bench_drag.py [MODEL …]     (half a minute for each model)
+Command: python tests/bench/bench_drag.py [--way side|wipe] [--width PX] [MODEL …]     (half a minute for each model)
 
 Each move of the mouse counts, also those that no request was sent for: from its event to the frame in which a curve was
 drawn anew after it, and to the one in which the verdict was drawn from a question that was asked at this move or later.
-Frames are those of the drag itself; a long task holds the page for more than 50 ms.
+Frames are those of the drag itself; a long task holds the page for more than 50 ms. With a way to compare, the browser
+corrects the picture too, by whatever draws here: from a move to the frame in which it was drawn with a mesh that knows
+of it.
 """
 
+import argparse
 import sys
 import tempfile
 import time
@@ -27,7 +30,7 @@ MOVES = 150
 PACE_S = 1 / 60
 PER_BORDER = 34  # and without the corners 128, with the model's own 32 a border
 WATCH = """
-window.watched = { moves: [], curve: [], preview: [], frames: [], long: [] };
+window.watched = { moves: [], curve: [], preview: [], corrected: [], frames: [], long: [] };
 const frame = (at) => { watched.frames.push(at); requestAnimationFrame(frame); };
 requestAnimationFrame(frame);
 new PerformanceObserver((list) => watched.long.push(...list.getEntries().map((entry) => entry.duration)))
@@ -39,6 +42,11 @@ const painted = (kind, at) => requestAnimationFrame(() => drawn(kind, at));
 new MutationObserver((all) => {
   if (all.some((one) => one.target.dataset?.testid === "curve-left")) painted("curve", watched.moves.length - 1);
 }).observe(document, { subtree: true, attributes: true, attributeFilter: ["d"] });
+const draw = WebGL2RenderingContext.prototype.drawArrays;
+WebGL2RenderingContext.prototype.drawArrays = function (...how) {
+  draw.apply(this, how);
+  painted("corrected", watched.moves.length - 1);
+};
 const original = window.fetch;
 window.fetch = async (...asked) => {
   if (!String(asked[0]).includes("/fit/attempt")) return original(...asked);
@@ -69,7 +77,7 @@ def told(ms: np.ndarray, draws: int) -> str:
             f"({len(ms)} moves, {draws} times drawn)") if len(ms) else "never drawn"
 
 
-def dragged(operator: Operator, server: Server, model: str) -> dict:
+def dragged(operator: Operator, server: Server, model: str, way: str | None) -> dict:
     """Drag the middle point of the left border about for a while."""
     settings = CAMERAS[0]
     field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
@@ -84,6 +92,10 @@ def dragged(operator: Operator, server: Server, model: str) -> dict:
     page.get_by_test_id("curve-left").wait_for(state="attached", timeout=60_000)
     page.get_by_test_id("rms-px").wait_for(timeout=60_000)
     page.keyboard.press("v")  # arrows are drawn too
+    if way:
+        page.keyboard.press("w") if way == "wipe" else page.get_by_test_id("do-side").click()
+        page.locator("canvas[data-testid=corrected][data-drawn]").wait_for(timeout=60_000)
+        print(f"  canvas {page.get_by_test_id('corrected').evaluate('it => [it.width, it.height]')} px")
     page.wait_for_timeout(1500)
     x, y = operator.spot(*clicks["left"][PER_BORDER // 2])
     page.mouse.move(x, y)
@@ -91,7 +103,7 @@ def dragged(operator: Operator, server: Server, model: str) -> dict:
     page.mouse.move(x + 8, y)
     page.mouse.move(x, y)
     page.wait_for_timeout(500)
-    page.evaluate("() => { for (const list of ['moves', 'curve', 'preview', 'frames', 'long'])"
+    page.evaluate("() => { for (const list of ['moves', 'curve', 'preview', 'corrected', 'frames', 'long'])"
                   " watched[list].length = 0; }")
     for i in range(MOVES):
         begun = time.perf_counter()
@@ -99,24 +111,30 @@ def dragged(operator: Operator, server: Server, model: str) -> dict:
         time.sleep(max(0.0, PACE_S - (time.perf_counter() - begun)))
     watched = page.evaluate("watched")
     page.wait_for_timeout(1000)
-    watched |= {kind: page.evaluate(f"watched.{kind}") for kind in ("curve", "preview")}
+    watched |= {kind: page.evaluate(f"watched.{kind}") for kind in ("curve", "preview", "corrected")}
     page.mouse.up()
     return {**watched, "points": sum(len(p) - 2 for p in clicks.values())}
 
 
 def main() -> None:
-    models = sys.argv[1:] or ["polynomial", "division", "brown-conrady"]
+    parser = argparse.ArgumentParser()
+    parser.add_argument("models", nargs="*", default=["polynomial", "division", "brown-conrady"])
+    parser.add_argument("--way", choices=("side", "wipe"))
+    parser.add_argument("--width", type=int, default=1280, help="of the page, px")
+    asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         server = Server(Path(folder))
         browser = playwright.chromium.launch(executable_path=chromium_path(), args=ARGUMENTS)
         try:
-            for model in models:
-                page = browser.new_page(viewport={"width": 1280, "height": 800})
+            for model in asked.models:
+                page = browser.new_page(viewport={"width": asked.width, "height": 800})
                 page.add_init_script(WATCH)
-                operator = Operator(page, server).visit()
-                watched = dragged(operator, server, model)
+                operator = Operator(page, server)
+                operator.prefer("correction", "browser")
+                watched = dragged(operator.visit(), server, model, asked.way)
                 print(f"{model}, {watched['points']} points")
-                for kind, what in (("curve", "curve"), ("preview", "arrows, distortion and verdict")):
+                for kind, what in (("curve", "curve"), ("corrected", "corrected picture"),
+                                   ("preview", "arrows, distortion and verdict")):
                     print(f"  {what}: {told(late(watched, kind), len(watched[kind]))}")
                 frames = np.diff(watched["frames"])
                 print(f"  frames: p50 {np.percentile(frames, 50):.0f}, p95 {np.percentile(frames, 95):.0f}, worst "

@@ -40,6 +40,7 @@ LOSE = """(canvas) => {
   window.taken = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
   taken.loseContext();
 }"""
+LONG = pytest.mark.long
 EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(MODELS[name].examples())]
 
 
@@ -54,12 +55,12 @@ def raw_picture() -> np.ndarray:
     source.close()
 
 
-@pytest.mark.parametrize("margin_px", [pytest.param(0, marks=pytest.mark.long), 40, pytest.param(300, marks=pytest.mark.long)])
+@pytest.mark.parametrize("margin_px", [pytest.param(0, marks=LONG), 40, pytest.param(300, marks=LONG)])
 def test_every_models_picture_is_what_opencv_makes_of_it(arriving, raw_picture, margin_px):
     page = arriving.visit(modules=True).page
     for name, i in EXAMPLES:
         model = list(MODELS[name].examples())[i]
-        raw = cv2.resize(raw_picture, tuple(model.image_size), interpolation=cv2.INTER_LANCZOS4)  # edges stay sharp
+        raw = cv2.resize(raw_picture, tuple(model.image_size), interpolation=cv2.INTER_LANCZOS4)  # sharp edges
         mesh, table = correction_mesh(model, margin_px), correction_map(model, CorrectedView(margin_px))
         height, width = table.raw_x.shape
         address = page.evaluate(DRAWN, {"png": text(cv2.imencode(".png", raw)[1].tobytes()), "mesh": mesh.header(),
@@ -211,7 +212,7 @@ def test_graphics_that_are_taken_away_in_a_drag_come_back_and_no_click_is_lost(c
     assert len(operator.points("left")) == len(clicked) and operator.points("left")[3][0] > x + 5
 
 
-def test_a_browser_without_webgl_does_it_all_by_the_server(browser_type, browser_type_launch_args, server, border_draft):
+def test_a_browser_without_webgl_leaves_all_to_the_server(browser_type, browser_type_launch_args, server, border_draft):
     args = {**browser_type_launch_args, "args": [*ARGUMENTS, "--disable-3d-apis"]}
     browser = browser_type.launch(**args)
     try:
@@ -237,13 +238,18 @@ def test_a_browser_without_webgl_does_it_all_by_the_server(browser_type, browser
 
 @pytest.mark.parametrize(("name", "why"), [("Fast GPU 9000", "a frame takes"), (None, "without a graphics processor")])
 def test_graphics_that_do_not_keep_up_leave_it_to_the_server_and_system_says_why(saved, name, why):
-    """What renders here is software; under another name it has to be measured."""
+    """What renders here is software; under another name, and slow for certain, it has to be measured."""
     operator = saved("polynomial")
     page, here = operator.page, operator.page.url
     if name:
         page.add_init_script(f"""const known = WebGL2RenderingContext.prototype.getParameter;
             WebGL2RenderingContext.prototype.getParameter = function (which) {{
               return which === 0x9246 ? "{name}" : known.call(this, which);
+            }};
+            const draw = WebGL2RenderingContext.prototype.drawArrays;
+            WebGL2RenderingContext.prototype.drawArrays = function (...how) {{
+              for (const begun = performance.now(); performance.now() < begun + 30;);
+              draw.apply(this, how);
             }};""")
     page.goto("about:blank")
     page.goto(here)

@@ -83,7 +83,8 @@ export function Corrected({ raw }) {
   );
   return html`<div class="half" style=${correctedClip.value} data-testid="corrected-half">
     ${isOurs.value && mesh.value && 
-      html`<${WarpedPicture} picture=${raw} mesh=${mesh.value} ...${paneSize.value} ...${at} />`}
+      html`<${WarpedPicture} picture=${raw} mesh=${mesh.value} ...${paneSize.value} ...${at}
+        from=${visiblePicture.value === "wipe" ? compare.value.at : 0} />`}
     ${!correctsHere.value && saved && html`<img
       class="picture"
       data-testid="corrected"

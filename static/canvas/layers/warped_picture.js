@@ -8,14 +8,15 @@ import { createWarp } from "../warp.js";
 const TIMED_FRAMES = 3;
 
 /**
- * picture: what it is drawn from, once it is there. x, y, k: where it lies on its pane, as an <img> would.
+ * picture: what it is drawn from, once it is there. x, y, k: where it lies on its pane, as an <img> would. from: share of
+ * the pane's width that is hidden.
  * @param {{ picture: HTMLImageElement | null, mesh: import("../../core/types").Mesh, x: number, y: number, k: number,
- * width: number, height: number }} props width, height: of the pane, px
+ * width: number, height: number, from: number }} props width, height: of the pane, px
  */
-export function WarpedPicture({ picture, mesh, x, y, k, width, height }) {
+export function WarpedPicture({ picture, mesh, x, y, k, width, height, from }) {
   const element = useRef(/** @type {HTMLCanvasElement | null} */ (null)),
     warp = useRef(/** @type {ReturnType<typeof createWarp>} */ (null)),
-    taken = useRef({ picture: /** @type {unknown} */ (null), mesh: /** @type {unknown} */ (null) });
+    taken = useRef(/** @type {{ picture?: string, mesh?: unknown, place?: string }} */ ({}));
 
   useEffect(() => {
     const canvas = /** @type {HTMLCanvasElement} */ (element.current);
@@ -42,7 +43,7 @@ export function WarpedPicture({ picture, mesh, x, y, k, width, height }) {
     if (!canvas || !picture || isLost.value) return;
     if (!warp.current) {
       warp.current = createWarp(canvas);
-      taken.current = { picture: null, mesh: null };
+      taken.current = {};
     }
     const it = warp.current;
     if (!it) {
@@ -54,16 +55,25 @@ export function WarpedPicture({ picture, mesh, x, y, k, width, height }) {
       isTooLarge.value = true;
       return;
     }
-    const isNew = taken.current.picture !== picture.src;
-    if (isNew) it.setPicture(picture, rawWidth, rawHeight, true);
-    if (taken.current.mesh !== mesh) it.setMesh(mesh);
-    taken.current = { picture: picture.src, mesh };
     const ratio = devicePixelRatio,
-      wide = Math.max(1, Math.round(width * ratio)),
+      before = taken.current,
+      isNew = before.picture !== picture.src,
+      place = [x, y, k, width, height, from, ratio].join();
+    if (!isNew && before.mesh === mesh && before.place === place) return; // the same once more
+    if (isNew) it.setPicture(picture, rawWidth, rawHeight, true);
+    if (before.mesh !== mesh) it.setMesh(mesh);
+    taken.current = { picture: picture.src, mesh, place };
+    const wide = Math.max(1, Math.round(width * ratio)),
       high = Math.max(1, Math.round(height * ratio));
     if (canvas.width !== wide || canvas.height !== high) Object.assign(canvas, { width: wide, height: high });
     const draw = () =>
-      it.draw({ x: x * ratio, y: y * ratio, scale: k * ratio, isNearest: k >= PIXELATED_FROM });
+      it.draw({
+        x: x * ratio,
+        y: y * ratio,
+        scale: k * ratio,
+        from: from * wide,
+        isNearest: k >= PIXELATED_FROM,
+      });
     draw();
     if (isNew && choice.value === "auto" && frameMs.value === null) frameMs.value = timed(it, draw);
   });

@@ -26,18 +26,25 @@ const previewed = computed(() => {
   return mesh ? withNodes(mesh, bytesOf(mesh.raw_px)) : null;
 });
 
+/** Which points of each border are strays, as text: most answers leave them as they were. */
+const strays = computed(() =>
+  JSON.stringify(
+    BORDERS.map((border) => {
+      const curve = curves.value[border];
+      return isCurve(curve) && curve.points.length === pointsOf(doc.value, border).length ? curve.outliers : [];
+    }),
+  ),
+);
+
 /** The same, bent to where the points are that the server has not answered for yet. */
 const bent = computed(() => {
   const mesh = previewed.value,
     model = preview.value?.model;
   if (!mesh || model?.name !== PAPERS_MODEL || !(dragging.value || stale.value)) return null;
+  /** @type {number[][]} */
+  const leftOut = JSON.parse(strays.value);
   const points = Object.fromEntries(
-    BORDERS.map((border) => {
-      const all = pointsOf(doc.value, border),
-        curve = curves.value[border],
-        strays = isCurve(curve) && curve.points.length === all.length ? curve.outliers : [];
-      return [border, all.filter((_, i) => !strays.includes(i))];
-    }),
+    BORDERS.map((border, b) => [border, pointsOf(doc.value, border).filter((_, i) => !leftOut[b].includes(i))]),
   );
   return bentMesh(mesh, /** @type {any} */ (model.parameters), /** @type {any} */ (points));
 });
