@@ -104,9 +104,9 @@ export function createWarp(canvas) {
     },
 
     /**
-     * Draw the corrected view, its corner at (x, y) of the canvas and so many of its pixels for each corrected one; what
-     * lies beside the view stays transparent, and so does what is left of `from`, which nobody sees. isNearest: pixels
-     * of the raw picture as the squares they are.
+     * Draw the corrected view, its corner at (x, y) of the canvas and so many of its pixels for each corrected one;
+     * what lies beside the view stays transparent, and so does what is left of `from`, which nobody sees. isNearest:
+     * pixels of the raw picture as the squares they are.
      * @param {{ x: number, y: number, scale: number, from?: number, isNearest?: boolean }} place
      */
     draw({ x, y, scale, from = 0, isNearest = false }) {

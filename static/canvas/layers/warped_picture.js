@@ -8,8 +8,8 @@ import { createWarp } from "../warp.js";
 const TIMED_FRAMES = 3;
 
 /**
- * picture: what it is drawn from, once it is there. x, y, k: where it lies on its pane, as an <img> would. from: share of
- * the pane's width that is hidden.
+ * picture: what it is drawn from, once it is there. x, y, k: where it lies on its pane, as an <img> would. from: share
+ * of the pane's width that is hidden.
  * @param {{ picture: HTMLImageElement | null, mesh: import("../../core/types").Mesh, x: number, y: number, k: number,
  * width: number, height: number, from: number }} props width, height: of the pane, px
  */
