@@ -7,7 +7,7 @@ are read-only. Stored records are written to and read from JSON.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from dataclasses import field as member
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,15 +23,20 @@ MAX_POINTS = 20_000  # an operator clicks dozens and a detector finds thousands;
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A decoded picture: pixels (height, width, 3) BGR uint8."""
+    """A picture: pixels (height, width, 3) BGR uint8. jpeg: as its camera compressed it; empty where it did not."""
 
     pixels: NDArray[np.uint8]
     sha256: str = ""  # of the bytes it was decoded from
     camera: str | None = None
+    jpeg: ClassVar[bytes] = b""
 
     @property
     def size(self) -> ImageSize:
         return ImageSize(self.pixels.shape[1], self.pixels.shape[0])
+
+    def reduced(self, _width: int, _height: int = 1) -> NDArray[np.uint8]:
+        """Return the picture at least so large, px: smaller than it is only where that costs less."""
+        return self.pixels
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,8 +17,8 @@ belongs to the sensor and not to the way a viewer would like to hold the picture
 
 from app.images.decoder import ImageDecoder, frame_from_bytes
 from app.images.encode import ENCODED_MEDIA_TYPES, encode
-from app.images.in_process import decode_in_process
+from app.images.in_process import decode_in_process, read_in_process
 from app.images.screen import DeclaredImage, ImageLimits, screen
 
 __all__ = ["ENCODED_MEDIA_TYPES", "DeclaredImage", "ImageDecoder", "ImageLimits", "decode_in_process", "encode",
-           "frame_from_bytes", "screen"]
+           "frame_from_bytes", "read_in_process", "screen"]

@@ -53,7 +53,7 @@ def screen_jpeg(data: bytes, limits: ImageLimits) -> DeclaredImage:
         raise damaged("it has too many parts")
     if size is None or scans == 0:
         raise damaged("it holds no pixels")
-    return DeclaredImage("jpeg", *size)
+    return DeclaredImage("jpeg", *size, position)
 
 
 def _segment(data: bytes, position: int) -> tuple[int, memoryview, int]:

@@ -1,6 +1,6 @@
 """How much a picture may ask of us, and the refusals that its header earns."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from app.core.errors import BadImage, ImageTooLarge
 from app.core.geometry import MIN_SIDE_PX
@@ -25,11 +25,15 @@ class ImageLimits:
 
 @dataclass(frozen=True)
 class DeclaredImage:
-    """What a header says: format "png", "jpeg", "bmp" or "webp", and the size in px."""
+    """What a header says: format "png", "jpeg", "bmp" or "webp", and the size in px.
+
+    length: bytes to the picture's end mark, after which more may have come; None where it was not looked for.
+    """
 
     format: str
     width: int
     height: int
+    length: int | None = field(default=None, compare=False)
 
     def undecodable(self) -> BadImage:
         return BadImage(f"The {self.format.upper()} picture cannot be decoded.", SEND_AGAIN, reason="undecodable-image")

@@ -4,6 +4,7 @@ What the lines looked like comes from the calibration's own picture, so that a k
 the server was off, is seen too; where there is none, or none that shows them, from the first seconds after activation.
 """
 
+import contextlib
 import threading
 import time
 from typing import Any, NamedTuple
@@ -11,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.errors import TouchlineError
+from app.core.errors import BadImage, TouchlineError
 from app.evaluate.drift.alarm import DriftWatch
 from app.evaluate.drift.check_verdict import verdict_in
 from app.evaluate.drift.monitor import DriftReference, DriftSample
@@ -91,9 +92,10 @@ class CameraDriftMonitor:
             taken = self._capture.after(seq, WAIT_S, in_passing=True)
             if taken is not None and taken.frame.size == reference.lines.size:
                 seq, begun = taken.seq, time.thread_time()
-                sample = reference.lines.look(taken.frame.pixels, sample)
-                watch.add(sample, taken.time)
-                report(source, time.thread_time() - begun)
+                with contextlib.suppress(BadImage):  # the next one is whole again
+                    sample = reference.lines.look(taken.frame.pixels, sample)
+                    watch.add(sample, taken.time)
+                    report(source, time.thread_time() - begun)
             self._changed.wait(DOUBTFUL_S if watch.doubtful else EVERY_S)
 
     def _reference_of_picture(self, applied: AppliedCalibration,

@@ -1,4 +1,7 @@
-"""In a camera's process: draws and encodes each watched stream once, from the newest frame, and sends it."""
+"""In a camera's process: draws and encodes each watched stream once, from the newest frame, and sends it.
+
+A camera's own JPEG is passed on where it serves the stream as it is.
+"""
 
 import threading
 import time
@@ -6,11 +9,12 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from app.core.errors import TouchlineError
+from app.core.geometry import ImageSize
 from app.images import encode
 from app.live import messages
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.failures import Failures
-from app.live.picture import AppliedCalibration, render
+from app.live.picture import AppliedCalibration, described, passed_on, render
 from app.live.stream_spec import StreamSpec
 from app.processes.framing import encode_body
 
@@ -78,13 +82,17 @@ class Encoder:
             calibration = None
         if spec.view != "raw" and calibration is None:
             return  # the server tells the viewer why
+        raw = drawn = taken.frame.size
         try:
-            pixels, more, overlays = render(taken.frame.pixels, spec, calibration)
-            jpeg = encode(pixels, "jpg", spec.quality)
+            if jpeg := passed_on(taken.frame, spec):
+                more, overlays = described(spec, calibration, raw, drawn)
+            else:
+                pixels, more, overlays = render(taken.frame, spec, calibration)
+                drawn = ImageSize(pixels.shape[1], pixels.shape[0])
+                jpeg = encode(pixels, "jpg", spec.quality)
         except TouchlineError:
-            return  # a model that cannot be drawn at this size: the still view says why
+            return  # a model that cannot be drawn at this size, of which the still view says why; or a damaged picture
         self.encoded += 1
-        raw = taken.frame.size
-        head |= more | {"width": pixels.shape[1], "height": pixels.shape[0], "raw_width": raw.width,
+        head |= more | {"width": drawn.width, "height": drawn.height, "raw_width": raw.width,
                         "raw_height": raw.height, "spent_ms": round(1e3 * (time.monotonic() - begin), 2)}
         self._send(messages.PICTURE, number, encode_body(head, jpeg, overlays))

@@ -1,6 +1,7 @@
 """In a camera's process: the last seconds of its picture, while somebody watches detections; and clips of it.
 
-Pictures are stored as JPEG of all their colour (4:4:4): at half of it, as usual, the small dots of a robot would run.
+A camera's own JPEGs are stored as they came, other pictures as JPEG of all their colour (4:4:4): at half of it, as
+usual, the small dots of a robot would run.
 """
 
 import threading
@@ -11,7 +12,9 @@ from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
+from app.core.errors import BadImage
 from app.core.geometry import ImageSize
 from app.live.capture import CapturedFrame, FrameCapture, no_frames
 from app.live.failures import Failures
@@ -108,11 +111,8 @@ class FrameBuffer:
                     self._keep(taken)
 
     def _keep(self, taken: CapturedFrame) -> None:
-        done, buffer = cv2.imencode(".jpg", np.ascontiguousarray(taken.frame.pixels), [
-            cv2.IMWRITE_JPEG_QUALITY, QUALITY, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444])
-        if not done:
-            return
-        frame = BufferedFrame(taken.seq, taken.time, taken.frame.size, buffer.tobytes())
+        jpeg = taken.frame.jpeg or _encoded(taken.frame.pixels)
+        frame = BufferedFrame(taken.seq, taken.time, taken.frame.size, jpeg)
         with self._changed:
             if self._frames and self._frames[-1].size != frame.size:
                 self._clear()  # a clip is of one size
@@ -125,3 +125,11 @@ class FrameBuffer:
     def _clear(self) -> None:
         self._frames.clear()
         self._bytes = 0
+
+
+def _encoded(pixels: NDArray[np.uint8]) -> bytes:
+    done, buffer = cv2.imencode(".jpg", np.ascontiguousarray(pixels), [
+        cv2.IMWRITE_JPEG_QUALITY, QUALITY, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444])
+    if not done:
+        raise BadImage("A frame cannot be encoded.", "Look at the camera's picture.", reason="not-encodable")
+    return buffer.tobytes()

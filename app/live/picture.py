@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from app.core import opencv
 from app.core.field import Field, Region
 from app.core.geometry import ImageSize
-from app.core.records import Calibration
+from app.core.records import Calibration, Frame
 from app.imaging.correction import CorrectedView, CorrectionMap, correction_map
 from app.live.stream_spec import StreamSpec
 from app.models import CameraModel
@@ -21,6 +21,7 @@ from app.workflows.calibration import overlay
 
 MARGIN = 0.06  # of the corrected frame's width is shown around the field, so that its borders are in view
 GAP_PX = 4  # between the two halves of a picture that stands side by side
+PASSED_BYTES_PX = 0.5  # of a JPEG that is passed on at quality 80; twice as many for each ten more
 OVERLAY_PX = 0.25  # a drawn line may be off by so much where points are left out of it
 
 
@@ -96,20 +97,40 @@ def side_by_side(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> tuple[NDA
     return both, places
 
 
-def render(pixels: NDArray[np.uint8], spec: StreamSpec,
+def passed_on(frame: Frame, spec: StreamSpec) -> bytes:
+    """Return the camera's own JPEG where it serves the stream as it is; empty where one has to be made.
+
+    It serves where it is no wider than what is asked for, and not much larger than a JPEG of that quality.
+    """
+    if spec.view != "raw" or not frame.jpeg or 0 < spec.width < frame.size.width:
+        return b""
+    allowed = PASSED_BYTES_PX * 2 ** ((spec.quality - 80) / 10) * frame.size.width * frame.size.height
+    return frame.jpeg if len(frame.jpeg) <= allowed and frame.is_plain else b""
+
+
+def render(frame: Frame, spec: StreamSpec,
            applied: AppliedCalibration | None) -> tuple[NDArray[np.uint8], dict[str, Any], bytes]:
     """Return a stream's picture, members of its JSON, and its overlays; needs a calibration unless it is raw."""
-    raw = ImageSize(pixels.shape[1], pixels.shape[0])
+    raw = frame.size
     if spec.view == "side":
         half = max(16, ((spec.width or 2 * raw.width) - GAP_PX) // 2)
-        left, right = scaled_down(pixels, half), applied.corrected(pixels, half)
+        left, right = scaled_down(frame.pixels, half), applied.corrected(frame.pixels, half)
         if left.shape[1] < half:
             left = cv2.resize(left, (half, max(1, round(left.shape[0] * half / left.shape[1]))))
         both, (raw_half, corrected_half) = side_by_side(left, right)
         return both, {"calibration": applied.record.id, "halves": {
             "raw": raw_half, "corrected": corrected_half, "margin_px": applied.view(half).margin_px}}, b""
-    picture = scaled_down(pixels, spec.width) if spec.view == "raw" else applied.corrected(pixels, spec.width)
-    if applied is None:
-        return picture, {"calibration": None}, b""
+    if spec.view == "raw":
+        picture = scaled_down(frame.reduced(spec.width or raw.width), spec.width)
+    else:
+        picture = applied.corrected(frame.pixels, spec.width)
     size = ImageSize(picture.shape[1], picture.shape[0])
-    return picture, {"calibration": applied.record.id}, applied.overlay(spec.view, spec.width, raw, size)
+    return picture, *described(spec, applied, raw, size)
+
+
+def described(spec: StreamSpec, applied: AppliedCalibration | None, raw: ImageSize,
+              drawn: ImageSize) -> tuple[dict[str, Any], bytes]:
+    """Return what a stream's JSON says of the calibration, and its overlays."""
+    if applied is None:
+        return {"calibration": None}, b""
+    return {"calibration": applied.record.id}, applied.overlay(spec.view, spec.width, raw, drawn)

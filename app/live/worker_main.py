@@ -11,7 +11,7 @@ from typing import Any
 from app.core.errors import BadInput
 from app.core.field_json import field_from_json
 from app.core.records import Calibration
-from app.images import ImageLimits, decode_in_process
+from app.images import ImageLimits, decode_in_process, read_in_process
 from app.live import messages
 from app.live.board_capture import find_board
 from app.live.capture import REST_S, FrameCapture
@@ -46,7 +46,8 @@ class CameraWorker:
         context = SourceContext({name: field_from_json(one) for name, one in arguments["fields"].items()},
                                 lambda data: decode_in_process(data, limits),
                                 Path(arguments["pictures"]) if arguments["pictures"] else None,
-                                tuple(arguments["hosts"]), tuple(map(Path, arguments["producers"])))
+                                tuple(arguments["hosts"]), tuple(map(Path, arguments["producers"])),
+                                lambda data: read_in_process(data, limits))
         self._connection = connection
         self._capture = FrameCapture(arguments["source"], context)
         self._failures = Failures()

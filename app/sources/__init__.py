@@ -40,6 +40,7 @@ class SourceContext:
     folder from which pictures, folders of them and videos are read. hosts: names and addresses of network cameras that
     the operator's settings allow although they lie where no camera should (this machine, link-local, multicast).
     producers: files (*.cti) and folders of them through which industrial cameras are reached; never from an address.
+    read: as decode, for a camera's picture, but a JPEG is decoded when its pixels are wanted, and may be refused then.
     """
 
     fields: Mapping[str, Field] = member(default_factory=dict)
@@ -47,6 +48,7 @@ class SourceContext:
     pictures: Path | None = None
     hosts: tuple[str, ...] = ()
     producers: tuple[Path, ...] = ()
+    read: Callable[[bytes], Frame] | None = None
 
 
 @dataclass(frozen=True)

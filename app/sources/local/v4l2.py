@@ -1,7 +1,8 @@
 """v4l2://0: a camera plugged into this machine, through Video4Linux and OpenCV."""
 
+import contextlib
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -11,7 +12,7 @@ os.environ.setdefault("OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT", "2")
 import cv2
 import numpy as np
 
-from app.core.errors import BadInput, Unavailable
+from app.core.errors import BadImage, BadInput, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
 from app.sources import BaseSource, Control, Identity, SourceContext
@@ -19,6 +20,8 @@ from app.sources.lifecycle import require_open
 from app.sources.local.v4l2_controls import SIZE, read_controls, set_control
 from app.sources.local.v4l2_devices import find_device
 
+JPEG_BEGINS = b"\xff\xd8"
+MAX_BAD_FRAMES = 30  # one after the other
 MJPG_FROM_PX = 1280 * 720  # above it, USB 2 has no room for raw pixels at a useful rate
 
 
@@ -37,9 +40,12 @@ class V4l2Source(BaseSource):
     root: ClassVar[Path] = Path("/")
     opener: ClassVar = staticmethod(lambda node: cv2.VideoCapture(node, cv2.CAP_V4L2))
 
-    def __init__(self, capture: cv2.VideoCapture, identity: Identity) -> None:
+    def __init__(self, capture: cv2.VideoCapture, identity: Identity,
+                 read_image: Callable[[bytes], Frame] | None = None) -> None:
         self._capture: cv2.VideoCapture | None = capture
         self._identity = identity
+        self._read_image = read_image
+        self._is_compressed = read_image is not None and _keeps_compressed(capture)
 
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
@@ -52,18 +58,24 @@ class V4l2Source(BaseSource):
                               "Close other programs that use it, and add Touchline's user to the group video.",
                               reason="camera-busy")
         _begin(capture, size, options["fps"], options["format"])
-        return cls(capture, device.identity)
+        return cls(capture, device.identity, context.read)
 
     def read(self) -> Frame:
-        came, pixels = require_open(self._capture).read()
-        if not came or pixels is None:
-            raise Unavailable("The camera gives no pictures any more.", "Look at its plug and cable.",
-                              reason="camera-silent")
-        if pixels.ndim == 2:
-            pixels = cv2.cvtColor(pixels, cv2.COLOR_GRAY2BGR)
-        pixels = np.ascontiguousarray(pixels)
-        pixels.setflags(write=False)
-        return Frame(pixels)
+        for _ in range(MAX_BAD_FRAMES):
+            came, pixels = require_open(self._capture).read()
+            if not came or pixels is None:
+                break
+            if not self._is_compressed:
+                return _decoded(pixels)
+            data = pixels.tobytes()
+            if not data.startswith(JPEG_BEGINS):  # the driver decodes after all, or sends something else
+                self._is_compressed = False
+                self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 1)
+                continue
+            with contextlib.suppress(BadImage):  # USB loses a part now and then
+                return self._read_image(data)
+        raise Unavailable("The camera gives no pictures any more.", "Look at its plug and cable.",
+                          reason="camera-silent")
 
     def close(self) -> None:
         if self._capture is not None:
@@ -75,6 +87,20 @@ class V4l2Source(BaseSource):
 
     def set_control(self, name: str, value: Any) -> Control:
         return set_control(require_open(self._capture), name, value)
+
+
+def _keeps_compressed(capture: cv2.VideoCapture) -> bool:
+    """Have what comes as MJPG left as it is, if it comes so at all; return whether it will be."""
+    is_jpeg = int(capture.get(cv2.CAP_PROP_FOURCC)) == cv2.VideoWriter_fourcc(*"MJPG")
+    return is_jpeg and bool(capture.set(cv2.CAP_PROP_CONVERT_RGB, 0))
+
+
+def _decoded(pixels: np.ndarray) -> Frame:
+    if pixels.ndim == 2:
+        pixels = cv2.cvtColor(pixels, cv2.COLOR_GRAY2BGR)
+    pixels = np.ascontiguousarray(pixels)
+    pixels.setflags(write=False)
+    return Frame(pixels)
 
 
 def _begin(capture: cv2.VideoCapture, size: tuple[int, int] | None, fps: float | None, format: str) -> None:

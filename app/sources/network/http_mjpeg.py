@@ -1,7 +1,8 @@
 """http://host/path: a network camera's MJPEG stream, or a single picture that is asked for again and again.
 
 We take the stream apart ourselves: FFmpeg would end it at the first odd part, and keep the first size for good. Each
-picture is screened and decoded on its own, so its size is its own header's.
+picture is screened on its own, so its size is its own header's, and decoded by whoever wants its pixels; here only one
+a second is, to see whether the camera sends pictures at all.
 """
 
 import contextlib
@@ -20,6 +21,7 @@ from app.sources.network.multipart import MAX_PART, MultipartParser, PartTooLarg
 
 OPEN_S = 2.0
 READ_S = 1.5
+TRY_S = 1.0  # between two pictures that are decoded here
 MAX_BAD_PARTS = 30  # broken parts one after the other, then it is no stream of pictures
 
 
@@ -38,7 +40,8 @@ class HttpSource(BaseSource):
 
     def __init__(self, endpoint: Endpoint, options: Mapping[str, Any], context: SourceContext) -> None:
         self._fps = options["fps"]
-        self._decode = context.decode
+        self._read_image = context.read
+        self._try_at_s = 0.0
         self._line: HttpConnection | None = HttpConnection(endpoint, context.hosts, options["trust"] == "any")
         self._parts: MultipartParser | None = None  # None: one picture at a time
         self._waiting: list[bytes] = []
@@ -48,7 +51,7 @@ class HttpSource(BaseSource):
 
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
-        if context.decode is None:
+        if context.read is None:
             raise Unavailable("Pictures cannot be decoded here.", "Restart Touchline.", reason="no-decoder")
         opened = cls(Endpoint.of(cls.SCHEME, target), options, context)
         try:
@@ -97,10 +100,18 @@ class HttpSource(BaseSource):
             # Without a stated length the end of a part is marked only when the next one begins, a frame late.
             if not self._waiting and (maybe := self._parts.pending_jpeg()) is not None:
                 with contextlib.suppress(BadImage):
-                    frame = self._decode(maybe)
+                    frame = self._picture(maybe)
                     self._parts.take_pending()
                     return frame
-        return self._decode(self._waiting.pop(0))
+        return self._picture(self._waiting.pop(0))
+
+    def _picture(self, data: bytes) -> Frame:
+        """BadImage where it is none; after one that was none, each is tried until one is."""
+        frame = self._read_image(data)
+        if (now := time.monotonic()) >= self._try_at_s:
+            _ = frame.pixels
+            self._try_at_s = now + TRY_S
+        return frame
 
     def _single_picture(self) -> Frame:
         """The picture of one answer, when it is due."""
@@ -113,7 +124,7 @@ class HttpSource(BaseSource):
         if len(data) > MAX_PART:
             self._line.close()
             raise PartTooLarge
-        return self._decode(data)
+        return self._picture(data)
 
 
 class HttpsSource(HttpSource):

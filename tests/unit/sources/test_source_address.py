@@ -50,14 +50,14 @@ def test_an_address_that_leaves_a_doubt_about_its_host_is_refused(target):
         Endpoint.of("http", target)
     assert refused.value.reason == "bad-source"
     with pytest.raises(BadInput):
-        source_from_url(f"http://{target}", SourceContext(decode=lambda raw: None))
+        source_from_url(f"http://{target}", SourceContext(read=lambda raw: None))
 
 
 @pytest.mark.parametrize("scheme", ["rtsp", "http", "https"])
 def test_a_refusal_does_not_repeat_the_password(scheme):
     for host in ("127.0.0.1", "ca m", "no-such-host.invalid"):
         try:
-            source_from_url(f"{scheme}://op:s3cret@{host}/x?pwd=s3cret", SourceContext(decode=lambda raw: None))
+            source_from_url(f"{scheme}://op:s3cret@{host}/x?pwd=s3cret", SourceContext(read=lambda raw: None))
         except Exception as error:
             assert "s3cret" not in str(error) + repr(error) + repr(error.__context__)
         else:

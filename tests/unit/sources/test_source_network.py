@@ -9,14 +9,14 @@ import time
 import pytest
 
 from app.core.errors import BadInput, TouchlineError, Unavailable
-from app.images.in_process import decode_in_process
+from app.images.in_process import decode_in_process, read_in_process
 from app.sources import SourceContext, source_from_url
 from app.sources.network.endpoint import Endpoint, connect, hardware_address, is_allowed, why_forbidden
 from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.rtsp_camera import RtspCamera
 from tests.support.waiting import until
 
-AROUND = SourceContext(decode=decode_in_process)
+AROUND = SourceContext(decode=decode_in_process, read=read_in_process)
 
 
 class Listener:
@@ -85,7 +85,7 @@ def payloads(port: int) -> list[str]:
 
 
 def test_two_hundred_addresses_of_this_machine_reach_nobody(listener, tmp_path):
-    around = SourceContext(decode=decode_in_process, pictures=tmp_path)
+    around = SourceContext(decode=decode_in_process, read=read_in_process, pictures=tmp_path)
     urls = payloads(listener.port)
     assert len(urls) >= 200
     for url in urls:
@@ -191,6 +191,6 @@ def test_a_camera_that_sends_us_on_leads_nowhere(camera, listener):
         for target in (f"http://127.0.0.1:{listener.port}/", f"rtsp://127.0.0.1:{listener.port}/", "file:///etc/hostname"):
             one.redirect = target
             with pytest.raises(Unavailable) as refused:
-                source_from_url(one.url, SourceContext(decode=decode_in_process, hosts=(f"127.0.0.1:{one.port}",)))
+                source_from_url(one.url, SourceContext(read=read_in_process, hosts=(f"127.0.0.1:{one.port}",)))
             assert refused.value.reason == "camera-redirects"
     assert listener.hits == 0

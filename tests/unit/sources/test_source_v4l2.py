@@ -6,12 +6,13 @@ import cv2
 import pytest
 
 from app.core.errors import BadInput, NotFound, Unavailable
+from app.images import read_in_process
 from app.sources import SourceContext, source_from_url
 from app.sources.local.v4l2 import V4l2Source
 from app.sources.local.v4l2_devices import find_device, list_devices
 from tests.support.plugged_cameras import V4L2_PATHS, Webcam, plug_in
 
-AROUND = SourceContext()
+AROUND = SourceContext(read=read_in_process)
 
 
 @pytest.fixture
@@ -120,7 +121,29 @@ def test_large_pictures_come_compressed_unless_told_otherwise(webcam, options, f
 def test_format_comes_before_size_and_size_before_rate(webcam):
     source_from_url("v4l2://0?size=1280x720&fps=60", AROUND)
     order = [prop for prop, _ in webcam.sets]
-    assert order == [cv2.CAP_PROP_FOURCC, cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT, cv2.CAP_PROP_FPS]
+    assert order == [cv2.CAP_PROP_FOURCC, cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT, cv2.CAP_PROP_FPS,
+                     cv2.CAP_PROP_CONVERT_RGB]
+
+
+def test_compressed_pictures_stay_as_they_come_and_a_damaged_one_is_left_out(webcam):
+    webcam.damaged = 3
+    source = source_from_url("v4l2://0?size=1280x720", AROUND)
+    frame = source.read()
+    assert frame.jpeg.endswith(b"\xff\xd9") and tuple(frame.size) == (1280, 720) and webcam.damaged == 0
+    assert frame.pixels.shape == (720, 1280, 3)
+    source.set_control("resolution", "640x480")
+    assert tuple(source.read().size) == (640, 480)
+    webcam.damaged = 1000
+    with pytest.raises(Unavailable):
+        source.read()
+
+
+def test_a_driver_that_decodes_all_the_same_is_let_do_so(webcam):
+    webcam.always_decodes = True
+    source = source_from_url("v4l2://0?size=1280x720", AROUND)
+    frames = [source.read() for _ in range(2)]
+    assert all(not one.jpeg and one.pixels.shape == (720, 1280, 3) for one in frames)
+    assert webcam.values[cv2.CAP_PROP_CONVERT_RGB] == 1
 
 
 @pytest.mark.parametrize("size", ["1280", "x", "0x0", "1280x720x3", "99999x99999", "-1x5", "١٢٨٠x٧٢٠"])

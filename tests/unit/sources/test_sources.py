@@ -9,7 +9,7 @@ import pytest
 
 from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
 from app.core.options import Option
-from app.images.in_process import decode_in_process
+from app.images.in_process import decode_in_process, read_in_process
 from app.sources import SOURCES, Source, SourceContext, source_from_url, split_address
 from app.store.fields import load_fields
 from tests.support.peers import HOSTS, PRODUCERS, address_of, with_option
@@ -22,7 +22,7 @@ every_source = pytest.mark.parametrize("name", list(SOURCES))
 def around(tmp_path) -> SourceContext:
     folder = tmp_path / "pictures"
     folder.mkdir()
-    return SourceContext(FIELDS, decode_in_process, folder, HOSTS, PRODUCERS)
+    return SourceContext(FIELDS, decode_in_process, folder, HOSTS, PRODUCERS, read_in_process)
 
 
 @pytest.fixture
