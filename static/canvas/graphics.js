@@ -5,6 +5,7 @@ import { number } from "../core/format.js";
 /** @typedef {"auto" | "browser" | "server"} Choice */
 
 const KEPT = "touchline.correction";
+const RETRY_MS = 5000;
 const SLOW_MS = 20; // a frame that takes longer is not drawn while a point is dragged
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i; // as renderers that are none name themselves
 
@@ -39,6 +40,17 @@ const renderer = computed(() => {
 export const frameMs = signal(/** @type {number | null} */ (null));
 /** Whether the browser has taken the graphics away, as after the machine slept, until it gives them back. */
 export const isLost = signal(false);
+let again = 0;
+/** They are gone: try again after a while, if nobody says before that they are back. */
+export function lose() {
+  isLost.value = true;
+  clearTimeout(again);
+  again = setTimeout(restore, RETRY_MS);
+}
+export function restore() {
+  clearTimeout(again);
+  isLost.value = false;
+}
 /** Whether a picture was too large for it. */
 export const isTooLarge = signal(false);
 

@@ -212,7 +212,8 @@ def test_graphics_that_are_taken_away_in_a_drag_come_back_and_no_click_is_lost(c
     assert len(operator.points("left")) == len(clicked) and operator.points("left")[3][0] > x + 5
 
 
-def test_a_browser_without_webgl_leaves_all_to_the_server(browser_type, browser_type_launch_args, server, border_draft):
+def test_a_browser_without_webgl_leaves_all_to_the_server(browser_type, browser_type_launch_args, own_server,
+                                                          border_draft):
     args = {**browser_type_launch_args, "args": [*ARGUMENTS, "--disable-3d-apis"]}
     browser = browser_type.launch(**args)
     try:
@@ -220,7 +221,7 @@ def test_a_browser_without_webgl_leaves_all_to_the_server(browser_type, browser_
         errors: list[str] = []
         page.on("pageerror", lambda error: errors.append(str(error)))
         assert page.evaluate("document.createElement('canvas').getContext('webgl2')") is None
-        operator = Operator(page, server).visit().take().use_model("polynomial")
+        operator = Operator(page, own_server).visit().take().use_model("polynomial")
         operator.click_all(border_draft("polynomial")[1]["observations"])
         expect(page.get_by_test_id("rms-px")).to_be_visible(timeout=LONG_MS)
         expect(page.get_by_test_id("do-side")).to_have_count(0)
@@ -229,7 +230,7 @@ def test_a_browser_without_webgl_leaves_all_to_the_server(browser_type, browser_
         expect(picture).to_be_visible(timeout=LONG_MS)
         expect(picture).not_to_have_js_property("naturalWidth", 0)
         operator.activate(warned=True)
-        page.goto(f"{server.url}/#/system/server")
+        page.goto(f"{own_server.url}/#/system/server")
         expect(page.get_by_test_id("correction-now")).to_contain_text("has no WebGL 2")
         assert not errors
     finally:
@@ -262,3 +263,40 @@ def test_graphics_that_do_not_keep_up_leave_it_to_the_server_and_system_says_why
     expect(page.get_by_test_id("correction-now")).to_contain_text("In this browser")
     page.goto(here)
     expect(page.locator("canvas[data-testid=corrected][data-drawn]")).to_be_visible(timeout=LONG_MS)
+
+
+def test_a_live_picture_is_corrected_from_the_raw_stream_alone(page, own_server, border_draft):
+    """One stream for all ways to look at it; with the server's own way, another one."""
+    made = own_server.api("POST", "/calibrations", json={
+        **border_draft("brown-conrady")[1], "camera": "overhead", "image_size": [640, 512]}).json()
+    assert own_server.api("POST", f"/calibrations/{made['id']}/activate").ok
+    operator, streams = Operator(page, own_server), []
+    page.on("websocket", lambda socket: streams.extend(re.findall(r"view=([\w-]+)", socket.url)))
+    operator.prefer("correction", "browser")
+    page.goto(f"{own_server.url}/#/cameras/overhead/live")
+    expect(page.get_by_test_id("look-wipe")).to_be_enabled(timeout=LONG_MS)
+    for mode in ("side", "wipe", "corrected"):
+        page.get_by_test_id(f"look-{mode}").click()
+        expect(page.get_by_test_id("live-overhead")).to_have_attribute("data-compared", mode, timeout=LONG_MS)
+    sheet = page.get_by_test_id("live-corrected")
+    until(lambda: sheet.locator("canvas").evaluate("c => [c.width, c.height]"), lambda size: size[0] == 640)
+    assert set(streams) == {"raw"}
+
+    still = own_server.api("POST", "/snapshots", json={"camera": "overhead"}).json()["id"]
+    theirs = own_server.api("GET", f"/calibrations/{made['id']}/corrected.png?margin_px=40&snapshot={still}").content
+
+    def apart() -> float:
+        """Of the picture on the screen from the server's; robots have driven a little meanwhile."""
+        shown = cv2.imdecode(np.frombuffer(sheet.screenshot(), np.uint8), cv2.IMREAD_COLOR)
+        want = cv2.resize(cv2.imdecode(np.frombuffer(theirs, np.uint8), cv2.IMREAD_COLOR), shown.shape[1::-1],
+                          interpolation=cv2.INTER_AREA)
+        inner = (slice(20, shown.shape[0] // 2), slice(20, -20))  # the badge and the wipe's names stand elsewhere
+        return float(np.median(np.abs(want.astype(int) - shown)[inner]))
+    until(apart, lambda levels: levels < 6)
+
+    page.evaluate("location.hash = '#/system/server'")
+    page.get_by_test_id("correction").select_option("server")
+    page.go_back()
+    with page.expect_websocket(lambda socket: "view=side" in socket.url, timeout=LONG_MS):
+        page.get_by_test_id("look-side").click()
+    expect(page.get_by_test_id("live-overhead")).to_have_attribute("data-compared", "side", timeout=LONG_MS)

@@ -1,7 +1,7 @@
 // The corrected picture, drawn by this browser from the raw one: at any zoom, in the frame in which its mesh changes.
 import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import { html } from "../../core/html.js";
-import { choice, frameMs, isLost, isTooLarge } from "../graphics.js";
+import { choice, frameMs, isLost, isTooLarge, lose, restore } from "../graphics.js";
 import { PIXELATED_FROM } from "../viewport.js";
 import { createWarp } from "../warp.js";
 
@@ -20,21 +20,18 @@ export function WarpedPicture({ picture, mesh, x, y, k, width, height, from }) {
 
   useEffect(() => {
     const canvas = /** @type {HTMLCanvasElement} */ (element.current);
-    const lose = (/** @type {Event} */ e) => {
+    const lost = (/** @type {Event} */ e) => {
       e.preventDefault(); // it is wanted again
       warp.current = null;
-      isLost.value = true;
+      lose();
     };
-    const back = () => {
-      isLost.value = false;
-    };
-    canvas.addEventListener("webglcontextlost", lose);
-    canvas.addEventListener("webglcontextrestored", back);
+    canvas.addEventListener("webglcontextlost", lost);
+    canvas.addEventListener("webglcontextrestored", restore);
     return () => {
-      canvas.removeEventListener("webglcontextlost", lose);
-      canvas.removeEventListener("webglcontextrestored", back);
+      canvas.removeEventListener("webglcontextlost", lost);
+      canvas.removeEventListener("webglcontextrestored", restore);
       warp.current?.end();
-      isLost.value = false;
+      restore();
     };
   }, []);
 
@@ -47,7 +44,7 @@ export function WarpedPicture({ picture, mesh, x, y, k, width, height, from }) {
     }
     const it = warp.current;
     if (!it) {
-      isLost.value = true; // though there were some when they were asked for
+      lose(); // though there were some when they were asked for
       return;
     }
     const [rawWidth, rawHeight] = mesh.image_size;

@@ -151,11 +151,11 @@ const askPreview = latestWins(
     if (snapshot.value?.id !== picture) return; // it waited for an earlier answer while another picture was opened
     let answer = null,
       why = null;
-    const mesh = wantsMesh.value ? `&mesh_margin_px=${MARGIN_PX}` : "";
+    const mesh = wantsMesh.value ? `mesh_margin_px=${MARGIN_PX}` : "";
     try {
       const attempt = held
-        ? await call("POST", `/fit/attempt?quick=${knowsItsError()}${mesh}`, quickBody(asking))
-        : await call("POST", `/fit/attempt?quick=false${mesh}`, fitBody(asking));
+        ? await call("POST", `/fit/attempt?quick=${knowsItsError()}${mesh && `&${mesh}`}`, quickBody(asking))
+        : await call("POST", `/fit/attempt${mesh && `?${mesh}`}`, fitBody(asking));
       answer = attempt.preview;
       why = attempt.refusal && { ...attempt.refusal, detail: attempt.refusal.what };
     } catch (error) {

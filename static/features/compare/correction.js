@@ -7,6 +7,8 @@ import { isOurs } from "../../canvas/graphics.js";
 import { MARGIN_PX } from "../../canvas/viewport.js";
 import { curves, isCurve, preview, refusal, stale } from "../calibrate/fitting.js";
 import { bentMesh } from "../calibrate/live_mesh.js";
+import { atLive } from "../live/camera_page.js";
+import { liveRecord } from "../live/live_compare.js";
 import { version } from "../versions/versions.js";
 
 /** @typedef {import("../../core/types").Mesh} Mesh @typedef {import("../../core/types").MeshHeader} MeshHeader */
@@ -49,17 +51,20 @@ const bent = computed(() => {
   return bentMesh(mesh, /** @type {any} */ (model.parameters), /** @type {any} */ (points));
 });
 
+/** The saved version whose correction is in sight, of a still or live picture. */
+const wanted = computed(() => (comparing.value ? version.value?.id : atLive.value ? liveRecord.value?.id : null));
+
 /** What is drawn now, if this browser corrects. */
 export const mesh = computed(() => {
   if (!isOurs.value) return null;
   if (editing.value) return bent.value ?? previewed.value;
-  return comparing.value && fetched.value?.id === version.value?.id ? (fetched.value?.mesh ?? null) : null;
+  return wanted.value && fetched.value?.id === wanted.value ? fetched.value.mesh : null;
 });
 
 /** Fetch the mesh of the version that is compared, from now on. */
 export function startCorrection() {
   effect(() => {
-    const id = comparing.value && isOurs.value ? version.value?.id : null;
+    const id = wanted.value && isOurs.value ? wanted.value : null;
     untracked(() => {
       if (id && fetched.value?.id !== id) void fetchMesh(id).catch(notifyError);
     });

@@ -2,6 +2,7 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { notifyError } from "../../core/state.js";
+import { correctsHere } from "../../canvas/graphics.js";
 import { createViewport } from "../../canvas/viewport.js";
 import { atLive, cameraView, openedCamera, status } from "./camera_page.js";
 
@@ -14,13 +15,14 @@ export const liveMargin = signal(0);
 
 const fetched = signal(/** @type {import("../../core/types").Calibration | null} */ (null));
 
-/** Whether both pictures of a live camera are in sight. */
-const isTwofold = computed(
+/** Whether both pictures of a live camera are in sight, or the corrected one that this browser makes of the raw one. */
+export const isTwofold = computed(
   () =>
     atLive.value &&
     openedCamera.value !== null &&
     status.value?.calibration_applied === true &&
-    !["raw", "corrected"].includes(cameraView.value.view),
+    cameraView.value.view !== "raw" &&
+    (cameraView.value.view !== "corrected" || correctsHere.value),
 );
 
 /** The calibration that is applied to the camera whose pictures are compared. */

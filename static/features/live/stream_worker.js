@@ -1,24 +1,38 @@
 // Decodes a camera's stream on a canvas of its own, away from the page: what arrives is drawn at once, and nothing
 // queues.
+import { createWarp } from "../../canvas/warp.js";
 import { readTimecode, rows } from "./timecode.js";
 
 /** @type {OffscreenCanvas} */ let canvas;
 /** @type {OffscreenCanvas | undefined} of the corrected half, where the two are drawn apart */ let second;
 /** @type {OffscreenCanvasRenderingContext2D | null} */ let pen = null;
 /** @type {WebSocket | null} */ let socket = null;
+/** @type {import("../../core/types").Mesh | null} what makes a corrected picture of the raw one */ let mesh = null;
+/** @type {ReturnType<typeof createWarp>} */ let warp = null;
+/** @type {number[]} */ const times_ms = [];
 let address = "",
   wait_ms = 0,
   again = 0,
   decoding = false,
   timed = false;
 /** @type {ArrayBuffer | null} */ let newest = null;
-const FIRST_WAIT_MS = 250,
+const TIMED_FRAMES = 3, // of which the middle one counts: the first has everything to prepare
+  FIRST_WAIT_MS = 250,
   LONGEST_WAIT_MS = 4000;
 
 addEventListener("message", ({ data }) => {
   if (data.canvases) {
     [canvas, second] = data.canvases;
     pen = canvas.getContext("2d", { alpha: false });
+    if (data.corrects && second) {
+      warp = createWarp(second);
+      if (!warp) postMessage({ isLost: true });
+      second.addEventListener("webglcontextlost", () => postMessage({ isLost: true }));
+    }
+  }
+  if (data.mesh !== undefined) {
+    mesh = data.mesh;
+    if (mesh) warp?.setMesh(mesh);
   }
   if (data.timed !== undefined) timed = data.timed; // tell when the picture itself says it was taken
   if (data.address !== undefined && data.address !== address) connect(data.address);
@@ -74,6 +88,23 @@ function part(on, picture, { x, y, width, height }) {
   on.getContext("2d", { alpha: false })?.drawImage(picture, x, y, width, height, 0, 0, width, height);
 }
 
+/** Draw the corrected picture as large as the raw one. @param {ImageBitmap} picture */
+function correct(picture) {
+  if (!warp || !mesh || !second) return;
+  const begun = performance.now(),
+    [width, height] = mesh.corrected_size.map((side) => side + 2 * (mesh?.margin_px ?? 0)),
+    scale = picture.width / width,
+    high = Math.round(height * scale);
+  if (second.width !== picture.width || second.height !== high)
+    Object.assign(second, { width: picture.width, height: high });
+  warp.setPicture(picture, mesh.image_size[0], mesh.image_size[1], false);
+  warp.draw({ x: 0, y: 0, scale });
+  if (times_ms.length >= TIMED_FRAMES) return;
+  warp.finish();
+  times_ms.push(performance.now() - begun);
+  if (times_ms.length === TIMED_FRAMES) postMessage({ frame_ms: times_ms.toSorted((a, b) => a - b)[1] });
+}
+
 /** Draw the newest message, then the one that came meanwhile. */
 async function show() {
   decoding = true;
@@ -86,7 +117,10 @@ async function show() {
       const picture = await createImageBitmap(
         new Blob([new Uint8Array(message, 4 + length)], { type: "image/jpeg" }),
       );
-      if (second && head.halves) {
+      if (warp) {
+        part(canvas, picture, { x: 0, y: 0, width: picture.width, height: picture.height });
+        correct(picture);
+      } else if (second && head.halves) {
         part(canvas, picture, head.halves.raw);
         part(second, picture, head.halves.corrected);
       } else part(canvas, picture, { x: 0, y: 0, width: picture.width, height: picture.height });

@@ -11,6 +11,7 @@ import {
   correctedPlace,
   rawClip,
 } from "../../../canvas/layers/compare.js";
+import { correctsHere } from "../../../canvas/graphics.js";
 import { listen } from "../../../canvas/tools/pointer.js";
 import {
   comparedVersion,
@@ -21,6 +22,7 @@ import {
   pointedAt,
   visiblePicture,
 } from "../../compare/comparison.js";
+import { mesh } from "../../compare/correction.js";
 import { STATES, statuses, streamAddress } from "../camera_status.js";
 import { liveMargin, livePointer, liveView } from "../live_compare.js";
 import { useLiveStream } from "./live_stream.js";
@@ -39,8 +41,17 @@ export function LiveCompare({ id, name, children }) {
     { k, tx, ty } = liveView.view.value,
     [width, height] = it?.image_size ?? [4, 3];
   const isNear = k * devicePixelRatio * width > (ENLARGED * WIDTH) / 2;
-  const { head, problem } = useLiveStream([raw, corrected], streamAddress(id, "side", isNear ? WIDE : WIDTH));
-  const around = head?.halves?.margin_px ?? 0,
+  const here = correctsHere.value ? mesh.value : null, // this browser makes the corrected half of the raw picture
+    width_px = isNear ? WIDE : WIDTH;
+  const { head, problem } = useLiveStream(
+    [raw, corrected],
+    correctsHere.value
+      ? streamAddress(id, "raw", width_px / 2)
+      : streamAddress(id, "side", width_px),
+    correctsHere.value,
+    here,
+  );
+  const around = here ? here.margin_px : (head?.halves?.margin_px ?? 0),
     isSide = mode.value === "side";
 
   useEffect(() => {

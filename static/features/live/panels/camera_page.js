@@ -10,7 +10,7 @@ import { cameraView, confirmCamera, controls, openedCamera, setControl, status }
 import { STATES } from "../camera_status.js";
 import { LiveCompare } from "../layers/live_compare.js";
 import { LiveView } from "../layers/live_view.js";
-import { liveRecord } from "../live_compare.js";
+import { isTwofold, liveRecord } from "../live_compare.js";
 
 /** @typedef {import("../../../core/types").Control} Control */
 
@@ -65,7 +65,7 @@ export function CameraPage() {
         <${ActionButton} id="zoom-fit" />
       `}
     </div>
-    ${can && view !== "raw" && view !== "corrected"
+    ${isTwofold.value
       ? html`<${LiveCompare} key=${`both-${it.id}`} id=${it.id} name=${it.name}>
         <${BlinkLegend} />
         <${GridLegend} />
