@@ -76,8 +76,8 @@ def served(count: int, size: str) -> Iterator[tuple[str, int, list[str]]]:
                                   stdout=subprocess.PIPE, text=True)
         url = server.stdout.readline().split()[-1].rstrip("/")
         try:
-            until(lambda: [one["state"] for one in asked(url, "/cameras/status")["items"]],
-                  lambda states: set(states) == {"live"})
+            for id in ids:  # a camera starts when it is first asked for
+                until(lambda id=id: asked(url, f"/cameras/{id}/status")["state"], lambda state: state == "live")
             yield url, server.pid, ids
         finally:
             server.terminate()
@@ -89,7 +89,7 @@ def served(count: int, size: str) -> Iterator[tuple[str, int, list[str]]]:
 def measured(url: str, pid: int, ids: list[str], seconds: float) -> tuple[float, float]:
     """Share of the frames read, and processors, over so long."""
     def seqs() -> list[int]:
-        return [one["seq"] for one in asked(url, "/cameras/status")["items"]]
+        return [asked(url, f"/cameras/{id}/status")["seq"] for id in ids]
     time.sleep(SETTLE_S)
     before, spent, begun = seqs(), spent_s(pid), time.monotonic()
     time.sleep(seconds)
@@ -127,7 +127,7 @@ def crowd(seconds: float, views: list[str]) -> None:
             "camera": ids[0], "field": "table", "region": "full", "model": "brown-conrady", "image_size": [1920, 1080],
             "observations": body["observations"]})["id"]
         asked(url, f"/calibrations/{id}/activate", "POST", {})
-        until(lambda: asked(url, "/cameras/status")["items"][0]["calibration_applied"])
+        until(lambda: asked(url, f"/cameras/{ids[0]}/status")["calibration_applied"])
         with viewers(url, [f"/cameras/{ids[0]}/stream.mjpg?view={view}&width=960" for view in views], seconds) as all:
             share, processors = measured(url, pid, ids, seconds)
         seen = [json.loads(one.stdout.read())["fps_median"] for one in all]

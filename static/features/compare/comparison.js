@@ -6,7 +6,7 @@ import { latestWins } from "../../core/latest_wins.js";
 import { dragging } from "../../core/document.js";
 import { compare, comparing, editing, notifyError, pointer, snapshot } from "../../core/state.js";
 import { bounds } from "../../canvas/drawing.js";
-import { correctsHere } from "../../canvas/graphics.js";
+import { correctsHere, isTooLarge } from "../../canvas/graphics.js";
 import { MARGIN_PX, mainViewport } from "../../canvas/viewport.js";
 import { preview, wantsMesh } from "../calibrate/fitting.js";
 import { atLive, cameraView } from "../live/camera_page.js";
@@ -151,7 +151,9 @@ export function startComparing() {
   });
   effect(() => {
     // points are clicked in the raw picture: another one begins with it
-    if (snapshot.value?.id) compare.value = { ...untracked(() => compare.value), editing: "raw" };
+    if (!snapshot.value?.id) return;
+    compare.value = { ...untracked(() => compare.value), editing: "raw" };
+    isTooLarge.value = false;
   });
   effect(() => {
     const now = wanted.value;
