@@ -34,7 +34,7 @@ class Frame:
     def size(self) -> ImageSize:
         return ImageSize(self.pixels.shape[1], self.pixels.shape[0])
 
-    def reduced(self, _width: int, _height: int = 1) -> NDArray[np.uint8]:
+    def reduced(self, width: int, height: int = 1) -> NDArray[np.uint8]:
         """Return the picture at least so large, px: smaller than it is only where that costs less."""
         return self.pixels
 

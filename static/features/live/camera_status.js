@@ -70,6 +70,9 @@ const lost = (before) => ({
   },
 });
 
+/** How wide one camera's picture is streamed that is not looked at closely: one width, so that viewers share it. */
+export const VIEW_PX = 960;
+
 /**
  * A stream's address. fps: at most; 0 all.
  * @param {string} id

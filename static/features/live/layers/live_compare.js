@@ -23,7 +23,7 @@ import {
   visiblePicture,
 } from "../../compare/comparison.js";
 import { mesh } from "../../compare/correction.js";
-import { STATES, statuses, streamAddress } from "../camera_status.js";
+import { STATES, VIEW_PX, statuses, streamAddress } from "../camera_status.js";
 import { liveMargin, livePointer, liveView } from "../live_compare.js";
 import { useLiveStream } from "./live_stream.js";
 
@@ -41,13 +41,12 @@ export function LiveCompare({ id, name, children }) {
     { k, tx, ty } = liveView.view.value,
     [width, height] = it?.image_size ?? [4, 3];
   const isNear = k * devicePixelRatio * width > (ENLARGED * WIDTH) / 2;
-  const here = correctsHere.value ? mesh.value : null, // this browser makes the corrected half of the raw picture
-    width_px = isNear ? WIDE : WIDTH;
+  const here = correctsHere.value ? mesh.value : null; // this browser makes the corrected half of the raw picture
   const { head, problem } = useLiveStream(
     [raw, corrected],
     correctsHere.value
-      ? streamAddress(id, "raw", width_px / 2)
-      : streamAddress(id, "side", width_px),
+      ? streamAddress(id, "raw", isNear ? WIDE / 2 : VIEW_PX)
+      : streamAddress(id, "side", isNear ? WIDE : WIDTH),
     correctsHere.value,
     here,
   );

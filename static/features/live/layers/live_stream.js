@@ -6,8 +6,8 @@ import { choice, frameMs, lose } from "../../../canvas/graphics.js";
 
 /**
  * The newest frame's head, and what the server says against the stream. One place gets a canvas with the whole picture;
- * two get one each, for the two halves of a picture that stands side by side, or, if it corrects, for a raw one and what
- * a mesh makes of it. address: "" none.
+ * two get one each, for the two halves of a picture that stands side by side, or, if it corrects, for a raw one and
+ * what a mesh makes of it. address: "" none.
  * @param {Place[]} places @param {string} address @param {boolean} [corrects]
  * @param {import("../../../core/types").Mesh | null} [mesh] */
 export function useLiveStream(places, address, corrects = false, mesh = null) {

@@ -7,14 +7,13 @@ import { Typed } from "../../../ui/typed.js";
 import { backgroundProgress } from "../../calibrate/pictures.js";
 import { BlinkLegend, GridLegend } from "../../compare/panels/legends.js";
 import { cameraView, confirmCamera, controls, openedCamera, setControl, status } from "../camera_page.js";
-import { STATES } from "../camera_status.js";
+import { STATES, VIEW_PX } from "../camera_status.js";
 import { LiveCompare } from "../layers/live_compare.js";
 import { LiveView } from "../layers/live_view.js";
 import { isTwofold, liveRecord } from "../live_compare.js";
 
 /** @typedef {import("../../../core/types").Control} Control */
 
-const WIDTH = 960;
 /** @type {[import("../../../core/types").CompareMode, string][]} */
 const VIEWS = [
   ["raw", "Raw"],
@@ -75,7 +74,7 @@ export function CameraPage() {
         id=${it.id}
         name=${it.name}
         view=${can ? /** @type {"raw" | "corrected"} */ (view) : "raw"}
-        width=${WIDTH}
+        width=${VIEW_PX}
         lines=${lines}
       />`}
     <${Watching} />
