@@ -6,6 +6,7 @@ import threading
 import time
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -194,6 +195,28 @@ def test_nothing_but_odd_parts_is_no_stream_of_pictures(camera):
     camera.fps = 5
     with contextlib.closing(source_from_url(camera.url, AROUND)) as source:
         assert ending(source)[1] == "bad-pictures"
+
+
+def test_pictures_that_only_their_headers_are_whole_of_are_no_stream_of_pictures(camera):
+    """Nobody else may look at them for long: here one a second is decoded to see."""
+    damaged = bytearray(coded(0))
+    damaged[damaged.index(b"\xff\xdb") + 4] = 0x0F  # a table that no picture has
+    assert not is_screened_out(bytes(damaged))
+    camera.fps, camera.parts = 200, lambda n: [bytes(damaged)]
+    with pytest.raises(Unavailable) as refused, contextlib.closing(source_from_url(camera.url, AROUND)) as source:
+        source.read()
+    assert refused.value.reason == "bad-pictures"
+
+
+def test_what_nobody_looks_at_is_not_decoded(camera, monkeypatch):
+    decoded = []
+    decode = cv2.imdecode
+    monkeypatch.setattr(cv2, "imdecode", lambda *how: decoded.append(how) or decode(*how))
+    with contextlib.closing(source_from_url(camera.url, AROUND)) as source:
+        begun = time.monotonic()
+        for _ in range(25):
+            source.read()
+        assert 1 <= len(decoded) <= 2 + (time.monotonic() - begun)
 
 
 def test_a_part_of_nine_megabytes_is_not_taken_in(camera):
