@@ -40,7 +40,13 @@ LOSE = """(canvas) => {
   window.taken = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
   taken.loseContext();
 }"""
-LONG = pytest.mark.long
+KEEP_CONTEXT = """const get = OffscreenCanvas.prototype.getContext;
+OffscreenCanvas.prototype.getContext = function (kind, ...how) {
+  const context = get.call(this, kind, ...how);
+  if (kind === "webgl2") self.taken = context;
+  return context;
+};
+"""
 EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(MODELS[name].examples())]
 
 
@@ -55,10 +61,11 @@ def raw_picture() -> np.ndarray:
     source.close()
 
 
-@pytest.mark.parametrize("margin_px", [pytest.param(0, marks=LONG), 40, pytest.param(300, marks=LONG)])
-def test_every_models_picture_is_what_opencv_makes_of_it(arriving, raw_picture, margin_px):
+@pytest.mark.parametrize(("margin_px", "examples"), [
+    (40, EXAMPLES[::3]), *(pytest.param(margin_px, EXAMPLES, marks=pytest.mark.long) for margin_px in (0, 40, 300))])
+def test_every_models_picture_is_what_opencv_makes_of_it(arriving, raw_picture, margin_px, examples):
     page = arriving.visit(modules=True).page
-    for name, i in EXAMPLES:
+    for name, i in examples:
         model = list(MODELS[name].examples())[i]
         raw = cv2.resize(raw_picture, tuple(model.image_size), interpolation=cv2.INTER_LANCZOS4)  # sharp edges
         mesh, table = correction_mesh(model, margin_px), correction_map(model, CorrectedView(margin_px))
@@ -107,6 +114,14 @@ def correcting(operator, border_draft):
     return correcting
 
 
+def beside(operator: Operator) -> Operator:
+    """With the corrected picture beside the raw one."""
+    expect(operator.page.get_by_test_id("do-side")).to_be_enabled(timeout=LONG_MS)
+    operator.page.get_by_test_id("do-side").click()
+    expect(operator.page.get_by_test_id("side-names")).to_be_visible(timeout=LONG_MS)
+    return operator
+
+
 def drawn(page) -> np.ndarray:
     """The corrected picture as it is on the screen."""
     expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
@@ -116,11 +131,8 @@ def drawn(page) -> np.ndarray:
 
 
 def test_the_corrected_picture_follows_a_dragged_point_while_the_server_is_silent(correcting):
-    operator = correcting("polynomial")
+    operator = beside(correcting("polynomial"))
     page = operator.page
-    expect(page.get_by_test_id("do-side")).to_be_enabled(timeout=LONG_MS)
-    page.get_by_test_id("do-side").click()
-    expect(page.get_by_test_id("side-names")).to_be_visible(timeout=LONG_MS)
     x, y = operator.points("left")[3]
     page.mouse.move(*operator.spot(x, y))
     at_rest = until(lambda: drawn(page), lambda picture: picture.std() > 10)
@@ -137,11 +149,8 @@ def test_the_corrected_picture_follows_a_dragged_point_while_the_server_is_silen
 
 
 def test_over_the_corrected_picture_nothing_is_clicked(correcting):
-    operator = correcting("polynomial")
+    operator = beside(correcting("polynomial"))
     page = operator.page
-    expect(page.get_by_test_id("do-side")).to_be_enabled(timeout=LONG_MS)
-    page.get_by_test_id("do-side").click()
-    expect(page.get_by_test_id("side-names")).to_be_visible(timeout=LONG_MS)
     before, stage = operator.draft(), page.get_by_test_id("stage").bounding_box()
     page.mouse.click(stage["x"] + 0.75 * stage["width"], stage["y"] + 0.5 * stage["height"])
     expect(page.get_by_test_id("read-out")).to_contain_text("Point at the picture")
@@ -191,11 +200,8 @@ def test_every_way_to_compare_is_drawn_without_a_request_and_as_the_server_would
 
 
 def test_graphics_that_are_taken_away_in_a_drag_come_back_and_no_click_is_lost(correcting):
-    operator = correcting("polynomial")
+    operator = beside(correcting("polynomial"))
     page = operator.page
-    expect(page.get_by_test_id("do-side")).to_be_enabled(timeout=LONG_MS)
-    page.get_by_test_id("do-side").click()
-    expect(page.get_by_test_id("side-names")).to_be_visible(timeout=LONG_MS)
     at_rest = until(lambda: drawn(page), lambda picture: picture.std() > 10)
     clicked = operator.points("left")
     x, y = clicked[3]
@@ -265,14 +271,20 @@ def test_graphics_that_do_not_keep_up_leave_it_to_the_server_and_system_says_why
     expect(page.locator("canvas[data-testid=corrected][data-drawn]")).to_be_visible(timeout=LONG_MS)
 
 
-def test_a_live_picture_is_corrected_from_the_raw_stream_alone(page, own_server, border_draft):
-    """One stream for all ways to look at it; with the server's own way, another one."""
+@pytest.fixture
+def active(page, own_server, border_draft) -> str:
+    """The version that is active at a live camera, before a browser that corrects whatever it draws with."""
     made = own_server.api("POST", "/calibrations", json={
-        **border_draft("brown-conrady")[1], "camera": "overhead", "image_size": [640, 512]}).json()
-    assert own_server.api("POST", f"/calibrations/{made['id']}/activate").ok
-    operator, streams = Operator(page, own_server), []
+        **border_draft("brown-conrady")[1], "camera": "overhead", "image_size": [640, 512]}).json()["id"]
+    assert own_server.api("POST", f"/calibrations/{made}/activate").ok
+    Operator(page, own_server).prefer("correction", "browser")
+    return made
+
+
+def test_a_live_picture_is_corrected_from_the_raw_stream_alone(page, own_server, active):
+    """One stream for all ways to look at it; with the server's own way, another one."""
+    streams: list[str] = []
     page.on("websocket", lambda socket: streams.extend(re.findall(r"view=([\w-]+)", socket.url)))
-    operator.prefer("correction", "browser")
     page.goto(f"{own_server.url}/#/cameras/overhead/live")
     expect(page.get_by_test_id("look-wipe")).to_be_enabled(timeout=LONG_MS)
     for mode in ("side", "wipe", "corrected"):
@@ -283,7 +295,7 @@ def test_a_live_picture_is_corrected_from_the_raw_stream_alone(page, own_server,
     assert set(streams) == {"raw"}
 
     still = own_server.api("POST", "/snapshots", json={"camera": "overhead"}).json()["id"]
-    theirs = own_server.api("GET", f"/calibrations/{made['id']}/corrected.png?margin_px=40&snapshot={still}").content
+    theirs = own_server.api("GET", f"/calibrations/{active}/corrected.png?margin_px=40&snapshot={still}").content
 
     def apart() -> float:
         """Of the picture on the screen from the server's; robots have driven a little meanwhile."""
@@ -300,3 +312,20 @@ def test_a_live_picture_is_corrected_from_the_raw_stream_alone(page, own_server,
     with page.expect_websocket(lambda socket: "view=side" in socket.url, timeout=LONG_MS):
         page.get_by_test_id("look-side").click()
     expect(page.get_by_test_id("live-overhead")).to_have_attribute("data-compared", "side", timeout=LONG_MS)
+
+
+@pytest.mark.usefixtures("active")
+def test_graphics_that_are_taken_away_from_a_live_picture_come_back_and_the_server_helps_out(page, own_server):
+    page.route("**/stream_worker.js", lambda route: route.fulfill(
+        response=(told := route.fetch()), body=KEEP_CONTEXT + told.text()))
+    page.goto(f"{own_server.url}/#/cameras/overhead/live")
+    page.get_by_test_id("look-side").click()
+    stage = page.get_by_test_id("live-overhead")
+    expect(stage).to_have_attribute("data-compared", "side", timeout=LONG_MS)
+    worker = page.workers[-1]
+    until(lambda: worker.evaluate("Boolean(self.taken)"), bool)
+    with page.expect_websocket(lambda socket: "view=side" in socket.url, timeout=LONG_MS):
+        worker.evaluate("self.taken.getExtension('WEBGL_lose_context').loseContext()")
+    with page.expect_websocket(lambda socket: "view=raw" in socket.url, timeout=LONG_MS):
+        pass  # after some seconds this browser tries again
+    expect(stage).to_have_attribute("data-compared", "side")

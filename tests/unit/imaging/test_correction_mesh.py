@@ -28,7 +28,8 @@ def interpolated(mesh, x, y):
     return upper * (1 - g) + (nodes[j + 1, i] * (1 - f) + nodes[j + 1, i + 1] * f) * g
 
 
-@pytest.mark.parametrize("margin_px", [0, 40, 300])
+@pytest.mark.parametrize("margin_px", [pytest.param(0, marks=pytest.mark.long), 40,
+                                       pytest.param(300, marks=pytest.mark.long)])
 @pytest.mark.parametrize(("name", "i"), EXAMPLES)
 def test_between_its_nodes_it_is_where_the_map_is(name, i, margin_px):
     model = example(name, i)
