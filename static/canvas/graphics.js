@@ -5,13 +5,13 @@ import { number } from "../core/format.js";
 /** @typedef {"auto" | "browser" | "server"} Choice */
 
 const KEPT = "touchline.correction";
-const RETRY_MS = 5000;
-const SLOW_MS = 20; // a frame that takes longer is not drawn while a point is dragged
+const RETRY_MS = 5000, // to ask for graphics again that were taken away
+  SLOW_MS = 20; // a frame that takes longer is not drawn while a point is dragged
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i; // as renderers that are none name themselves
 
 /** @type {[Choice, string][]} */
 export const CHOICES = [
-  ["auto", "By itself"],
+  ["auto", "Automatic"],
   ["browser", "This browser"],
   ["server", "The server"],
 ];

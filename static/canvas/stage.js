@@ -24,7 +24,7 @@ const pictureOf = (id) => address(`/snapshots/${id}/image.png`);
 /** @param {{ Legends: () => any }} props the words beside what is drawn */
 export function Stage({ Legends }) {
   const stage = useRef(/** @type {HTMLElement | null} */ (null));
-  const [raw, setRaw] = useState(/** @type {HTMLImageElement | null} */ (null)); // once it is there
+  const [loaded, setLoaded] = useState(""); // the address of the picture that is there
   const shown = snapshot.value;
 
   // Before anything is painted: a press on what is seen must not go unheard.
@@ -62,7 +62,7 @@ export function Stage({ Legends }) {
             alt="The raw picture"
             draggable=${false}
             src=${pictureOf(shown.id)}
-            onLoad=${(/** @type {Event} */ e) => setRaw(/** @type {HTMLImageElement} */ (e.currentTarget))}
+            onLoad=${(/** @type {Event} */ e) => setLoaded(/** @type {HTMLImageElement} */ (e.currentTarget).src)}
             style=${placed(tx, ty, k)}
           />
           <${Heat} frame="image" size=${[shown.width, shown.height]} x=${tx} y=${ty} k=${k} />
@@ -71,7 +71,7 @@ export function Stage({ Legends }) {
           <${Hovered} />
         </div>
         ${(comparing.value || editing.value) && html`
-          <${Corrected} raw=${raw?.src.endsWith(pictureOf(shown.id)) ? raw : null} />
+          <${Corrected} raw=${loaded.endsWith(pictureOf(shown.id)) ? loupePicture.current : null} />
           <${Wipe} />
         `}
         <${FloatingLoupe} />
@@ -94,11 +94,8 @@ function tab(e) {
 
 /** Which of two pictures the pointer is over. @param {PointerEvent} e */
 function inPane(e) {
-  const { left, top } = /** @type {Element} */ (e.currentTarget).getBoundingClientRect(),
-    { columns, rows } = mainViewport.panes.value,
-    { width, height } = stageSize.value;
-  paneUnder.value =
-    (columns > 1 && e.clientX - left >= width / 2) || (rows > 1 && e.clientY - top >= height / 2) ? 1 : 0;
+  const { left, top } = /** @type {Element} */ (e.currentTarget).getBoundingClientRect();
+  paneUnder.value = mainViewport.paneAt(e.clientX - left, e.clientY - top);
 }
 
 function label() {

@@ -47,6 +47,10 @@ export function createViewport() {
     ];
   }
 
+  /** Which pane a place of the stage is in: 1 for the second. @param {number} sx @param {number} sy stage pixels */
+  const paneAt = (sx, sy) =>
+    (panes.value.columns > 1 && sx >= pane.value.width) || (panes.value.rows > 1 && sy >= pane.value.height) ? 1 : 0;
+
   /** @param {number} sx @param {number} sy stage pixels @returns {import("../core/types").Point} picture pixels */
   function toPicture(sx, sy) {
     const { k, tx, ty } = view.value,
@@ -123,7 +127,7 @@ export function createViewport() {
     panBy((pane.value.width - before.width) / 2, (pane.value.height - before.height) / 2);
   }
 
-  return { size, view, panes, pane, toPicture, toStage, zoomBy, panBy, fit, reveal, centre, divide };
+  return { size, view, panes, pane, paneAt, toPicture, toStage, zoomBy, panBy, fit, reveal, centre, divide };
 }
 
 /** Of the picture that is worked on. */

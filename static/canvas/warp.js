@@ -38,7 +38,8 @@ void main() {
     : textureLod(picture, (raw + 0.5) / pictureSize, detail).rgb;
   colour = vec4(mix(beside, seen, covered.x * covered.y), 1.0);
 }`;
-const UNIFORMS = ["picture", "mesh", "pictureSize", "cells", "cellSize", "corner", "canvasHeight", "scale", "detail"];
+const UNIFORMS = ["picture", "mesh", "pictureSize", "cells", "cellSize", "corner", "canvasHeight", "scale", "detail",
+  "isNearest", "beside"];
 const BESIDE = [16 / 255, 20 / 255, 24 / 255]; // the server's colour of what no pixel shows
 const FAR = -1e9; // raw pixels of a node out of reach: so is all that is interpolated with it
 const PICTURE = 0, // texture units
@@ -57,7 +58,7 @@ export function createWarp(canvas) {
   if (!program) return null;
   gl.useProgram(program);
   const at = Object.fromEntries(
-    [...UNIFORMS, "isNearest", "beside"].map((name) => [name, gl.getUniformLocation(program, name)]),
+    UNIFORMS.map((name) => [name, gl.getUniformLocation(program, name)]),
   );
   gl.uniform1i(at.picture, PICTURE);
   gl.uniform1i(at.mesh, MESH);

@@ -160,6 +160,24 @@ def test_over_the_corrected_picture_nothing_is_clicked(correcting):
     assert counts[1] == counts[0] + 1  # the second press, on the raw one
 
 
+def test_another_picture_is_drawn_from_its_own_pixels(correcting, straight_picture, frame_points):
+    operator = correcting("polynomial", "verify")
+    page, server = operator.page, operator.server
+    first = drawn(page)
+    with straight_picture.open("rb") as file:
+        green = server.api("POST", "/snapshots", files={"file": file}).json()["id"]
+    given = {"field": "table", "region": "full", "model": "polynomial", "observations": [
+        {"feature": name, "kind": "line", "points": points} for name, points in frame_points.items()]}
+    made = server.api("POST", "/calibrations", json={**given, "snapshot": green})
+    assert made.ok, made.text
+    tag = server.api("GET", f"/drafts/{green}").headers["ETag"]
+    server.api("PUT", f"/drafts/{green}", json={**given, "options": {}}, headers={"If-Match": tag})
+    page.evaluate(f"location.hash = '#/calibrate/{green}/verify'")  # the page stays, and so does what draws
+    page.get_by_test_id("do-corrected").click()
+    until(lambda: np.median(drawn(page), axis=(0, 1)), lambda colour: np.abs(colour - (40, 90, 30)).max() < 8)
+    assert np.abs(np.median(first, axis=(0, 1)) - (40, 90, 30)).max() > 8
+
+
 def test_every_way_to_compare_is_drawn_without_a_request_and_as_the_server_would(correcting):
     operator = correcting("brown-conrady", "verify")
     page = operator.page

@@ -31,6 +31,9 @@ export const stale = signal(false);
 /** Whether the picture is to be seen corrected as well, by the clicks as they are now. */
 export const wantsMesh = computed(() => editing.value && compare.value.editing !== "raw" && isOurs.value);
 
+/** Whether the present answer is to be asked for once more, with what is to be seen now. */
+const lacksMesh = computed(() => wantsMesh.value && preview.value !== null && !preview.value.mesh);
+
 /** @param {Curve | Refusal | undefined} curve @returns {curve is Curve} */
 export const isCurve = (curve) => curve !== undefined && "curve" in curve;
 
@@ -198,22 +201,19 @@ export function startFitting() {
       document = doc.value;
     if (online.value) untracked(() => askCurves(picture, document)); // and again when a silent server is back
   });
-  let lastPreview = "",
-    hadMesh = false;
+  let lastPreview = "";
   effect(() => {
     const picture = snapshot.value,
       document = doc.value,
       held = dragging.value,
       isOnline = online.value,
       over = field.value, // a draft follows its field
-      asksMesh = wantsMesh.value;
+      isIncomplete = lacksMesh.value;
     untracked(() => {
-      const question = JSON.stringify([picture?.id, document, over]),
-        lacksMesh = asksMesh && !hadMesh; // the same answer once more, with what is to be seen now
-      hadMesh = asksMesh;
+      const question = JSON.stringify([picture?.id, document, over]);
       if (!isOnline) lastPreview = "";
       stale.value = question !== lastPreview;
-      if (!isOnline || !(stale.value || lacksMesh)) return;
+      if (!isOnline || !(stale.value || isIncomplete)) return;
       if (held) {
         // seen at once, if not quite up to date; asked anew when it is released
         stale.value = false;

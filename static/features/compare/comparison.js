@@ -107,13 +107,12 @@ export const pointedAt = computed(() => {
 /** Whether a place of the stage shows the corrected picture. @param {number} sx @param {number} sy stage pixels */
 export function isOverCorrected(sx, sy) {
   if (!compared.value || !correctedPlacement.value) return false;
-  const { size, panes } = activeViewport.value,
-    { width, height } = size.value;
+  const { size, paneAt } = activeViewport.value;
   switch (visiblePicture.value) {
     case "wipe":
-      return sx >= compare.value.at * width;
+      return sx >= compare.value.at * size.value.width;
     case "side":
-      return panes.value.columns > 1 ? sx >= width / 2 : sy >= height / 2;
+      return paneAt(sx, sy) === 1;
     default:
       return visiblePicture.value === "corrected";
   }

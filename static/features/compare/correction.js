@@ -2,6 +2,7 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { request } from "../../core/api.js";
 import { BORDERS, doc, dragging, pointsOf } from "../../core/document.js";
+import { parts } from "../../core/framing.js";
 import { comparing, editing, notifyError } from "../../core/state.js";
 import { isOurs } from "../../canvas/graphics.js";
 import { MARGIN_PX } from "../../canvas/viewport.js";
@@ -74,8 +75,6 @@ export function startCorrection() {
 /** @param {string} id */
 async function fetchMesh(id) {
   const answer = await request("GET", `/calibrations/${id}/mesh?margin_px=${MARGIN_PX}`),
-    body = await answer.arrayBuffer(),
-    length = new DataView(body).getUint32(0, true);
-  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(body, 4, length)));
-  fetched.value = { id, mesh: withNodes(header, body.slice(4 + length)) };
+    { head, payload } = parts(await answer.arrayBuffer());
+  fetched.value = { id, mesh: withNodes(head, payload.slice().buffer) };
 }

@@ -1,5 +1,6 @@
 // Decodes a camera's stream on a canvas of its own, away from the page: what arrives is drawn at once, and nothing
 // queues.
+import { parts } from "../../core/framing.js";
 import { createWarp } from "../../canvas/warp.js";
 import { readTimecode, rows } from "./timecode.js";
 
@@ -111,11 +112,10 @@ async function show() {
   while (newest) {
     const message = newest;
     newest = null;
-    const length = new DataView(message).getUint32(0, true);
-    const head = JSON.parse(new TextDecoder().decode(new Uint8Array(message, 4, length)));
+    const { head, payload } = parts(message);
     try {
       const picture = await createImageBitmap(
-        new Blob([new Uint8Array(message, 4 + length)], { type: "image/jpeg" }),
+        new Blob([/** @type {Uint8Array<ArrayBuffer>} */ (payload)], { type: "image/jpeg" }),
       );
       if (warp) {
         part(canvas, picture, { x: 0, y: 0, width: picture.width, height: picture.height });

@@ -80,11 +80,8 @@ export function LiveCompare({ id, name, children }) {
 
   /** Which of two pictures the pointer is over. @param {PointerEvent} e */
   const inPane = (e) => {
-    const { left, top } = /** @type {Element} */ (e.currentTarget).getBoundingClientRect(),
-      { columns, rows } = liveView.panes.value,
-      { width: w, height: h } = liveView.size.value;
-    paneUnder.value =
-      (columns > 1 && e.clientX - left >= w / 2) || (rows > 1 && e.clientY - top >= h / 2) ? 1 : 0;
+    const { left, top } = /** @type {Element} */ (e.currentTarget).getBoundingClientRect();
+    paneUnder.value = liveView.paneAt(e.clientX - left, e.clientY - top);
   };
   const status = statuses.value[id],
     state = status?.state ?? "connecting",
