@@ -6,7 +6,7 @@ import re
 import cv2
 import numpy as np
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Route, expect
 
 from app.imaging.correction import CorrectedView, correction_map
 from app.imaging.correction_mesh import correction_mesh
@@ -160,7 +160,7 @@ def test_over_the_corrected_picture_nothing_is_clicked(correcting):
     assert counts[1] == counts[0] + 1  # the second press, on the raw one
 
 
-def test_another_picture_is_drawn_from_its_own_pixels(correcting, straight_picture, frame_points):
+def test_another_picture_is_drawn_from_its_own_pixels_once_they_are_there(correcting, straight_picture, frame_points):
     operator = correcting("polynomial", "verify")
     page, server = operator.page, operator.server
     first = drawn(page)
@@ -172,8 +172,14 @@ def test_another_picture_is_drawn_from_its_own_pixels(correcting, straight_pictu
     assert made.ok, made.text
     tag = server.api("GET", f"/drafts/{green}").headers["ETag"]
     server.api("PUT", f"/drafts/{green}", json={**given, "options": {}}, headers={"If-Match": tag})
-    page.evaluate(f"location.hash = '#/calibrate/{green}/verify'")  # the page stays, and so does what draws
+    held: list[Route] = []
+    page.route(f"**/snapshots/{green}/image.png", lambda route: held.append(route))
+    with page.expect_response("**/mesh?*"):
+        page.evaluate(f"location.hash = '#/calibrate/{green}/verify'")
     page.get_by_test_id("do-corrected").click()
+    expect(page.get_by_test_id("corrected")).to_have_count(1)  # all is there but the picture
+    assert len(held) == 1
+    held[0].continue_()
     until(lambda: np.median(drawn(page), axis=(0, 1)), lambda colour: np.abs(colour - (40, 90, 30)).max() < 8)
     assert np.abs(np.median(first, axis=(0, 1)) - (40, 90, 30)).max() > 8
 
