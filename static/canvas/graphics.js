@@ -1,6 +1,7 @@
 // Who corrects pictures: this browser's graphics processor, or the server where there is none that keeps up.
 import { computed, signal } from "@preact/signals";
 import { number } from "../core/format.js";
+import { t } from "../core/words.js";
 
 /** @typedef {"auto" | "browser" | "server"} Choice */
 
@@ -11,9 +12,9 @@ const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i; // as r
 
 /** @type {[Choice, string][]} */
 export const CHOICES = [
-  ["auto", "Automatic"],
-  ["browser", "This browser"],
-  ["server", "The server"],
+  ["auto", t("canvas.graphics.choice.auto")],
+  ["browser", t("canvas.graphics.choice.browser")],
+  ["server", t("canvas.graphics.choice.server")],
 ];
 const toChoice = (/** @type {string | null} */ kept) => CHOICES.find(([id]) => id === kept)?.[0] ?? "auto";
 
@@ -33,7 +34,7 @@ const renderer = computed(() => {
     known = gl.getExtension("WEBGL_debug_renderer_info");
   const full = known ? gl.getParameter(known.UNMASKED_RENDERER_WEBGL) : name;
   gl.getExtension("WEBGL_lose_context")?.loseContext();
-  return String(full || name || "unnamed");
+  return String(full || name || t("canvas.graphics.unnamed"));
 });
 
 /** How long its first frames took, ms; null before they were drawn. */
@@ -54,15 +55,15 @@ export function restore() {
 /** Whether a picture was too large for it. */
 export const isTooLarge = signal(false);
 
-/** Why the server does it, if it does. */
+/** That the server does it, and why; "" where it does not. */
 const why = computed(() => {
-  if (choice.value === "server") return "as chosen here";
-  if (!renderer.value) return "as this browser has no WebGL 2";
-  if (isTooLarge.value) return "as the picture is too large for this browser's graphics";
+  if (choice.value === "server") return t("canvas.graphics.server.chosen");
+  if (!renderer.value) return t("canvas.graphics.server.no-webgl");
+  if (isTooLarge.value) return t("canvas.graphics.server.too-large");
   if (choice.value === "browser") return "";
-  if (SOFTWARE.test(renderer.value)) return `as this browser draws without a graphics processor (${renderer.value})`;
+  if (SOFTWARE.test(renderer.value)) return t("canvas.graphics.server.software", { renderer: renderer.value });
   if (frameMs.value !== null && frameMs.value > SLOW_MS)
-    return `as a frame takes ${number(frameMs.value, 0)} ms here (${renderer.value})`;
+    return t("canvas.graphics.server.slow", { frame: number(frameMs.value, 0), renderer: renderer.value });
   return "";
 });
 /** Whether this browser is to do it. */
@@ -73,8 +74,8 @@ export const correctsHere = computed(() => isOurs.value && !isLost.value);
 /** Both in words, for System. */
 export const correctionWords = computed(() =>
   !isOurs.value
-    ? `By the server, ${why.value}.`
+    ? why.value
     : isLost.value
-      ? "By the server, until the browser gives its graphics back."
-      : `In this browser, by ${renderer.value}.`,
+      ? t("canvas.graphics.server.lost")
+      : t("canvas.graphics.browser", { renderer: renderer.value }),
 );

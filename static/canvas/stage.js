@@ -4,6 +4,7 @@ import { address } from "../core/api.js";
 import { mm, number } from "../core/format.js";
 import { html } from "../core/html.js";
 import { comparing, editing, pointer, snapshot, tool } from "../core/state.js";
+import { t } from "../core/words.js";
 import { Corrected, OnRaw, Wipe, rawClip } from "./layers/compare.js";
 import { Heat } from "./layers/heat.js";
 import { Hovered } from "./layers/hovered.js";
@@ -59,7 +60,7 @@ export function Stage({ Legends }) {
             class="picture"
             ref=${loupePicture}
             data-testid="picture"
-            alt="The raw picture"
+            alt=${t("canvas.stage.raw-picture")}
             draggable=${false}
             src=${pictureOf(shown.id)}
             onLoad=${(/** @type {Event} */ e) => setLoaded(/** @type {HTMLImageElement} */ (e.currentTarget).src)}
@@ -99,11 +100,9 @@ function inPane(e) {
 }
 
 function label() {
-  if (!snapshot.value) return "Open a picture";
-  if (comparing.value) return "The picture, raw and corrected. Arrow keys pan, plus and minus zoom.";
-  return editing.value
-    ? "The picture. A adds a point, Tab selects the next one, arrow keys move it, plus and minus zoom."
-    : "The picture. Arrow keys pan, plus and minus zoom.";
+  if (!snapshot.value) return t("canvas.stage.empty");
+  if (comparing.value) return t("canvas.stage.comparing");
+  return editing.value ? t("canvas.stage.editing") : t("canvas.stage.viewing");
 }
 
 /** What is under the pointer. */
@@ -114,7 +113,9 @@ function ReadOut() {
     spot = fieldUnderPointer.value,
     on = pointedAt.value;
   const [name, [x, y]] =
-    on?.from === "corrected" ? ["Corrected pixel", on.point] : ["Pixel", [at?.x ?? 0, at?.y ?? 0]];
+    on?.from === "corrected"
+      ? [t("canvas.stage.corrected-pixel"), on.point]
+      : [t("canvas.stage.pixel"), [at?.x ?? 0, at?.y ?? 0]];
   return html`<div class="read-out" data-testid="read-out">
     <span>
       ${at
@@ -124,13 +125,14 @@ function ReadOut() {
             ${number(x)}, ${number(y)}
           </b>
         `
-        : html`<span class="dim">Point at the picture for its position</span>`}
+        : html`<span class="dim">${t("canvas.stage.no-position")}</span>`}
     </span>
     ${on && html`<span>
-      Field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b>
+      ${t("canvas.stage.field")}${" "}
+      <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : t("canvas.stage.out-of-reach")}</b>
     </span>`}
     ${on && map && html`<span>
-      ${map.what === "expected" ? "Expected error" : "Difference"} there${" "}
+      ${map.what === "expected" ? t("canvas.stage.expected-error") : t("canvas.stage.difference")}${" "}
       <b>${there === null ? "–" : `${mm(there)} mm`}</b>
     </span>`}
     ${editing.value && html`<span role="status" data-testid="snap-said">

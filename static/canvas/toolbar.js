@@ -1,6 +1,7 @@
 // The tools above the picture: buttons of actions, nothing else.
 import { html } from "../core/html.js";
 import { comparing, editing } from "../core/state.js";
+import { t } from "../core/words.js";
 import { isOurs } from "./graphics.js";
 import { ActionButton } from "../ui/action_button.js";
 
@@ -48,7 +49,7 @@ export function Toolbar() {
   return html`<div
     class=${`tools${comparing.value ? " comparing" : ""}`}
     role="toolbar"
-    aria-label="Tools"
+    aria-label=${t("canvas.toolbar.name")}
   >
     ${ids.map((id, i) => (id === "|" ? html`<i key=${i}></i>` : html`<${ActionButton} key=${id} id=${id} withKey />`))}
   </div>`;

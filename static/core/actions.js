@@ -2,12 +2,17 @@
 // it.
 
 /**
+ * @typedef {"model" | "pictures" | "points" | "view" | "compare" | "detection" | "field-editor" | "help" | "pages"
+ *   | "places" | "steps"} Group
+ */
+
+/**
  * @typedef {object} Action
  * @property {string} id
  * @property {string} label what it does, beginning with a verb
  * @property {string} [short] the same on a small button
  * @property {string[]} [keys] as "p", "ctrl+z", "shift+ArrowUp"
- * @property {string} [group] heading in the list of keys
+ * @property {Group} [group] heading in the list of keys
  * @property {(event?: KeyboardEvent) => void} run
  * @property {() => boolean} [enabled]
  * @property {() => boolean} [pressed] for buttons that stay down

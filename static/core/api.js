@@ -1,6 +1,7 @@
 // The one way to the server: JSON in and out, refusals as Problem, a silent server as Away.
 import { signal } from "@preact/signals";
 import { headerName, operatorName } from "./operator.js";
+import { t } from "./words.js";
 
 const ROOT = "/api/v1";
 const RETRY_MS = 2000;
@@ -12,7 +13,7 @@ export const online = signal(true);
 export class Problem extends Error {
   /** @param {number} status @param {Record<string, any>} body */
   constructor(status, body) {
-    super(body.detail || body.title || `The server answered ${status}.`);
+    super(body.detail || body.title || t("core.api.answered", { status }));
     this.status = status;
     this.detail = this.message;
     /** @type {string} */
@@ -52,7 +53,7 @@ export async function request(method, path, { json, body, headers = {}, keepaliv
   } catch (error) {
     if (stop?.aborted) throw error;
     noticeUnreachable();
-    throw new ServerUnreachable("The server does not answer.");
+    throw new ServerUnreachable(t("common.server-silent"));
   }
   online.value = true;
   if (response.ok) return response;
@@ -78,8 +79,8 @@ export async function changeSeen(method, path, isSeen, json) {
   const found = await request("GET", path);
   if (!isSeen(await found.json()))
     throw new Problem(412, {
-      detail: "Somebody else has changed this since it was shown.",
-      fix: "Look at it again, then change it.",
+      detail: t("core.api.changed-since"),
+      fix: t("core.api.changed-since.fix"),
     });
   const etag = found.headers.get("ETag");
   await request(method, path, { json, headers: etag ? { "If-Match": etag } : {} });

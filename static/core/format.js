@@ -1,4 +1,5 @@
 // Numbers and times as the operator reads them: true minus, thin spaces, units, and a dash for what is not known.
+import { t } from "./words.js";
 
 /** @param {number | null | undefined} value @param {number} [digits] */
 export function number(value, digits = 1) {
@@ -17,9 +18,6 @@ export const mm = (value) =>
 export const pct = (value) =>
   (value !== null && value !== undefined && value >= 0.005 ? "+" : "") + number(value, 2);
 
-/** @param {number} count @param {string} one @param {string} [many] */
-export const plural = (count, one, many = `${one}s`) => `${count} ${count === 1 ? one : many}`;
-
 /** @param {string} name "halfway-line" → "Halfway line" */
 export const words = (name) => {
   const text = name.replaceAll("-", " ").replaceAll("_", " ");
@@ -29,10 +27,10 @@ export const words = (name) => {
 /** "2 s ago", "3 min ago", or the time of day. @param {number} then ms @param {number} now ms */
 export function ago(then, now) {
   const seconds = Math.max(0, Math.round((now - then) / 1000));
-  if (seconds < 1) return "just now";
-  if (seconds < 60) return `${seconds} s ago`;
-  if (seconds < 3600) return `${Math.floor(seconds / 60)} min ago`;
-  return "at " + clock(then);
+  if (seconds < 1) return t("core.format.just-now");
+  if (seconds < 60) return t("core.format.seconds-ago", { seconds });
+  if (seconds < 3600) return t("core.format.minutes-ago", { minutes: Math.floor(seconds / 60) });
+  return t("core.format.at-time", { time: clock(then) });
 }
 
 /** @param {number | string} when */

@@ -1,6 +1,7 @@
 // Keyboard: one listener that looks the key up in the table of actions.
 import { signal } from "@preact/signals";
 import { ACTIONS, run } from "./actions.js";
+import { t } from "./words.js";
 
 /**
  * Actions by their key: one may mean different things where different things can be done.
@@ -67,11 +68,11 @@ const SHOWN = {
   ArrowRight: "→",
   ArrowUp: "↑",
   ArrowDown: "↓",
-  ctrl: "Ctrl",
-  shift: "Shift",
-  Delete: "Del",
-  Escape: "Esc",
-  " ": "Space",
+  ctrl: t("core.keys.ctrl"),
+  shift: t("core.keys.shift"),
+  Delete: t("core.keys.delete"),
+  Escape: t("core.keys.escape"),
+  " ": t("core.keys.space"),
 };
 
 /** A key as the page prints it: "Ctrl Z". @param {string} key */

@@ -2,6 +2,7 @@
 import { signal } from "@preact/signals";
 import { ServerUnreachable, toRefusal } from "./api.js";
 import { Stopped } from "./jobs.js";
+import { t } from "./words.js";
 
 /** Track one piece of work. */
 export function longWork() {
@@ -27,7 +28,7 @@ export function longWork() {
       if (!(error instanceof Stopped))
         refusal.value =
           error instanceof ServerUnreachable
-            ? { detail: error.message, fix: "Try again when it is back." }
+            ? { detail: error.message, fix: t("common.try-later") }
             : toRefusal(error);
     } finally {
       search.value = null;

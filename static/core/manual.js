@@ -1,6 +1,7 @@
 // The manual beside the work: which page of it is open and at which heading, and what explains each panel.
 import { signal } from "@preact/signals";
 import { help } from "./state.js";
+import { t } from "./words.js";
 
 export const CONTENTS = "contents.md";
 
@@ -79,9 +80,9 @@ export async function openManual(to) {
   let text;
   try {
     const response = await fetch(`help/${name}`);
-    text = response.ok ? await response.text() : `There is no page called ${name}.`;
+    text = response.ok ? await response.text() : t("core.manual.no-page", { name });
   } catch {
-    text = "The manual cannot be read while the server does not answer.";
+    text = t("core.manual.unreachable");
   }
   if (asked === newest) manualPage.value = { name, text, heading, asked };
 }

@@ -2,6 +2,7 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { doc, pointsOf } from "./document.js";
 import { route } from "./route.js";
+import { t } from "./words.js";
 
 /** @typedef {import("./types").Pick} Pick */
 
@@ -115,11 +116,11 @@ effect(() => {
 /** Tell what went wrong, with its fix. @param {unknown} error */
 export function notifyError(error) {
   const { message, fix, status } = /** @type {{ message: string, fix?: string, status?: number }} */ (error);
-  const action = status === 401 ? { label: "Sign in…", run: () => location.assign("/login") } : undefined;
+  const action = status === 401 ? { label: t("core.state.sign-in"), run: () => location.assign("/login") } : undefined;
   notify({
     level: "warn",
     text: message,
-    fix: fix ?? "Check that the server runs; the page tries again by itself.",
+    fix: fix ?? t("core.state.error.fix"),
     action,
   });
 }

@@ -1,5 +1,6 @@
 // Dark, light, or as the system has it: the operator's choice, kept in this browser.
 import { effect, signal } from "@preact/signals";
+import { t } from "./words.js";
 
 /** @typedef {"system" | "dark" | "light"} Theme */
 
@@ -7,9 +8,9 @@ const KEPT = "touchline-theme"; // index.html reads it before the first paint
 
 /** @type {[Theme, string][]} */
 export const THEMES = [
-  ["system", "As the system"],
-  ["dark", "Dark"],
-  ["light", "Light"],
+  ["system", t("core.theme.system")],
+  ["dark", t("core.theme.dark")],
+  ["light", t("core.theme.light")],
 ];
 
 export const theme = signal(

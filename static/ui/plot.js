@@ -2,6 +2,7 @@
 // keyboard.
 import { useEffect, useRef } from "preact/hooks";
 import { html } from "../core/html.js";
+import { t } from "../core/words.js";
 import uPlot from "uplot";
 
 const probe = document.createElement("i");
@@ -126,7 +127,7 @@ export function Plot({
     aria-valuemin="1"
     aria-valuemax=${Math.max(1, count)}
     aria-valuenow=${Math.max(1, at + 1)}
-    aria-valuetext=${at < 0 ? "nothing pointed at" : describe(at)}
+    aria-valuetext=${at < 0 ? t("ui.plot.nothing-pointed-at") : describe(at)}
     onKeyDown=${key}
   ></div>`;
 }

@@ -1,6 +1,7 @@
 // A panel's heading, and the way to the place in the manual that explains it.
 import { html } from "../core/html.js";
 import { EXPLAINED, openManual } from "../core/manual.js";
+import { t } from "../core/words.js";
 
 /**
  * of: which panel, as the manual's table names it. about: what is explained, if the heading itself is a figure or a
@@ -12,8 +13,8 @@ export const Title = ({ of, about, children }) => html`<div class="titled">
     type="button"
     class="ask"
     data-testid=${`explain-${of}`}
-    aria-label=${`Explain: ${about ?? [children].flat().join("")}`}
-    title="Explain this"
+    aria-label=${t("ui.title.explain", { what: about ?? [children].flat().join("") })}
+    title=${t("ui.title.explain-this")}
     onClick=${() => void openManual(EXPLAINED[of])}
   >
     ?

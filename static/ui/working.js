@@ -1,5 +1,6 @@
 // How far long work is, the button that stops it, and why it was refused.
 import { html } from "../core/html.js";
+import { t } from "../core/words.js";
 import { ActionButton } from "./action_button.js";
 
 /**
@@ -12,7 +13,7 @@ export const Working = ({ now, what, stop, why, name }) => html`
       <progress max="1" value=${now.progress} aria-label=${what}></progress>
       <${ActionButton} id=${stop} />
     </div>
-    <p class="reason">${now.message || "Asking the server…"}</p>
+    <p class="reason">${now.message || t("common.asking")}</p>
   </div>`}
   ${why && html`<div class="warning-line" role="alert" data-testid=${`${name}-refusal`}>
     <b>${why.detail}</b> ${why.fix}

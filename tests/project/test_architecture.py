@@ -25,6 +25,7 @@ SIDE_EFFECTS = {"time", "datetime", "os", "pathlib", "io", "shutil", "tempfile",
 PARSERS = {("app.core.strict_yaml", "yaml")}  # parses text that is at hand; it opens nothing
 
 MAX_SCRIPT_COLUMNS = 120
+CATALOGUES = STATIC / "core" / "words"  # one message a line, as long as its sentence
 MAX_LOOSE = {"app/*.py": 3, "tests/*.py": 3}
 
 # Each member of these families may name its own Item, Lens or Row.
@@ -79,7 +80,7 @@ def test_few_files_lie_loose(pattern):
 
 
 def test_no_line_of_a_script_is_too_long():
-    found = [f"{path.relative_to(ROOT)}:{number}" for path in SCRIPTS
+    found = [f"{path.relative_to(ROOT)}:{number}" for path in SCRIPTS if CATALOGUES not in path.parents
              for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
              if len(line) > MAX_SCRIPT_COLUMNS]
     assert found == []

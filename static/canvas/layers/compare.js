@@ -5,6 +5,7 @@ import { computed } from "@preact/signals";
 import { address } from "../../core/api.js";
 import { html } from "../../core/html.js";
 import { compare, showLines } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { placed } from "../drawing.js";
 import { Grid } from "./grid.js";
 import { Heat } from "./heat.js";
@@ -88,7 +89,7 @@ export function Corrected({ raw }) {
     ${!correctsHere.value && saved && html`<img
       class="picture"
       data-testid="corrected"
-      alt="The corrected picture"
+      alt=${t("canvas.corrected-picture")}
       draggable=${false}
       src=${correctedAddress(saved.id, "jpg")}
       style=${`transform:translate(${at.x}px,${at.y}px) scale(${at.k})`}
@@ -182,19 +183,19 @@ export function Wipe() {
     data-testid="wipe"
     role="slider"
     tabindex="0"
-    aria-label="Wipe between raw and corrected"
+    aria-label=${t("common.wipe")}
     aria-valuemin="0"
     aria-valuemax="100"
     aria-valuenow=${Math.round(at * 100)}
-    aria-valuetext=${`${Math.round(at * 100)} % raw`}
+    aria-valuetext=${t("canvas.compare.wipe.share", { share: Math.round(at * 100) })}
     style=${`left:${at * 100}%`}
     onPointerDown=${down}
     onPointerMove=${move}
     onKeyDown=${key}
   >
-    <span class="side raw">Raw</span>
+    <span class="side raw">${t("common.raw")}</span>
     <span class="grip" aria-hidden="true"></span>
-    <span class="side corrected">Corrected</span>
+    <span class="side corrected">${t("common.corrected")}</span>
   </div>`;
 }
 
@@ -202,6 +203,6 @@ const Names = () => html`<div
   class=${`side-names${activeViewport.value.panes.value.rows > 1 ? " stacked" : ""}`}
   data-testid="side-names"
 >
-  <span>Raw</span>
-  <span>Corrected</span>
+  <span>${t("common.raw")}</span>
+  <span>${t("common.corrected")}</span>
 </div>`;

@@ -2,6 +2,7 @@
 import { useEffect, useRef } from "preact/hooks";
 import { mm } from "../../core/format.js";
 import { html } from "../../core/html.js";
+import { t } from "../../core/words.js";
 import { paneSize } from "../viewport.js";
 import { shownMap } from "../../features/compare/heat.js";
 
@@ -68,7 +69,7 @@ export function Heat({ frame, size: [width, height], margin = 0, x, y, k }) {
           y=${sy < stage.height - LEGEND_PX ? 21 : -11}
           text-anchor=${sx > stage.width - LABEL_PX ? "end" : "start"}
         >
-          worst: ${mm(map.worst_mm)} mm
+          ${t("canvas.heat.worst", { error: mm(map.worst_mm) })}
         </text>
       </g>
     </svg>`}

@@ -7,6 +7,7 @@ import { doc, pointsOf } from "../../core/document.js";
 import { words } from "../../core/format.js";
 import { html } from "../../core/html.js";
 import { editing, pointer, selectedPoints, tool } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { colour, path } from "../drawing.js";
 import { stageSize, toStage, view } from "../viewport.js";
 import { curves, isCurve } from "../../features/calibrate/fitting.js";
@@ -40,7 +41,7 @@ const target = computed(() => {
       x: point[0],
       y: point[1],
       touch: at?.touch ?? false,
-      name: `${words(last.feature)}, point ${last.index + 1}`,
+      name: t("common.point-of", { feature: words(last.feature), number: last.index + 1 }),
     };
   return at && (!at.touch || at.down) ? { ...at, name: "" } : null;
 });
@@ -69,7 +70,7 @@ export function DockedLoupe() {
         <${Glass} picture=${loupePicture} at=${at} k=${view.value.k} ...${marks(at)} />
         ${at.name && html`<span>${at.name}</span>`}
       `
-      : html`<p>Point at the picture to see its pixels here</p>`}
+      : html`<p>${t("canvas.loupe.empty")}</p>`}
   </div>`;
 }
 

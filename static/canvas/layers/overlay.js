@@ -4,6 +4,7 @@ import { BORDERS, doc } from "../../core/document.js";
 import { mm, words } from "../../core/format.js";
 import { html } from "../../core/html.js";
 import { active, box, editing, pointer, selectedPoints, showLines, snapshot, tool } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { colour, path, placed } from "../drawing.js";
 import { LineSuggestions } from "./line_suggestions.js";
 import { stageSize, toStage, view } from "../viewport.js";
@@ -142,7 +143,7 @@ function FeaturePoints({ feature, kind, points }) {
         ${isStray && html`
           <path class="cross" d="M-5 -5L5 5M-5 5L5 -5" />
           <text x="12" y="4">
-            stray
+            ${t("canvas.overlay.stray")}
           </text>
         `}
       </g>`;
@@ -232,7 +233,7 @@ function NextClick() {
   return html`<g class="next-click" data-testid="next-click" transform=${`translate(${x} ${y})`}>
     <circle r="10" />
     <text x=${isFarRight ? -15 : 15} y="4" text-anchor=${isFarRight ? "end" : "start"}>
-      next best click: ${mm(next.worst_mm)} → ${mm(next.worst_mm_then)} mm
+      ${t("canvas.overlay.next-click", { worst: mm(next.worst_mm), worstThen: mm(next.worst_mm_then) })}
     </text>
   </g>`;
 }

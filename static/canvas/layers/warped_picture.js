@@ -1,6 +1,7 @@
 // The corrected picture, drawn by this browser from the raw one: at any zoom, in the frame in which its mesh changes.
 import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import { html } from "../../core/html.js";
+import { t } from "../../core/words.js";
 import { choice, frameMs, isLost, isTooLarge, lose, restore } from "../graphics.js";
 import { PIXELATED_FROM } from "../viewport.js";
 import { createWarp } from "../warp.js";
@@ -81,7 +82,7 @@ export function WarpedPicture({ picture, mesh, x, y, k, width, height, from }) {
     data-testid="corrected"
     data-drawn=${picture && !isLost.value ? "" : undefined}
     role="img"
-    aria-label="The corrected picture"
+    aria-label=${t("canvas.corrected-picture")}
   ></canvas>`;
 }
 

@@ -1,6 +1,7 @@
 // Actions that find a lens from views of a board, uploaded or taken live.
 import { filePicker } from "../../core/actions.js";
 import { go } from "../../core/route.js";
+import { t } from "../../core/words.js";
 import { openedCamera as liveCamera } from "../live/camera_page.js";
 import { atBoard, findLens, foundLens, openBoard, ready, search, useLens } from "./board.js";
 import {
@@ -17,37 +18,37 @@ import {
 export const BOARD_ACTIONS = [
   {
     id: "board",
-    label: "Calibrate a lens with a board…",
-    group: "Pictures",
+    label: t("board.action.board"),
+    group: "pictures",
     run: () => void openBoard(),
   },
   {
     id: "add-pictures",
-    label: "Add pictures of the board…",
-    group: "Pictures",
+    label: t("board.action.add-pictures"),
+    group: "pictures",
     run: () => filePicker.open(),
     enabled: () => atBoard.value,
   },
   {
     id: "find-lens",
-    label: "Find the lens from the pictures of the board",
-    short: "Find the lens",
-    group: "Pictures",
+    label: t("board.action.find-lens"),
+    short: t("board.find-lens"),
+    group: "pictures",
     run: () => void findLens(),
     enabled: () => atBoard.value && ready.value.length > 0 && search.value === null,
   },
   {
     id: "stop-finding",
-    label: "Stop finding the lens",
-    short: "Stop",
-    group: "Pictures",
+    label: t("board.action.stop-finding"),
+    short: t("common.stop"),
+    group: "pictures",
     run: () => search.value?.stop.abort(),
     enabled: () => search.value !== null,
   },
   {
     id: "use-lens",
-    label: "Use this lens for a camera",
-    group: "Pictures",
+    label: t("board.action.use-lens"),
+    group: "pictures",
     run: () => {
       if (foundLens.value) useLens(foundLens.value);
     },
@@ -55,35 +56,35 @@ export const BOARD_ACTIONS = [
   },
   {
     id: "watch-board",
-    label: "Hold a board before this camera…",
-    short: "Hold a board before it…",
-    group: "Pictures",
+    label: t("board.action.watch-board"),
+    short: t("board.action.watch-board.short"),
+    group: "pictures",
     run: () => go("capture", { camera: liveCamera.value?.id }),
     enabled: () => liveCamera.value !== null,
   },
   {
     id: "capture",
-    label: "Take views of the board by themselves, or stop that",
+    label: t("board.action.capture"),
     keys: ["k"],
-    group: "Pictures",
+    group: "pictures",
     run: switchAutomatic,
     enabled: () => captureCamera.value !== null,
     pressed: () => automatic.value,
   },
   {
     id: "take-view",
-    label: "Take this view of the board",
-    short: "Take this view",
+    label: t("board.action.take-view"),
+    short: t("board.action.take-view.short"),
     keys: [" "],
-    group: "Pictures",
+    group: "pictures",
     run: takeView,
     enabled: () => Boolean(boardView.value?.quad),
   },
   {
     id: "find-captured",
-    label: "Find the lens from the views of the board",
-    short: "Find the lens",
-    group: "Pictures",
+    label: t("board.action.find-captured"),
+    short: t("board.find-lens"),
+    group: "pictures",
     run: () => void findCaptured(),
     enabled: () => views.value.length >= 3,
   },

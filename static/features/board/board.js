@@ -2,11 +2,11 @@
 import { batch, computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, online } from "../../core/api.js";
 import { change, doc, withModel } from "../../core/document.js";
-import { plural } from "../../core/format.js";
 import { followJob, runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { go, route } from "../../core/route.js";
 import { model, models, notify } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { pictureList } from "../lens_pictures/picture_upload.js";
 import { listLenses } from "./lenses.js";
 
@@ -49,30 +49,30 @@ export const boardNextStep = computed(() => {
   if (search.value)
     return {
       action: "find-lens",
-      label: "Finding the lens…",
-      missing: "The server is at it.",
+      label: t("board.next-step.finding"),
+      missing: t("common.server-busy"),
       done: false,
-      sentence: "The server looks for the board in every picture, then for the lens.",
+      sentence: t("board.next-step.server-looks"),
     };
   if (isOfThese.value)
     return {
       action: "use-lens",
-      label: "Use this lens",
+      label: t("board.next-step.use-lens"),
       missing: "",
       done: true,
-      sentence: "The lens is found; what it is worth stands on the right.",
+      sentence: t("board.next-step.found"),
     };
   const missing = list.uploading.value
-    ? "The pictures are being uploaded."
+    ? t("lens-pictures.being-uploaded")
     : ready.value.length
       ? ""
-      : "Say which board it is, and add about twenty pictures of it.";
+      : t("board.next-step.say-which");
   return {
     action: ready.value.length || list.uploading.value ? "find-lens" : "add-pictures",
-    label: ready.value.length || list.uploading.value ? "Find the lens" : "Add pictures of the board…",
+    label: ready.value.length || list.uploading.value ? t("board.find-lens") : t("board.action.add-pictures"),
     missing: list.uploading.value ? missing : "",
     done: false,
-    sentence: missing || `${plural(ready.value.length, "picture")}; twenty to forty are good.`,
+    sentence: missing || t("board.next-step.pictures", { count: ready.value.length }),
   };
 });
 
@@ -130,7 +130,15 @@ export const removePicture = list.remove;
  * @param {import("../../core/types").Point[] | null} quad
  */
 export const addCapturedView = (id, camera, quad) =>
-  list.keep({ key: id, name: `View ${pictures.value.length + 1}`, state: "kept", id, why: "", camera, quad });
+  list.keep({
+    key: id,
+    name: t("board.view-name", { number: pictures.value.length + 1 }),
+    state: "kept",
+    id,
+    why: "",
+    camera,
+    quad,
+  });
 
 export function removePictures() {
   foundLens.value = null;
@@ -202,9 +210,13 @@ export function applyChosenLens({ width, height }) {
   if (lens.image_size[0] !== width || lens.image_size[1] !== height) {
     return notify({
       level: "warn",
-      text: `The lens is of pictures of ${lens.image_size[0]} × ${lens.image_size[1]} px; this one has ${width} × ` +
-        `${height} px.`,
-      fix: "Take the picture at the size at which the board was taken.",
+      text: t("board.wrong-size", {
+        lensWidth: lens.image_size[0],
+        lensHeight: lens.image_size[1],
+        width,
+        height,
+      }),
+      fix: t("board.wrong-size.fix"),
     });
   }
   const chosen = withModel(doc.value, next, model.value);

@@ -1,10 +1,10 @@
 // A board before a live camera: what the server detects of it, the views taken so far, and the view it asks for next.
 import { computed, effect, signal } from "@preact/signals";
 import { online } from "../../core/api.js";
-import { plural } from "../../core/format.js";
 import { route } from "../../core/route.js";
 import { openSocket } from "../../core/socket.js";
 import { namedCamera } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { addCapturedView, boardRequest, findLens, openBoard, pictures } from "./board.js";
 
 const GOOD = 12; // views from which a lens is worth finding
@@ -32,14 +32,14 @@ export const captureNextStep = computed(() => {
   const sentence = refusal.value
     ? `${refusal.value.detail} ${refusal.value.fix}`
     : !it
-      ? "Waiting for the camera…"
+      ? t("lens-pictures.waiting-for-camera")
       : it.wanted
-        ? `${plural(count, "view")}. ${it.wanted.text}`
-        : `${plural(count, "view")}: that is enough. Find the lens.`;
+        ? t("board.capture.wanted", { count, wanted: it.wanted.text })
+        : t("board.capture.enough", { count });
   return {
     action: "find-captured",
-    label: "Find the lens",
-    missing: count < 3 ? "Three views are the fewest; a dozen are good." : "",
+    label: t("board.find-lens"),
+    missing: count < 3 ? t("board.capture.fewest") : "",
     done: count >= GOOD && !it?.wanted,
     sentence,
   };

@@ -4,6 +4,7 @@ import { Problem, ServerUnreachable, online, request } from "../../core/api.js";
 import { EMPTY, change, doc, dragging, fromDraft, isEqual, load } from "../../core/document.js";
 import { latestWins } from "../../core/latest_wins.js";
 import { notify, notifyError, snapshot } from "../../core/state.js";
+import { t } from "../../core/words.js";
 
 const PAUSE_MS = 250; // a nudge held down is one save, not thirty
 
@@ -212,7 +213,7 @@ const fetchChange = latestWins(async (/** @type {Heard} */ { etag, by }) => {
     serverDraft = now;
     if (isEqual(now.doc, doc.value)) return;
     change(now.doc);
-    changedBy.value = { name: name || "Somebody else", etag: now.etag };
+    changedBy.value = { name: name || t("calibrate.draft.somebody-else"), etag: now.etag };
   } catch {
     /* the next save will tell */
   }

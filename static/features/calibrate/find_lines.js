@@ -5,6 +5,7 @@ import { change, doc } from "../../core/document.js";
 import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { editing, region, rotation, snapshot } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { draft } from "./draft.js";
 import { proposals } from "./line_suggestions.js";
 import { others } from "./presence.js";
@@ -105,26 +106,26 @@ function onUnclickedLines(detected) {
 export const FIND_LINES_ACTIONS = [
   {
     id: "auto-detect",
-    label: "Detect field lines on every new image",
-    short: "Detect automatically",
-    group: "Points",
+    label: t("calibrate.find-lines.action.auto-detect"),
+    short: t("calibrate.find-lines.action.auto-detect.short"),
+    group: "points",
     run: toggleAutoDetect,
     pressed: () => autoDetect.value,
     enabled: () => editing.value,
   },
   {
     id: "find-lines",
-    label: "Detect field lines automatically",
-    short: "Detect lines",
-    group: "Points",
+    label: t("calibrate.find-lines.action.detect"),
+    short: t("calibrate.find-lines.action.detect.short"),
+    group: "points",
     run: () => void findLines(),
     enabled: () => snapshot.value !== null && region.value !== null && finding.value === null,
   },
   {
     id: "stop-lines",
-    label: "Stop the detection",
-    short: "Stop",
-    group: "Points",
+    label: t("calibrate.find-lines.action.stop"),
+    short: t("common.stop"),
+    group: "points",
     run: () => finding.value?.stop.abort(),
     enabled: () => finding.value !== null,
   },

@@ -3,8 +3,9 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { BORDERS, change, doc, pointsOf, withPoints } from "../../core/document.js";
-import { plural, words } from "../../core/format.js";
+import { words } from "../../core/format.js";
 import { active, editing, kindOf, notifyError, pointer, selection, snapshot, tool } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { view } from "../../canvas/viewport.js";
 import { lineUnder } from "./field_sides.js";
 import { givenFit, preview, refusal } from "./fitting.js";
@@ -103,8 +104,8 @@ export async function propose() {
     proposals.value = { along: true, items: found.length ? [{ feature, points: found }] : [] };
     saySnapped(
       found.length
-        ? `${plural(found.length, "point")} proposed along ${words(feature).toLowerCase()}`
-        : `No more points found along ${words(feature).toLowerCase()}`,
+        ? t("calibrate.line-suggestions.proposed", { count: found.length, feature: words(feature).toLowerCase() })
+        : t("calibrate.line-suggestions.none-found", { feature: words(feature).toLowerCase() }),
     );
   } catch (error) {
     notifyError(error);
@@ -127,7 +128,7 @@ export function acceptProposed(items = offered.value) {
   if (proposals.value.along) discardProposed();
   change(next);
   if (items.length === 1) selection.value = added;
-  saySnapped(`${plural(added.length, "point")} added`);
+  saySnapped(t("calibrate.line-suggestions.added", { count: added.length }));
 }
 
 export function discardProposed() {

@@ -2,6 +2,7 @@
 import { doc } from "../../core/document.js";
 import { lensOpen } from "../../core/folds.js";
 import { editing } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { preview } from "./fitting.js";
 import {
   compareModels,
@@ -16,33 +17,33 @@ import {
 export const MODEL_ACTIONS = [
   {
     id: "compare-models",
-    label: "Compare the models on these clicks",
-    short: "Compare the models",
-    group: "Model",
+    label: t("calibrate.model-actions.compare"),
+    short: t("calibrate.compare-models"),
+    group: "model",
     run: compareModels,
     enabled: () => editing.value && preview.value !== null && comparison.value === null,
   },
   {
     id: "stop-comparing",
-    label: "Stop comparing the models",
-    short: "Stop",
-    group: "Model",
+    label: t("calibrate.model-actions.stop"),
+    short: t("common.stop"),
+    group: "model",
     run: stopComparing,
     enabled: () => comparison.value !== null,
   },
   {
     id: "model-automatic",
-    label: "Let Touchline choose the lens model",
-    short: "Automatic",
-    group: "Model",
+    label: t("calibrate.model-actions.automatic"),
+    short: t("calibrate.model-actions.automatic.short"),
+    group: "model",
     run: useAutomaticModel,
     enabled: () => editing.value && doc.value.model !== null,
   },
   {
     id: "use-recommended",
-    label: "Use the recommended model",
+    label: t("calibrate.model-actions.use-recommended"),
     keys: ["m"],
-    group: "Model",
+    group: "model",
     run: () => useModel(ranking.value?.recommended ?? ""),
     enabled: () => editing.value && lensOpen.value && Boolean(ranking.value?.recommended),
   },

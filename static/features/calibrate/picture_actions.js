@@ -2,24 +2,31 @@
 import { filePicker } from "../../core/actions.js";
 import { change, doc } from "../../core/document.js";
 import { nextCamera, region, rotation, snapshot } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { backgroundProgress, takePicture } from "./pictures.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const PICTURE_ACTIONS = [
-  { id: "open", label: "Open a picture…", keys: ["o"], group: "Pictures", run: () => filePicker.open() },
+  {
+    id: "open",
+    label: t("calibrate.picture-actions.open"),
+    keys: ["o"],
+    group: "pictures",
+    run: () => filePicker.open(),
+  },
   {
     id: "take",
-    label: "Take a new picture with the same camera",
-    short: "Take a new picture",
-    group: "Pictures",
+    label: t("calibrate.picture-actions.take"),
+    short: t("calibrate.take-picture"),
+    group: "pictures",
     run: () => void takePicture(snapshot.value?.camera ?? nextCamera.value?.id ?? ""),
     enabled: () => Boolean(snapshot.value?.camera ?? nextCamera.value),
   },
   {
     id: "stop-watching",
-    label: "Stop watching; nothing is kept",
-    short: "Stop",
-    group: "Pictures",
+    label: t("calibrate.picture-actions.stop-watching"),
+    short: t("common.stop"),
+    group: "pictures",
     run: () => backgroundProgress.value?.stop.abort(),
     enabled: () => backgroundProgress.value !== null,
   },
@@ -29,10 +36,10 @@ export const PICTURE_ACTIONS = [
 export const FIELD_ACTIONS = [
   {
     id: "turn",
-    label: "Rotate the field by 90°",
-    short: "Rotate 90°",
+    label: t("calibrate.rotate-field"),
+    short: t("calibrate.picture-actions.rotate.short"),
     keys: ["t"],
-    group: "Pictures",
+    group: "pictures",
     run: () => change({ ...doc.value, rotate: (rotation.value + 90) % 360 }),
     enabled: () => region.value !== null,
   },

@@ -18,6 +18,7 @@ import {
   snapshot,
   snapshots,
 } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { fit } from "../../canvas/viewport.js";
 import { applyChosenLens } from "../board/board.js";
 import { importFile, isCalibrationFile } from "../versions/imports.js";
@@ -101,8 +102,9 @@ export async function openFile(file) {
   if (isCalibrationFile(file)) return importFile(file);
   const body = new FormData();
   body.append("file", file, file.name || "picture");
-  await openFrom(`Opening ${file.name || "the picture"}…`, async () =>
-    (await request("POST", "/snapshots", { body })).json(),
+  await openFrom(
+    file.name ? t("calibrate.pictures.opening", { name: file.name }) : t("calibrate.pictures.opening-unnamed"),
+    async () => (await request("POST", "/snapshots", { body })).json(),
   );
 }
 
@@ -112,7 +114,8 @@ export async function openFile(file) {
  * @param {number} [frames]
  */
 export async function takePicture(id, frames = 1) {
-  if (frames === 1) return openFrom("Taking a picture…", () => call("POST", "/snapshots", { camera: id }));
+  if (frames === 1)
+    return openFrom(t("calibrate.pictures.taking"), () => call("POST", "/snapshots", { camera: id }));
   if (busy.value) return;
   const stop = new AbortController(),
     begun = Date.now(),
@@ -123,7 +126,7 @@ export async function takePicture(id, frames = 1) {
   backgroundProgress.value = { share: 0, stop };
   try {
     await openFrom(
-      "Watching…",
+      t("calibrate.pictures.watching"),
       async () =>
         (await request("POST", "/snapshots", { json: { camera: id, frames }, stop: stop.signal })).json(),
       () => stop.signal.aborted,
@@ -167,9 +170,9 @@ async function openFrom(doing, fetchIt, stopped = () => false) {
 const tellThatItIsThere = (picture, step) =>
   notify({
     level: "info",
-    text: "The image is there.",
+    text: t("calibrate.pictures.is-there"),
     fix: "",
-    action: { label: "Open it", run: () => go("calibrate", { picture: picture.id, step }) },
+    action: { label: t("calibrate.pictures.open-it"), run: () => go("calibrate", { picture: picture.id, step }) },
   });
 
 /**
@@ -214,8 +217,8 @@ async function openById(id) {
     const { message } = /** @type {Error} */ (error);
     notify({
       level: "warn",
-      text: `The picture of this address cannot be opened: ${message}`,
-      fix: "Open another picture.",
+      text: t("calibrate.pictures.not-opened", { error: message }),
+      fix: t("calibrate.pictures.not-opened.fix"),
     });
   }
 }

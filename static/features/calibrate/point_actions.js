@@ -1,6 +1,7 @@
 // Actions on clicked points: choose a border, add, move, select and remove points, undo and redo.
 import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "../../core/document.js";
 import { active, editing, pointer, selectedPoints, selection, tool } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { stageSize, toPicture } from "../../canvas/viewport.js";
 import { activeViewport } from "../compare/comparison.js";
 import { pairArrow } from "../pair/match_actions.js";
@@ -18,10 +19,10 @@ const NUDGE_PX = 0.1,
 export const POINT_ACTIONS = [
   {
     id: "pick",
-    label: "Pick points",
-    short: "Pick",
+    label: t("calibrate.point-actions.pick"),
+    short: t("calibrate.point-actions.pick.short"),
     keys: ["p"],
-    group: "Points",
+    group: "points",
     run: () => {
       tool.value = "pick";
     },
@@ -29,50 +30,50 @@ export const POINT_ACTIONS = [
   },
   ...BORDERS.map((border, i) => ({
     id: `border-${border}`,
-    label: `Click the ${border} border`,
+    label: t(`calibrate.point-actions.click-border.${border}`),
     keys: [String(i + 1)],
-    group: "Points",
+    group: /** @type {const} */ ("points"),
     run: () => activateFeature(border),
     enabled: () => editing.value,
     pressed: () => active.value === border,
   })),
   {
     id: "add",
-    label: "Add a point under the pointer, or in the middle",
+    label: t("calibrate.point-actions.add"),
     keys: ["a"],
-    group: "Points",
+    group: "points",
     run: addPoint,
     enabled: () => editing.value,
   },
   {
     id: "nudge",
-    label: "Move the point by 0.1 px; with Shift 1 px, with Ctrl 10 px",
-    group: "Points",
+    label: t("calibrate.point-actions.nudge"),
+    group: "points",
     run: arrow,
     keys: ["", "shift+", "ctrl+"].flatMap((m) => ["Left", "Right", "Up", "Down"].map((d) => `${m}Arrow${d}`)),
     enabled: () => canZoom() || atPair.value,
   },
   {
     id: "next-point",
-    label: "Select the next point (on the picture also Tab)",
+    label: t("calibrate.point-actions.next"),
     keys: ["n"],
-    group: "Points",
+    group: "points",
     run: () => void selectNext(1, true),
     enabled: () => editing.value,
   },
   {
     id: "previous-point",
-    label: "Select the previous point",
+    label: t("calibrate.point-actions.previous"),
     keys: ["b"],
-    group: "Points",
+    group: "points",
     run: () => void selectNext(-1, true),
     enabled: () => editing.value,
   },
   {
     id: "select-all",
-    label: "Select all points of this line",
+    label: t("calibrate.point-actions.select-all"),
     keys: ["ctrl+a"],
-    group: "Points",
+    group: "points",
     enabled: () => editing.value,
     run: () => {
       selection.value = pointsOf(doc.value, active.value).map((_, index) => ({ feature: active.value, index }));
@@ -80,18 +81,18 @@ export const POINT_ACTIONS = [
   },
   {
     id: "delete",
-    label: "Remove the selected points",
-    short: "Remove",
+    label: t("calibrate.point-actions.remove"),
+    short: t("calibrate.point-actions.remove.short"),
     keys: ["Delete", "Backspace"],
-    group: "Points",
+    group: "points",
     run: () => remove(selectedPoints.value),
     enabled: () => editing.value && selectedPoints.value.length > 0,
   },
   {
     id: "clear",
-    label: "Remove all points of this line",
-    short: "Clear",
-    group: "Points",
+    label: t("calibrate.point-actions.clear"),
+    short: t("calibrate.point-actions.clear.short"),
+    group: "points",
     run: () => remove(pointsOf(doc.value, active.value).map((_, index) => ({ feature: active.value, index }))),
     enabled: () => editing.value && pointsOf(doc.value, active.value).length > 0,
   },
@@ -101,17 +102,17 @@ export const POINT_ACTIONS = [
 export const HISTORY_ACTIONS = [
   {
     id: "undo",
-    label: "Undo",
+    label: t("common.undo"),
     keys: ["ctrl+z"],
-    group: "Points",
+    group: "points",
     run: undo,
     enabled: () => past.value.length > 0,
   },
   {
     id: "redo",
-    label: "Redo",
+    label: t("common.redo"),
     keys: ["ctrl+y", "ctrl+shift+z"],
-    group: "Points",
+    group: "points",
     run: redo,
     enabled: () => future.value.length > 0,
   },

@@ -1,6 +1,7 @@
 // Actions that snap points to painted lines, and that propose points along them.
 import { doc } from "../../core/document.js";
 import { editing, selectedPoints } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { acceptProposed, canPropose, discardProposed, offered, propose } from "./line_suggestions.js";
 import { snapPoints, snapping, toggleSnapping } from "./snapping.js";
 
@@ -13,29 +14,29 @@ const all = () =>
 export const SNAP_ACTIONS = [
   {
     id: "snap",
-    label: "Snap points to the middle of the painted line; Alt places one freely",
-    short: "Snap",
+    label: t("calibrate.snap-actions.snap"),
+    short: t("calibrate.snap-actions.snap.short"),
     keys: ["s"],
-    group: "Points",
+    group: "points",
     run: toggleSnapping,
     pressed: () => snapping.value,
     enabled: () => editing.value,
   },
   {
     id: "snap-points",
-    label: "Snap the selected points, or all where none is selected",
-    short: "Snap the points",
+    label: t("calibrate.snap-actions.snap-points"),
+    short: t("calibrate.snap-actions.snap-points.short"),
     keys: ["q"],
-    group: "Points",
+    group: "points",
     run: () => void snapPoints(selectedPoints.value.length ? selectedPoints.value : all()),
     enabled: () => editing.value && doc.value.observations.length > 0,
   },
   {
     id: "propose",
-    label: "Find points along this line where the fit sees it; again to add them",
-    short: "Find points along it",
+    label: t("calibrate.snap-actions.propose"),
+    short: t("calibrate.snap-actions.propose.short"),
     keys: ["f"],
-    group: "Points",
+    group: "points",
     run: () => {
       if (offered.value.length) acceptProposed();
       else void propose();
@@ -44,9 +45,9 @@ export const SNAP_ACTIONS = [
   },
   {
     id: "discard",
-    label: "Discard the proposed points",
-    short: "Discard",
-    group: "Points",
+    label: t("calibrate.snap-actions.discard"),
+    short: t("calibrate.snap-actions.discard.short"),
+    group: "points",
     run: discardProposed,
     enabled: () => offered.value.length > 0,
   },

@@ -6,6 +6,7 @@ import { change, doc, dragging, future, pointsOf, withPoints } from "../../core/
 import { number } from "../../core/format.js";
 import { latestWins } from "../../core/latest_wins.js";
 import { active, editing, kindOf, notifyError, pointer, snapshot, tool } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { view } from "../../canvas/viewport.js";
 import { givenFit } from "./fitting.js";
 
@@ -38,7 +39,7 @@ export const isSnapSuspended = signal(false);
 
 export function toggleSnapping() {
   snapping.value = !snapping.value;
-  saySnapped(snapping.value ? "Points snap to lines" : "Points stay where they are put");
+  saySnapped(snapping.value ? t("calibrate.snapping.on") : t("calibrate.snapping.off"));
   try {
     localStorage.setItem(KEPT, snapping.value ? "on" : "off");
   } catch {
@@ -120,9 +121,9 @@ function settle(placed, answers) {
   saySnapped(
     asked === 1
       ? count
-        ? `Snapped ${number(farthest, 1)} px`
-        : `Not snapped: ${why}`
-      : `Snapped ${count} of ${asked} points, at most ${number(farthest, 1)} px`,
+        ? t("calibrate.snapping.snapped", { distance: number(farthest, 1) })
+        : t("calibrate.snapping.not-snapped", { why })
+      : t("calibrate.snapping.snapped-several", { snapped: count, asked, farthest: number(farthest, 1) }),
   );
 }
 

@@ -1,5 +1,6 @@
 // Actions on how the picture is viewed: pan, zoom, draw the field's lines.
 import { showLines, snapshot, tool } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { activeViewport, comparedVersion } from "../compare/comparison.js";
 import { version } from "../versions/versions.js";
 import { preview } from "./fitting.js";
@@ -18,10 +19,10 @@ const whole = () =>
 export const VIEW_ACTIONS = [
   {
     id: "pan",
-    label: "Pan the picture",
-    short: "Pan",
+    label: t("calibrate.view-actions.pan"),
+    short: t("calibrate.view-actions.pan.short"),
     keys: ["h"],
-    group: "View",
+    group: "view",
     run: () => {
       tool.value = "pan";
     },
@@ -29,37 +30,37 @@ export const VIEW_ACTIONS = [
   },
   {
     id: "zoom-in",
-    label: "Zoom in",
+    label: t("calibrate.view-actions.zoom-in"),
     short: "+",
     keys: ["+", "="],
-    group: "View",
+    group: "view",
     run: () => activeViewport.value.zoomBy(ZOOM),
     enabled: canZoom,
   },
   {
     id: "zoom-out",
-    label: "Zoom out",
+    label: t("calibrate.view-actions.zoom-out"),
     short: "−",
     keys: ["-"],
-    group: "View",
+    group: "view",
     run: () => activeViewport.value.zoomBy(1 / ZOOM),
     enabled: canZoom,
   },
   {
     id: "zoom-fit",
-    label: "Show the whole picture",
-    short: "Fit",
+    label: t("calibrate.view-actions.fit"),
+    short: t("calibrate.view-actions.fit.short"),
     keys: ["0"],
-    group: "View",
+    group: "view",
     run: () => activeViewport.value.fit(whole()),
     enabled: canZoom,
   },
   {
     id: "lines",
-    label: "Draw the field's lines on the picture",
-    short: "Lines",
+    label: t("calibrate.view-actions.lines"),
+    short: t("calibrate.view-actions.lines.short"),
     keys: ["l"],
-    group: "View",
+    group: "view",
     run: () => {
       showLines.value = !showLines.value;
     },

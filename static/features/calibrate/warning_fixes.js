@@ -5,6 +5,7 @@ import { words } from "../../core/format.js";
 import { lensOpen, unfold } from "../../core/folds.js";
 import { goToStep } from "../../core/route.js";
 import { camera, cameras, field, model, modelName, models, region, step } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { mainViewport } from "../../canvas/viewport.js";
 import { activeViewport, correctedPlacement, margin, visiblePicture } from "../compare/comparison.js";
 import { heat, shownMap } from "../compare/heat.js";
@@ -22,7 +23,7 @@ const NEAREST = 2; // stage pixels for one of the picture, at least: a place can
 
 /** @type {Record<string, (trouble: Trouble) => (Fix | null)[]>} */
 const FIXES = {
-  "stray-click": (t) => point(t),
+  "stray-click": (trouble) => point(trouble),
   "border-extrapolated": ({ feature }) => [click(feature)],
   "inside-not-checked": () => [click(insideLine())],
   "height-unknown": () => [enterHeight(), board()],
@@ -39,7 +40,7 @@ const FIXES = {
   "collinear-points": ({ feature }) => [click(feature ?? fewest())],
   "lines-not-enough": () => [click(fewest())],
   "borders-cross": ({ feature }) => [click(feature ?? fewest())],
-  "outside-picture": (t) => point(t),
+  "outside-picture": (trouble) => point(trouble),
   "borders-swapped": () => [turn()],
   "bad-order": () => [turn()],
   mirrored: () => [], // no rotation helps: the image is flipped where it comes from
@@ -67,7 +68,9 @@ const named = (feature) => BORDERS.find((border) => feature === `the ${border} b
 const click = (feature) =>
   feature
     ? {
-        label: `Click the ${words(feature).toLowerCase()}${isBorder(feature) ? " border" : ""}`,
+        label: t(isBorder(feature) ? "calibrate.warning-fixes.click-border" : "calibrate.warning-fixes.click", {
+          feature: words(feature).toLowerCase(),
+        }),
         test: "cure-click",
         run: () => clickOn(feature),
       }
@@ -89,7 +92,7 @@ function point({ feature, index }) {
   const pick = [{ feature, index }];
   return [
     {
-      label: "Remove this point",
+      label: t("calibrate.warning-fixes.remove-point"),
       test: "remove-stray",
       waits: stale.value, // until the points that it speaks of are those in the picture
       run: () => {
@@ -98,7 +101,7 @@ function point({ feature, index }) {
       },
     },
     {
-      label: "Show it",
+      label: t("common.show-it"),
       test: "show-stray",
       run: () => {
         showPoints();
@@ -142,7 +145,7 @@ function insideLine() {
 /** @returns {Fix | null} */
 const enterHeight = () =>
   model.value?.options.some((o) => o.name === "height_mm")
-    ? { label: "Enter camera height…", test: "enter-height", run: () => void toOption("height_mm") }
+    ? { label: t("calibrate.warning-fixes.enter-height"), test: "enter-height", run: () => void toOption("height_mm") }
     : null;
 
 /** To the field where the fix goes. @param {string} name */
@@ -160,18 +163,18 @@ async function toOption(name) {
 
 /** @returns {Fix} */
 const options = () => ({
-  label: "Show the options",
+  label: t("calibrate.warning-fixes.options"),
   test: "cure-options",
   run: () => void toOption(model.value?.options[0]?.name ?? ""),
 });
 /** @returns {Fix | null} */
 const board = () =>
   model.value?.options.some((o) => o.type === "calibration")
-    ? { label: "Calibrate the lens with a board…", test: "cure-board", run: () => run("board") }
+    ? { label: t("calibrate.warning-fixes.board"), test: "cure-board", run: () => run("board") }
     : null;
 /** @returns {Fix} */
 const checkField = () => ({
-  label: "Check the field…",
+  label: t("calibrate.warning-fixes.check-field"),
   test: "cure-field",
   run: () => {
     goToStep("field");
@@ -181,7 +184,7 @@ const checkField = () => ({
 const turn = () =>
   region.value
     ? {
-        label: "Rotate the field by 90°",
+        label: t("calibrate.rotate-field"),
         test: "cure-turn",
         run: () => {
           showPoints();
@@ -192,7 +195,7 @@ const turn = () =>
 /** @returns {Fix | null} */
 const picture = () =>
   (camera.value ?? cameras.value[0])
-    ? { label: "Take a new picture", test: "cure-picture", run: () => run("take") }
+    ? { label: t("calibrate.take-picture"), test: "cure-picture", run: () => run("take") }
     : null;
 
 /** The model that is recommended, once they were compared. @returns {Fix | null} */
@@ -201,14 +204,14 @@ function recommended() {
     it = models.value.find((m) => m.name === name);
   if (it && name && name !== modelName.value)
     return {
-      label: `Use ${it.title}`,
+      label: t("calibrate.warning-fixes.use-model", { model: it.title }),
       test: "cure-model",
       run: () => {
         openLens();
         useModel(name);
       },
     };
-  return { label: "Compare the models", test: "cure-compare", run: goToModelComparison };
+  return { label: t("calibrate.compare-models"), test: "cure-compare", run: goToModelComparison };
 }
 
 /** To the models; they are compared by themselves when one comes there. */
@@ -228,7 +231,10 @@ export function nextClick() {
   const next = report()?.next_click;
   if (!next) return null;
   return {
-    label: `Click there, on the ${words(next.feature).toLowerCase()}${isBorder(next.feature) ? " border" : ""}`,
+    label: t(
+      isBorder(next.feature) ? "calibrate.warning-fixes.click-there-border" : "calibrate.warning-fixes.click-there",
+      { feature: words(next.feature).toLowerCase() },
+    ),
     test: "cure-next-click",
     run: () => goTo(next),
   };
@@ -269,13 +275,16 @@ export function worstPlaceFix() {
   if (heat.value.atHats && height) return { text: height.fix, fixes: fixesOf(height) };
   if (next && next.worst_mm_then < next.worst_mm && next.worst_mm_then.toFixed(1) !== next.worst_mm.toFixed(1)) {
     return {
-      text: `One more click on the ${words(next.feature).toLowerCase()} makes the worst place ` +
-        `${next.worst_mm.toFixed(1)} → ${next.worst_mm_then.toFixed(1)} mm${next.z_mm ? " at hat height" : ""}.`,
+      text: t(next.z_mm ? "calibrate.warning-fixes.one-more-click-hats" : "calibrate.warning-fixes.one-more-click", {
+        feature: words(next.feature).toLowerCase(),
+        worst: next.worst_mm.toFixed(1),
+        worstThen: next.worst_mm_then.toFixed(1),
+      }),
       fixes: [nextClick()].filter((c) => c !== null),
     };
   }
   return {
-    text: "More clicks near it, or a lens known from a board, make it better.",
+    text: t("calibrate.warning-fixes.more-clicks"),
     fixes: [click(fewest()), board()].filter((c) => c !== null),
   };
 }

@@ -2,6 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
+import { t } from "../../core/words.js";
 import { openedCamera, status } from "../live/camera_page.js";
 
 const FRAMES = 5; // whoever walks by fast leaves the picture, and noise with them
@@ -60,18 +61,18 @@ effect(() => {
 export const CHECK_ACTIONS = [
   {
     id: "check-calibration",
-    label: "Check the active calibration against the picture of now",
-    short: "Check the calibration",
+    label: t("check.action.check"),
+    short: t("check.action.check.short"),
     keys: ["F4"],
-    group: "Pictures",
+    group: "pictures",
     run: () => void checkCalibration(),
     enabled: () => canCheck.value,
   },
   {
     id: "stop-check",
-    label: "Stop checking the calibration",
-    short: "Stop",
-    group: "Pictures",
+    label: t("check.action.stop"),
+    short: t("common.stop"),
+    group: "pictures",
     run: () => checking.value?.stop.abort(),
     enabled: () => checking.value !== null,
   },

@@ -1,5 +1,6 @@
 // Actions on a comparison of raw and corrected, still or live.
 import { compare, comparing, editing } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { isOurs } from "../../canvas/graphics.js";
 import { centreWorstPlace, goToNextClick } from "../calibrate/warning_fixes.js";
 import { preview, refusal } from "../calibrate/fitting.js";
@@ -33,11 +34,11 @@ export function setCompareMode(to) {
 
 /** @type {{ id: CompareMode, label: string, short: string, key: string }[]} */
 const MODES = [
-  { id: "raw", label: "Show the raw picture", short: "Raw", key: "r" },
-  { id: "wipe", label: "Wipe between raw and corrected", short: "Wipe", key: "w" },
-  { id: "corrected", label: "Show the corrected picture", short: "Corrected", key: "c" },
-  { id: "side", label: "Show raw and corrected side by side", short: "Side", key: "s" },
-  { id: "blink", label: "Blink between raw and corrected", short: "Blink", key: "k" },
+  { id: "raw", label: t("compare.action.raw.label"), short: t("common.raw"), key: "r" },
+  { id: "wipe", label: t("common.wipe"), short: t("compare.action.wipe.short"), key: "w" },
+  { id: "corrected", label: t("compare.action.corrected.label"), short: t("common.corrected"), key: "c" },
+  { id: "side", label: t("compare.action.side.label"), short: t("compare.action.side.short"), key: "s" },
+  { id: "blink", label: t("compare.action.blink.label"), short: t("common.blink"), key: "k" },
 ];
 
 /** @type {import("../../core/actions.js").Action[]} */
@@ -47,43 +48,43 @@ export const COMPARE_ACTIONS = [
     label,
     short,
     keys: [key],
-    group: "Compare",
+    group: /** @type {const} */ ("compare"),
     run: () => setCompareMode(id),
     enabled: has,
     pressed: () => mode.value === id,
   })),
   {
     id: "flip",
-    label: "Show the other picture while the key is held",
+    label: t("compare.action.flip.label"),
     keys: ["f"],
-    group: "Compare",
+    group: "compare",
     run: (event) => hold(event),
     enabled: () => both() && visiblePicture.value !== "side" && visiblePicture.value !== "wipe",
   },
   {
     id: "swap",
-    label: "Swap the two pictures once",
-    short: "Swap",
+    label: t("compare.action.swap.label"),
+    short: t("compare.action.swap.short"),
     keys: ["j"],
-    group: "Compare",
+    group: "compare",
     run: swap,
     enabled: () => both() && mode.value === "blink",
   },
   {
     id: "blink-pause",
-    label: "Let them blink, or stop it",
-    short: "Pause",
+    label: t("compare.action.blink-pause.label"),
+    short: t("compare.action.blink-pause.short"),
     keys: ["u"],
-    group: "Compare",
+    group: "compare",
     run: pause,
     enabled: () => both() && mode.value === "blink",
   },
   {
     id: "grid",
-    label: "Lay a grid of field millimetres over both pictures",
-    short: "Grid",
+    label: t("compare.action.grid.label"),
+    short: t("compare.action.grid.short"),
     keys: ["g"],
-    group: "Compare",
+    group: "compare",
     run: () => {
       grid.value = { ...grid.value, on: !grid.value.on };
     },
@@ -92,18 +93,18 @@ export const COMPARE_ACTIONS = [
   },
   {
     id: "worst-place",
-    label: "Show the worst place of the map",
-    short: "Show the worst place",
+    label: t("compare.action.worst-place.label"),
+    short: t("compare.action.worst-place.short"),
     keys: ["x"],
-    group: "Compare",
+    group: "compare",
     run: centreWorstPlace,
     enabled: () => heatMap.value !== null,
   },
   {
     id: "cure-worst",
-    label: "Go where one more click helps the worst place most",
-    short: "Click there…",
-    group: "Compare",
+    label: t("compare.action.cure-worst.label"),
+    short: t("compare.action.cure-worst.short"),
+    group: "compare",
     run: goToNextClick,
     enabled: () => heatMap.value?.what === "expected",
   },

@@ -4,6 +4,7 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call } from "../../core/api.js";
 import { latestWins } from "../../core/latest_wins.js";
 import { comparing, editing } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { isSaved, version, versions } from "../versions/versions.js";
 
 /** @typedef {import("../../core/types").Point} Point @typedef {import("../../core/types").HeatMap} HeatMap */
@@ -73,8 +74,8 @@ const ask = latestWins(async (/** @type {Question} */ asking) => {
       `/calibrations/${id}/${what === "expected" ? `uncertainty.json?z_mm=${z_mm}` : `difference/${other}.json`}`,
     );
     if (!found.grid)
-      throw Object.assign(new Error("The two versions have no place of the field in common."), {
-        fix: "Choose another version.",
+      throw Object.assign(new Error(t("compare.heat.nothing-in-common")), {
+        fix: t("compare.heat.choose-another"),
       });
     const { places } = found.grid,
       values = found.grid.sigma_mm ?? found.grid.mm;

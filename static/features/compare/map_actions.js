@@ -1,4 +1,5 @@
 // Actions on what is drawn over a version's picture: error map, residual arrows, difference from another version.
+import { t } from "../../core/words.js";
 import { canHeat, comparableVersions, differenceFrom, heat } from "./heat.js";
 import { arrows, canArrow, magnify, magnifyBy, shownArrows } from "./residual_arrows.js";
 
@@ -6,10 +7,10 @@ import { arrows, canArrow, magnify, magnifyBy, shownArrows } from "./residual_ar
 export const MAP_ACTIONS = [
   {
     id: "heat",
-    label: "Show the expected error over the field",
-    short: "Error",
+    label: t("compare.action.heat.label"),
+    short: t("compare.action.heat.short"),
     keys: ["e"],
-    group: "View",
+    group: "view",
     run: () => {
       heat.value = { ...heat.value, what: heat.value.what === "expected" ? "none" : "expected" };
     },
@@ -18,10 +19,10 @@ export const MAP_ACTIONS = [
   },
   {
     id: "heat-height",
-    label: "Switch the expected error between carpet and hat height",
-    short: "Hat height",
+    label: t("compare.action.heat-height.label"),
+    short: t("compare.action.heat-height.short"),
     keys: ["z"],
-    group: "View",
+    group: "view",
     run: () => {
       heat.value = { ...heat.value, atHats: !heat.value.atHats };
     },
@@ -30,10 +31,10 @@ export const MAP_ACTIONS = [
   },
   {
     id: "arrows",
-    label: "Show residuals as arrows, to where the model puts each click",
-    short: "Arrows",
+    label: t("compare.action.arrows.label"),
+    short: t("compare.action.arrows.short"),
     keys: ["v"],
-    group: "View",
+    group: "view",
     run: () => {
       arrows.value = { ...arrows.value, on: !arrows.value.on };
     },
@@ -42,33 +43,33 @@ export const MAP_ACTIONS = [
   },
   {
     id: "arrows-longer",
-    label: "Magnify the arrows more",
+    label: t("compare.action.arrows-longer.label"),
     keys: ["."],
-    group: "View",
+    group: "view",
     run: () => magnifyBy(1),
     enabled: () => shownArrows.value !== null,
   },
   {
     id: "arrows-shorter",
-    label: "Magnify the arrows less",
+    label: t("compare.action.arrows-shorter.label"),
     keys: [","],
-    group: "View",
+    group: "view",
     run: () => magnifyBy(-1),
     enabled: () => shownArrows.value !== null,
   },
   {
     id: "arrows-auto",
-    label: "Magnify the arrows so that they can be read",
-    group: "View",
+    label: t("compare.action.arrows-auto.label"),
+    group: "view",
     run: () => magnify(null),
     enabled: () => shownArrows.value !== null,
   },
   {
     id: "difference",
-    label: "Show the difference from another version",
-    short: "Choose a version…",
+    label: t("compare.action.difference.label"),
+    short: t("compare.action.difference.short"),
     keys: ["d"],
-    group: "View",
+    group: "view",
     run: () => {
       if (heat.value.what === "difference") heat.value = { ...heat.value, what: "none" };
       else differenceFrom();

@@ -2,6 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { call, request } from "../../core/api.js";
 import { notify, notifyError } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { detectionCamera } from "./detection.js";
 import { heldFrame, holdClipFrame, holdFrame, isDetected, releaseFrame } from "./held_frame.js";
 
@@ -84,7 +85,7 @@ export async function removeClip(clip) {
     await call("DELETE", `/clips/${clip.clip}`);
     if (heldFrame.value?.clip?.clip === clip.clip) releaseFrame();
     await readClips();
-    notify({ level: "info", text: "The clip was removed.", fix: "" });
+    notify({ level: "info", text: t("detection.clips.removed"), fix: "" });
   } catch (error) {
     notifyError(error);
   }

@@ -2,6 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { call, changeSeen, request } from "../../core/api.js";
 import { cameras, notify, notifyError } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { detectionCamera, detectionState, setDetection, tune } from "./detection.js";
 import { asSnapshot } from "./held_frame.js";
 
@@ -65,7 +66,7 @@ export function teach(place) {
   const name = colour.value;
   if (!name) return;
   queue = queue.then(() =>
-    learn(`Learning ${name}`, () => ({
+    learn(t("detection.colours.learning", { colour: name }), () => ({
       clicks: { [name]: [place] },
       ...(detectionState.value?.profile ? { base: detectionState.value.profile } : {}),
     })),
@@ -74,7 +75,7 @@ export function teach(place) {
 
 /** All colours from the picture's own patches, without a click. */
 export const learnAutomatically = () => {
-  queue = queue.then(() => learn("Looking for colours", () => ({ automatic: true })));
+  queue = queue.then(() => learn(t("detection.colours.looking"), () => ({ automatic: true })));
 };
 
 /**
@@ -186,9 +187,9 @@ export async function removePreset(name) {
     const again = () => call("PUT", at, { profile: old?.profile }).then(readPresets, notifyError);
     notify({
       level: "info",
-      text: `The colours ${name} were removed.`,
+      text: t("detection.presets.removed", { preset: name }),
       fix: "",
-      action: old ? { label: "Put them back", run: () => void again() } : undefined,
+      action: old ? { label: t("detection.presets.removed.put-back"), run: () => void again() } : undefined,
     });
   } catch (error) {
     notifyError(error);
@@ -220,9 +221,9 @@ export async function copyTo(id) {
     const before = await put({ colours: shared ? it.colours : null, profile: shared ? null : it.profile });
     notify({
       level: "info",
-      text: `${other.name} goes by these colours now.`,
+      text: t("detection.presets.copied", { camera: other.name }),
       fix: "",
-      action: { label: "Take it back", run: () => void put(before).catch(notifyError) },
+      action: { label: t("detection.presets.copied.take-back"), run: () => void put(before).catch(notifyError) },
     });
     await readPresets();
   } catch (error) {

@@ -1,11 +1,12 @@
 // Live detection on a camera: its settings, the detections of each frame, undo and redo of changes.
 import { computed, effect, signal } from "@preact/signals";
 import { Problem, call, online, request } from "../../core/api.js";
-import { number, plural } from "../../core/format.js";
+import { number } from "../../core/format.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { route } from "../../core/route.js";
 import { openSocket } from "../../core/socket.js";
 import { namedCamera, notifyError } from "../../core/state.js";
+import { t } from "../../core/words.js";
 
 /**
  * @typedef {import("./types").DetectionState} DetectionState
@@ -46,8 +47,12 @@ export const detectionNextStep = computed(() => {
   const sentence = refusal.value
     ? `${refusal.value.detail} ${refusal.value.fix}`
     : !it
-      ? "Waiting for the camera…"
-      : `${plural(robots, "robot")} and ${plural(balls, "ball")} in ${number(it.ms, 1)} ms.`;
+      ? t("detection.waiting")
+      : t("detection.next.seen", {
+          count: robots,
+          balls: t("detection.next.balls", { count: balls }),
+          time: number(it.ms, 1),
+        });
   return { action: "", label: "", missing: "", done: it !== null && !refusal.value, sentence };
 });
 

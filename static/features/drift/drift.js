@@ -4,6 +4,7 @@ import { call } from "../../core/api.js";
 import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { go } from "../../core/route.js";
+import { t } from "../../core/words.js";
 import { canCheck, checking } from "../check/check.js";
 import { openedCamera, status } from "../live/camera_page.js";
 import { activateCalibration } from "../versions/activate.js";
@@ -74,17 +75,17 @@ effect(() => {
 export const driftNextStep = computed(() => {
   const made = registered.value?.made,
     drift = status.value?.state === "live" ? status.value.drift : null,
-    sentence = drift?.sentence ?? "The camera is not watched.",
+    sentence = drift?.sentence ?? t("drift.not-watched"),
     isDone = drift?.state === "steady";
   /** @param {string} action @param {string} label */
   const step = (action, label, missing = "") => ({ action, label, missing, done: isDone, sentence });
-  if (made) return step("use-registered", `Activate version ${made.version}`);
+  if (made) return step("use-registered", t("common.activate-version", { version: made.version }));
   if (drift?.state === "knocked")
-    return step("reregister", "Re-register the pose", registering.value ? "It is being registered." : "");
+    return step("reregister", t("drift.reregister"), registering.value ? t("drift.being-registered") : "");
   return step(
     "check-calibration",
-    "Check the calibration",
-    canCheck.value ? "" : checking.value ? "It is being checked." : "The camera must be live, with an active version.",
+    t("drift.check"),
+    canCheck.value ? "" : checking.value ? t("drift.being-checked") : t("drift.must-be-live"),
   );
 });
 
@@ -92,32 +93,32 @@ export const driftNextStep = computed(() => {
 export const DRIFT_ACTIONS = [
   {
     id: "drift",
-    label: "Show whether this camera has moved",
-    short: "Drift…",
-    group: "Pictures",
+    label: t("drift.action.show"),
+    short: t("drift.action.show.short"),
+    group: "pictures",
     run: () => go("drift", { camera: openedCamera.value?.id }),
     enabled: () => openedCamera.value !== null,
   },
   {
     id: "use-registered",
-    label: "Activate the version with the pose of now",
-    group: "Pictures",
+    label: t("drift.action.use-registered"),
+    group: "pictures",
     run: () => void useRegistered(),
     enabled: () => registered.value !== null,
   },
   {
     id: "reregister",
-    label: "Re-register the pose of this camera from the field's lines, its lens kept",
-    short: "Re-register the pose",
-    group: "Pictures",
+    label: t("drift.action.reregister"),
+    short: t("drift.reregister"),
+    group: "pictures",
     run: () => void registerPose(),
     enabled: () => canRegister.value,
   },
   {
     id: "stop-reregister",
-    label: "Stop registering the pose",
-    short: "Stop",
-    group: "Pictures",
+    label: t("drift.action.stop-reregister"),
+    short: t("common.stop"),
+    group: "pictures",
     run: () => registering.value?.stop.abort(),
     enabled: () => registering.value !== null,
   },

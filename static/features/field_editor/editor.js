@@ -4,6 +4,7 @@ import { request } from "../../core/api.js";
 import { createHistory, isEqual } from "../../core/history.js";
 import { go, goInstead, route } from "../../core/route.js";
 import { fields, listed, notify, notifyError } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { createViewport } from "../../canvas/viewport.js";
 import { blankField, docOf, nameOf, sentOf } from "./document.js";
 
@@ -54,25 +55,23 @@ export const editorNextStep = computed(() => {
   if (isShipped.value)
     return {
       action: "copy-field",
-      label: "Edit a copy",
+      label: t("field-editor.action.copy-field.short"),
       missing: "",
       done: true,
-      sentence: "This field comes with Touchline and stays as it is. Edit a copy of it.",
+      sentence: t("field-editor.next.shipped"),
     };
   const missing = [
-    !doc?.title && "Give the field a title.",
-    doc && !doc.name && "Give the field a short name.",
-    saving.value && "It is being saved.",
-    !isDirty.value && "Nothing was changed.",
+    !doc?.title && t("field-editor.next.no-title"),
+    doc && !doc.name && t("field-editor.next.no-name"),
+    saving.value && t("field-editor.next.saving"),
+    !isDirty.value && t("field-editor.next.unchanged"),
   ].find(Boolean);
   return {
     action: "save-field",
-    label: "Save the field",
+    label: t("field-editor.action.save-field.label"),
     missing: missing || "",
     done: !isDirty.value,
-    sentence: isDirty.value
-      ? "Drag lines and their ends, or type their numbers. What meets a line moves with it; hold Alt to move it alone."
-      : "The field is saved, and every camera over it uses it.",
+    sentence: isDirty.value ? t("field-editor.next.edit") : t("field-editor.next.saved"),
   };
 });
 
@@ -171,7 +170,7 @@ function restore(key, text) {
     const { doc, etag } = JSON.parse(text);
     history.change(doc);
     opened.value = { ...opened.value, etag }; // whoever saved meanwhile is told of at the next save
-    notify({ level: "info", text: "Your unsaved changes of this field are shown.", fix: "Undo leads back." });
+    notify({ level: "info", text: t("field-editor.restored"), fix: t("field-editor.restored-fix") });
   } catch {
     localStorage.removeItem(KEPT + key);
   }

@@ -2,6 +2,7 @@
 import { Problem, ServerUnreachable, request, toRefusal } from "../../core/api.js";
 import { goInstead } from "../../core/route.js";
 import { fields, notify, notifyError } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { readCameras } from "../calibrate/pictures.js";
 import { docOf, markOf, sentOf } from "./document.js";
 import { KEPT, chosen, history, isShipped, opened, refusal, saving, theirs } from "./editor.js";
@@ -39,7 +40,7 @@ export async function saveField() {
     if (opened.value !== it) return; // another one is open by now
     opened.value = { key: `=${name}`, name, etag, seen: docOf(field) };
     goInstead("field-editor", { field: name });
-    notify({ level: "info", text: `${field.title} is saved.`, fix: "Every camera over it uses it from now on." });
+    notify({ level: "info", text: t("field-editor.saved", { title: field.title }), fix: t("field-editor.saved-fix") });
     await readCameras();
   } catch (error) {
     refuse(error);
@@ -55,7 +56,7 @@ export function refuse(error) {
     return;
   }
   if (error instanceof ServerUnreachable) {
-    refusal.value = { detail: error.message, fix: "Your changes are kept here; save again when it is back." };
+    refusal.value = { detail: error.message, fix: t("field-editor.unreachable-fix") };
     return;
   }
   refusal.value = toRefusal(error);
@@ -96,9 +97,9 @@ export async function deleteField() {
   goInstead("fields");
   notify({
     level: "info",
-    text: `${doc.title} was deleted.`,
-    fix: "Calibrations keep the field that they were made for.",
-    action: { label: "Put it back", run: () => void putBack(it.seen ?? doc) },
+    text: t("field-editor.deleted", { title: doc.title }),
+    fix: t("field-editor.deleted-fix"),
+    action: { label: t("common.put-back"), run: () => void putBack(it.seen ?? doc) },
   });
 }
 

@@ -1,5 +1,6 @@
 // Actions of help: the keys, the manual, the tour; Escape closes what is open.
 import { help, selection } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { discardProposed, offered } from "../calibrate/line_suggestions.js";
 import { chosen } from "../pair/pair.js";
 import { leaveTour, takeTour, tour } from "./tour.js";
@@ -8,30 +9,30 @@ import { leaveTour, takeTour, tour } from "./tour.js";
 export const HELP_ACTIONS = [
   {
     id: "keys",
-    label: "Show the keys",
+    label: t("help.action.keys"),
     short: "?",
     keys: ["?"],
-    group: "Help",
+    group: "help",
     run: () => {
       help.value = help.value === "keys" ? "" : "keys";
     },
   },
   {
     id: "manual",
-    label: "Open the manual",
-    short: "Manual",
+    label: t("help.action.manual"),
+    short: t("help.action.manual.short"),
     keys: ["F1"],
-    group: "Help",
+    group: "help",
     run: () => {
       help.value = help.value === "manual" ? "" : "manual";
     },
   },
   {
     id: "tour",
-    label: "Take the tour, or leave it",
-    short: "Tour",
+    label: t("help.action.tour"),
+    short: t("help.action.tour.short"),
     keys: ["F2"],
-    group: "Help",
+    group: "help",
     run: () => {
       if (tour.value.on) leaveTour();
       else takeTour();
@@ -39,9 +40,9 @@ export const HELP_ACTIONS = [
   },
   {
     id: "escape",
-    label: "Close help, or deselect",
+    label: t("help.action.escape"),
     keys: ["Escape"],
-    group: "Help",
+    group: "help",
     run: () => {
       if (offered.value.length) discardProposed();
       else if (help.value) help.value = "";

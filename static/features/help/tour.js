@@ -1,8 +1,9 @@
 // The tour: one picture from camera to activation, explained with its own numbers.
 import { computed, effect, signal } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
-import { mm, number, pct, plural, words } from "../../core/format.js";
+import { mm, number, pct, words } from "../../core/format.js";
 import { camera, cameras, field, model, region, rotation, snapshot } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { curves, isCurve, preview } from "../calibrate/fitting.js";
 import { ranking } from "../calibrate/model_ranking.js";
 import { statuses } from "../live/camera_status.js";
@@ -32,30 +33,34 @@ export const STOPS = [
     id: "camera",
     step: "",
     at: ".cards.cameras",
-    title: "A camera",
+    title: t("help.stop.camera.title"),
     more: "live.md",
     done: () => snapshot.value !== null,
-    text: "Each camera is shown live, with its state and its frames per second. Take a picture with one of them, or " +
-      "open a file.",
+    text: t("help.stop.camera.text"),
     numbers: () =>
       cameras.value
         .slice(0, 3)
-        .map(({ id, name }) => [name, statuses.value[id] ? `${number(statuses.value[id].fps)} fps` : "–"]),
+        .map(({ id, name }) => [
+          name,
+          statuses.value[id] ? t("help.stop.camera.rate", { rate: number(statuses.value[id].fps) }) : "–",
+        ]),
   },
   {
     id: "picture",
     step: "field",
     at: "[data-testid=region]",
-    title: "Which field, which part",
+    title: t("help.stop.picture.title"),
     more: "start.md",
     done: () => region.value !== null,
-    text: "Millimetres come from the field's rules, so say which field it is and which part the camera sees. Its " +
-      "borders are what you will click.",
+    text: t("help.stop.picture.text"),
     numbers: () => [
-      ["Picture", snapshot.value ? `${snapshot.value.width} × ${snapshot.value.height} px` : "–"],
-      ["Field", field.value?.title ?? "–"],
       [
-        "Part",
+        t("help.stop.picture.picture"),
+        snapshot.value ? `${snapshot.value.width} × ${snapshot.value.height} px` : "–",
+      ],
+      [t("help.stop.picture.field"), field.value?.title ?? "–"],
+      [
+        t("help.stop.picture.part"),
         region.value ? `${number(region.value.width_mm, 0)} × ${number(region.value.height_mm, 0)} mm` : "–",
       ],
     ],
@@ -64,53 +69,49 @@ export const STOPS = [
     id: "drawing",
     step: "field",
     at: "aside.left .field",
-    title: "How the field stands in the picture",
+    title: t("help.stop.drawing.title"),
     more: "conventions.md#the-field",
     done: () => region.value !== null,
-    text: "L, R, T and B are left, right, top and bottom of the picture. Rotate the drawing until it stands as " +
-      "the picture does.",
-    numbers: () => [["Rotated by", `${rotation.value}°`]],
+    text: t("help.stop.drawing.text"),
+    numbers: () => [[t("help.stop.drawing.rotated"), `${rotation.value}°`]],
   },
   {
     id: "borders",
     step: "points",
     at: "[data-testid=borders]",
-    title: "Click the borders",
+    title: t("help.stop.borders.title"),
     more: "borders.md",
     done: () => BORDERS.every((b) => pointsOf(doc.value, b).length >= POINTS_ADVISED),
-    text: `Click along each border on the middle of its painted line: ${POINTS_ADVISED} points or more, from corner ` +
-      `to corner. The loupe shows raw pixels; arrow keys move a point by 0.1 px.`,
-    numbers: () => BORDERS.map((b) => [words(b), plural(pointsOf(doc.value, b).length, "point")]),
+    text: t("help.stop.borders.text", { points: POINTS_ADVISED }),
+    numbers: () => BORDERS.map((b) => [words(b), t("common.points", { count: pointsOf(doc.value, b).length })]),
   },
   {
     id: "verdict",
     step: "points",
     at: "[data-testid=verdict]",
-    title: "The verdict",
+    title: t("help.stop.verdict.title"),
     more: "numbers.md#verdict",
     done: () => report() !== null,
-    text: "One length first: how far off a place on the carpet may be. It follows every click. Up to 5 mm is good, " +
-      "up to 15 mm fair.",
+    text: t("help.stop.verdict.text"),
     numbers: () => [
-      ["Verdict", figure(report()?.verdict.mm)],
-      ["Held out", figure(report()?.cv_rms_mm)],
-      ["Expected, carpet", figure(report()?.sigma_mm?.rms)],
+      [t("common.verdict"), figure(report()?.verdict.mm)],
+      [t("help.stop.verdict.held-out"), figure(report()?.cv_rms_mm)],
+      [t("help.stop.verdict.expected"), figure(report()?.sigma_mm?.rms)],
     ],
   },
   {
     id: "warnings",
     step: "points",
     at: "section[aria-label=Verdict]",
-    title: "What to mind",
+    title: t("help.stop.warnings.title"),
     more: "warnings.md",
     done: () => report() !== null,
-    text: "Warnings stand under the verdict, each with its cure. No warning does not mean no error: read what each " +
-      "number cannot see.",
+    text: t("help.stop.warnings.text"),
     numbers: () => [
-      ["Warnings", String(report()?.warnings.length ?? "–")],
+      [t("help.stop.warnings.warnings"), String(report()?.warnings.length ?? "–")],
       ...(report()
         ?.warnings.slice(0, 1)
-        .map((w) => /** @type {[string, string]} */ (["First", w.text])) ?? []),
+        .map((w) => /** @type {[string, string]} */ ([t("help.stop.warnings.first"), w.text])) ?? []),
     ],
   },
   {
@@ -118,11 +119,10 @@ export const STOPS = [
     step: "points",
     fold: "distortion",
     at: "section[aria-label=Distortion]",
-    title: "How bent the picture is",
+    title: t("help.stop.distortion.title"),
     more: "numbers.md#distortion",
     done: () => report() !== null,
-    text: "How far each border bows from the straight line between its ends. Negative is barrel, positive is " +
-      "pincushion; a standard lens stays within ±3 %.",
+    text: t("help.stop.distortion.text"),
     numbers: () =>
       BORDERS.map((b) => {
         const c = curves.value[b];
@@ -134,14 +134,13 @@ export const STOPS = [
     step: "points",
     fold: "residuals",
     at: "section[aria-label=Residuals]",
-    title: "How well you clicked",
+    title: t("help.stop.residuals.title"),
     more: "numbers.md#residual",
     done: () => report() !== null,
-    text: "Each bar is one point: how far it lies from its curve. About 0.3 px is a careful hand. A bar that stands " +
-      "out is a slip: click on it to find the point.",
+    text: t("help.stop.residuals.text"),
     numbers: () => [
-      ["Residual", `${number(report()?.rms_px, 2)} px`],
-      ["Worst", `${number(report()?.max_px, 2)} px`],
+      [t("help.stop.residuals.residual"), `${number(report()?.rms_px, 2)} px`],
+      [t("help.stop.residuals.worst"), `${number(report()?.max_px, 2)} px`],
     ],
   },
   {
@@ -149,68 +148,70 @@ export const STOPS = [
     step: "points",
     fold: "lens",
     at: "[data-testid=models]",
-    title: "Which model",
+    title: t("help.stop.models.title"),
     more: "models.md",
     done: () => ranking.value !== null,
-    text: "All models are fitted to the same points and listed by their error inside the field. The simplest " +
-      "one among the best is recommended.",
+    text: t("help.stop.models.text"),
     numbers: () =>
       ranking.value?.ranking.slice(0, 3).map((r) => [r.title, figure(r.field_mm)]) ?? [
-        ["Chosen", model.value?.title ?? "–"],
+        [t("help.stop.models.chosen"), model.value?.title ?? "–"],
       ],
   },
   {
     id: "save",
     step: "points",
     at: "[data-testid=next]",
-    title: "Save a version",
+    title: t("help.stop.save.title"),
     more: "keeping.md",
     done: () => isSaved.value,
-    text: "The primary button always does the next thing. Here it keeps a version: the clicks, the model, the " +
-      "picture and the report. Versions are never overwritten.",
-    numbers: () => [["Version", version.value ? String(version.value.version) : "none yet"]],
+    text: t("help.stop.save.text"),
+    numbers: () => [
+      [t("help.stop.save.version"), version.value ? String(version.value.version) : t("help.stop.save.none")],
+    ],
   },
   {
     id: "compare",
     step: "verify",
     at: "[data-testid=stage]",
-    title: "Raw beside corrected",
+    title: t("help.stop.compare.title"),
     more: "start.md",
     done: () => version.value !== null,
-    text: "Drag the bar: what is bent on one side must be straight on the other. L lays the field's lines over " +
-      "both; they must lie on the paint.",
+    text: t("help.stop.compare.text"),
     numbers: () => [
-      ["Distortion before", `${pct(version.value?.report.distortion.before_pct)} %`],
-      ["after", `${pct(version.value?.report.distortion.after_pct)} %`],
+      [t("help.stop.compare.before"), `${pct(version.value?.report.distortion.before_pct)} %`],
+      [t("help.stop.compare.after"), `${pct(version.value?.report.distortion.after_pct)} %`],
     ],
   },
   {
     id: "map",
     step: "verify",
     at: ".tools [data-testid=do-heat]",
-    title: "Where the error is",
+    title: t("help.stop.map.title"),
     more: "numbers.md#expected-error",
     done: () => version.value !== null,
-    text: "An error has a place. E lays the expected error over the picture and rings the worst place, on the " +
-      "carpet or at the height of robots' hats.",
+    text: t("help.stop.map.text"),
     numbers: () => [
-      ["Carpet", figure(version.value?.report.sigma_mm?.rms)],
-      ["worst", figure(version.value?.report.sigma_mm?.max)],
-      ["Hats", figure(version.value?.report.sigma_mm?.hat?.rms)],
+      [t("common.carpet"), figure(version.value?.report.sigma_mm?.rms)],
+      [t("help.stop.map.worst"), figure(version.value?.report.sigma_mm?.max)],
+      [t("common.hats"), figure(version.value?.report.sigma_mm?.hat?.rms)],
     ],
   },
   {
     id: "activate",
     step: "verify",
     at: "[data-testid=next]",
-    title: "Use it",
+    title: t("help.stop.activate.title"),
     more: "keeping.md",
     done: () => version.value?.active ?? false,
-    text: "Activate the version: from then on the live picture, REST and SSL-Vision use it. Going back is " +
-      "activating an earlier one. The report and files for other programs are on the left.",
+    text: t("help.stop.activate.text"),
     numbers: () => [
-      ["Camera", camera.value?.name ?? "a file: download it instead"],
-      ["Active", version.value?.active ? `version ${version.value.version}` : "not yet"],
+      [t("help.stop.activate.camera"), camera.value?.name ?? t("help.stop.activate.no-camera")],
+      [
+        t("common.active"),
+        version.value?.active
+          ? t("help.stop.activate.version", { version: version.value.version })
+          : t("help.stop.activate.not-yet"),
+      ],
     ],
   },
 ];

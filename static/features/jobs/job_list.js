@@ -3,6 +3,7 @@ import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { openSocket } from "../../core/socket.js";
 import { notifyError } from "../../core/state.js";
+import { t } from "../../core/words.js";
 
 /** @typedef {import("./types").JobInList} JobInList */
 
@@ -17,18 +18,18 @@ export const running = computed(() => (jobs.value ?? []).filter((job) => !isOver
 
 /** What a kind of work is called. @type {Record<string, string>} */
 export const KINDS = {
-  calibration: "Fitting a calibration",
-  preview: "Fitting many points",
-  comparison: "Comparing the models",
-  board: "Finding a lens from a board",
-  straightness: "Judging straight edges",
-  motion: "Judging rolls",
-  pair: "Geometry of two cameras",
-  auto: "Calibrating without clicks",
-  register: "Registering a pose anew",
-  check: "Checking a calibration",
-  "field-refit": "Calibrating again on a changed field",
-  batch: "A whole archive of pictures",
+  calibration: t("jobs.kind.calibration"),
+  preview: t("jobs.kind.preview"),
+  comparison: t("jobs.kind.comparison"),
+  board: t("jobs.kind.board"),
+  straightness: t("jobs.kind.straightness"),
+  motion: t("jobs.kind.motion"),
+  pair: t("jobs.kind.pair"),
+  auto: t("jobs.kind.auto"),
+  register: t("jobs.kind.register"),
+  check: t("jobs.kind.check"),
+  "field-refit": t("jobs.kind.field-refit"),
+  batch: t("jobs.kind.batch"),
 };
 
 /** Hear of all jobs from now on. */

@@ -2,6 +2,7 @@
 import { computed, signal } from "@preact/signals";
 import { call, request } from "../../core/api.js";
 import { notifyError } from "../../core/state.js";
+import { t } from "../../core/words.js";
 
 const AT_ONCE = 2; // uploads
 
@@ -70,7 +71,13 @@ export function pictureList(before, purpose, changed) {
         const { id } = await call("POST", "/snapshots", { camera, purpose });
         set([
           ...pictures.value,
-          { key: id, name: `Picture ${pictures.value.length + 1}`, state: "kept", id, why: "" },
+          {
+            key: id,
+            name: t("lens-pictures.picture-name", { number: pictures.value.length + 1 }),
+            state: "kept",
+            id,
+            why: "",
+          },
         ]);
       } catch (error) {
         notifyError(error);

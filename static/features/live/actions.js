@@ -1,4 +1,5 @@
 // Actions on a live camera: take its picture, confirm it, try and save its source.
+import { t } from "../../core/words.js";
 import { takePicture } from "../calibrate/pictures.js";
 import {
   confirmCamera,
@@ -18,39 +19,39 @@ const isLive = () => status.value?.state === "live" || status.value?.state === "
 export const LIVE_ACTIONS = [
   {
     id: "take-live",
-    label: "Take a picture with this camera",
-    short: "Take a picture",
-    group: "Pictures",
+    label: t("live.action.take-live"),
+    short: t("live.action.take-live.short"),
+    group: "pictures",
     run: () => void takePicture(openedCamera.value?.id ?? ""),
     enabled: () => isLive(),
   },
   {
     id: "take-still",
-    label: "Take the background of 25 frames, without people and robots that move",
-    short: "Take it without what moves",
-    group: "Pictures",
+    label: t("live.action.take-still"),
+    short: t("live.action.take-still.short"),
+    group: "pictures",
     run: () => void takePicture(openedCamera.value?.id ?? "", STILL_FRAMES),
     enabled: () => isLive(),
   },
   {
     id: "confirm-camera",
-    label: "Confirm that it is the camera that was calibrated",
-    group: "Pictures",
+    label: t("live.action.confirm-camera"),
+    group: "pictures",
     run: () => void confirmCamera(),
     enabled: () => status.value?.problem?.reason === "other-camera",
   },
   {
     id: "try-camera",
-    label: "Try this source",
-    short: "Try it",
-    group: "Pictures",
+    label: t("live.action.try-camera"),
+    short: t("live.action.try-camera.short"),
+    group: "pictures",
     run: () => void tryCamera(),
     enabled: () => Boolean(form.value?.values.source) && sourceTest.value === null,
   },
   {
     id: "keep-camera",
-    label: "Keep this camera",
-    group: "Pictures",
+    label: t("live.action.keep-camera"),
+    group: "pictures",
     run: () => void saveCamera(),
     enabled: () => Boolean(form.value?.values.id) && testedSource.value?.source === form.value?.values.source,
   },

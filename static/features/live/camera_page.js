@@ -3,6 +3,7 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, changeSeen, request, toRefusal } from "../../core/api.js";
 import { go, goInstead, route } from "../../core/route.js";
 import { cameras, listed, namedCamera, notify, notifyError } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { readCameras } from "../calibrate/pictures.js";
 import { STATES, refreshStatuses, statuses } from "./camera_status.js";
 
@@ -46,21 +47,21 @@ export const status = computed(() =>
 export const formNextStep = computed(() => {
   const values = form.value?.values;
   if (namedCamera.value?.editable === false)
-    return { action: "", label: "", missing: "", done: false, sentence: "It is changed in the settings file." };
+    return { action: "", label: "", missing: "", done: false, sentence: t("live.next.in-settings-file") };
   if (values && testedSource.value?.source === values.source)
     return {
       action: "keep-camera",
-      label: "Keep this camera",
-      missing: values.id ? "" : "Give it a short name.",
+      label: t("live.action.keep-camera"),
+      missing: values.id ? "" : t("live.next.short-name"),
       done: true,
-      sentence: "The source gives pictures.",
+      sentence: t("live.next.source-works"),
     };
   return {
     action: "try-camera",
-    label: "Try it",
-    missing: sourceTest.value ? "It is being tried." : values?.source ? "" : "Say where its pictures come from.",
+    label: t("live.action.try-camera.short"),
+    missing: sourceTest.value ? t("live.next.being-tried") : values?.source ? "" : t("live.next.say-source"),
     done: false,
-    sentence: "Say where the pictures come from, and try it: nothing is kept before that.",
+    sentence: t("live.next.say-and-try"),
   };
 });
 
@@ -70,7 +71,7 @@ export const cameraNextStep = computed(() => {
   if (now?.state === "mismatch")
     return {
       action: "confirm-camera",
-      label: "It is the same camera",
+      label: t("live.same-camera"),
       missing: now.problem?.reason === "other-camera" ? "" : (now.problem?.fix ?? ""),
       done: false,
       sentence: now.problem?.what ?? "",
@@ -78,19 +79,19 @@ export const cameraNextStep = computed(() => {
   if (now?.drift?.alarm)
     return {
       action: "drift",
-      label: "See what to do",
+      label: t("live.next.see-drift"),
       missing: "",
       done: false,
       sentence: now.drift.sentence,
     };
   return {
     action: "take-live",
-    label: `Take a picture with ${openedCamera.value?.name}`,
+    label: t("live.next.take-picture", { camera: String(openedCamera.value?.name) }),
     missing: now && now.state !== "live" ? `${STATES[now.state]}. ${now.problem?.what ?? ""}` : "",
     done: now?.state === "live",
     sentence: now?.problem
       ? `${now.problem.what} ${now.problem.fix}`
-      : (now?.words[0]?.text ?? "The camera is live."),
+      : (now?.words[0]?.text ?? t("live.next.is-live")),
   };
 });
 
@@ -185,7 +186,7 @@ export async function tryCamera() {
     if (!stop.signal.aborted)
       refusal.value =
         error instanceof ServerUnreachable
-          ? { detail: error.message, fix: "Try again when it is back." }
+          ? { detail: error.message, fix: t("common.try-later") }
           : toRefusal(error);
   } finally {
     if (sourceTest.value === stop) sourceTest.value = null;
@@ -231,9 +232,11 @@ export async function removeCamera(camera) {
       }, notifyError);
     notify({
       level: "info",
-      text: `${camera.name} was removed; its pictures and calibrations stay.`,
+      text: t("live.removed", { camera: camera.name }),
       fix: "",
-      action: camera.source.includes("@") ? undefined : { label: "Put it back", run: () => void again() },
+      action: camera.source.includes("@")
+        ? undefined
+        : { label: t("common.put-back"), run: () => void again() },
     });
   } catch (error) {
     notifyError(error);

@@ -3,6 +3,7 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call } from "../../core/api.js";
 import { route } from "../../core/route.js";
 import { cameras } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { refreshCameras, refreshFields } from "../calibrate/pictures.js";
 
 /** @typedef {import("../../core/types").CameraStatus} CameraStatus */
@@ -65,8 +66,8 @@ const lost = (before) => ({
   words: [],
   problem: {
     reason: SERVER_GONE,
-    what: "The server does not answer.",
-    fix: "Check that it runs; the page tries again by itself.",
+    what: t("common.server-silent"),
+    fix: t("live.server-gone.fix"),
   },
 });
 
@@ -93,10 +94,10 @@ export function streamAddress(id, view, width, fps = 0) {
 
 /** What a state is called. */
 export const STATES = {
-  idle: "Idle",
-  connecting: "Connecting",
-  live: "Live",
-  stalled: "Stalled",
-  offline: "Offline",
-  mismatch: "Check camera",
+  idle: t("live.state.idle"),
+  connecting: t("live.state.connecting"),
+  live: t("live.state.live"),
+  stalled: t("live.state.stalled"),
+  offline: t("live.state.offline"),
+  mismatch: t("live.state.mismatch"),
 };

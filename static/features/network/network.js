@@ -4,6 +4,7 @@ import { call, online, request } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { route } from "../../core/route.js";
 import { notify, notifyError } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { activateCalibration } from "../versions/activate.js";
 
 /**
@@ -108,10 +109,14 @@ export async function saveReceived(sender, camera, name) {
     };
     notify({
       level: "info",
-      text: `Camera ${camera.camera_id} of ${sender.address} is kept as version ${made.version} of ${name}; nothing ` +
-        `is known of its error.`,
-      fix: "It is not active yet.",
-      action: { label: "Activate it", run: () => void activate() },
+      text: t("network.kept", {
+        number: camera.camera_id,
+        sender: sender.address,
+        version: made.version,
+        camera: name,
+      }),
+      fix: t("network.kept.fix"),
+      action: { label: t("network.kept.activate"), run: () => void activate() },
     });
   } catch (error) {
     notifyError(error);

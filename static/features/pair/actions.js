@@ -1,5 +1,6 @@
 // Actions on a pair of cameras: open it, show its worst match, choose whose epipolar lines are drawn.
 import { go } from "../../core/route.js";
+import { t } from "../../core/words.js";
 import { chosenBasis, linesBases, linesBasis, worstMatch } from "./evaluation.js";
 import { showWorst } from "./match_actions.js";
 import { atPair } from "./pair.js";
@@ -8,24 +9,24 @@ import { atPair } from "./pair.js";
 export const PAIR_ACTIONS = [
   {
     id: "pair",
-    label: "Compare two cameras…",
-    group: "Pictures",
+    label: t("pair.action.compare"),
+    group: "pictures",
     run: () => go("pair"),
   },
   {
     id: "worst-match",
-    label: "Show the worst match of two cameras",
-    short: "Show the worst",
+    label: t("pair.action.worst"),
+    short: t("pair.action.worst.short"),
     keys: ["x"],
-    group: "Points",
+    group: "points",
     run: showWorst,
     enabled: () => atPair.value && worstMatch.value >= 0,
   },
   {
     id: "pair-lines",
-    label: "Switch epipolar lines between matches and calibrations",
-    short: "Lines",
-    group: "View",
+    label: t("pair.action.lines"),
+    short: t("pair.action.lines.short"),
+    group: "view",
     keys: ["s"],
     run: () => {
       chosenBasis.value = linesBasis.value === "matches" ? "calibrations" : "matches";

@@ -1,9 +1,9 @@
 // Evaluates a pair on the server: agreement of two cameras after every change, and epipolar lines at pointer rate.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
-import { plural } from "../../core/format.js";
 import { isEqual } from "../../core/history.js";
 import { latestWins } from "../../core/latest_wins.js";
+import { t } from "../../core/words.js";
 import {
   ENOUGH,
   SIDES,
@@ -17,7 +17,6 @@ import {
   pair,
   pictures,
   pointed,
-  sideName,
   views,
 } from "./pair.js";
 
@@ -165,7 +164,7 @@ export const pairNextStep = computed(() => {
   if (lacking)
     return {
       action: "open",
-      label: `Open the ${sideName(lacking)} picture…`,
+      label: t(`pair.step.open.${lacking}`),
       missing: "",
       done: false,
       sentence: why,
@@ -173,16 +172,14 @@ export const pairNextStep = computed(() => {
   const said =
     why ||
     (stale.value
-      ? "The server is at it."
-      : `${
-          complete.value
-            ? `${plural(complete.value, "match").replace("matchs", "matches")}: what they say`
-            : "What the calibrations say"
-        } stands beside the pictures.`);
+      ? t("common.server-busy")
+      : complete.value
+        ? t("pair.step.matches-say", { count: complete.value })
+        : t("pair.step.calibrations-say"));
   return {
     action: "worst-match",
-    label: "Show the worst match",
-    missing: worstMatch.value < 0 ? why || "Match something in both pictures." : "",
+    label: t("pair.step.worst"),
+    missing: worstMatch.value < 0 ? why || t("pair.step.match-something") : "",
     done: !why,
     sentence: said,
   };

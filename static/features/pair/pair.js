@@ -2,11 +2,11 @@
 // They are kept in this browser, a document for each pair of pictures: a draft on the server is of one picture.
 import { batch, computed, effect, signal, untracked } from "@preact/signals";
 import { call, request } from "../../core/api.js";
-import { plural } from "../../core/format.js";
 import { createHistory, isEqual } from "../../core/history.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { go, goInstead, route } from "../../core/route.js";
 import { busy, cameras, notices, notify, notifyError, snapshots } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { createViewport } from "../../canvas/viewport.js";
 
 const LAST = "touchline.pair"; // the two pictures that were compared last
@@ -47,7 +47,7 @@ export const complete = computed(() => pair.doc.value.matches.filter((m) => m.a 
 /** @param {Side} s @returns {Side} */
 export const other = (s) => (s === "a" ? "b" : "a");
 /** @param {Side} s */
-export const sideName = (s) => (s === "a" ? "left" : "right");
+export const sideName = (s) => t(`pair.side.${s}`);
 
 /**
  * What is proposed while nobody has chosen: the one that is active for the picture's camera, else one made from the
@@ -117,7 +117,7 @@ async function follow() {
 /** @param {boolean} wasAsked */
 function gone(wasAsked) {
   if (wasAsked)
-    notify({ level: "warn", text: "A picture of this address cannot be opened.", fix: "Choose another one." });
+    notify({ level: "warn", text: t("pair.notice.gone"), fix: t("pair.notice.gone.fix") });
   return null;
 }
 
@@ -147,7 +147,7 @@ export const setPicture = (s, picture) => show({ ...pictures.value, [s]: picture
 
 /** @param {Side} s @param {string} camera */
 export const takeFor = (s, camera) =>
-  bring(s, "Taking a picture…", () => call("POST", "/snapshots", { camera }));
+  bring(s, t("pair.taking"), () => call("POST", "/snapshots", { camera }));
 
 /** Which picture the files are for that come next; null: the one that is missing. */
 export const filesFor = { side: /** @type {Side | null} */ (null) };
@@ -159,7 +159,9 @@ export async function openFiles(files) {
   for (const file of [...files].slice(0, 2)) {
     const body = new FormData();
     body.append("file", file, file.name);
-    await bring(s, `Opening ${file.name}…`, async () => (await request("POST", "/snapshots", { body })).json());
+    await bring(s, t("pair.opening", { file: file.name }), async () =>
+      (await request("POST", "/snapshots", { body })).json(),
+    );
     s = other(s);
   }
 }
@@ -207,7 +209,7 @@ async function listSuited(s) {
 
 /** Where a picture comes from, in words. @param {Side} s */
 export const sourceOf = (s) =>
-  cameras.value.find((c) => c.id === pictures.value[s]?.camera)?.name ?? "Picture from a file";
+  cameras.value.find((c) => c.id === pictures.value[s]?.camera)?.name ?? t("pair.source.file");
 
 /** What is missing, in one sentence. */
 export const missing = computed(() => {
@@ -215,11 +217,11 @@ export const missing = computed(() => {
     next = wantedHeight.value,
     some = calibrations.value.a !== null && calibrations.value.b !== null;
   const lacking = SIDES.find((s) => !pictures.value[s]);
-  if (lacking) return `Choose the ${sideName(lacking)} picture.`;
-  if (!next.isNew) return `Click point ${next.index + 1} in the ${sideName(next.side)} picture too.`;
+  if (lacking) return t(`pair.missing.choose.${lacking}`);
+  if (!next.isNew) return t(`pair.missing.click.${next.side}`, { point: next.index + 1 });
   if (some || complete.value >= ENOUGH) return "";
-  if (!matches.length) return "Click something in the left picture, then the same thing in the right one.";
-  return `Match ${plural(ENOUGH - complete.value, "more thing")}, some of them above the carpet.`;
+  if (!matches.length) return t("pair.missing.first");
+  return t("pair.missing.more", { count: ENOUGH - complete.value });
 });
 
 /** Follow the address, and another tab with the same two pictures; keep every change in this browser. */
@@ -258,8 +260,8 @@ function remember(name, value) {
   } catch {
     notify({
       level: "warn",
-      text: "This browser keeps nothing for this page: matches would be lost by a reload.",
-      fix: "Allow it to store data, or free some room.",
+      text: t("pair.notice.nothing-kept"),
+      fix: t("pair.notice.nothing-kept.fix"),
     });
   }
 }

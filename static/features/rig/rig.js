@@ -1,11 +1,11 @@
 // A rig: cameras that share a field. Which one is open, its stitched picture, its check and refit.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call, changeSeen, request, toRefusal } from "../../core/api.js";
-import { plural } from "../../core/format.js";
 import { followJob, runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { goInstead, route } from "../../core/route.js";
 import { cameras, fields, listed, notify, notifyError } from "../../core/state.js";
+import { t } from "../../core/words.js";
 
 /**
  * @typedef {import("./types").Rig} Rig
@@ -45,7 +45,7 @@ export const found = computed(() =>
 );
 /** Cameras that have other rectangles than the rig. */
 export const others = computed(() =>
-  (rig.value?.cameras ?? []).filter((c) => c.troubles.some((t) => t.reason === "other-rectangles")),
+  (rig.value?.cameras ?? []).filter((c) => c.troubles.some(({ reason }) => reason === "other-rectangles")),
 );
 /** The pair whose cameras are furthest apart on the plane that is shown. */
 export const worst = computed(() => {
@@ -65,36 +65,34 @@ export const rigNextStep = computed(() => {
   if (!name.value)
     return {
       action: "make-rig",
-      label: "Make the rig",
+      label: t("rig.make"),
       missing: lacking.value,
       done: false,
-      sentence: lacking.value || "The rig can be made.",
+      sentence: lacking.value || t("rig.step.ready"),
     };
   if (!it)
     return {
       action: "step-camera",
-      label: "Back to the cameras",
+      label: t("rig.step.back"),
       missing: "",
       done: false,
-      sentence: "There is no such rig.",
+      sentence: t("rig.step.no-such"),
     };
   if (search.value)
     return {
       action: "stop-rig",
-      label: "Stop",
+      label: t("common.stop"),
       missing: "",
       done: false,
-      sentence: search.value.message || "The server is at it.",
+      sentence: search.value.message || t("common.server-busy"),
     };
   const verdict = found.value?.verdict;
   return {
     action: "check-rig",
-    label: verdict ? "Check it again" : "Check the rig",
+    label: verdict ? t("rig.step.check-again") : t("rig.check"),
     missing: "",
     done: verdict?.level === "good",
-    sentence: verdict
-      ? verdict.sentence
-      : "One picture of all cameras; check how far they are apart where two see the same.",
+    sentence: verdict ? verdict.sentence : t("rig.step.unchecked"),
   };
 });
 
@@ -102,9 +100,9 @@ export const rigNextStep = computed(() => {
 const lacking = computed(() => {
   const { name: called, field, cameras: chosen } = draft.value;
   if (!/^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$/.test(called))
-    return "Give it a short name: letters, digits and hyphens.";
-  if (!field) return "Choose the field.";
-  return chosen.length ? "" : "Choose its cameras.";
+    return t("rig.lacking.name");
+  if (!field) return t("rig.lacking.field");
+  return chosen.length ? "" : t("rig.lacking.cameras");
 });
 
 /** @param {Partial<Draft>} changes */
@@ -165,7 +163,7 @@ export async function removeRig(it) {
     goInstead("wall");
     notify({
       level: "info",
-      text: `The rig ${it.title || it.name} was removed; its cameras and calibrations stay.`,
+      text: t("rig.notice.removed", { rig: it.title || it.name }),
       fix: "",
     });
   } catch (error) {
@@ -226,8 +224,8 @@ export async function refitRig() {
     (/** @type {{ calibrations: string[] }} */ made) => {
       notify({
         level: "info",
-        text: `${plural(made.calibrations.length, "new version")} with the rig's rectangles. None is active yet.`,
-        fix: "Look at them under Saved versions, then activate them.",
+        text: t("rig.notice.refitted", { count: made.calibrations.length }),
+        fix: t("rig.notice.refitted.fix"),
       });
     },
   );

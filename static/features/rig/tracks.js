@@ -2,6 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { online } from "../../core/api.js";
 import { openSocket } from "../../core/socket.js";
+import { t } from "../../core/words.js";
 import { rig } from "./rig.js";
 
 /**
@@ -43,9 +44,9 @@ export function startTracks() {
 export const TRACK_ACTIONS = [
   {
     id: "follow-play",
-    label: "Show ball and robots of all cameras of the rig, once each",
-    short: "Ball and robots",
-    group: "Pages",
+    label: t("rig.action.follow"),
+    short: t("rig.action.follow.short"),
+    group: "pages",
     run: () => {
       following.value = !following.value;
     },

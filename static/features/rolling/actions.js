@@ -1,5 +1,6 @@
 // Actions on a rolling ball.
 import { go } from "../../core/route.js";
+import { t } from "../../core/words.js";
 import { openedCamera as liveShown } from "../live/camera_page.js";
 import {
   canInclude,
@@ -20,36 +21,36 @@ import {
 export const ROLLING_ACTIONS = [
   {
     id: "watch-rolls",
-    label: "Let a ball roll before this camera…",
-    short: "Let a ball roll…",
-    group: "Pictures",
+    label: t("rolling.action.watch-rolls"),
+    short: t("rolling.action.watch-rolls.short"),
+    group: "pictures",
     run: () => go("ball", { camera: liveShown.value?.id }),
     enabled: () => liveShown.value !== null,
   },
   {
     id: "leave-roll",
-    label: "Leave the newest roll out",
-    short: "Leave the newest out",
+    label: t("rolling.action.leave-roll"),
+    short: t("rolling.action.leave-roll.short"),
     keys: ["u"],
-    group: "Pictures",
+    group: "pictures",
     run: excludeNewest,
     enabled: () => rollsCamera.value !== null && counted.value.length > 0,
   },
   {
     id: "take-roll",
-    label: "Take the roll in again that was left out last",
-    short: "Take it in again",
+    label: t("rolling.action.take-roll"),
+    short: t("rolling.action.take-roll.short"),
     keys: ["ctrl+z"],
-    group: "Pictures",
+    group: "pictures",
     run: includeRolls,
     enabled: () => rollsCamera.value !== null && canInclude.value,
   },
   {
     id: "roll-view",
-    label: "Judge rolls in the corrected picture, or in the raw one",
-    short: "Corrected",
+    label: t("rolling.action.roll-view"),
+    short: t("common.corrected"),
     keys: ["v"],
-    group: "Pictures",
+    group: "pictures",
     run: () => {
       wantsCorrected.value = view.value === "raw";
     },
@@ -58,34 +59,34 @@ export const ROLLING_ACTIONS = [
   },
   {
     id: "forget-rolls",
-    label: "Forget all rolls of this camera…",
-    short: "Forget all…",
-    group: "Pictures",
+    label: t("rolling.action.forget-rolls"),
+    short: t("rolling.forget-all"),
+    group: "pictures",
     run: () => void forgetRolls(),
     enabled: () => rollsCamera.value !== null && rolls.value.length > 0,
   },
   {
     id: "fit-rolls",
-    label: "Fit the lens from these rolls",
-    short: "Fit the lens",
-    group: "Pictures",
+    label: t("rolling.action.fit-rolls"),
+    short: t("rolling.fit-lens"),
+    group: "pictures",
     run: () => void fitFromRolls("lens"),
     enabled: () => rollsCamera.value !== null && counted.value.length >= 3 && search.value === null,
   },
   {
     id: "refine-rolls",
-    label: "Refine the active calibration by these rolls, as a new version",
-    short: "Refine the calibration",
-    group: "Pictures",
+    label: t("rolling.action.refine-rolls"),
+    short: t("rolling.action.refine-rolls.short"),
+    group: "pictures",
     run: () => void fitFromRolls("refined"),
     enabled: () =>
       rollsCamera.value !== null && counted.value.length >= 3 && search.value === null && hasCorrected.value,
   },
   {
     id: "stop-rolls",
-    label: "Stop fitting the rolls",
-    short: "Stop",
-    group: "Pictures",
+    label: t("rolling.action.stop-rolls"),
+    short: t("common.stop"),
+    group: "pictures",
     run: () => search.value?.stop.abort(),
     enabled: () => search.value !== null,
   },

@@ -1,12 +1,13 @@
 // A ball rolling before a live camera: moving objects, each straight roll, and the lens fitted to the rolls.
 import { computed, effect, signal } from "@preact/signals";
 import { call, online } from "../../core/api.js";
-import { number, pct, plural } from "../../core/format.js";
+import { number, pct } from "../../core/format.js";
 import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { route } from "../../core/route.js";
 import { openSocket } from "../../core/socket.js";
 import { namedCamera, notifyError } from "../../core/state.js";
+import { t } from "../../core/words.js";
 
 const DOUBT_MS = 5000;
 const GOOD = 5; // rolls that are worth having
@@ -66,17 +67,21 @@ export const rollsNextStep = computed(() => {
   const sentence = refusal.value
     ? `${refusal.value.detail} ${refusal.value.fix}`
     : !movingTracks.value
-      ? "Waiting for the camera…"
+      ? t("lens-pictures.waiting-for-camera")
       : !count
-        ? "Let a ball roll across the field, quickly, near its borders."
+        ? t("rolling.next-step.let-roll")
         : count < GOOD
-          ? `${plural(count, "roll")} so far; ${GOOD} are worth having.`
-          : `${plural(count, "roll")}: ${pct(all.value?.border_pct)} ± ${number(all.value?.border_sigma_pct, 2)} % ` +
-            `along the edge.`;
+          ? t("rolling.next-step.so-far", { count, good: GOOD })
+          : t("rolling.next-step.bow", {
+              count,
+              bow: pct(all.value?.border_pct),
+              sigma: number(all.value?.border_sigma_pct, 2),
+            });
   return {
     action: "fit-rolls",
-    label: "Fit the lens",
-    missing: count < FEWEST ? "Three rolls are the fewest." : search.value ? "The server is at it." : "",
+    label: t("rolling.fit-lens"),
+    missing:
+      count < FEWEST ? t("rolling.next-step.fewest") : search.value ? t("common.server-busy") : "",
     done: count >= GOOD,
     sentence,
   };

@@ -1,5 +1,6 @@
 // Actions on a 3-D scene.
 import { go, route } from "../../core/route.js";
+import { t } from "../../core/words.js";
 import { version } from "../versions/versions.js";
 import { changeView, firstScene, shownScene } from "./scene.js";
 
@@ -9,26 +10,26 @@ const atScene = () => route.value.view === "scene" && shownScene.value !== null 
 export const SCENE_ACTIONS = [
   {
     id: "scene",
-    label: "Show the scene in 3-D",
-    short: "Scene in 3-D",
-    group: "Pages",
+    label: t("scene.action.show"),
+    short: t("common.scene"),
+    group: "pages",
     keys: ["F8"],
     run: () => go("scene", { scene: version.value?.id ?? firstScene.value }),
     enabled: () => route.value.view !== "scene",
   },
   {
     id: "scene-free",
-    label: "Look at the scene freely",
-    short: "Freely",
-    group: "View",
+    label: t("scene.action.free"),
+    short: t("scene.action.free.short"),
+    group: "view",
     run: () => changeView({ view: "free" }),
     enabled: atScene,
   },
   {
     id: "scene-above",
-    label: "Look at the scene from above",
-    short: "From above",
-    group: "View",
+    label: t("scene.action.above"),
+    short: t("scene.action.above.short"),
+    group: "view",
     run: () => changeView({ view: "above" }),
     enabled: atScene,
   },

@@ -4,6 +4,7 @@ import { address, call, online } from "../../core/api.js";
 import { go, route } from "../../core/route.js";
 import { cameras, notifyError, pointer } from "../../core/state.js";
 import { theme } from "../../core/theme.js";
+import { t } from "../../core/words.js";
 import { mainViewport } from "../../canvas/viewport.js";
 import { openPicture } from "../calibrate/pictures.js";
 
@@ -63,14 +64,14 @@ export const sceneNextStep = computed(() => {
     sentence: refusal.value
       ? `${refusal.value.detail} ${refusal.value.fix}`
       : what.value === ""
-        ? "Choose a version to see where its camera hangs."
+        ? t("scene.step.choose")
         : !it
-          ? "The scene is being set up…"
+          ? t("scene.setting-up")
           : it.boards
-            ? `${it.boards.boards} views of the board, as they were held before the camera.`
+            ? t("scene.step.boards", { count: it.boards.boards })
             : cannot
-              ? "This model knows of no camera; its corrected picture lies on the field."
-              : "Drag to turn it; click the carpet to learn what is there.",
+              ? t("scene.step.no-camera")
+              : t("scene.step.turn"),
   };
 });
 

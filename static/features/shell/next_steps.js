@@ -2,6 +2,7 @@
 import { computed } from "@preact/signals";
 import { route } from "../../core/route.js";
 import { isNowhere } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { boardNextStep } from "../board/board.js";
 import { captureNextStep } from "../board/capture.js";
 import { detectionNextStep } from "../detection/detection.js";
@@ -16,10 +17,10 @@ import { straightNextStep } from "../straight/straight.js";
 
 const nowhereNextStep = computed(() => ({
   action: "step-camera",
-  label: "Back to the cameras",
+  label: t("shell.back-to-cameras"),
   missing: "",
   done: false,
-  sentence: "There is nothing at this address.",
+  sentence: t("shell.nowhere.sentence"),
 }));
 
 /** @typedef {import("@preact/signals").ReadonlySignal<{ action: string, label: string, missing: string, done: boolean,

@@ -8,6 +8,7 @@ import { keyLabel } from "../../core/keys.js";
 import { CONTENTS, openManual } from "../../core/manual.js";
 import { addressOf } from "../../core/route.js";
 import { cameras, fields, snapshots } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { CAMERA_TABS, PLACES, TABS } from "./places.js";
 
 const SHOWN = 40,
@@ -34,31 +35,46 @@ const ofPlaces = () =>
   PLACES.flatMap(({ place, view, label }) =>
     (TABS[place] ?? [[view, ""]])
       .filter(([tab]) => tab !== "ball") // it rolls before a camera
-      .map(([tab, name]) => to("Place", name ? `${label}: ${name}` : label, addressOf(tab))),
+      .map(([tab, name]) =>
+        to(t("shell.palette.kind.place"), name ? `${label}: ${name}` : label, addressOf(tab)),
+      ),
   );
 
 /** @returns {Entry[]} */
 const ofCameras = () =>
   cameras.value.flatMap(({ id, name }) =>
-    CAMERA_TABS.map(([tab, label]) => to("Camera", `${name}: ${label}`, addressOf(tab, { camera: id }))),
+    CAMERA_TABS.map(([tab, label]) =>
+      to(t("shell.palette.kind.camera"), `${name}: ${label}`, addressOf(tab, { camera: id })),
+    ),
   );
 
 /** @returns {Entry[]} */
 const ofFields = () =>
-  fields.value.map(({ name, title }) => to("Field", title, addressOf("field-editor", { field: name })));
+  fields.value.map(({ name, title }) =>
+    to(t("shell.palette.kind.field"), title, addressOf("field-editor", { field: name })),
+  );
 
 /** @returns {Entry[]} */
 const ofImages = () =>
   snapshots.value.map((s) => {
-    const name = cameras.value.find((c) => c.id === s.camera)?.name ?? "File";
-    return to("Image", `${name}, ${dayAndTime(s.taken_at)}`, addressOf("calibrate", { picture: s.id, step: "points" }));
+    const name = cameras.value.find((c) => c.id === s.camera)?.name ?? t("shell.palette.file");
+    return to(
+      t("shell.palette.kind.image"),
+      `${name}, ${dayAndTime(s.taken_at)}`,
+      addressOf("calibrate", { picture: s.id, step: "points" }),
+    );
   });
 
 /** @returns {Entry[]} */
 const ofActions = () =>
   [...ACTIONS.values()]
     .filter((a) => a.id !== "palette" && (a.enabled?.() ?? true))
-    .map((a) => ({ kind: "Do", label: a.label, hint: a.keys?.[0] && keyLabel(a.keys[0]), run: () => run(a.id) }));
+    .map((a) => ({
+      kind: t("shell.palette.kind.do"),
+      label: a.label,
+      hint: a.keys?.[0] && keyLabel(a.keys[0]),
+      run: () => run(a.id),
+    }));
 
 /** Those that have every word that was typed, in the order of their kinds. */
 export const results = computed(() => {
@@ -86,9 +102,10 @@ const fetchVersions = () =>
       items
         .filter((/** @type {any} */ v) => v.snapshot)
         .map((/** @type {any} */ v) => {
-          const name = cameras.value.find((c) => c.id === v.camera)?.name ?? "File";
+          const name = cameras.value.find((c) => c.id === v.camera)?.name ?? t("shell.palette.file");
           const address = addressOf("calibrate", { picture: v.snapshot, step: "verify" });
-          return to("Version", `${name}, version ${v.version}${v.active ? ", active" : ""}`, address);
+          const key = v.active ? "shell.palette.version-active" : "shell.palette.version";
+          return to(t("shell.palette.kind.version"), t(key, { camera: name, version: v.version }), address);
         }),
     () => [],
   );
@@ -100,7 +117,7 @@ const fetchManual = () =>
     .then(
       (text) =>
         [...text.matchAll(/^- \[(.+)\]\(([\w-]+\.md)\)$/gm)].map(([, label, page]) => ({
-          kind: "Manual",
+          kind: t("shell.palette.kind.manual"),
           label,
           run: () => void openManual(page),
         })),

@@ -2,6 +2,7 @@
 import { computed } from "@preact/signals";
 import { addressOf, route } from "../../core/route.js";
 import { cameras, namedCamera } from "../../core/state.js";
+import { t } from "../../core/words.js";
 
 /**
  * @typedef {import("../../core/route.js").View} View
@@ -10,24 +11,24 @@ import { cameras, namedCamera } from "../../core/state.js";
 
 /** icon: a path on 24 × 24. @type {{ place: Place, view: View, label: string, icon: string }[]} */
 export const PLACES = [
-  { place: "cameras", view: "wall", label: "Cameras", icon: "M4 7h10v10H4zM14 11l6-3v8l-6-3" },
+  { place: "cameras", view: "wall", label: t("shell.place.cameras"), icon: "M4 7h10v10H4zM14 11l6-3v8l-6-3" },
   {
     place: "field",
     view: "field",
-    label: "Field",
+    label: t("shell.place.field"),
     icon: "M3 6h18v12H3zM12 6v12M9.5 12a2.5 2.5 0 0 0 5 0a2.5 2.5 0 0 0-5 0",
   },
   {
     place: "lenses",
     view: "lenses",
-    label: "Lenses",
+    label: t("shell.place.lenses"),
     icon: "M4 12a8 8 0 0 0 16 0a8 8 0 0 0-16 0M8.5 12a3.5 3.5 0 0 0 7 0a3.5 3.5 0 0 0-7 0",
   },
-  { place: "library", view: "images", label: "Library", icon: "M4 7h16M4 12h16M4 17h10" },
+  { place: "library", view: "images", label: t("shell.place.library"), icon: "M4 7h16M4 12h16M4 17h10" },
   {
     place: "system",
     view: "publishing",
-    label: "System",
+    label: t("shell.place.system"),
     icon: "M9 12a3 3 0 0 0 6 0a3 3 0 0 0-6 0M12 4v2M12 18v2M4 12h2M18 12h2M6.3 6.3l1.5 1.5M16.2 16.2l1.5 1.5" +
       "M17.7 6.3l-1.5 1.5M7.8 16.2l-1.5 1.5",
   },
@@ -35,36 +36,36 @@ export const PLACES = [
 
 /** Of a camera. @type {[View, string][]} */
 export const CAMERA_TABS = [
-  ["live", "Live"],
-  ["camera-images", "Calibrate"],
-  ["drift", "Drift"],
-  ["detection", "Detection"],
-  ["versions", "Versions"],
-  ["camera-form", "Settings"],
+  ["live", t("shell.view.live")],
+  ["camera-images", t("shell.view.camera-images")],
+  ["drift", t("shell.view.drift")],
+  ["detection", t("shell.view.detection")],
+  ["versions", t("shell.view.versions")],
+  ["camera-form", t("shell.view.camera-form")],
 ];
 /** Of each other place. @type {Record<string, [View, string][]>} */
 export const TABS = {
   field: [
-    ["field", "Overview"],
-    ["pair", "Pairs"],
-    ["scene", "3-D"],
+    ["field", t("shell.tab.field")],
+    ["pair", t("shell.tab.pair")],
+    ["scene", t("shell.tab.scene")],
   ],
   lenses: [
-    ["lenses", "Library"],
-    ["board", "Board"],
-    ["edges", "Straight edges"],
-    ["ball", "Rolling ball"],
+    ["lenses", t("shell.tab.lenses")],
+    ["board", t("shell.view.board")],
+    ["edges", t("shell.view.edges")],
+    ["ball", t("shell.view.ball")],
   ],
   library: [
-    ["images", "Images"],
-    ["versions", "Versions"],
-    ["fields", "Fields"],
-    ["import", "Import"],
+    ["images", t("shell.view.images")],
+    ["versions", t("shell.view.versions")],
+    ["fields", t("shell.view.fields")],
+    ["import", t("shell.view.import")],
   ],
   system: [
-    ["publishing", "Publishing"],
-    ["jobs", "Jobs"],
-    ["server", "Server"],
+    ["publishing", t("shell.view.publishing")],
+    ["jobs", t("shell.view.jobs")],
+    ["server", t("shell.view.server")],
   ],
 };
 /** Views that stand behind the tab of another one. @type {Partial<Record<View | "nowhere", View>>} */

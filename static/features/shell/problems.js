@@ -1,9 +1,9 @@
 // What needs attention, in one list: the bell, the status bar, the wall, the rail and the browser's tab all read it.
 import { computed } from "@preact/signals";
 import { online } from "../../core/api.js";
-import { plural } from "../../core/format.js";
 import { addressOf } from "../../core/route.js";
 import { cameras } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { isOver, jobs } from "../jobs/job_list.js";
 import { SERVER_GONE, STATES, statuses } from "../live/camera_status.js";
 import { contradictions, publishing } from "../network/network.js";
@@ -79,8 +79,8 @@ const ofFields = () =>
             id: `field-${id}`,
             place: "cameras",
             camera: id,
-            text: `${name} was calibrated before its field was changed: ${changesInWords(active.field_changes)}.`,
-            fix: "Calibrate again from the kept points.",
+            text: t("shell.problem.field-changed", { camera: name, changes: changesInWords(active.field_changes) }),
+            fix: t("shell.problem.field-changed.fix"),
             href: addressOf("versions", { camera: id }),
           }),
         ]
@@ -100,8 +100,8 @@ function ofPublishing() {
       problem({
         ...about,
         id: `contradiction-${sender.id}-${camera.camera_id}`,
-        text: `${sender.address} publishes another calibration for camera ${camera.camera_id}.`,
-        fix: "Switch one of the two publishers off.",
+        text: t("shell.problem.contradiction", { address: sender.address, camera: camera.camera_id }),
+        fix: t("shell.problem.contradiction.fix"),
       }),
     );
   for (const one of it.cameras) {
@@ -112,8 +112,11 @@ function ofPublishing() {
           ...about,
           id: `number-${one.camera_id}`,
           level: "warn",
-          text: `${sharing.map((c) => nameOf(c.camera)).join(" and ")} publish as the same camera, ${one.camera_id}.`,
-          fix: "Give each a number of its own: publish, numbers in the settings file, or PUT /publishing.",
+          text: t("shell.problem.same-number", {
+            cameras: sharing.map((c) => nameOf(c.camera)).join(t("shell.problem.same-number.and")),
+            number: one.camera_id,
+          }),
+          fix: t("shell.problem.same-number.fix"),
         }),
       );
   }
@@ -146,7 +149,7 @@ const ofJobs = () => {
     (job) => isOver(job) && job.state === "failed" && Date.now() - Date.parse(job.ended_at ?? "") < FAILED_MS,
   );
   if (!failed.length) return [];
-  const text = `${plural(failed.length, "job")} failed in the last hour.`;
+  const text = t("shell.problem.jobs-failed", { count: failed.length });
   return [problem({ id: "jobs", level: "warn", place: "system", text, href: addressOf("jobs") })];
 };
 
@@ -157,8 +160,8 @@ const ofLine = () =>
     : [
         problem({
           id: "away",
-          text: "The server does not answer.",
-          fix: "Your clicks are kept in this browser, and are sent as soon as it is back.",
+          text: t("common.server-silent"),
+          fix: t("shell.problem.away.fix"),
         }),
       ];
 
@@ -171,8 +174,8 @@ export const serverProblems = computed(() => [
     problem({
       id: `damaged-${file}`,
       place: "system",
-      text: `Something kept was damaged (${kind}) and is now in ${file}.`,
-      fix: note ?? "Restore it from a backup, or make it anew.",
+      text: t("shell.problem.damaged", { kind, file }),
+      fix: note ?? t("shell.problem.damaged.fix"),
       href: addressOf("server"),
     }),
   ),

@@ -1,27 +1,28 @@
 // Actions that go from step to step; the primary button runs "next".
 import { run } from "../../core/actions.js";
 import { go, goToStep } from "../../core/route.js";
+import { t } from "../../core/words.js";
 import { STEPS, nextAction, steps } from "./steps.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const STEP_ACTIONS = [
   {
     id: "step-camera",
-    label: "Go to the cameras",
-    short: "Cameras",
+    label: t("shell.action.step-camera"),
+    short: t("shell.action.step-camera.short"),
     run: () => go("wall"),
   },
   ...STEPS.map(({ id, label }) => ({
     id: `step-${id}`,
-    label: `Go to ${label.toLowerCase()}`,
+    label: t("shell.action.go-to-step", { step: label.toLowerCase() }),
     run: () => goToStep(id),
     enabled: () => steps.value.find((s) => s.id === id)?.open ?? false,
   })),
   {
     id: "next",
-    label: "Continue (primary button)",
+    label: t("shell.action.next"),
     keys: ["Enter"],
-    group: "Steps",
+    group: "steps",
     run: () => run(nextAction.value.action),
     // a version is activated by its button alone: Enter, pressed once too often, must not
     enabled: () => !nextAction.value.missing && nextAction.value.action !== "activate",

@@ -1,9 +1,9 @@
 // The three steps: state of each, what is missing in one sentence, and the next action.
 import { computed } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
-import { plural } from "../../core/format.js";
 import { route } from "../../core/route.js";
 import { active, camera, nextCamera, region, snapshot, step } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { finding } from "../calibrate/find_lines.js";
 import { preview, refusal, stale } from "../calibrate/fitting.js";
 import { activationNextStep } from "../verify/actions.js";
@@ -20,9 +20,9 @@ export const POINTS_ADVISED = 5; // a cubic needs four; the fifth checks it
 
 /** @type {{ id: StepId, label: string }[]} */
 export const STEPS = [
-  { id: "field", label: "Field" },
-  { id: "points", label: "Points" },
-  { id: "verify", label: "Verify & activate" },
+  { id: "field", label: t("shell.step.field") },
+  { id: "points", label: t("shell.step.points") },
+  { id: "verify", label: t("shell.step.verify") },
 ];
 
 /** The first border after the active one that wants more points. */
@@ -46,45 +46,43 @@ export const steps = computed(() => {
 /** Where the page is while no picture is open. @type {Step} */
 const START = {
   id: "",
-  label: "Cameras",
+  label: t("shell.place.cameras"),
   done: false,
   open: true,
-  sentence: "Choose a camera, or open an image.",
+  sentence: t("shell.sentence.choose-camera"),
 };
 
 /** @returns {[boolean, string]} */
 function fieldState() {
   const picture = snapshot.value;
-  if (!picture) return [false, "No image is open."];
+  if (!picture) return [false, t("shell.sentence.no-image")];
   return region.value
-    ? [true, `${picture.width} × ${picture.height} px. Check the field type and the area this camera covers.`]
-    : [false, "Choose the field type and the area this camera covers."];
+    ? [true, t("shell.sentence.check-field", { width: picture.width, height: picture.height })]
+    : [false, t("shell.sentence.choose-field")];
 }
 
 /** @returns {[boolean, string]} */
 function pointsState() {
-  if (!snapshot.value) return [false, "No image is open."];
-  if (finding.value) return [false, "Detecting the field lines."];
-  if (fitted.value) return [true, "Fit complete. See the accuracy on the right."];
+  if (!snapshot.value) return [false, t("shell.sentence.no-image")];
+  if (finding.value) return [false, t("shell.sentence.detecting")];
+  if (fitted.value) return [true, t("shell.sentence.fit-complete")];
   const border = nextBorder.value;
   if (border) {
     const missing = POINTS_ADVISED - pointsOf(doc.value, border).length;
-    return [
-      false,
-      `Mark ${plural(missing, missing < POINTS_ADVISED ? "more point" : "point")} along the ${border} border.`,
-    ];
+    const key = missing < POINTS_ADVISED ? "shell.sentence.mark-more" : "shell.sentence.mark";
+    return [false, t(key, { count: missing, border: t(`shell.border.${border}`) })];
   }
-  return [false, refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : "Computing the fit."];
+  return [false, refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : t("shell.sentence.computing")];
 }
 
 /** @returns {[boolean, string]} */
 function verifyState() {
   const it = version.value;
-  if (!it) return [false, "Save a version to verify it."];
-  if (!isSaved.value) return [false, "The points have changed since the last version was saved."];
-  if (it.active) return [true, `Version ${it.version} is active.`];
-  if (!camera.value) return [true, `Version ${it.version} is saved. Download it, or use it over REST.`];
-  return [false, `Version ${it.version} is saved but not active.`];
+  if (!it) return [false, t("shell.sentence.save-first")];
+  if (!isSaved.value) return [false, t("shell.sentence.changed-since")];
+  if (it.active) return [true, t("shell.sentence.version-active", { version: it.version })];
+  if (!camera.value) return [true, t("shell.sentence.version-saved", { version: it.version })];
+  return [false, t("shell.sentence.version-inactive", { version: it.version })];
 }
 
 export const current = computed(() => steps.value.find((s) => s.id === step.value) ?? START);
@@ -96,24 +94,24 @@ export const nextAction = computed(() => {
   switch (step.value) {
     case "":
       if (route.value.view !== "wall") return viewNextStep.value ?? thing("", "");
-      if (badCamera.value) return thing("fix-camera", `Fix ${badCamera.value.name}…`);
+      if (badCamera.value) return thing("fix-camera", t("shell.next.fix-camera", { camera: badCamera.value.name }));
       return nextCamera.value
-        ? thing("take", `Calibrate ${nextCamera.value.name}`)
-        : thing("open", "Open an image…");
+        ? thing("take", t("common.calibrate-camera", { camera: nextCamera.value.name }))
+        : thing("open", t("shell.next.open-image"));
     case "field":
-      return thing("step-points", "Continue", region.value ? "" : current.value.sentence);
+      return thing("step-points", t("shell.next.continue"), region.value ? "" : current.value.sentence);
     case "points": {
-      if (finding.value) return thing("step-verify", "Detecting lines…", "Wait, or stop the detection.");
+      if (finding.value) return thing("step-verify", t("shell.next.detecting"), t("shell.next.detecting.missing"));
       const border = nextBorder.value;
       if (!fitted.value && border && border !== active.value)
-        return thing(`border-${border}`, `Next: ${border} border`);
-      if (isSaved.value) return thing("step-verify", "Continue");
-      return thing("save", "Continue", fitted.value && !stale.value ? "" : current.value.sentence);
+        return thing(`border-${border}`, t("shell.next.border", { border: t(`shell.border.${border}`) }));
+      if (isSaved.value) return thing("step-verify", t("shell.next.continue"));
+      return thing("save", t("shell.next.continue"), fitted.value && !stale.value ? "" : current.value.sentence);
     }
     default:
-      if (!isSaved.value) return thing("step-points", "Back: save the changes");
+      if (!isSaved.value) return thing("step-points", t("shell.next.save-changes"));
       return camera.value && version.value && !version.value.active
         ? activationNextStep.value
-        : thing("step-camera", "Done, back to cameras");
+        : thing("step-camera", t("shell.next.done"));
   }
 });

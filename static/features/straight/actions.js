@@ -1,6 +1,7 @@
 // Actions on pictures of straight edges: add them, judge them, show them straightened.
 import { filePicker } from "../../core/actions.js";
 import { go } from "../../core/route.js";
+import { t } from "../../core/words.js";
 import {
   atStraight,
   isResultCurrent,
@@ -15,38 +16,38 @@ import {
 export const STRAIGHT_ACTIONS = [
   {
     id: "straight",
-    label: "Check a lens by straight edges…",
-    group: "Pictures",
+    label: t("straight.action.straight"),
+    group: "pictures",
     run: () => go("edges"),
   },
   {
     id: "add-edges",
-    label: "Add pictures of straight edges…",
-    short: "Add pictures…",
-    group: "Pictures",
+    label: t("straight.action.add-edges"),
+    short: t("straight.add-pictures"),
+    group: "pictures",
     run: () => filePicker.open(),
     enabled: () => atStraight.value,
   },
   {
     id: "judge-edges",
-    label: "Judge how straight the edges are",
-    short: "Judge the edges",
-    group: "Pictures",
+    label: t("straight.action.judge-edges"),
+    short: t("straight.judge-edges"),
+    group: "pictures",
     run: () => void judgeEdges(),
     enabled: () => atStraight.value && ready.value.length > 0 && search.value === null,
   },
   {
     id: "stop-judging",
-    label: "Stop judging the edges",
-    short: "Stop",
-    group: "Pictures",
+    label: t("straight.action.stop-judging"),
+    short: t("common.stop"),
+    group: "pictures",
     run: () => search.value?.stop.abort(),
     enabled: () => search.value !== null,
   },
   {
     id: "straighten",
-    label: "Show the picture straightened, or as taken",
-    group: "Pictures",
+    label: t("straight.action.straighten"),
+    group: "pictures",
     run: () => showStraight(!shownPicture.value.straight),
     enabled: () => isResultCurrent.value,
   },

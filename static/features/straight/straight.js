@@ -1,11 +1,11 @@
 // Straight edges: how straight a camera's pictures show them, the job that judges them, and its result.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, request } from "../../core/api.js";
-import { plural } from "../../core/format.js";
 import { followJob, runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { route } from "../../core/route.js";
 import { notifyError } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { pictureList } from "../lens_pictures/picture_upload.js";
 
 const KEPT = "touchline.straight"; // a reload goes on with the same pictures
@@ -60,35 +60,37 @@ export const straightNextStep = computed(() => {
   if (search.value)
     return {
       action: "judge-edges",
-      label: "Judging the edges…",
-      missing: "The server is at it.",
+      label: t("straight.next-step.judging"),
+      missing: t("common.server-busy"),
       done: false,
-      sentence: "The server looks for straight edges, then for the lens that makes them straight.",
+      sentence: t("straight.next-step.server-looks"),
     };
   if (isResultCurrent.value)
     return {
       action: "straighten",
-      label: shownPicture.value.straight ? "Show it as taken" : "Show it straightened",
+      label: shownPicture.value.straight
+        ? t("straight.next-step.show-taken")
+        : t("straight.next-step.show-straightened"),
       missing: "",
       done: true,
-      sentence: "The edges are judged; what they tell stands on the right.",
+      sentence: t("straight.next-step.judged"),
     };
   if (!has)
     return {
       action: "add-edges",
-      label: "Add pictures…",
+      label: t("straight.add-pictures"),
       missing: "",
       done: false,
-      sentence: "Add one or more pictures of one camera that show long straight things.",
+      sentence: t("straight.next-step.add"),
     };
   return {
     action: "judge-edges",
-    label: "Judge the edges",
-    missing: list.uploading.value ? "The pictures are being uploaded." : "",
+    label: t("straight.judge-edges"),
+    missing: list.uploading.value ? t("lens-pictures.being-uploaded") : "",
     done: false,
     sentence: list.uploading.value
-      ? "The pictures are being uploaded."
-      : `${plural(ready.value.length, "picture")} of one camera; the more directions their edges run in, the better.`,
+      ? t("lens-pictures.being-uploaded")
+      : t("straight.next-step.pictures", { count: ready.value.length }),
   };
 });
 

@@ -2,6 +2,7 @@
 import { computed, signal } from "@preact/signals";
 import { go } from "../../core/route.js";
 import { comparing } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { activateCalibration } from "../versions/activate.js";
 import { isSaved, version } from "../versions/versions.js";
 import { gate } from "./checks.js";
@@ -27,20 +28,21 @@ export async function activateAnyway() {
 
 /** The primary button while the version is not active. */
 export const activationNextStep = computed(() => {
-  const name = `Activate version ${version.value?.version}`,
+  const number = String(version.value?.version),
+    name = t("common.activate-version", { version: number }),
     step = (/** @type {string} */ label, missing = "") => ({ action: "activate", label, missing });
-  if (!isSaved.value) return step(name, "The points have changed since this version was saved. Save them first.");
-  if (gate.value === "wait") return step("Checking…", "The checks of this version are not complete.");
-  return step(gate.value === "warn" ? `${name} anyway…` : name);
+  if (!isSaved.value) return step(name, t("verify.save-first"));
+  if (gate.value === "wait") return step(t("verify.checking"), t("verify.not-complete"));
+  return step(gate.value === "warn" ? t("verify.activate-version-anyway", { version: number }) : name);
 });
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const VERIFY_ACTIONS = [
   {
     id: "activate",
-    label: "Activate this version for its camera",
-    short: "Activate",
-    group: "Steps",
+    label: t("verify.action.activate"),
+    short: t("verify.action.activate.short"),
+    group: "steps",
     run: () => {
       if (gate.value === "ok") void activateAnyway();
       else if (version.value) warned.value = { of: version.value.id };

@@ -3,6 +3,7 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 import { Problem, ServerUnreachable, request } from "../../core/api.js";
 import { Stopped, runJob } from "../../core/jobs.js";
 import { cameras, comparing } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { formats } from "../versions/exports.js";
 import { version, versions } from "../versions/versions.js";
 import {
@@ -105,7 +106,7 @@ const isRefusal = (error) =>
 
 /** @param {unknown} error */
 const reasonOf = (error) => ({
-  text: error instanceof Stopped ? "The check was cancelled." : /** @type {Error} */ (error).message,
+  text: error instanceof Stopped ? t("verify.cancelled") : /** @type {Error} */ (error).message,
   fix: error instanceof Problem ? error.fix : "",
 });
 
@@ -113,22 +114,22 @@ const reasonOf = (error) => ({
 function questionsOf(it) {
   const other = former.value;
   return [
-    { id: "lines", title: "Field lines", find: (stopped) => findLines(it, stopped) },
+    { id: "lines", title: t("verify.lines"), find: (stopped) => findLines(it, stopped) },
     ...(other ? changeQuestions(it, other) : []),
     ...neighboursOf(it).map(({ id, name, active_calibration }) => ({
       id: `neighbour-${id}`,
-      title: `Agreement with ${name}`,
+      title: t("verify.neighbour", { camera: name }),
       find: (/** @type {AbortSignal} */ stopped) =>
         findNeighbour(it, `neighbour-${id}`, name, active_calibration, stopped),
     })),
-    { id: "export", title: "SSL-Vision export", find: (stopped) => findExport(it, stopped) },
+    { id: "export", title: t("verify.export"), find: (stopped) => findExport(it, stopped) },
   ];
 }
 
 /** @param {Calibration} it @param {AbortSignal} stopped */
 async function findLines(it, stopped) {
   if (!it.snapshot)
-    return check({ id: "lines", title: "Field lines", state: "unknown", text: "This version has no image to check." });
+    return check({ id: "lines", title: t("verify.lines"), state: "unknown", text: t("verify.lines.no-image") });
   const asked = { snapshot: it.snapshot };
   return linesFinding(it, await runJob(`/calibrations/${it.id}/check?job=true`, asked, stopped, () => {}));
 }
@@ -146,13 +147,13 @@ function changeQuestions(it, other) {
     (difference ??= get(`/calibrations/${other}/difference/${it.id}.json`, stopped));
   const from = () => {
     const number = versions.value.find((v) => v.id === other)?.version;
-    return number === undefined ? "the active version" : `version ${number}`;
+    return number === undefined ? t("verify.former.active") : t("verify.former.version", { version: number });
   };
   return [
-    { id: "lens", title: "Lens", find: async (stopped) => lensFinding(await ask(stopped), from()) },
+    { id: "lens", title: t("verify.lens"), find: async (stopped) => lensFinding(await ask(stopped), from()) },
     {
       id: "difference",
-      title: "Difference from the active version",
+      title: t("verify.difference-from-active"),
       find: async (stopped) => {
         const is = await ask(stopped);
         const finding = differenceFinding(is, from());

@@ -1,7 +1,8 @@
 // What each check of a version says: from the server's answer to a state, a title, a figure and a fix.
-import { mm, number, plural, words } from "../../core/format.js";
+import { mm, number, words } from "../../core/format.js";
 import { addressOf } from "../../core/route.js";
 import { models } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { robotTopsMm } from "../calibrate/camera_height.js";
 import { changesInWords } from "../versions/outdated.js";
 
@@ -30,35 +31,43 @@ const warningOf = (it, ...reasons) => it.report.warnings.find((w) => reasons.inc
 
 /** @param {Calibration} it @param {import("./types").LinesAnswer} answer */
 export function linesFinding(it, { found_share, lines_found, missing, lines, verdict: { level, reason } }) {
-  const length = `${lines_found} of ${plural(lines.length, "line")}, ${number(100 * found_share, 0)} % of their length`,
+  const length = t("verify.lines.found", {
+      found: lines_found,
+      count: lines.length,
+      share: number(100 * found_share, 0),
+    }),
     farthest = lines.toSorted((a, b) => (b.worst_mm ?? 0) - (a.worst_mm ?? 0))[0],
-    known = { id: "lines", text: `${length}.`, href: pointsAddress(it) };
+    known = { id: "lines", text: length, href: pointsAddress(it) };
   if (level === null)
-    return check({ ...known, state: "unknown", title: "Too few field lines detected to judge", href: "" });
+    return check({ ...known, state: "unknown", title: t("verify.lines.too-few"), href: "" });
   if (reason === "elsewhere")
     return check({
       ...known,
       state: STATES[level],
-      title: "The field lines are elsewhere in the image",
-      fix: "Check the field type and the covered area.",
+      title: t("verify.lines.elsewhere"),
+      fix: t("verify.lines.elsewhere.fix"),
     });
   if (missing.length)
     return check({
       ...known,
       state: STATES[level],
-      title: "Field lines not detected",
-      text: `${length}. Not detected: ${missing.map((name) => words(name).toLowerCase()).join(", ")}.`,
-      fix: "Add points on these lines, or check the field type.",
+      title: t("verify.lines.missing"),
+      text: `${length} ${t("verify.lines.not-detected", {
+        lines: missing.map((name) => words(name).toLowerCase()).join(", "),
+      })}`,
+      fix: t("verify.lines.missing.fix"),
     });
-  if (level === "good") return check({ ...known, state: "ok", title: "Field lines found", href: "" });
-  const where = farthest ? ` Largest error: ${words(farthest.feature).toLowerCase()}.` : "";
+  if (level === "good") return check({ ...known, state: "ok", title: t("verify.lines.ok"), href: "" });
+  const where = farthest
+    ? ` ${t("verify.lines.largest-error", { line: words(farthest.feature).toLowerCase() })}`
+    : "";
   return check({
     ...known,
     state: STATES[level],
-    title: level === "poor" ? "Field lines are misplaced" : "Field lines are slightly misplaced",
+    title: level === "poor" ? t("verify.lines.misplaced") : t("verify.lines.slightly-misplaced"),
     value: farthest ? `${mm(farthest.worst_mm)} mm` : "",
-    text: `${length}.${where}`,
-    fix: "Add points on this line, or use another lens model.",
+    text: `${length}${where}`,
+    fix: t("verify.lines.misplaced.fix"),
   });
 }
 
@@ -69,18 +78,18 @@ export const fieldFinding = ({ field_changes: changes = [] }) =>
         check({
           id: "field",
           state: "bad",
-          title: "Field changed since",
-          text: `Elsewhere now: ${changesInWords(changes)}.`,
-          fix: "Save a new version.",
+          title: t("common.field-changed"),
+          text: t("verify.field.elsewhere-now", { changes: changesInWords(changes) }),
+          fix: t("verify.field.fix"),
         }),
       ]
     : [];
 
 const ACCURACY = {
-  good: "Accurate enough for matches",
-  fair: "Usable accuracy",
-  poor: "Not accurate enough for matches",
-  unknown: "Accuracy inside the field is unknown",
+  good: t("verify.accuracy.good"),
+  fair: t("verify.accuracy.fair"),
+  poor: t("verify.accuracy.poor"),
+  unknown: t("verify.accuracy.unknown"),
 };
 
 /** @param {Calibration} it */
@@ -96,9 +105,9 @@ export function accuracyFinding(it) {
     value: level === "unknown" ? "?" : `${mm(it.report.verdict.mm)} mm`,
     text:
       hat && tops !== null
-        ? `At robot tops (${number(hat.z_mm, 0)} mm): ${mm(tops)} mm.`
-        : "At robot tops: unknown.",
-    fix: isBad ? "Add points on lines inside the field, or use another lens model." : "",
+        ? t("verify.accuracy.robot-tops", { height: number(hat.z_mm, 0), error: mm(tops) })
+        : t("verify.accuracy.robot-tops-unknown"),
+    fix: isBad ? t("verify.accuracy.fix") : "",
     href: isBad ? pointsAddress(it) : "",
   });
 }
@@ -107,11 +116,11 @@ export function accuracyFinding(it) {
 export function modelFinding(it) {
   const wrong = warningOf(it, "another-lens", "lens-ends"),
     value = models.value.find((m) => m.name === it.model.name)?.title ?? words(it.model.name);
-  if (!wrong) return check({ id: "model", state: "ok", title: "Lens model fits the points", value });
+  if (!wrong) return check({ id: "model", state: "ok", title: t("verify.model.ok"), value });
   const title =
     wrong.reason === "lens-ends"
-      ? "The lens model does not reach all of the field"
-      : "Another lens model contradicts this one";
+      ? t("verify.model.ends")
+      : t("verify.model.contradicted");
   return check({ id: "model", state: "bad", title, value, text: wrong.text, fix: wrong.fix, href: modelAddress(it) });
 }
 
@@ -119,40 +128,42 @@ export function modelFinding(it) {
 export function heightFinding(it) {
   const { camera } = it.report,
     wrong = warningOf(it, "height-unknown", "implausible-camera"),
-    measured = camera ? `${number(camera.height_mm / 1000, 1)} m, tilt ${number(camera.tilt_deg, 1)}°` : "";
+    measured = camera
+      ? t("verify.height.measured", { height: number(camera.height_mm / 1000, 1), tilt: number(camera.tilt_deg, 1) })
+      : "";
   if (wrong) {
     const isKnownWell = ["good", "fair"].includes(it.report.verdict.level); // the error at robot tops is in that
     return check({
       id: "height",
       state: wrong.reason === "height-unknown" && isKnownWell ? "note" : "bad",
-      title: wrong.reason === "height-unknown" ? "The camera height is unknown" : "The camera height is implausible",
-      text: wrong.reason === "height-unknown" ? `Estimated from the points: ${measured}.` : wrong.text,
-      fix: "Measure the camera height and enter it.",
+      title: wrong.reason === "height-unknown" ? t("verify.height.unknown") : t("verify.height.implausible"),
+      text: wrong.reason === "height-unknown" ? t("verify.height.estimated", { measured }) : wrong.text,
+      fix: t("verify.height.fix"),
       href: modelAddress(it),
     });
   }
-  if (camera) return check({ id: "height", state: "ok", title: "Camera height is plausible", text: `${measured}.` });
+  if (camera) return check({ id: "height", state: "ok", title: t("verify.height.ok"), text: `${measured}.` });
   if (camera === null)
     return check({
       id: "height",
       state: "note",
-      title: "This model has no camera height",
-      text: "Positions at robot height are not corrected.",
+      title: t("verify.height.none"),
+      text: t("verify.height.none.text"),
     });
-  return check({ id: "height", state: "unknown", title: "Camera height", text: "Not recorded in this version." });
+  return check({ id: "height", state: "unknown", title: t("verify.height"), text: t("verify.height.not-recorded") });
 }
 
 /** @param {import("./types").Difference} difference @param {string} from the former version, in words */
 export function lensFinding({ lens }, from) {
   if (!lens) return null;
   const pct = Math.max(0.01, Math.abs(100 * (lens.focal_ratio - 1))), // no figure is better than that
-    text = `Focal length within ${number(pct, 2)} %.`;
-  if (lens.max_px === null) return check({ id: "lens", state: "unknown", title: "Lens", text });
+    text = t("verify.lens.focal-length", { share: number(pct, 2) });
+  if (lens.max_px === null) return check({ id: "lens", state: "unknown", title: t("verify.lens"), text });
   const isSame = lens.max_px <= LENS_SAME_PX;
   return check({
     id: "lens",
     state: isSame ? "ok" : "note",
-    title: isSame ? `Lens unchanged since ${from}` : `Lens differs from ${from}`,
+    title: isSame ? t("verify.lens.same", { former: from }) : t("verify.lens.differs", { former: from }),
     value: `${number(Math.max(0.1, lens.max_px), 1)} px`,
     text,
   });
@@ -162,14 +173,19 @@ export function lensFinding({ lens }, from) {
 export function differenceFinding({ median_mm, max_mm }, from) {
   const id = "difference";
   if (median_mm === null || max_mm === null)
-    return check({ id, state: "unknown", title: `Difference from ${from}`, text: "They have no place in common." });
+    return check({
+      id,
+      state: "unknown",
+      title: t("verify.difference", { former: from }),
+      text: t("verify.difference.nothing-common"),
+    });
   const isSame = max_mm <= SAME_MM;
   return check({
     id,
     state: isSame ? "ok" : "note",
-    title: isSame ? `Same positions as ${from}` : `Differs from ${from}`,
+    title: isSame ? t("verify.difference.same", { former: from }) : t("verify.difference.differs", { former: from }),
     value: `${mm(median_mm)} mm`,
-    text: `Median; ${mm(max_mm)} mm at the worst place.`,
+    text: t("verify.difference.worst", { worst: mm(max_mm) }),
   });
 }
 
@@ -180,17 +196,19 @@ export function neighbourFinding(id, name, agreement) {
   const { median_mm, overlap_m2, verdict } = agreement,
     state = STATES[verdict.level];
   const isNear = median_mm <= AGREE_MM,
-    agrees = isNear ? `Agrees with ${name}` : `Does not agree with ${name}`;
+    agrees = isNear
+      ? t("verify.neighbour.agrees", { camera: name })
+      : t("verify.neighbour.disagrees", { camera: name });
   return check({
     id,
     state,
-    title: state === "bad" && isNear ? `Agreement with ${name} is not reliable` : agrees,
+    title: state === "bad" && isNear ? t("verify.neighbour.unreliable", { camera: name }) : agrees,
     value: `${mm(median_mm)} mm`,
     text:
       state === "bad" && isNear
-        ? "One of the two versions is not accurate enough for matches."
-        : `On ${number(overlap_m2, 0)} m² that both cameras cover.`,
-    fix: state === "bad" ? "Compare the two cameras, and calibrate the less accurate one again." : "",
+        ? t("verify.neighbour.inaccurate")
+        : t("verify.neighbour.overlap", { area: number(overlap_m2, 0) }),
+    fix: state === "bad" ? t("verify.neighbour.fix") : "",
     href: state === "bad" ? addressOf("pair") : "",
   });
 }
@@ -199,10 +217,10 @@ export function neighbourFinding(id, name, agreement) {
 export function exportFinding(format, limit_mm) {
   if (!format) return null;
   const id = "export",
-    title = "SSL-Vision export",
+    title = t("verify.export"),
     { problem, loss } = format;
   if (problem) return check({ id, title, state: "note", text: problem.what, fix: problem.fix });
-  if (!loss) return check({ id, title, state: "ok", value: "0 mm", text: "Exact." });
+  if (!loss) return check({ id, title, state: "ok", value: "0 mm", text: t("verify.export.exact") });
   const worst = Math.max(loss.worst_mm, loss.hat_worst_mm ?? 0);
   if (worst > limit_mm)
     return check({
@@ -210,7 +228,7 @@ export function exportFinding(format, limit_mm) {
       title,
       state: "note",
       value: `${mm(worst)} mm`,
-      text: `Above the limit for publishing, ${mm(limit_mm)} mm. Use the SSL lens model to publish this camera.`,
+      text: t("verify.export.above-limit", { limit: mm(limit_mm) }),
     });
-  return check({ id, title, state: "ok", value: `${mm(worst)} mm`, text: "One-parameter lens, at the worst place." });
+  return check({ id, title, state: "ok", value: `${mm(worst)} mm`, text: t("verify.export.one-parameter") });
 }

@@ -1,6 +1,7 @@
 // Actions on versions: save one.
 import { doc } from "../../core/document.js";
 import { snapshot } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { search, stopCalibratingAgain } from "./outdated.js";
 import { saveVersion, saving } from "./versions.js";
 
@@ -8,26 +9,26 @@ import { saveVersion, saving } from "./versions.js";
 export const VERSION_ACTIONS = [
   {
     id: "save",
-    label: "Save a version and verify it",
-    short: "Save a version",
+    label: t("versions.action.save"),
+    short: t("versions.action.save.short"),
     keys: ["ctrl+s"],
-    group: "Steps",
+    group: "steps",
     run: () => void saveVersion(),
     enabled: () => snapshot.value !== null && doc.value.observations.length > 0,
   }, // if something is missing, the server says what
   {
     id: "stop-saving",
-    label: "Stop saving the version",
-    short: "Stop",
-    group: "Steps",
+    label: t("versions.action.stop-saving"),
+    short: t("common.stop"),
+    group: "steps",
     run: () => saving.value?.abort(),
     enabled: () => saving.value !== null,
   },
   {
     id: "stop-calibrating-again",
-    label: "Stop calibrating again",
-    short: "Stop",
-    group: "Steps",
+    label: t("versions.action.stop-calibrating"),
+    short: t("common.stop"),
+    group: "steps",
     run: stopCalibratingAgain,
     enabled: () => search.value !== null,
   },

@@ -2,6 +2,7 @@
 import { effect, untracked } from "@preact/signals";
 import { Problem, call, request } from "../../core/api.js";
 import { cameras, notify, notifyError } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { readCameras } from "../calibrate/pictures.js";
 import { refreshStatuses } from "../live/camera_status.js";
 import { noteActivated } from "./versions.js";
@@ -40,9 +41,14 @@ export async function activateCalibration(it) {
   if (!camera) noteActivated(it);
   notify({
     level: "info",
-    text: `Version ${it.version} of ${camera?.name ?? "pictures from files"} is active.`,
-    fix: former && former !== it.id ? "The version before it is kept." : "",
-    action: former && former !== it.id ? { label: "Undo", run: () => void undo(it, former) } : undefined,
+    text: camera
+      ? t("versions.activated", { version: String(it.version), camera: camera.name })
+      : t("versions.activated-from-files", { version: String(it.version) }),
+    fix: former && former !== it.id ? t("versions.activated.fix") : "",
+    action:
+      former && former !== it.id
+        ? { label: t("common.undo"), run: () => void undo(it, former) }
+        : undefined,
   });
   await refreshStatuses();
   return true;
@@ -60,7 +66,10 @@ async function refuse(it, error) {
     level: "warn",
     text: error.detail,
     fix: error.fix,
-    action: { label: `Activate version ${it.version} all the same`, run: () => void activateCalibration(it) },
+    action: {
+      label: t("versions.activate-all-the-same", { version: String(it.version) }),
+      run: () => void activateCalibration(it),
+    },
   });
 }
 

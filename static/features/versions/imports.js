@@ -2,6 +2,7 @@
 import { signal } from "@preact/signals";
 import { request } from "../../core/api.js";
 import { busy, cameras, notify } from "../../core/state.js";
+import { t } from "../../core/words.js";
 
 /** What is said beside a file; empty says nothing. */
 export const importOptions = signal({ camera: "", field: "", region: "", image_size: "" });
@@ -31,11 +32,11 @@ export const isCalibrationFile = (file) =>
 /** Keep what a file holds, as a new version or a lens. @param {Blob & { name?: string }} file */
 export async function importFile(file) {
   if (busy.value) return;
-  const name = file.name || "the file",
+  const name = file.name || t("versions.import.the-file"),
     body = new FormData();
   body.append("file", file, name);
   for (const [what, text] of Object.entries(importOptions.value)) if (text) body.append(what, text);
-  busy.value = `Reading ${name}…`;
+  busy.value = t("versions.import.reading", { file: name });
   imported.value = null;
   try {
     const answer = await request("POST", "/calibrations/import", { body });
@@ -44,7 +45,7 @@ export async function importFile(file) {
     imported.value = { name, kept: { ...record, isLens }, why: null };
     notify({ level: "info", text: importMessage({ ...record, isLens }), fix: record.note });
   } catch (error) {
-    const { message, fix = "Check that the server runs, then choose the file again." } =
+    const { message, fix = t("versions.import.failed.fix") } =
       /** @type {Error & { fix?: string }} */ (error);
     imported.value = { name, kept: null, why: { detail: `${name}: ${message}`, fix } };
     notify({ level: "warn", text: `${name}: ${message}`, fix }); // the file may have been dropped far from the button
@@ -55,8 +56,10 @@ export async function importFile(file) {
 
 /** What was kept, in a sentence. @param {Kept} kept */
 export function importMessage({ version, camera, isLens }) {
-  const whose = camera ? ` for ${cameras.value.find((c) => c.id === camera)?.name ?? camera}` : "";
-  return isLens
-    ? "A lens was imported; a calibration can hold it."
-    : `Version ${version}${whose} was imported.`;
+  const whose = camera ? (cameras.value.find((c) => c.id === camera)?.name ?? camera) : "",
+    number = String(version);
+  if (isLens) return t("versions.import.lens-imported");
+  return camera
+    ? t("versions.import.imported-for", { version: number, camera: whose })
+    : t("versions.import.imported", { version: number });
 }

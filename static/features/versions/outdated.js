@@ -1,9 +1,10 @@
 // Active versions that were made before their field was changed: made again from the points that they keep.
 import { request } from "../../core/api.js";
-import { plural, words } from "../../core/format.js";
+import { words } from "../../core/format.js";
 import { followJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { notify } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { readCameras } from "../calibrate/pictures.js";
 import { revision } from "./versions.js";
 
@@ -15,7 +16,7 @@ export const { search, refusal, watch } = longWork();
 export function changesInWords(changes) {
   const shown = changes.slice(0, NAMED).map((name) => words(name).toLowerCase()),
     more = changes.length - shown.length;
-  return shown.join(", ") + (more ? ` and ${more} more` : "");
+  return more ? t("versions.changes-and-more", { changes: shown.join(", "), count: more }) : shown.join(", ");
 }
 
 /**
@@ -34,8 +35,8 @@ export async function calibrateAgain(field, cameras) {
       revision.value += 1;
       notify({
         level: "info",
-        text: `${plural(calibrations.length, "new version")} on the field as it is now. None is active yet.`,
-        fix: "Look at them under Versions, then activate them.",
+        text: t("versions.outdated.made", { count: calibrations.length }),
+        fix: t("versions.outdated.made.fix"),
       });
       await readCameras();
     },

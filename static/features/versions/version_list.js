@@ -4,6 +4,7 @@ import { call, changeSeen } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { route } from "../../core/route.js";
 import { notify, notifyError } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { revision, writeNote } from "./versions.js";
 
 /** @typedef {import("./types").VersionRecord} Kept */
@@ -108,10 +109,10 @@ export const deleteVersion = (it) =>
     comparedPair.value = comparedPair.value.filter((id) => id !== it.id);
     notify({
       level: "info",
-      text: `Version ${it.version} was deleted.`,
-      fix: "Its number is not used again.",
+      text: t("versions.deleted", { version: it.version }),
+      fix: t("versions.deleted.fix"),
       action: {
-        label: "Put it back",
+        label: t("common.put-back"),
         run: () => void changing(() => call("POST", `/calibrations/${it.id}/restore`)),
       },
     });

@@ -6,6 +6,7 @@ import { Stopped, runJob } from "../../core/jobs.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { goToStep } from "../../core/route.js";
 import { busy, models, notifyError, rotation, snapshot } from "../../core/state.js";
+import { t } from "../../core/words.js";
 import { fitBody, fittedPoints } from "../calibrate/fitting.js";
 
 /** The newest version of this picture, and its neighbours of the same camera. */
@@ -55,7 +56,7 @@ const plain = ({ feature, kind, points, z_mm = 0 }) => [feature, kind, points, z
 export async function saveVersion() {
   if (busy.value) return; // asked for twice, it would be two versions
   if (!isSaved.value) {
-    busy.value = "Saving…";
+    busy.value = t("versions.saving");
     const picture = snapshot.value?.id,
       stop = new AbortController();
     saving.value = stop;
@@ -63,7 +64,7 @@ export async function saveVersion() {
       const camera = snapshot.value?.camera;
       const body = { ...fitBody(doc.value), ...(camera ? { camera } : {}) };
       const { calibration } = await runJob("/calibrations?job=true", body, stop.signal, ({ progress }) => {
-        busy.value = `Saving, ${Math.round(100 * progress)} %`;
+        busy.value = t("versions.saving-progress", { share: Math.round(100 * progress) });
       });
       const saved = await call("GET", `/calibrations/${calibration}`);
       const isLeft = () => snapshot.value?.id !== picture; // then it stands among that picture's versions

@@ -3,6 +3,8 @@ import { thumbnail } from "../../../core/api.js";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { models } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
+import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
 import { Working } from "../../../ui/working.js";
@@ -36,26 +38,26 @@ const WITH_LENS = new Set(["brown-conrady", "fisheye"]);
 export function BoardForm() {
   const it = boardRequest.value;
   return html`
-    <section aria-label="Board">
-      <${Title} of="board">Board<//>
+    <section aria-label=${t("board.form.board")}>
+      <${Title} of="board">${t("board.form.board")}<//>
       <label class="pair tall">
-        <span>Kind</span>
+        <span>${t("board.form.kind")}</span>
         <select
           data-testid="board-kind"
           value=${it.kind}
           onChange=${(/** @type {Changed} */ e) => changeBoard({ kind: e.target.value })}
         >
-          <option value="chessboard">Chessboard</option>
-          <option value="charuco">ChArUco</option>
+          <option value="chessboard">${t("board.form.chessboard")}</option>
+          <option value="charuco">${t("board.form.charuco")}</option>
         </select>
       </label>
-      <${Whole} name="columns" label="Inner corners across" />
-      <${Whole} name="rows" label="Inner corners down" />
-      <${Length} name="square_mm" label="Side of a square" />
+      <${Whole} name="columns" label=${t("board.form.corners-across")} />
+      <${Whole} name="rows" label=${t("board.form.corners-down")} />
+      <${Length} name="square_mm" label=${t("board.form.square")} />
       ${it.kind === "charuco" && html`
-        <${Length} name="marker_mm" label="Side of a marker" />
+        <${Length} name="marker_mm" label=${t("board.form.marker")} />
         <label class="pair tall">
-          <span>Dictionary</span>
+          <span>${t("board.form.dictionary")}</span>
           <select
             data-testid="board-dictionary"
             value=${it.dictionary}
@@ -67,7 +69,7 @@ export function BoardForm() {
           </select>
         </label>
         <label class="pair">
-          <span>Printed by OpenCV before 4.6</span>
+          <span>${t("board.form.legacy")}</span>
           <input
             type="checkbox"
             checked=${it.legacy}
@@ -75,12 +77,12 @@ export function BoardForm() {
           />
         </label>
       `}
-      <p class="reason">Inner corners are those where four squares meet.</p>
+      <p class="reason">${t("board.form.inner-corners")}</p>
     </section>
-    <section aria-label="Lens">
-      <${Title} of="lens">Lens<//>
+    <section aria-label=${t("lens-pictures.lens")}>
+      <${Title} of="lens">${t("lens-pictures.lens")}<//>
       <label class="pair tall">
-        <span>Model</span>
+        <span>${t("board.form.model")}</span>
         <select
           data-testid="board-model"
           value=${it.model}
@@ -94,12 +96,12 @@ export function BoardForm() {
         </select>
       </label>
       <label class="pair tall">
-        <span>Note</span>
+        <span>${t("board.form.note")}</span>
         <input
           type="text"
           data-testid="board-note"
           maxlength="200"
-          placeholder="4 mm lens of the north camera"
+          placeholder=${t("board.form.note-example")}
           value=${it.note}
           onInput=${(/** @type {Changed} */ e) => changeBoard({ note: e.target.value })}
         />
@@ -143,14 +145,19 @@ export function BoardPage() {
   const now = search.value,
     all = pictures.value;
   return html`<div class="page" data-testid="board-desk">
-    <h1>Calibrate a lens with a board</h1>
+    <h1>${t("board.desk.title")}</h1>
     <p class="dim">
-      A board tells the lens; the field's lines then tell where the camera hangs. About twenty pictures,
-      tilted to every side, all over the picture.
+      ${t("board.desk.purpose")}
     </p>
-    <${Working} now=${now} what="Finding the lens" stop="stop-finding" why=${refusal.value} name="board" />
+    <${Working}
+      now=${now}
+      what=${t("board.desk.finding")}
+      stop="stop-finding"
+      why=${refusal.value}
+      name="board"
+    />
     <${Pictures}
-      of="the board"
+      of=${t("board.desk.pictures-of")}
       name="board"
       add="add-pictures"
       count=${all.length}
@@ -177,8 +184,8 @@ function View({ picture }) {
     <button
       type="button"
       class="remove"
-      aria-label=${`Remove ${name}`}
-      title="Remove this picture"
+      aria-label=${t("lens-pictures.remove", { name })}
+      title=${t("lens-pictures.remove-picture")}
       disabled=${search.value !== null}
       onClick=${() => removePicture(key)}
     >
@@ -189,20 +196,20 @@ function View({ picture }) {
     </small>
     <small>
       ${state === "waiting" ? (
-        "Waiting…"
+        t("lens-pictures.state.waiting")
       ) : state === "uploading" ? (
-        "Uploading…"
+        t("lens-pictures.state.uploading")
       ) : state === "refused" ? (
         why
       ) : !seen ? (
-        "Uploaded"
+        t("lens-pictures.state.uploaded")
       ) : view?.used
         ? html`
           <b class="level good">✓</b> ${number(view.rms_px, 2)} px, ${number(view.tilt_deg, 0)}°
           ${view.nearer ? ` ${view.nearer}` : ""}
         `
         : html`
-          <b class=${`level ${level}`}>${view ? "Left out." : "No board."}</b> ${seen.why}
+          <b class=${`level ${level}`}>${view ? t("board.view.left-out") : t("board.view.no-board")}</b> ${seen.why}
         `}
     </small>
   </li>`;
@@ -214,8 +221,11 @@ export function LensForNextPicture() {
   return (
     lens && html`<div class="plainly line" data-testid="held-next">
       <span>
-        The next picture is fitted with the lens <b>${lens.note || "from the board"}</b> (${lens.image_size[0]}${" "}
-        × ${lens.image_size[1]} px).
+        ${rich("board.next-picture.lens", {
+          lens: lens.note || t("board.next-picture.from-board"),
+          width: lens.image_size[0],
+          height: lens.image_size[1],
+        })}
       </span>
       <button
         type="button"
@@ -223,7 +233,7 @@ export function LensForNextPicture() {
           lensForNextPicture.value = null;
         }}
       >
-        Do not use it
+        ${t("board.next-picture.do-not-use")}
       </button>
     </div>`
   );

@@ -1,7 +1,7 @@
 // A board before a live camera: its corners over the live picture, what is covered, the view that is wanted next.
 import { thumbnail } from "../../../core/api.js";
-import { plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { path } from "../../../canvas/drawing.js";
 import { removePicture } from "../board.js";
@@ -17,19 +17,18 @@ export function CapturePage() {
   const it = boardView.value,
     all = views.value;
   return html`<div class="page" data-testid="capture-page">
-    <h1>A board before ${camera.name}</h1>
+    <h1>${t("board.capture.title", { camera: camera.name })}</h1>
     <p class="dim">
-      Hold the board as the outline shows. Whenever it stands still in a new way, a picture is taken by
-      itself.
+      ${t("board.capture.how")}
     </p>
     <div class="line wrap">
       <${ActionButton}
         id="capture"
         withKey
-        label=${automatic.value ? "Stop taking by itself" : "Take by itself"}
+        label=${automatic.value ? t("board.capture.stop-automatic") : t("board.capture.start-automatic")}
       />
       <${ActionButton} id="take-view" />
-      <${ActionButton} id="find-captured" label="Find the lens" />
+      <${ActionButton} id="find-captured" label=${t("board.find-lens")} />
     </div>
     <div class="captured" data-state=${!it ? "" : it.quad ? (it.still && it.new ? "good" : "seen") : "none"}>
       <${LiveView} key=${camera.id} id=${camera.id} name=${camera.name} width=${WIDTH_PX} />
@@ -48,28 +47,28 @@ export function CapturePage() {
         `
         : !it
         ? (
-        "Waiting for the camera…"
+        t("lens-pictures.waiting-for-camera")
       )
         : it.taken
-        ? html`<b class="level good">Taken.</b>`
+        ? html`<b class="level good">${t("board.capture.taken")}</b>`
         : !automatic.value && it.quad
         ? (
-        "Press Space to take this view."
+        t("board.capture.press-space")
       )
         : (
-        it.hint || "Taking it…"
+        it.hint || t("board.capture.taking")
       )}
     </p>
-    <section aria-label="Views taken">
-      <h2>${plural(all.length, "view")} taken</h2>
+    <section aria-label=${t("board.capture.views")}>
+      <h2>${t("board.capture.views-taken", { count: all.length })}</h2>
       <ul class="views" data-testid="captured-views">
         ${all.map((p) => html`<li key=${p.key} data-testid="captured-view">
           <img loading="lazy" alt="" src=${thumbnail(p.id)} />
           <button
             type="button"
             class="remove"
-            aria-label=${`Remove ${p.name}`}
-            title="Remove this view"
+            aria-label=${t("lens-pictures.remove", { name: p.name })}
+            title=${t("board.capture.remove-view")}
             onClick=${() => removePicture(p.key)}
           >
             ×
@@ -89,19 +88,19 @@ export function CaptureReport() {
   const it = boardView.value;
   if (!it)
     return html`<section>
-      <h2>Coverage</h2>
-      <p class="reason">It is drawn as soon as the camera is seen.</p>
+      <h2>${t("board.coverage.title")}</h2>
+      <p class="reason">${t("board.coverage.not-yet")}</p>
     </section>`;
   const columns = it.cells[0].length,
     most = Math.max(...it.cells.flat(), 1);
-  return html`<section aria-label="Coverage">
-    <h2>Coverage, ${Math.round(100 * it.share)} % of the picture</h2>
+  return html`<section aria-label=${t("board.coverage.title")}>
+    <h2>${t("board.coverage.share", { share: Math.round(100 * it.share) })}</h2>
     <svg
       class="coverage"
       data-testid="capture-coverage"
       viewBox=${`0 0 ${columns} ${it.cells.length}`}
       role="img"
-      aria-label=${`Corners in ${Math.round(100 * it.share)} % of the picture`}
+      aria-label=${t("board.coverage.corners-in", { share: Math.round(100 * it.share) })}
     >
       ${it.cells.flatMap((row, y) =>
         row.map((count, x) => html`<rect
@@ -119,9 +118,11 @@ export function CaptureReport() {
     <dl class="details">
       ${Object.entries(it.tilts).map(([how, count]) => html`<div key=${how}>
         <dt>
-          ${how === "face on" ? "Facing the camera" : `${how[0].toUpperCase()}${how.slice(1)} edge nearer`}
+          ${how === "face on"
+            ? t("board.coverage.facing")
+            : t("board.coverage.edge-nearer", { edge: `${how[0].toUpperCase()}${how.slice(1)}` })}
         </dt>
-        <dd>${plural(count, "view")}</dd>
+        <dd>${t("common.views", { count })}</dd>
       </div>`)}
     </dl>
   </section>`;

@@ -1,12 +1,18 @@
 // What a lens from a board is worth: how far off it may be, what to doubt, where corners were, the next view that
 // helps.
-import { number, plural } from "../../../core/format.js";
+import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
+import { t } from "../../../core/words.js";
+import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
 import { foundLens } from "../board.js";
 
-const LEVEL = { good: "Good", fair: "Fair", poor: "Poor" };
+const LEVEL = {
+  good: t("common.level.good"),
+  fair: t("common.level.fair"),
+  poor: t("common.level.poor"),
+};
 const OF_VIEWS = new Set(["no-board", "view-left-out"]); // these stand at their pictures
 
 /** A length of any size with three digits. @param {number | null} value */
@@ -17,23 +23,13 @@ export function LensReport() {
   const lens = foundLens.value;
   if (!lens)
     return html`<section>
-      <${Title} of="lens">Good views<//>
+      <${Title} of="lens">${t("board.good-views.title")}<//>
       <ul class="plain">
-        <li>
-          <b>Tilted</b> about 35° to each of its four sides: views that face the camera tell little.
-        </li>
-        <li>
-          <b>All over</b> the picture, into its corners.
-        </li>
-        <li>
-          <b>Large</b>: a third of the picture's width, or all of it.
-        </li>
-        <li>
-          <b>Still and sharp</b>; focus and zoom as in the game.
-        </li>
-        <li>
-          <b>Stiff</b>: the board on a plate.
-        </li>
+        <li>${rich("board.good-views.tilted")}</li>
+        <li>${rich("board.good-views.all-over")}</li>
+        <li>${rich("board.good-views.large")}</li>
+        <li>${rich("board.good-views.still")}</li>
+        <li>${rich("board.good-views.stiff")}</li>
       </ul>
     </section>`;
   const it = lens.report,
@@ -41,12 +37,12 @@ export function LensReport() {
     doubts = it.warnings.filter((w) => !OF_VIEWS.has(w.reason)),
     left = it.warnings.filter((w) => OF_VIEWS.has(w.reason));
   return html`
-    <section aria-label="Lens">
-      <h2>${lens.note || "Lens"}</h2>
+    <section aria-label=${t("lens-pictures.lens")}>
+      <h2>${lens.note || t("lens-pictures.lens")}</h2>
       <div class="verdict" data-testid="lens-verdict" data-level=${it.verdict.level}>
         <div class="big">
           ${px(it.expected_px.median)}
-          <small> px expected error</small>
+          <small>${` ${t("board.report.expected-error")}`}</small>
         </div>
         <p>
           <b class=${`level ${it.verdict.level}`}>${LEVEL[it.verdict.level]}.</b> ${it.verdict.sentence}
@@ -54,26 +50,29 @@ export function LensReport() {
         <dl>
           <div>
             <dd data-testid="lens-rms">${px(it.rms_px)} px</dd>
-            <dt>rms</dt>
+            <dt>${t("board.report.rms")}</dt>
           </div>
           <div>
             <dd>${px(it.sigma_px)} px</dd>
-            <dt>σ of a corner</dt>
+            <dt>${t("board.report.corner-sigma")}</dt>
           </div>
           <div>
             <dd>${px(it.expected_px.max)} px</dd>
-            <dt>worst place</dt>
+            <dt>${t("board.report.worst-place")}</dt>
           </div>
         </dl>
       </div>
       ${lens.id && html`<p>
         <a href=${addressOf("scene", { scene: `lens/${lens.id}` })} data-testid="lens-scene">
-          Show how the board was held, in 3-D
+          ${t("board.report.show-scene")}
         </a>
       </p>`}
       ${next && html`<p class="plainly" data-testid="next-view">
-        <b>Next view.</b> ${next.text} It lowers the worst place from ${px(next.worst_before_px)} to${" "}
-        ${px(next.worst_after_px)} px.
+        ${rich("board.report.next-view", {
+          text: next.text,
+          before: px(next.worst_before_px),
+          after: px(next.worst_after_px),
+        })}
       </p>`}
       <ul class="warnings" data-testid="lens-warnings">
         ${doubts.map((w) => html`<li key=${w.reason + w.text} data-reason=${w.reason}>
@@ -81,11 +80,11 @@ export function LensReport() {
         </li>`)}
       </ul>
       ${left.length > 0 && 
-        html`<p class="reason">${plural(left.length, "picture")} left out; beside each stands why.</p>`}
+        html`<p class="reason">${t("board.report.left-out", { count: left.length })}</p>`}
     </section>
     <${Coverage} report=${it} />
-    <section aria-label="Checks">
-      <${Title} of="lens">Checks<//>
+    <section aria-label=${t("board.report.checks")}>
+      <${Title} of="lens">${t("board.report.checks")}<//>
       <dl class="details">
         ${rows(it).map(([what, value]) => html`<div key=${what}>
           <dt>${what}</dt>
@@ -93,14 +92,14 @@ export function LensReport() {
         </div>`)}
       </dl>
     </section>
-    <section aria-label="Parameters">
-      <h2>Parameters</h2>
+    <section aria-label=${t("board.report.parameters")}>
+      <h2>${t("board.report.parameters")}</h2>
       <dl class="details" data-testid="lens-parameters">
         ${Object.entries(it.parameters).map(([name, { value, sigma }]) => html`<div key=${name}>
           <dt>${name}</dt>
           <dd>
             ${plain(value)}
-            ${sigma ? ` ± ${plain(sigma, 2)}` : ", held"}
+            ${sigma ? ` ± ${plain(sigma, 2)}` : `, ${t("board.report.held")}`}
           </dd>
         </div>`)}
       </dl>
@@ -110,14 +109,20 @@ export function LensReport() {
 
 /** @param {import("../../../core/types").LensRecord["report"]} it @returns {[string, string][]} */
 const rows = (it) => [
-  ["Corners", `${it.corners}, ${it.strays} left out`],
-  ["Held-out views", times(it.cross_validation.held_out_px, it.cross_validation.held_out_ratio)],
-  ["Halves of the views", times(it.cross_validation.halves_px, it.cross_validation.halves_ratio)],
-  ["Neighbours err alike", number(it.neighbour_correlation, 2)],
+  [t("common.corners"), t("board.report.corner-counts", { corners: it.corners, strays: it.strays })],
+  [
+    t("board.report.held-out-views"),
+    times(it.cross_validation.held_out_px, it.cross_validation.held_out_ratio),
+  ],
+  [
+    t("board.report.halves-of-views"),
+    times(it.cross_validation.halves_px, it.cross_validation.halves_ratio),
+  ],
+  [t("board.report.neighbours"), number(it.neighbour_correlation, 2)],
   ...(it.bow_mm
     ? [
         /** @type {[string, string]} */ ([
-          "Bow of the board",
+          t("board.report.bow"),
           `${number(it.bow_mm.x, 1)}, ${number(it.bow_mm.y, 1)} mm`,
         ]),
       ]
@@ -142,13 +147,16 @@ function Coverage({ report: { coverage } }) {
   const { cells, share, tilts } = coverage,
     columns = cells[0].length,
     most = Math.max(...cells.flat(), 1);
-  return html`<section aria-label="Coverage">
-    <h2>Coverage, ${number(100 * share, 0)} % of the picture</h2>
+  return html`<section aria-label=${t("board.coverage.title")}>
+    <h2>${t("board.coverage.share", { share: number(100 * share, 0) })}</h2>
     <svg
       class="coverage"
       viewBox=${`0 0 ${columns} ${cells.length}`}
       role="img"
-      aria-label=${`Corners in ${number(100 * share, 0)} % of the picture's ${columns * cells.length} cells`}
+      aria-label=${t("board.coverage.corners-in-cells", {
+        share: number(100 * share, 0),
+        cells: columns * cells.length,
+      })}
     >
       ${cells.flatMap((row, y) =>
         row.map((count, x) => html`<rect
@@ -161,14 +169,14 @@ function Coverage({ report: { coverage } }) {
           class=${count ? "" : "none"}
           style=${`opacity:${count ? 0.25 + 0.75 * Math.sqrt(count / most) : 1}`}
         >
-          <title>${plural(count, "corner")}</title>
+          <title>${t("board.coverage.corners", { count })}</title>
         </rect>`),
       )}
     </svg>
     <dl class="details">
       ${Object.entries(tilts).map(([how, count]) => html`<div key=${how}>
         <dt>${how[0].toUpperCase() + how.slice(1)}</dt>
-        <dd>${plural(count, "view")}</dd>
+        <dd>${t("common.views", { count })}</dd>
       </div>`)}
     </dl>
   </section>`;

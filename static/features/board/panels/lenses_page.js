@@ -1,9 +1,10 @@
 // The place Lenses: the lenses that were found, and the ways to find one.
 import { useEffect } from "preact/hooks";
-import { dayAndTime, number, plural } from "../../../core/format.js";
+import { dayAndTime, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
 import { cameras, notifyError } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { openBoard, showLens } from "../board.js";
 import { lenses, listLenses } from "../lenses.js";
@@ -13,30 +14,37 @@ export function LensesPage() {
     void listLenses();
   }, []);
   return html`<div class="page" data-testid="lenses-page">
-    <h1>Lenses</h1>
-    <p class="dim">A lens that is known first leaves only the camera's place to the field lines.</p>
+    <h1>${t("board.lenses.title")}</h1>
+    <p class="dim">${t("board.lenses.purpose")}</p>
     <div class="line wrap">
       <${ActionButton} id="board" />
       <${ActionButton} id="straight" />
       ${cameras.value.map(({ id, name }) => html`<a key=${id} href=${addressOf("capture", { camera: id })}>
-        Board before ${name}
+        ${t("board.lenses.board-before", { camera: name })}
       </a>`)}
     </div>
-    <section aria-label="Lenses found before">
-      <h2>${plural(lenses.value.length, "lens", "lenses")} found before</h2>
+    <section aria-label=${t("board.lenses.found")}>
+      <h2>${t("board.lenses.found-count", { count: lenses.value.length })}</h2>
       <ul class="versions" data-testid="lenses">
         ${lenses.value.map((l) => html`<li key=${l.id}>
           <div>
             <b>
-              ${l.note || (l.board ? `${l.board.columns} × ${l.board.rows} ${l.board.kind}` : "Corners")}
+              ${l.note ||
+                (l.board
+                  ? t("board.lenses.board", { columns: l.board.columns, rows: l.board.rows, kind: l.board.kind })
+                  : t("common.corners"))}
             </b>
           </div>
-          <em>${number(l.rms_px, 2)} px rms</em>
+          <em>${t("board.lenses.rms", { rms: number(l.rms_px, 2) })}</em>
           <small>
-            ${dayAndTime(l.created_at)}, ${plural(l.views, "view")}, ${l.image_size[0]} × ${l.image_size[1]}${" "}
-            px
+            ${t("board.lenses.details", {
+              when: dayAndTime(l.created_at),
+              count: l.views,
+              width: l.image_size[0],
+              height: l.image_size[1],
+            })}
           </small>
-          <button type="button" onClick=${() => void show(l.id)}>Show its report</button>
+          <button type="button" onClick=${() => void show(l.id)}>${t("board.lenses.show-report")}</button>
         </li>`)}
       </ul>
     </section>

@@ -1,10 +1,11 @@
 // What is clicked: the four borders and the lines inside, with their points and residuals.
 import { ACTIONS, run } from "../../../core/actions.js";
 import { BORDERS, change, doc, pointsOf } from "../../../core/document.js";
-import { mm, number, plural, words } from "../../../core/format.js";
+import { mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { keyLabel } from "../../../core/keys.js";
 import { active, field, model } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { colour } from "../../../canvas/drawing.js";
@@ -26,22 +27,25 @@ export function BordersPanel() {
   return html`
     <${FindLines} />
     <${Along} />
-    <section aria-label="Borders">
-      <${Title} of="borders">Borders<//>
+    <section aria-label=${t("calibrate.borders.title")}>
+      <${Title} of="borders">${t("calibrate.borders.title")}<//>
       <ul class="features" data-testid="borders">
         ${BORDERS.map((border) => html`<${BorderRow} key=${border} border=${border} />`)}
       </ul>
       <${Degree} />
     </section>
-    <section aria-label="Lines inside">
-      <${Title} of="inside">Lines inside, to check the fit<//>
+    <section aria-label=${t("calibrate.borders.inside")}>
+      <${Title} of="inside">${t("calibrate.borders.inside-title")}<//>
       <ul class="features">
         ${inside.map((feature) => html`<${InsideRow} key=${feature} feature=${feature} />`)}
       </ul>
       <${AddInside} />
     </section>
     <div class="line">
-      <${ActionButton} id="clear" label=${`Clear ${words(active.value).toLowerCase()}`} />
+      <${ActionButton}
+        id="clear"
+        label=${t("calibrate.borders.clear", { feature: words(active.value).toLowerCase() })}
+      />
     </div>
   `;
 }
@@ -60,13 +64,17 @@ function BorderRow({ border }) {
       data-testid=${`border-${border}`}
       aria-pressed=${active.value === border}
       onClick=${() => run(`border-${border}`)}
-      title=${refusal ? `${refusal.detail} ${refusal.fix}` : `Click the ${border} border (${keyLabel(key)})`}
+      title=${
+        refusal
+          ? `${refusal.detail} ${refusal.fix}`
+          : t("calibrate.borders.click", { border: words(border).toLowerCase(), key: keyLabel(key) })
+      }
     >
       <i class="chip" style=${`--colour:${colour(border)}`}>
         ${border[0].toUpperCase()}
       </i>
       <span>${words(border)}</span>
-      <em>${plural(points.length, "point")}</em>
+      <em>${t("common.points", { count: points.length })}</em>
       <em class="value">${isCurve(curve) ? `${number(curve.rms_px, 2)} px` : refusal ? "⚠" : "–"}</em>
       ${painted && html`<small>${words(painted.replace(SIDE, ""))}</small>`}
     </button>
@@ -88,9 +96,9 @@ function InsideRow({ feature }) {
         +
       </i>
       <span>${words(feature)}</span>
-      <em>${plural(pointsOf(doc.value, feature).length, "point")}</em>
+      <em>${t("common.points", { count: pointsOf(doc.value, feature).length })}</em>
       <em class="value">${row ? `${mm(row.rms_mm)} mm` : "–"}</em>
-      ${row && html`<small>${row.used ? "Used by the fit" : "Checks the fit"}</small>`}
+      ${row && html`<small>${row.used ? t("calibrate.borders.used") : t("calibrate.borders.checks")}</small>`}
     </button>
   </li>`;
 }
@@ -102,18 +110,18 @@ function Along() {
     count = items.reduce((sum, it) => sum + it.points.length, 0);
   if (items.length)
     return html`<div class="along" data-testid="proposal">
-      ${items.length > 1 && html`<ul class="plain" aria-label="Detected lines">
+      ${items.length > 1 && html`<ul class="plain" aria-label=${t("calibrate.borders.detected")}>
         ${items.map((it) => html`<li key=${it.feature} class="line">
           <span class="grow">${words(it.feature)}</span>
           <button type="button" data-testid=${`accept-${it.feature}`} onClick=${() => acceptProposed([it])}>
-            Add ${plural(it.points.length, "point")}
+            ${t("calibrate.borders.add", { count: it.points.length })}
           </button>
         </li>`)}
       </ul>`}
       <div class="line">
         <${ActionButton}
           id="propose"
-          label=${`Add ${items.length > 1 ? "all " : ""}${plural(count, "point")}`}
+          label=${items.length > 1 ? t("calibrate.borders.add-all", { count }) : t("calibrate.borders.add", { count })}
           kind="go"
         />
         <${ActionButton} id="discard" />
@@ -121,7 +129,7 @@ function Along() {
     </div>`;
   return (
     canPropose.value && html`<div class="line along">
-      <${ActionButton} id="propose" label=${`Find points along ${name}`} />
+      <${ActionButton} id="propose" label=${t("calibrate.borders.find-along", { feature: name })} />
     </div>`
   );
 }
@@ -133,14 +141,14 @@ function AddInside() {
   const borders = new Set(BORDERS.map(lineUnder));
   /** @type {[string, string[]][]} */
   const groups = [
-    ["Lines", f.lines.map((l) => l.name).filter((n) => !borders.has(n))],
-    ["Arcs", f.arcs.map((a) => a.name)],
-    ["Landmarks", Object.keys(f.landmarks)],
+    [t("calibrate.borders.group.lines"), f.lines.map((l) => l.name).filter((n) => !borders.has(n))],
+    [t("calibrate.borders.group.arcs"), f.arcs.map((a) => a.name)],
+    [t("calibrate.borders.group.landmarks"), Object.keys(f.landmarks)],
   ];
   return html`<select
     class="add"
     data-testid="add-inside"
-    aria-label="Add a line or landmark inside the field"
+    aria-label=${t("calibrate.borders.add-inside")}
     value=""
     onChange=${(/** @type {any} */ e) => {
       activateFeature(e.target.value);
@@ -148,7 +156,7 @@ function AddInside() {
     }}
   >
     <option value="" disabled>
-      Add a line or landmark…
+      ${t("calibrate.borders.add-inside.choose")}
     </option>
     ${groups.map(([title, names]) => html`<optgroup key=${title} label=${title}>
       ${names.map((name) => html`<option key=${name} value=${name}>
@@ -171,13 +179,13 @@ function Degree() {
   const isChosen = model.value?.options.some((o) => o.name === "degree");
   return html`
     ${isChosen && html`<label class="pair">
-      <span>Degree of the curves</span>
+      <span>${t("calibrate.borders.degree")}</span>
       <select
         data-testid="degree"
         value=${String(value)}
         onChange=${(/** @type {any} */ e) => choose(e.target.value)}
       >
-        <option value="auto">Auto</option>
+        <option value="auto">${t("calibrate.options.auto")}</option>
         ${[1, 2, 3, 4, 5, 6, 7, 8].map((d) => html`<option key=${d} value=${String(d)}>
           ${d}
         </option>`)}
@@ -185,7 +193,7 @@ function Degree() {
     </label>`}
     ${isCurve(curve) && html`<p class="reason" data-testid="degree-reason">
       <b>
-        ${words(border)}: degree ${curve.degree}.
+        ${t("calibrate.borders.degree-found", { border: words(border), degree: curve.degree })}
       </b>${" "}
       ${curve.degree_reason}
     </p>`}

@@ -2,11 +2,18 @@
 import { BORDERS } from "../../../core/document.js";
 import { pct, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { Fold } from "../../../ui/fold.js";
 import { colour } from "../../../canvas/drawing.js";
 import { curves, isCurve, preview, stale } from "../fitting.js";
 
 const STANDARD_PCT = 3; // Eq. (9): a standard lens is within ± 3 %
+/** @type {Record<string, string>} */
+const KINDS = {
+  barrel: t("calibrate.distortion.kind.barrel"),
+  none: t("calibrate.distortion.kind.none"),
+  pincushion: t("calibrate.distortion.kind.pincushion"),
+};
 
 /** @param {{ report?: import("../../../core/types").Report }} props a saved version's report, else the present one */
 export function Distortion({ report }) {
@@ -26,13 +33,13 @@ export function Distortion({ report }) {
     full = Math.max(1.5 * STANDARD_PCT, ...rows.map(({ before }) => 1.1 * Math.abs(before ?? 0))),
     at = (/** @type {number} */ v) => 50 + (50 * v) / full;
   const value = all ? `${pct(all.before_pct)} %, ${kindOf(all)}` : "";
-  return html`<section aria-label="Distortion">
-    <${Fold} id="distortion" title="Distortion" value=${value}>
+  return html`<section aria-label=${t("common.distortion")}>
+    <${Fold} id="distortion" title=${t("common.distortion")} value=${value}>
     ${rows.map(({ border, before, after }) => html`<div
       key=${border}
       class="bar-row"
       data-testid=${`distortion-${border}`}
-      title=${after === null ? "" : `After correction ${pct(after)} %`}
+      title=${after === null ? "" : t("calibrate.distortion.after", { after: pct(after) })}
     >
       <i class="chip" style=${`--colour:${colour(border)}`}>
         ${border[0].toUpperCase()}
@@ -52,19 +59,22 @@ export function Distortion({ report }) {
     </div>`)}
     <p class="key">
       <span>
-        <i class="band"></i>standard lens, ±${STANDARD_PCT} %
+        <i class="band"></i>${t("calibrate.distortion.key.standard", { limit: STANDARD_PCT })}
       </span>
       <span>
-        <i class="after"></i>after correction
+        <i class="after"></i>${t("calibrate.distortion.key.after")}
       </span>
     </p>
     ${all && html`<p class="reason" data-testid="distortion">
-      ${words(kindOf(all))}: ${pct(all.before_pct)} % before,${" "}
-      ${pct(all.after_pct)} % after correction.
+      ${t("calibrate.distortion.found", {
+        kind: words(kindOf(all)),
+        before: pct(all.before_pct),
+        after: pct(all.after_pct),
+      })}
     </p>`}
     <//>
   </section>`;
 }
 
 /** @param {import("../../../core/types").Report["distortion"]} all */
-const kindOf = ({ kind }) => (kind === "none" ? "no clear bend" : kind);
+const kindOf = ({ kind }) => KINDS[kind] ?? kind;

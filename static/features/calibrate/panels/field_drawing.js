@@ -1,8 +1,9 @@
 // The little field: the region as it stands in the corrected picture, its borders coloured, and clickable.
 import { BORDERS, doc, pointsOf } from "../../../core/document.js";
-import { plural, words } from "../../../core/format.js";
+import { words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { active, editing, field, region, rotation } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { colour } from "../../../canvas/drawing.js";
 import { activateFeature } from "../editing.js";
 import { arcPoints, lineUnder, rectOf, sideOf, turned } from "../field_sides.js";
@@ -60,7 +61,7 @@ export function FieldDrawing() {
         style=${`--colour:${colour(border)}`}
         role="button"
         tabindex="0"
-        aria-label=${`Click the ${border} border${done(border)}`}
+        aria-label=${t("calibrate.field-drawing.click-border", { border: words(border).toLowerCase() }) + done(border)}
         aria-pressed=${active.value === border}
         data-testid=${`field-${border}`}
         onClick=${() => activateFeature(border)}
@@ -87,7 +88,7 @@ function Feature({ name, d }) {
     data-testid=${`field-${name}`}
     role="button"
     tabindex=${editing.value ? 0 : -1}
-    aria-label=${`Click ${words(name)}${done(name)}`}
+    aria-label=${t("calibrate.field-drawing.click", { feature: words(name) }) + done(name)}
     aria-pressed=${active.value === name}
     onClick=${() => editing.value && activateFeature(name)}
     onKeyDown=${onEnter(name)}
@@ -111,7 +112,7 @@ function Spot({ name, at: [x, y], r }) {
     data-testid=${`field-${name}`}
     role="button"
     tabindex="-1"
-    aria-label=${`Click ${words(name)}${done(name)}`}
+    aria-label=${t("calibrate.field-drawing.click", { feature: words(name) }) + done(name)}
     aria-pressed=${active.value === name}
     onClick=${() => editing.value && activateFeature(name)}
   >
@@ -131,7 +132,7 @@ const isIn = (r, [x, y]) => x >= r.x - 1 && x <= r.x + r.width + 1 && y >= r.y -
 function stateClass(name) {
   if (!pointsOf(doc.value, name).length) return "";
   const row = refusal.value ? undefined : preview.value?.report.per_feature.find((f) => f.feature === name);
-  return row ? (row.used ? " clicked used" : " clicked checks") : " clicked";
+  return row ? ` clicked ${row.used ? "used" : "checks"}` : " clicked";
 }
 
 /** The same in words. @param {string} name */
@@ -139,8 +140,13 @@ function done(name) {
   const count = pointsOf(doc.value, name).length,
     how = stateClass(name);
   if (!count) return "";
-  const part = how.endsWith("used") ? ", used by the fit" : how.endsWith("checks") ? ", checks the fit" : "";
-  return `, ${plural(count, "point")}${part}${stale.value ? ", being fitted" : ""}`;
+  const part = how.endsWith("used")
+    ? t("calibrate.field-drawing.used")
+    : how.endsWith("checks")
+    ? t("calibrate.field-drawing.checks")
+    : "";
+  const fitting = stale.value ? t("calibrate.field-drawing.fitting") : "";
+  return t("calibrate.field-drawing.points", { count }) + part + fitting;
 }
 
 /** @param {string} feature */

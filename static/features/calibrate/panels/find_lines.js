@@ -1,7 +1,7 @@
 // Automatic detection of the field's lines: how far it is, what it says, and the button to detect again.
 import { doc } from "../../../core/document.js";
-import { plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { finding, lastFound, notFound } from "../find_lines.js";
@@ -11,16 +11,21 @@ export function FindLines() {
   const now = finding.value,
     said = lastFound.value,
     isOffered = offered.value.length > 0;
-  return html`<section aria-label="Automatic detection">
-    <${Title} of="without-clicks">Automatic detection<//>
+  return html`<section aria-label=${t("calibrate.find-lines-panel.title")}>
+    <${Title} of="without-clicks">${t("calibrate.find-lines-panel.title")}<//>
     ${now
       ? html`<div class="line" role="status" data-testid="finding-lines">
-        <progress max="1" value=${now.progress} aria-label="Detecting the field lines"></progress>
+        <progress max="1" value=${now.progress} aria-label=${t("calibrate.find-lines-panel.progress")}></progress>
         <span>${now.message}</span>
         <${ActionButton} id="stop-lines" />
       </div>`
       : html`<div class="line">
-        <${ActionButton} id="find-lines" label=${doc.value.observations.length ? "Detect again" : "Detect lines"} />
+        <${ActionButton}
+          id="find-lines"
+          label=${doc.value.observations.length
+            ? t("calibrate.find-lines-panel.again")
+            : t("calibrate.find-lines-panel.detect")}
+        />
         <${ActionButton} id="auto-detect" />
       </div>`}
     ${!now && notFound.value && html`<p class="reason" role="alert" data-testid="lines-refused">
@@ -29,10 +34,10 @@ export function FindLines() {
     ${!now && said && html`<p class="reason" role="status" data-testid="lines-found">
       <b>
         ${said.points
-          ? `Detected ${plural(said.points, "point")}.`
+          ? t("calibrate.find-lines-panel.detected", { count: said.points })
           : isOffered
-          ? "The detection is not sure. Check the dashed points below."
-          : "No points were added."}
+          ? t("calibrate.find-lines-panel.not-sure")
+          : t("calibrate.find-lines-panel.nothing-added")}
       </b>${" "}
       ${said.verdict.sentence} ${said.verdict.fix}
     </p>`}

@@ -1,8 +1,9 @@
 // A known lens, and how strongly the fit is held to it.
 import { change, doc } from "../../../core/document.js";
-import { dayAndTime, number, plural } from "../../../core/format.js";
+import { dayAndTime, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras, modelName, snapshot } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { calibrations, isSuited, lenses } from "../../board/lenses.js";
 
 /** @typedef {import("./options.js").Props} Props */
@@ -24,14 +25,14 @@ export function KnownLens({ option: { name }, value, about }) {
   };
   return html`
     <select ...${about} value=${value ?? ""} onChange=${(/** @type {any} */ e) => hold(e.target.value || null)}>
-      <option value="">None: found from the clicks</option>
-      ${!isKnown && html`<option value=${value}>One that is not suited or gone</option>`}
-      ${boards.length > 0 && html`<optgroup label="From boards and files">
+      <option value="">${t("calibrate.known-lens.none")}</option>
+      ${!isKnown && html`<option value=${value}>${t("calibrate.known-lens.unknown")}</option>`}
+      ${boards.length > 0 && html`<optgroup label=${t("calibrate.known-lens.group.boards")}>
         ${boards.map((l) => html`<option key=${l.id} value=${l.id}>
           ${boardTitle(l)}
         </option>`)}
       </optgroup>`}
-      ${made.length > 0 && html`<optgroup label="Of calibrations">
+      ${made.length > 0 && html`<optgroup label=${t("calibrate.known-lens.group.calibrations")}>
         ${made.map((c) => html`<option key=${c.id} value=${c.id}>
           ${madeTitle(c)}
         </option>`)}
@@ -39,20 +40,23 @@ export function KnownLens({ option: { name }, value, about }) {
     </select>
     ${value !== null && html`<select
       data-testid=${`option-${sigma}`}
-      aria-label="How fast the lens is held"
+      aria-label=${t("calibrate.known-lens.hold")}
       value=${doc.value.options[sigma] ?? "0"}
       onChange=${(/** @type {any} */ e) =>
         change({ ...doc.value, options: { ...doc.value.options, [sigma]: e.target.value } })
       }
     >
-      <option value="0">held fast</option>
+      <option value="0">${t("calibrate.known-lens.hold.fast")}</option>
       <option value="own" disabled=${!hasSigma}>
-        as well as it is known${hasSigma ? "" : " (not known)"}
+        ${hasSigma ? t("calibrate.known-lens.hold.as-known") : t("calibrate.known-lens.hold.not-known")}
       </option>
     </select>`}
     ${others > 0 && html`<small>
-      ${others === 1 ? "1 other lens is" : `${others} other lenses are`} not listed: of another model, or not
-      for ${snapshot.value?.width} × ${snapshot.value?.height} px.
+      ${t("calibrate.known-lens.not-listed", {
+        count: others,
+        width: snapshot.value?.width ?? "",
+        height: snapshot.value?.height ?? "",
+      })}
     </small>`}
   `;
 }
@@ -60,12 +64,18 @@ export function KnownLens({ option: { name }, value, about }) {
 /** @param {import("../../../core/types").Lens} l */
 const boardTitle = (l) =>
   [
-    l.note.replace(/\.$/, "") || (l.board ? `${l.board.columns} × ${l.board.rows} ${l.board.kind}` : "Corners"),
-    ...(l.views ? [plural(l.views, "view"), `${number(l.rms_px, 2)} px`] : []),
+    l.note.replace(/\.$/, "") ||
+      (l.board ? `${l.board.columns} × ${l.board.rows} ${l.board.kind}` : t("common.corners")),
+    ...(l.views ? [t("common.views", { count: l.views }), `${number(l.rms_px, 2)} px`] : []),
     dayAndTime(l.created_at),
   ].join(", ");
 
 /** @param {import("../../../core/types").Calibration} c */
-const madeTitle = (c) =>
-  `Version ${c.version} of ${cameras.value.find((it) => it.id === c.camera)?.name ?? "a picture from a file"}, ` +
-    `${dayAndTime(c.created_at)}`;
+const madeTitle = (c) => {
+  const camera = cameras.value.find((it) => it.id === c.camera)?.name ?? null,
+    { version } = c,
+    made = dayAndTime(c.created_at);
+  return camera === null
+    ? t("calibrate.known-lens.version-from-file", { version, made })
+    : t("calibrate.known-lens.version", { version, camera, made });
+};

@@ -1,2 +1,9 @@
 // The levels of a verdict in words.
-export const LEVEL = { good: "Good", fair: "Fair", poor: "Poor", unknown: "Not known inside" };
+import { t } from "../../../core/words.js";
+
+export const LEVEL = {
+  good: t("common.level.good"),
+  fair: t("common.level.fair"),
+  poor: t("common.level.poor"),
+  unknown: t("calibrate.levels.unknown"),
+};

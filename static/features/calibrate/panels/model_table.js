@@ -1,10 +1,12 @@
 // Every model on the same points: error inside the field, number of parameters, and a verdict in words.
 import { computed, signal } from "@preact/signals";
 import { doc } from "../../../core/document.js";
-import { mm, number, plural } from "../../../core/format.js";
+import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { modelName, models } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
+import { rich } from "../../../ui/rich.js";
 import { comparison, isFresh, notCompared, ranking, useModel } from "../model_ranking.js";
 import { LEVEL } from "./levels.js";
 
@@ -13,16 +15,19 @@ import { LEVEL } from "./levels.js";
  * @typedef {"title" | "field_mm" | "parameters"} Column
  */
 
-const NO_DISTORTION = "No significant distortion. ";
 /** @type {{ id: Column, label: string, title: string }[]} */
 const COLUMNS = [
-  { id: "title", label: "Model", title: "Sort by name" },
+  { id: "title", label: t("calibrate.model-table.model"), title: t("calibrate.model-table.sort.model") },
   {
     id: "field_mm",
-    label: "Error",
-    title: "Sort by error inside the field: of points left out in turn, and where there are none",
+    label: t("calibrate.model-table.error"),
+    title: t("calibrate.model-table.sort.error"),
   },
-  { id: "parameters", label: "Parameters", title: "Sort by the number of parameters" },
+  {
+    id: "parameters",
+    label: t("calibrate.model-table.parameters"),
+    title: t("calibrate.model-table.sort.parameters"),
+  },
 ];
 
 /** By which column; up: the smallest first. */
@@ -48,8 +53,8 @@ const rows = computed(() => {
 
 export function ModelTable() {
   const { by, up } = order.value;
-  return html`<section aria-label="Models">
-    <h2>Models, on these clicks</h2>
+  return html`<section aria-label=${t("calibrate.model-table.title")}>
+    <h2>${t("calibrate.model-table.heading")}</h2>
     <${Comparing} />
     <${Conclusion} />
     <table class=${`models${ranking.value && !isFresh() ? " stale" : ""}`} data-testid="models">
@@ -87,7 +92,7 @@ function Row({ name, title, it, failed }) {
           type="button"
           aria-pressed=${String(isOn)}
           data-testid=${`model-${name}`}
-          title=${isOn ? "This one is used" : `Use ${title}`}
+          title=${isOn ? t("calibrate.model-table.is-used") : t("calibrate.model-table.use", { model: title })}
           onClick=${() => useModel(name)}
         >
           <i class="dot" aria-hidden="true">
@@ -116,13 +121,13 @@ function Row({ name, title, it, failed }) {
       <td colspan="3">
         <b class=${`level ${it.verdict.level}`}>${LEVEL[it.verdict.level]}</b>
         ${isBest && html`
-          , <b class="recommended">recommended</b>
+          , <b class="recommended">${t("calibrate.model-table.recommended")}</b>
         `}
       </td>
     </tr>`}
     ${failed && html`<tr class="words">
       <td colspan="3" data-testid=${`failed-${name}`}>
-        <b class="level fair">Cannot be fitted.</b> ${failed.what} ${failed.fix}
+        <b class="level fair">${t("calibrate.model-table.cannot-be-fitted")}</b> ${failed.what} ${failed.fix}
       </td>
     </tr>`}
     ${isOn && it && html`<tr class="words">
@@ -141,16 +146,18 @@ function Row({ name, title, it, failed }) {
 /** What the one figure is made of. @param {Ranked} row @returns {[string, string][]} */
 const details = (row) =>
   /** @type {[string, string, number | null][]} */ ([
-    ["Held out", `${mm(row.held_out_mm)} mm`, row.held_out_mm],
-    ["Clicks it did not use", `${mm(row.check_mm)} mm`, row.check_mm],
-    ["From the best camera with rays", `${mm(row.apart_mm)} mm`, row.apart_mm],
-    ["Expected on the carpet", `${mm(row.expected_mm)} mm`, row.expected_mm],
+    [t("calibrate.model-table.held-out"), `${mm(row.held_out_mm)} mm`, row.held_out_mm],
+    [t("calibrate.model-table.unused-clicks"), `${mm(row.check_mm)} mm`, row.check_mm],
+    [t("calibrate.model-table.from-best"), `${mm(row.apart_mm)} mm`, row.apart_mm],
+    [t("calibrate.model-table.expected-carpet"), `${mm(row.expected_mm)} mm`, row.expected_mm],
     [
-      `Expected at hat height${row.hat_height_mm ? `, ${row.hat_height_mm} mm` : ""}`,
+      row.hat_height_mm
+        ? t("calibrate.model-table.expected-hat-height", { height: row.hat_height_mm })
+        : t("calibrate.model-table.expected-hat"),
       `${mm(row.expected_hat_mm)} mm`,
       row.expected_hat_mm,
     ],
-    ["Residual", `${number(row.rms_px, 2)} px`, row.rms_px],
+    [t("calibrate.model-table.residual"), `${number(row.rms_px, 2)} px`, row.rms_px],
   ])
     .filter(([, , value]) => value !== null)
     .map(([what, value]) => [what, value]);
@@ -162,10 +169,10 @@ function Comparing() {
   if (now)
     return html`<div class="working" data-testid="comparing">
       <div class="line">
-        <progress max="1" value=${now.progress} aria-label="Comparing the models"></progress>
+        <progress max="1" value=${now.progress} aria-label=${t("calibrate.model-table.progress")}></progress>
         <${ActionButton} id="stop-comparing" />
       </div>
-      <p class="reason">${now.message || "Comparing the models…"}</p>
+      <p class="reason">${now.message || t("calibrate.model-table.comparing")}</p>
     </div>`;
   if (!notCompared.value) return null;
   return html`<div class="working" data-testid="not-compared">
@@ -175,7 +182,7 @@ function Comparing() {
           <b>${why.detail}</b> ${why.fix}
         `
         : (
-        "The models were not compared."
+        t("calibrate.model-table.not-compared")
       )}
     </p>
     <${ActionButton} id="compare-models" />
@@ -190,17 +197,17 @@ function Conclusion() {
     failed = now.failed.length;
   return html`
     ${now.no_significant_distortion && html`<p class="plainly" data-testid="no-distortion">
-      <b>No significant distortion.</b> A camera without any lens would do as well.
+      ${rich("calibrate.model-table.no-distortion")}
     </p>`}
     <p class=${isFresh() ? "reason" : "reason stale"} data-testid="ranking">
       ${best && html`
-        <b>Recommended:</b>${" "}
+        <b>${t("calibrate.model-table.recommended-model")}</b>${" "}
       `}
-      ${now.reason.replace(NO_DISTORTION, "")}
-      ${failed > 0 && ` ${plural(failed, "model")} cannot be fitted; why stands at the end.`}
+      ${now.reason.replace("No significant distortion. ", "")}
+      ${failed > 0 && ` ${t("calibrate.model-table.failed", { count: failed })}`}
     </p>
     ${best && doc.value.model !== null && best.name !== doc.value.model && html`<div class="line use">
-      <${ActionButton} id="use-recommended" label=${`Use ${best.title}`} />
+      <${ActionButton} id="use-recommended" label=${t("calibrate.model-table.use", { model: best.title })} />
     </div>`}
   `;
 }

@@ -2,6 +2,7 @@
 import { change, doc } from "../../../core/document.js";
 import { html } from "../../../core/html.js";
 import { model } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { Typed } from "../../../ui/typed.js";
 import { KnownLens } from "./known_lens.js";
 
@@ -60,8 +61,13 @@ function label(name) {
 }
 
 /** @param {Option} option */
-const range = ({ range: r, type }) =>
-  r ? ` ${type.endsWith("-or-auto") ? "Auto, or " : ""}${r[0]} to ${r[1]}.` : "";
+const range = ({ range: r, type }) => {
+  if (!r) return "";
+  const [least, most] = r;
+  return type.endsWith("-or-auto")
+    ? ` ${t("calibrate.options.auto-or-range", { least, most })}`
+    : ` ${t("calibrate.options.range", { least, most })}`;
+};
 
 /** @param {Props} props */
 const Tick = ({ value, set, about }) => html`<input
@@ -87,7 +93,10 @@ function Choice(props) {
   const { choices, default: fallback } = props.option;
   /** @type {[string, unknown][]} */
   const named = choices.map((c) => [c, c]);
-  return html`<${List} ...${props} choices=${fallback === null ? [["Not set", null], ...named] : named} />`;
+  return html`<${List}
+    ...${props}
+    choices=${fallback === null ? [[t("calibrate.options.not-set"), null], ...named] : named}
+  />`;
 }
 
 /** @param {Props} props */
@@ -97,7 +106,7 @@ function IntOrAuto(props) {
   return html`<${List}
     ...${props}
     choices=${[
-      ["Auto", "auto"],
+      [t("calibrate.options.auto"), "auto"],
       ...Array.from({ length: r[1] - r[0] + 1 }, (_, i) => [String(r[0] + i), r[0] + i]),
     ]}
   />`;
@@ -111,7 +120,7 @@ function NumberField({ option: { type, range: r }, value, set, about }) {
     step=${type.startsWith("int") ? 1 : "any"}
     min=${r?.[0]}
     max=${r?.[1]}
-    placeholder="Auto"
+    placeholder=${t("calibrate.options.auto")}
     value=${value === "auto" || value === null ? "" : value}
     take=${(/** @type {string} */ text) => set(text === "" ? null : Number(text))}
   />`;
@@ -129,7 +138,7 @@ function ValueAndSigma({ option: { range: r, default: fallback }, value, set, ab
       step="any"
       min=${r?.[0]}
       max=${r?.[1]}
-      placeholder="Not set"
+      placeholder=${t("calibrate.options.not-set")}
       value=${now?.value ?? ""}
       take=${setValue}
     />
@@ -137,7 +146,7 @@ function ValueAndSigma({ option: { range: r, default: fallback }, value, set, ab
       <span>±</span>
       <${Typed}
         type="number"
-        aria-label="How sure, standard deviation"
+        aria-label=${t("calibrate.options.sigma")}
         step="any"
         min="0.1"
         max="5000"
@@ -157,7 +166,7 @@ function Terms({ option: { choices }, value, set, about }) {
   return html`<span class="terms" role="group">
     <label>
       <input type="checkbox" ...${about} checked=${isAuto} onChange=${() => set(isAuto ? [choices[0]] : null)} />${" "}
-      Auto
+      ${t("calibrate.options.auto")}
     </label>
     ${!isAuto &&
       choices.map((term) => html`<label key=${term}>

@@ -4,6 +4,7 @@ import { number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
 import { field, fields, region, rotation } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { onField } from "../editing.js";
@@ -12,10 +13,10 @@ import { FieldDrawing } from "./field_drawing.js";
 
 export function FieldPanel() {
   const f = field.value;
-  return html`<section aria-label="Field">
-    <${Title} of="field">Field<//>
+  return html`<section aria-label=${t("calibrate.picture.field")}>
+    <${Title} of="field">${t("calibrate.picture.field")}<//>
     <label class="pair tall">
-      <span>Field</span>
+      <span>${t("calibrate.picture.field")}</span>
       <select
         data-testid="field"
         value=${doc.value.field}
@@ -27,7 +28,7 @@ export function FieldPanel() {
       </select>
     </label>
     <label class="pair tall">
-      <span>Part in view</span>
+      <span>${t("calibrate.picture.region")}</span>
       <select
         data-testid="region"
         value=${doc.value.region}
@@ -41,9 +42,9 @@ export function FieldPanel() {
     <${FieldDrawing} />
     <${Turn} />
     ${f && html`<p class="reason">
-      ${f.own ? "Lines lie elsewhere?" : "Another field?"}${" "}
+      ${f.own ? t("calibrate.picture.lines-elsewhere") : t("calibrate.picture.another-field")}${" "}
       <a href=${addressOf(f.own ? "field-editor" : "new-field", { field: f.name })} data-testid="edit-field">
-        ${f.own ? "Edit this field" : "Edit a copy of this one"}
+        ${f.own ? t("calibrate.picture.edit") : t("calibrate.picture.edit-copy")}
       </a>
     </p>`}
   </section>`;
@@ -51,7 +52,7 @@ export function FieldPanel() {
 
 /** The same in the steps where the field is settled: to choose another one, go back. */
 export function FieldSummary() {
-  return html`<section aria-label="Field">
+  return html`<section aria-label=${t("calibrate.picture.field")}>
     <h2>
       ${field.value?.title}, ${words(region.value?.name ?? "").toLowerCase()}
     </h2>
@@ -66,7 +67,7 @@ function Turn() {
       ${r && html`
         ${number(across(r), 0)} × ${number(down(r), 0)} mm
         <br />
-        turned ${rotation.value}°
+        ${t("calibrate.picture.turned", { degrees: rotation.value })}
       `}
     </small>
     <${ActionButton} id="turn" />
@@ -99,23 +100,23 @@ function chooseField(name) {
 /** What decides whether a picture will do. */
 export function PictureAdvice() {
   return html`<section>
-    <h2>A good picture</h2>
+    <h2>${t("calibrate.picture.advice")}</h2>
     <ul class="plain">
-      <li>From the camera as it hangs during the match: any later knock makes the calibration wrong.</li>
-      <li>The whole part of the field that the camera is responsible for, with all four borders.</li>
-      <li>Sharp and evenly lit; lines bright but not burnt out. Robots may stand on it.</li>
-      <li>At the size that your vision program uses.</li>
+      <li>${t("calibrate.picture.advice.mounted")}</li>
+      <li>${t("calibrate.picture.advice.whole-part")}</li>
+      <li>${t("calibrate.picture.advice.sharp")}</li>
+      <li>${t("calibrate.picture.advice.size")}</li>
     </ul>
   </section>`;
 }
 
 export function PictureHelp() {
   return html`<section>
-    <h2>What to check</h2>
+    <h2>${t("calibrate.picture.check")}</h2>
     <ul class="plain">
-      <li>The drawing on the left stands as the field stands in the picture: turn it if not.</li>
-      <li>All four coloured borders are in the picture; hidden stretches do not matter.</li>
-      <li>You will click the borders of this part, not those of the whole field.</li>
+      <li>${t("calibrate.picture.check.drawing")}</li>
+      <li>${t("calibrate.picture.check.borders")}</li>
+      <li>${t("calibrate.picture.check.part")}</li>
     </ul>
     <div class="line">
       <${ActionButton} id="take" />

@@ -1,11 +1,13 @@
 // How far each click lies from its line: along every line, or how often how far; to point at one is to see it in the
 // picture.
-import { mm, number, plural, words } from "../../../core/format.js";
+import { mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { comparing, editing, selectedPoints } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Fold } from "../../../ui/fold.js";
 import { Plot, ink } from "../../../ui/plot.js";
+import { rich } from "../../../ui/rich.js";
 import { colour } from "../../../canvas/drawing.js";
 import { reveal } from "../../../canvas/viewport.js";
 import { select } from "../editing.js";
@@ -32,7 +34,7 @@ export function Residuals({ report }) {
     known = all.filter((bar) => valueOf(bar) !== null);
   if (!all.length) return null;
   const it = report ?? preview.value?.report,
-    value = it ? `${number(it.rms_px, 2)} px, largest ${number(it.max_px, 2)} px` : "";
+    value = it ? t("calibrate.residuals.value", { rms: number(it.rms_px, 2), largest: number(it.max_px, 2) }) : "";
   /** @param {Partial<typeof plot.value>} next @param {string} label @param {string} test @param {boolean} isOn */
   const choice = (next, label, test, isOn) => html`<button
     type="button"
@@ -44,20 +46,28 @@ export function Residuals({ report }) {
   >
     ${label}
   </button>`;
-  return html`<section class=${editing.value && stale.value && unit === "mm" ? "stale" : ""} aria-label="Residuals">
-    <${Fold} id="residuals" title="Residuals" value=${value}>
+  return html`<section
+    class=${editing.value && stale.value && unit === "mm" ? "stale" : ""}
+    aria-label=${t("calibrate.residuals.title")}
+  >
+    <${Fold} id="residuals" title=${t("calibrate.residuals.title")} value=${value}>
     <div class="line choices">
-      <div class="switch" role="group" aria-label="Which plot">
-        ${choice({ kind: "along" }, "Along the lines", "plot-along", kind === "along")}
-        ${choice({ kind: "histogram" }, "How often", "plot-histogram", kind === "histogram")}
+      <div class="switch" role="group" aria-label=${t("calibrate.residuals.plot")}>
+        ${choice({ kind: "along" }, t("calibrate.residuals.plot.along"), "plot-along", kind === "along")}
+        ${choice(
+          { kind: "histogram" },
+          t("calibrate.residuals.plot.histogram"),
+          "plot-histogram",
+          kind === "histogram",
+        )}
       </div>
-      <div class="switch" role="group" aria-label="Unit">
+      <div class="switch" role="group" aria-label=${t("calibrate.residuals.unit")}>
         ${choice({ unit: "px" }, "px", "unit-px", unit === "px")}
         ${choice({ unit: "mm" }, "mm", "unit-mm", unit === "mm")}
       </div>
     </div>
     ${known.length === 0
-      ? html`<p class="reason">Not known in ${unit} yet.</p>`
+      ? html`<p class="reason">${t("calibrate.residuals.not-known", { unit })}</p>`
       : kind === "along"
       ? html`<${Along} />`
       : html`<${Histogram} bars=${known.filter((bar) => !bar.stray)} />`}
@@ -67,7 +77,7 @@ export function Residuals({ report }) {
     <div class="line">
       <${ActionButton}
         id="arrows"
-        label=${arrows.value.on ? "Hide the arrows" : "Show as arrows on the picture"}
+        label=${arrows.value.on ? t("calibrate.residuals.hide-arrows") : t("calibrate.residuals.show-arrows")}
       />
     </div>
     <//>
@@ -77,28 +87,24 @@ export function Residuals({ report }) {
 /** What is pointed at, else of all. @param {Bar[]} known */
 function said(known) {
   const here = known.filter((bar) => hovered.value.some((p) => isSame(p, bar)));
-  if (here.length > 1)
-    return html`
-      <b>${plural(here.length, "point")}</b> here.
-    `;
+  if (here.length > 1) return rich("calibrate.residuals.here", { count: here.length });
   const far = known.reduce((a, b) => (Math.abs(valueOf(b) ?? 0) > Math.abs(valueOf(a) ?? 0) ? b : a), known[0]),
     strays = known.filter((bar) => bar.stray).length;
   if (here[0]) return oneOf(here[0]);
-  return (
-    far && html`
-      ${plural(known.length, "point")}
-      ${strays ? `, ${plural(strays, "stray")}` : ""}; the largest: ${oneOf(far)}
-    `
-  );
+  if (!far) return far;
+  const all = { count: known.length, largest: oneOf(far) };
+  return strays
+    ? rich("calibrate.residuals.all-strays", { ...all, strays: t("common.strays", { count: strays }) })
+    : rich("calibrate.residuals.all", all);
 }
 
 /** @param {Bar} bar */
 const oneOf = (bar) => html`
   <b>
-    ${words(bar.feature)}, point ${bar.index + 1}
+    ${t("common.point-of", { feature: words(bar.feature), number: bar.index + 1 })}
   </b>
   : ${signed(bar.px, 2)} px${bar.mm === null ? "" : `, ${mm(Math.abs(bar.mm))} mm`}
-  ${bar.stray ? ", a stray" : ""}
+  ${bar.stray ? t("calibrate.residuals.point.stray") : ""}
 `;
 /** @param {number | null} value @param {number} digits */
 const signed = (value, digits) => (value !== null && value > 0 ? "+" : "") + number(value, digits);
@@ -157,7 +163,7 @@ function Along() {
     of=${`${lines.map((l) => l.feature).join()} ${plot.value.unit}`}
     name="residuals"
     height=${HEIGHT}
-    label=${`Residuals along the lines in ${plot.value.unit}. Arrow keys go from point to point, Enter selects.`}
+    label=${t("calibrate.residuals.along-label", { unit: plot.value.unit })}
     data=${[xs, values]}
     at=${shown}
     options=${() => ({
@@ -175,7 +181,13 @@ function Along() {
     across=${[0, lines.length]}
     span=${[-1.15 * most, 1.15 * most]}
     describe=${(/** @type {number} */ i) =>
-      bars[i] ? `${words(bars[i].feature)}, point ${bars[i].index + 1}: ${signed(bars[i].px, 2)} px` : ""
+      bars[i]
+        ? t("calibrate.residuals.point-residual", {
+          feature: words(bars[i].feature),
+          number: bars[i].index + 1,
+          residual: signed(bars[i].px, 2),
+        })
+        : ""
     }
     point=${(/** @type {number} */ i) =>
       pointAt(bars[i] ? [{ feature: bars[i].feature, index: bars[i].index }] : [])
@@ -189,7 +201,7 @@ function Along() {
 /** @param {{ bars: Bar[] }} props */
 function Histogram({ bars }) {
   const found = binned(bars);
-  if (!found) return html`<p class="reason">Too few points to count.</p>`;
+  if (!found) return html`<p class="reason">${t("calibrate.residuals.too-few")}</p>`;
   const { width, from, bins } = found,
     xs = bins.map((_, i) => from + i * width),
     fine = bars.map((bar) => valueOf(bar) ?? 0);
@@ -226,7 +238,7 @@ function Histogram({ bars }) {
       of=${`${bins.length} ${width} ${plot.value.unit}`}
       name="histogram"
       height=${HEIGHT}
-      label="How often a residual is how large. Arrow keys go from bar to bar."
+      label=${t("calibrate.residuals.histogram-label")}
       data=${[xs, bins.map((bin) => bin.length)]}
       at=${shown}
       options=${() => ({
@@ -239,7 +251,13 @@ function Histogram({ bars }) {
       across=${[from - width / 2, from + (bins.length - 0.5) * width]}
       span=${[0, 1.15 * Math.max(2, ...bins.map((bin) => bin.length))]}
       describe=${(/** @type {number} */ i) =>
-        bins[i] ? `${plural(bins[i].length, "point")} about ${signed(xs[i], 2)} ${plot.value.unit}` : ""
+        bins[i]
+          ? t("calibrate.residuals.bar", {
+            count: bins[i].length,
+            residual: signed(xs[i], 2),
+            unit: plot.value.unit,
+          })
+          : ""
       }
       isEmpty=${(/** @type {number} */ i) => bins[i]?.length === 0}
       point=${(/** @type {number} */ i) =>
@@ -253,8 +271,7 @@ function Histogram({ bars }) {
       }}
     />
     <p class="reason">
-      The line is what a hand of σ ${number(sigma, 2)} ${plot.value.unit} alone would give: bars far outside it
-      are a bend that the model has not, or a line clicked twice. Strays are not counted.
+      ${t("calibrate.residuals.histogram-help", { sigma: number(sigma, 2), unit: plot.value.unit })}
     </p>
   `;
 }

@@ -3,6 +3,7 @@ import { doc } from "../../../core/document.js";
 import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { editing, snapshot } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { Title } from "../../../ui/title.js";
 import { askedHeight, robotTopsMm } from "../camera_height.js";
 import { preview, refusal, stale } from "../fitting.js";
@@ -18,8 +19,8 @@ import { Fixes, Warnings } from "./warnings.js";
 export function Verdict({ report }) {
   const it = report ?? preview.value?.report,
     why = report ? null : refusal.value;
-  return html`<section aria-label="Verdict">
-    <${Title} of="verdict">Verdict<//>
+  return html`<section aria-label=${t("common.verdict")}>
+    <${Title} of="verdict">${t("common.verdict")}<//>
     <div
       class=${`verdict${!report && stale.value ? " stale" : ""}`}
       data-testid="verdict"
@@ -35,7 +36,9 @@ export function Verdict({ report }) {
                 ${mm(it.verdict.mm)}
                 <small>
                   ${" "}
-                  mm ${it.sigma_mm && it.verdict.mm === it.sigma_mm.rms ? "expected error" : "inside the field"}
+                  ${it.sigma_mm && it.verdict.mm === it.sigma_mm.rms
+                    ? t("calibrate.verdict.expected-error")
+                    : t("calibrate.verdict.inside-field")}
                 </small>
               `}
           </div>
@@ -47,28 +50,28 @@ export function Verdict({ report }) {
               ? html`
                 <div>
                   <dd>${mm(it.sigma_mm.rms)} mm</dd>
-                  <dt>carpet</dt>
+                  <dt>${t("calibrate.verdict.carpet")}</dt>
                 </div>
                 ${it.sigma_mm.hat && html`<div>
                   <dd data-testid="robot-tops">
                     ${robotTopsMm(it) === null ? "?" : `${mm(robotTopsMm(it))} mm`}
                   </dd>
-                  <dt>robot tops, ${it.sigma_mm.hat.z_mm} mm</dt>
+                  <dt>${t("calibrate.verdict.robot-tops", { height: it.sigma_mm.hat.z_mm })}</dt>
                 </div>`}
               `
               : html`
                 <div>
                   <dd>${mm(it.rms_mm)} mm</dd>
-                  <dt>borders</dt>
+                  <dt>${t("calibrate.verdict.borders")}</dt>
                 </div>
                 <div>
                   <dd>${mm(it.max_mm)} mm</dd>
-                  <dt>worst click</dt>
+                  <dt>${t("calibrate.verdict.worst-click")}</dt>
                 </div>
               `}
             <div>
               <dd data-testid="rms-px">${number(it.rms_px, 2)} px</dd>
-              <dt>residual</dt>
+              <dt>${t("calibrate.verdict.residual")}</dt>
             </div>
           </dl>
         `
@@ -88,13 +91,13 @@ export function Verdict({ report }) {
           </div>
           <p>
             ${snapshot.value
-              ? "Click along the four borders; the verdict grows with every point."
-              : "Open a picture first."}
+              ? t("calibrate.verdict.click-borders")
+              : t("calibrate.verdict.open-picture")}
           </p>
         `}
     </div>
     ${!report && askedHeight.value && html`<div class="question" data-testid="camera-height">
-      <h3>Camera height</h3>
+      <h3>${t("calibrate.verdict.camera-height")}</h3>
       <${OptionField} option=${askedHeight.value} />
     </div>`}
     ${it && html`<${Warnings} warnings=${it.warnings} canFix=${!report || isSaved.value} />`}

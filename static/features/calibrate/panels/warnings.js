@@ -1,6 +1,6 @@
 // Warnings and refusals: what is wrong, its fix, and buttons that apply it.
-import { plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { fixesOf } from "../warning_fixes.js";
 
 const SHOWN = 2; // the others open on demand, so that the figures stay in sight
@@ -36,7 +36,7 @@ export function Warnings({ warnings, canFix }) {
       ${warnings.slice(0, SHOWN).map(item)}
     </ul>
     ${warnings.length > SHOWN && html`<details class="more">
-      <summary>Show ${plural(warnings.length - SHOWN, "more warning")}</summary>
+      <summary>${t("calibrate.warnings.more", { count: warnings.length - SHOWN })}</summary>
       <ul class="warnings">${warnings.slice(SHOWN).map(item)}</ul>
     </details>`}
   `;

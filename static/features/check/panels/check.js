@@ -2,17 +2,18 @@
 import { address } from "../../../core/api.js";
 import { mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { Title } from "../../../ui/title.js";
 import { Working } from "../../../ui/working.js";
 import { checked, checking, closeCheck, notChecked } from "../check.js";
 
-const LEVEL = { good: "Good", fair: "Fair", poor: "Poor" };
+const LEVEL = { good: t("common.level.good"), fair: t("common.level.fair"), poor: t("common.level.poor") };
 const FAR_MM = 15; // as verdicts have it
 const MARK = 320; // of the picture's longer side, a mark's radius
 
 export const CheckWorking = () => html`<${Working}
   now=${checking.value}
-  what="Checking the calibration"
+  what=${t("check.checking")}
   stop="stop-check"
   why=${notChecked.value}
   name="check"
@@ -30,12 +31,12 @@ export function CheckedPicture() {
         src=${address(`/snapshots/${it.snapshot}/image.jpg`)}
         width=${width}
         height=${height}
-        alt="The picture that was checked"
+        alt=${t("check.picture")}
       />
       <svg
         viewBox=${`-0.5 -0.5 ${width} ${height}`}
         role="img"
-        aria-label="Where the calibration has the lines, and where they are"
+        aria-label=${t("check.picture.lines")}
       >
         ${it.points.map((p, i) => html`<g key=${i} class=${Math.abs(p.off_mm) > FAR_MM ? "far" : "near"}>
           <circle class="expected" cx=${p.expected[0]} cy=${p.expected[1]} r=${r * 0.6} />
@@ -45,8 +46,7 @@ export function CheckedPicture() {
       </svg>
     </div>
     <figcaption class="reason">
-      White: where version ${it.version} has the lines. Coloured: where they are; more than ${FAR_MM} mm off in
-      red.
+      ${t("check.picture.caption", { version: it.version ?? "", limit: FAR_MM })}
     </figcaption>
   </figure>`;
 }
@@ -56,15 +56,14 @@ export function CheckReport() {
   const it = checked.value;
   if (!it)
     return html`<section>
-      <${Title} of="check">Check<//>
+      <${Title} of="check">${t("check.title")}<//>
       <p class="reason">
-        Holds the active version against an image of now: which field lines are where it has them, and how far the
-        others are.
+        ${t("check.what-it-does")}
       </p>
     </section>`;
   const { level, sentence, fix } = it.verdict;
-  return html`<section aria-label="Check" data-testid="check-report">
-    <${Title} of="check">Check<//>
+  return html`<section aria-label=${t("check.title")} data-testid="check-report">
+    <${Title} of="check">${t("check.title")}<//>
     <div
       class="verdict"
       data-testid="check-verdict"
@@ -72,7 +71,7 @@ export function CheckReport() {
       data-reason=${it.verdict.reason}
       role="status"
     >
-      <div class="big">${level ? LEVEL[level] : "Not told"}</div>
+      <div class="big">${level ? LEVEL[level] : t("check.not-told")}</div>
       <p>
         ${sentence} ${fix}
       </p>
@@ -80,10 +79,10 @@ export function CheckReport() {
     <table class="lines-checked">
       <thead>
         <tr>
-          <th scope="col">Line</th>
-          <th scope="col">found</th>
+          <th scope="col">${t("check.table.line")}</th>
+          <th scope="col">${t("check.table.found")}</th>
           <th scope="col">mm</th>
-          <th scope="col">worst</th>
+          <th scope="col">${t("check.table.worst")}</th>
         </tr>
       </thead>
       <tbody>
@@ -96,10 +95,10 @@ export function CheckReport() {
       </tbody>
     </table>
     <p class="reason">
-      mm: how far the line lies from where version ${it.version} has it, across it on the carpet.
+      ${t("check.table.explained", { version: it.version ?? "" })}
     </p>
     <button type="button" data-testid="close-check" onClick=${closeCheck}>
-      Close
+      ${t("common.close")}
     </button>
   </section>`;
 }

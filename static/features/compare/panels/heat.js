@@ -3,7 +3,9 @@ import { ACTIONS, run } from "../../../core/actions.js";
 import { dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { models } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
+import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
 import { STOPS } from "../../../canvas/layers/heat.js";
 import { goToModelComparison, worstPlaceFix } from "../../calibrate/warning_fixes.js";
@@ -17,13 +19,16 @@ export function HeatLegend() {
   const { what } = heat.value,
     map = shownMap.value,
     why = mapRefusal.value;
-  return html`<section class="legend" data-testid="legend" aria-label="Scale of the map">
+  return html`<section class="legend" data-testid="legend" aria-label=${t("compare.heat.legend")}>
     <h2>
       ${what === "expected"
-        ? "Expected error"
-        : `Version ${version.value?.version} from version ${numberOf(heat.value.other)}`}
+        ? t("common.expected-error")
+        : t("compare.heat.difference", {
+            version: version.value?.version ?? "–",
+            other: numberOf(heat.value.other),
+          })}
     </h2>
-    ${map && html`<div class="scale" role="img" aria-label=${`Colours from 0 to ${map.top} mm`}>
+    ${map && html`<div class="scale" role="img" aria-label=${t("compare.heat.scale", { top: map.top })}>
       <i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
       <div>
         ${[0, 0.5, 1].map((share) => html`<span key=${share}>
@@ -36,15 +41,15 @@ export function HeatLegend() {
       ? html`<p data-testid="no-map">
         <b>${why.detail}</b> ${why.fix}${" "}
         <button type="button" data-testid="no-map-cure" onClick=${goToModelComparison}>
-          Compare the models
+          ${t("compare.heat.compare-models")}
         </button>
       </p>`
       : (
-      !map && html`<p class="dim">The server computes it…</p>`
+      !map && html`<p class="dim">${t("compare.heat.computing")}</p>`
     )}
-    ${what === "expected" && html`<div class="switch" role="group" aria-label="Where">
-      <${Height} atHats=${false} label="Carpet" />
-      <${Height} atHats=${true} label=${`Hats, ${hatMm.value} mm`} />
+    ${what === "expected" && html`<div class="switch" role="group" aria-label=${t("compare.heat.where")}>
+      <${Height} atHats=${false} label=${t("common.carpet")} />
+      <${Height} atHats=${true} label=${t("compare.heat.hats", { height: hatMm.value })} />
     </div>`}
   </section>`;
 }
@@ -69,21 +74,37 @@ export function HeatPanel() {
   const { what } = heat.value,
     map = shownMap.value,
     before = comparableVersions.value;
-  return html`<section aria-label="Over the field">
-    <${Title} of="map">Over the field<//>
+  return html`<section aria-label=${t("compare.heat.panel")}>
+    <${Title} of="map">${t("compare.heat.panel")}<//>
     <div class="line">
-      <${ActionButton} id="heat" label=${what === "expected" ? "Hide expected error" : "Show expected error"} />
-      <${ActionButton} id="arrows" label=${arrows.value.on ? "Hide residual arrows" : "Show residual arrows"} />
+      <${ActionButton}
+        id="heat"
+        label=${what === "expected" ? t("compare.heat.hide-expected") : t("compare.heat.show-expected")}
+      />
+      <${ActionButton}
+        id="arrows"
+        label=${arrows.value.on ? t("compare.heat.hide-arrows") : t("compare.heat.show-arrows")}
+      />
     </div>
     ${map?.what === "expected" && html`
       <p class="reason" data-testid="heat-figures">
-        ${map.z_mm ? `At hat height, ${map.z_mm} mm` : "On the carpet"}: median <b>${mm(map.median_mm)} mm</b>
-        , worst <b>${mm(map.worst_mm)} mm</b> at <b>${place(map.worst_place)}</b>.
+        ${map.z_mm
+          ? rich("compare.heat.figures.hats", {
+              height: map.z_mm,
+              median: mm(map.median_mm),
+              worst: mm(map.worst_mm),
+              place: place(map.worst_place),
+            })
+          : rich("compare.heat.figures.carpet", {
+              median: mm(map.median_mm),
+              worst: mm(map.worst_mm),
+              place: place(map.worst_place),
+            })}
       </p>
       <${Worst} />
     `}
     ${before.length > 0 && html`<label class="pair tall other">
-      <span>Difference from</span>
+      <span>${t("compare.heat.difference-from")}</span>
       <select
         data-testid="other"
         value=${what === "difference" ? heat.value.other : ""}
@@ -91,17 +112,27 @@ export function HeatPanel() {
           e.target.value ? differenceFrom(e.target.value) : run("difference")
         }
       >
-        <option value="">${what === "difference" ? "Hide it" : ACTIONS.get("difference")?.short}</option>
+        <option value="">
+          ${what === "difference" ? t("compare.heat.hide-difference") : ACTIONS.get("difference")?.short}
+        </option>
         ${before.map((v) => html`<option key=${v.id} value=${v.id}>
-          Version ${v.version}, ${titleOf(v.model.name)}, ${dayAndTime(v.created_at)}
+          ${t("compare.heat.version", {
+            version: v.version,
+            model: titleOf(v.model.name),
+            time: dayAndTime(v.created_at),
+          })}
         </option>`)}
       </select>
     </label>`}
     ${map?.what === "difference" && html`
       <p class="reason" data-testid="heat-figures">
-        Median <b>${mm(map.median_mm)} mm</b>, worst <b>${mm(map.worst_mm)} mm</b> at${" "}
-        <b>${place(map.worst_place)}</b>. In the picture <b>${number(map.rms_px, 2)} px</b> rms, worst${" "}
-        <b>${number(map.max_px, 2)} px</b>.
+        ${rich("compare.heat.figures.difference", {
+          median: mm(map.median_mm),
+          worst: mm(map.worst_mm),
+          place: place(map.worst_place),
+          rms: number(map.rms_px, 2),
+          max: number(map.max_px, 2),
+        })}
       </p>
       <${Worst} />
     `}

@@ -2,6 +2,7 @@
 import { ACTIONS, run } from "../../../core/actions.js";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { RATES, blink, hold, prefersLessMotion, setSwapRate } from "../blink.js";
 import { comparedVersion, mode, visiblePicture } from "../comparison.js";
 import { grid, gridLines, spacing, spacings } from "../grid.js";
@@ -16,24 +17,24 @@ export function GridLegend() {
   return html`<section
     class="legend narrow"
     data-testid="grid-legend"
-    aria-label="Grid"
-    title="Straight on the corrected picture; as bent on the raw one as the lens bends."
+    aria-label=${t("compare.grid.legend")}
+    title=${t("compare.grid.explained")}
   >
-    <h2>Grid, ${number(spacing.value, 0)} mm</h2>
+    <h2>${t("compare.grid.heading", { spacing: number(spacing.value, 0) })}</h2>
     <label class="choose">
-      <span class="sr">Spacing of the grid</span>
+      <span class="sr">${t("compare.grid.spacing")}</span>
       <select
         data-testid="grid-spacing"
         value=${chosen === null ? "" : String(chosen)}
         onChange=${(/** @type {any} */ e) => choose(e.target.value)}
       >
-        <option value="">Auto</option>
+        <option value="">${t("compare.auto")}</option>
         ${spacings.value.map((mm) => html`<option key=${mm} value=${String(mm)}>
           ${number(mm, 0)} mm
         </option>`)}
       </select>
     </label>
-    ${!gridLines.value && html`<p class="dim">The server computes it…</p>`}
+    ${!gridLines.value && html`<p class="dim">${t("compare.grid.computing")}</p>`}
   </section>`;
 }
 
@@ -41,24 +42,24 @@ export function GridLegend() {
 export function BlinkLegend() {
   if (mode.value !== "blink" || !comparedVersion.value) return null;
   const { running, rate } = blink.value,
-    name = visiblePicture.value === "raw" ? "Raw" : "Corrected";
+    name = visiblePicture.value === "raw" ? t("common.raw") : t("common.corrected");
   return html`<section
     class="legend narrow"
     data-testid="blink-legend"
     data-showing=${visiblePicture.value}
-    aria-label="Blink"
+    aria-label=${t("common.blink")}
   >
     <h2 class="showing">${name}</h2>
     ${prefersLessMotion.value
-      ? html`<p data-testid="calm">Less motion is wished: swap by hand.</p>`
-      : html`<div class="switch" role="group" aria-label="Swaps a second">
+      ? html`<p data-testid="calm">${t("compare.blink.by-hand")}</p>`
+      : html`<div class="switch" role="group" aria-label=${t("compare.blink.rate")}>
         <button
           type="button"
           data-testid="blink-pause"
           aria-pressed=${String(!running)}
           onClick=${() => run("blink-pause")}
         >
-          Pause
+          ${t("compare.action.blink-pause.short")}
         </button>
         ${RATES.map((r) => html`<button
           key=${r}
@@ -72,15 +73,15 @@ export function BlinkLegend() {
       </div>`}
     <div class="switch">
       <button type="button" data-testid="blink-swap" onClick=${() => run("swap")}>
-        Swap
+        ${t("compare.action.swap.short")}
       </button>
       <button
         type="button"
         data-testid="blink-hold"
-        title=${`Hold: ${ACTIONS.get("flip")?.label}`}
+        title=${t("compare.blink.hold-action", { action: ACTIONS.get("flip")?.label ?? "" })}
         onPointerDown=${(/** @type {PointerEvent} */ e) => hold(e)}
       >
-        Hold
+        ${t("compare.blink.hold")}
       </button>
     </div>
   </section>`;

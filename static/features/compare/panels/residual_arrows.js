@@ -1,8 +1,10 @@
 // The legend of the residual arrows: their magnification, a ruler, and the longest of them.
 import { run } from "../../../core/actions.js";
-import { mm, number, plural, roundDown, words } from "../../../core/format.js";
+import { mm, number, roundDown, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { comparing } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
+import { rich } from "../../../ui/rich.js";
 import { view } from "../../../canvas/viewport.js";
 import { correctedPlacement, visiblePicture } from "../comparison.js";
 import { FACTORS, arrows, factor, longest, longestOf, magnify, shownArrows } from "../residual_arrows.js";
@@ -22,12 +24,12 @@ export function ArrowLegend() {
   return html`<section
     class="legend narrow"
     data-testid="arrow-legend"
-    aria-label="Scale of the residual arrows"
+    aria-label=${t("compare.arrows.legend")}
   >
-    <h2>Residuals ×${times}</h2>
+    <h2>${t("compare.arrows.heading", { factor: times })}</h2>
     <${Ruler} />
     <label class="magnify">
-      <span class="sr">Magnification of the arrows</span>
+      <span class="sr">${t("compare.arrows.magnification")}</span>
       <input
         type="range"
         data-testid="magnification"
@@ -35,7 +37,7 @@ export function ArrowLegend() {
         max=${FACTORS.length - 1}
         step="1"
         value=${FACTORS.indexOf(times)}
-        aria-valuetext=${`${times} times`}
+        aria-valuetext=${t("compare.arrows.times", { factor: times })}
         onInput=${(/** @type {any} */ e) => magnify(FACTORS[Number(e.target.value)])}
       />
     </label>
@@ -46,19 +48,22 @@ export function ArrowLegend() {
         aria-pressed=${arrows.value.factor === null}
         onClick=${() => run("arrows-auto")}
       >
-        Auto
+        ${t("compare.auto")}
       </button>
     </div>
     <p data-testid="arrow-figures">
       ${far && html`
-        Longest <b>${number(far.px, 2)} px</b>, <b>${mm(far.mm)} mm</b>, ${nameOf(far)}.${" "}
+        ${rich("compare.arrows.longest", { px: number(far.px, 2), mm: mm(far.mm), point: nameOf(far) })}${" "}
       `}
       ${stray && html`
-        <b class="level fair">${plural(strays, "stray")}</b>, ${strays > 1 ? "up to " : ""}
-        ${number(stray.px, 1)} px.${" "}
+        ${rich("compare.arrows.strays", {
+          count: strays,
+          strays: html`<b class="level fair">${t("common.strays", { count: strays })}</b>`,
+          px: number(stray.px, 1),
+        })}${" "}
       `}
-      ${cut > 0 && html`${cut} cut short. `}
-      ${unseen > 0 && html`${plural(unseen, "point")} out of the model's reach.`}
+      ${cut > 0 && `${t("compare.arrows.cut-short", { count: cut })} `}
+      ${unseen > 0 && t("compare.arrows.out-of-reach", { count: unseen })}
     </p>
   </section>`;
 }
@@ -70,8 +75,15 @@ function Ruler() {
   const unit = factor.value * view.value.k * (onCorrected ? (correctedPlacement.value?.scale ?? 1) : 1),
     px = roundDown(RULER_PX / unit),
     each = of?.mm_per_px;
-  const label = `${plain(px)} ${onCorrected ? "corrected px" : "px"}${each ? ` ≈ ${plain(px * each, 1)} mm` : ""}`;
-  return html`<div class="ruler" role="img" aria-label=${`Ruler: ${label}`} data-testid="ruler" data-px=${px}>
+  const length = onCorrected ? t("compare.arrows.corrected-px", { length: plain(px) }) : `${plain(px)} px`,
+    label = `${length}${each ? ` ≈ ${plain(px * each, 1)} mm` : ""}`;
+  return html`<div
+    class="ruler"
+    role="img"
+    aria-label=${t("compare.arrows.ruler", { length: label })}
+    data-testid="ruler"
+    data-px=${px}
+  >
     <i style=${`width:${px * unit}px`}></i>
     <span>${label}</span>
   </div>`;
@@ -81,10 +93,10 @@ function Ruler() {
 const plain = (value, more = 0) => number(value, Math.max(0, more - Math.floor(Math.log10(value))));
 
 /** @param {import("../../../core/types").Arrow} arrow */
-const nameOf = ({ feature, index }) => {
-  const name =
-    typeof feature === "string"
-      ? words(feature).toLowerCase()
-      : `spot ${feature.map((v) => number(v, 0)).join(", ")} mm,`;
-  return `${name} point ${index + 1}`;
-};
+const nameOf = ({ feature, index }) =>
+  typeof feature === "string"
+    ? t("compare.arrows.point-of-feature", { feature: words(feature).toLowerCase(), number: index + 1 })
+    : t("compare.arrows.point-of-spot", {
+        place: feature.map((v) => number(v, 0)).join(", "),
+        number: index + 1,
+      });

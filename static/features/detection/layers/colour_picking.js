@@ -1,6 +1,7 @@
 // Picks colour samples on a picture, points or boxes, by pointer, finger or keyboard.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { colour, teach } from "../colours.js";
 
 /** @typedef {import("../../../core/types").Point} Point */
@@ -92,9 +93,11 @@ export function ColourPicking({ width, height }) {
     role="application"
     data-testid="picking"
     ...${on}
-    aria-label=${`Click what is ${colour.value}, or drag a box in it. By keys: arrows move the cross, ` +
-    "Shift ten pixels at once, b begins a box, Enter takes it. " +
-    `The cross is at ${Math.round(cross[0])}, ${Math.round(cross[1])}.`}
+    aria-label=${t("detection.picking", {
+      colour: colour.value,
+      x: Math.round(cross[0]),
+      y: Math.round(cross[1]),
+    })}
   >
     ${drawn && html`
       <rect

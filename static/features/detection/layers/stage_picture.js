@@ -1,6 +1,7 @@
 // The output picture of a detection stage, live or of the held frame.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { detectionRequest, framePicture, heldFrame, stagePicture } from "../held_frame.js";
 import { streamAddress } from "../../live/camera_status.js";
 import { useLiveStream } from "../../live/layers/live_stream.js";
@@ -25,7 +26,7 @@ function LiveStage({ camera, stage, width, fps = 0, drawn }) {
     class="live"
     ref=${frame}
     role="img"
-    aria-label=${`The picture of the stage ${stage}`}
+    aria-label=${t("detection.stages.picture", { stage })}
     data-testid=${`stage-live-${stage}`}
     data-seq=${head?.seq ?? 0}
     style=${head ? `aspect-ratio:${head.width}/${head.height}` : ""}
@@ -58,7 +59,7 @@ function HeldStage({ stage }) {
   return source
     ? html`<img
       class="held"
-      alt=${`The picture of the stage ${stage}`}
+      alt=${t("detection.stages.picture", { stage })}
       data-testid=${`stage-held-${stage}`}
       src=${source}
     />`

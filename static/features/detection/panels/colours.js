@@ -1,11 +1,13 @@
 // Colours of a camera: which one is being learned, its samples, how well it is separated from the others, and presets.
 import { useState } from "preact/hooks";
 import { run } from "../../../core/actions.js";
-import { number, plural } from "../../../core/format.js";
+import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { keyLabel } from "../../../core/keys.js";
 import { cameras } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
+import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
 import {
   BACKGROUND,
@@ -34,26 +36,20 @@ export function DetectionForm() {
   const first = COLOURS.filter(([name]) => neededColours.value.has(name) || name === BACKGROUND),
     others = COLOURS.filter(([name]) => !neededColours.value.has(name) && name !== BACKGROUND);
   return html`
-    <section aria-label="Colours" data-testid="colours">
-      <${Title} of="colours">Colours<//>
+    <section aria-label=${t("detection.colours.title")} data-testid="colours">
+      <${Title} of="colours">${t("detection.colours.title")}<//>
       <p class="reason" data-testid="learned">
         ${it.learned === "clicks"
-          ? html`
-            Go by <b>${it.profile?.name}</b>.
-          `
+          ? rich("detection.colours.gone-by", { profile: it.profile?.name })
           : it.learned === "picture"
-          ? (
-          "Found by the camera itself in its first picture. Choose a colour and click it to do better."
-        )
-          : (
-          "The camera has not found its colours yet."
-        )}
+            ? t("detection.colours.found")
+            : t("detection.colours.not-found")}
       </p>
       <ul class="colours">
         ${first.map((one) => html`<${Colour} key=${one[0]} of=${one} />`)}
       </ul>
       ${others.length > 0 && html`<details class="more">
-        <summary data-testid="more-colours">More colours</summary>
+        <summary data-testid="more-colours">${t("detection.colours.more")}</summary>
         <ul class="colours">
           ${others.map((one) => html`<${Colour} key=${one[0]} of=${one} />`)}
         </ul>
@@ -72,7 +68,7 @@ export function DetectionForm() {
         <${ActionButton} id="find-colours" />
         ${it.learned === "clicks" && 
           html`<button type="button" data-testid="forget-colours" onClick=${() => void forgetAll()}>
-            Forget all
+            ${t("detection.colours.forget-all")}
           </button>`}
       </div>
     </section>
@@ -81,13 +77,13 @@ export function DetectionForm() {
 }
 
 /** The same colours below the picture, where the panel is far from it: on a telephone. */
-export const Palette = () => html`<div class="palette" role="group" aria-label="Teach a colour">
+export const Palette = () => html`<div class="palette" role="group" aria-label=${t("detection.colours.teach")}>
   ${COLOURS.filter(([name]) => neededColours.value.has(name) || name === BACKGROUND).map(([name, paint]) => 
     html`<button
       key=${name}
       type="button"
       aria-pressed=${String(colour.value === name)}
-      aria-label=${`Teach ${name}`}
+      aria-label=${t("detection.colours.teach-one", { colour: name })}
       onClick=${() => run(`colour-${name}`)}
     >
       <i class="chip" style=${`--colour:${paint}`} aria-hidden="true"></i>
@@ -108,12 +104,16 @@ function Colour({ of: [name, paint] }) {
       data-testid=${`colour-${name}`}
       aria-pressed=${String(colour.value === name)}
       aria-keyshortcuts=${String(place)}
-      title=${`Teach ${name} (${place})`}
+      title=${t("detection.colours.teach-by-key", { colour: name, key: place })}
       onClick=${() => run(`colour-${name}`)}
     >
       <i class="chip" style=${`--colour:${paint}`} aria-hidden="true"></i>
       <span>${name}</span>
-      <small>${isBackground && !samples.length ? "by itself" : plural(samples.length, "sample")}</small>
+      <small>
+        ${isBackground && !samples.length
+          ? t("detection.colours.by-itself")
+          : t("detection.colours.samples", { count: samples.length })}
+      </small>
       <kbd aria-hidden="true" data-key=${keyLabel(String(place))}></kbd>
     </button>
     ${samples.length > 0 && (!isBackground || colour.value === name) && html`<span class="samples">
@@ -123,8 +123,8 @@ function Colour({ of: [name, paint] }) {
         class="sample"
         data-testid=${`sample-${name}`}
         style=${`--colour:rgb(${s.rgb.join()})`}
-        aria-label=${`Remove sample ${i + 1} of ${name}`}
-        title="Remove this sample"
+        aria-label=${t("detection.colours.remove-sample", { number: i + 1, colour: name })}
+        title=${t("detection.colours.remove-this")}
         onClick=${() => forget(name, i)}
       >
         ×
@@ -132,13 +132,13 @@ function Colour({ of: [name, paint] }) {
     </span>`}
     ${health && html`<p class="reason" data-testid=${`health-${name}`}>
       <b class=${`level ${LEVELS[health.level]}`}>
-        ${health.level === "good" ? "Well apart" : health.level === "close" ? "Close" : "Mixed up"}
+        ${t(`detection.colours.level.${health.level}`)}
       </b>
-      ${health.margin === null ? "" : `, margin ${number(health.margin, 1)}`}.${" "}
+      ${health.margin === null ? "" : t("detection.colours.margin", { margin: number(health.margin, 1) })}.${" "}
       ${health.level === "good" ? "" : health.words}
     </p>`}
     ${isBackground && colour.value === name && html`<p class="reason">
-      What is nearly a colour and is none. What the picture mostly consists of needs no click.
+      ${t("detection.colours.background")}
     </p>`}
   </li>`;
 }
@@ -154,10 +154,10 @@ function Presets() {
   const isShared = it.colours !== null && it.profile?.name === it.colours,
     target = others.find((c) => c.id === to)?.id ?? others[0]?.id,
     used = presets.value.find((p) => p.name === it.colours);
-  return html`<section aria-label="Presets">
-    <${Title} of="colour-presets">Presets of a venue<//>
+  return html`<section aria-label=${t("detection.presets.section")}>
+    <${Title} of="colour-presets">${t("detection.presets.title")}<//>
     <label class="pair tall">
-      <span>Go by</span>
+      <span>${t("detection.presets.go-by")}</span>
       <select
         data-testid="preset"
         value=${isShared ? it.colours : ""}
@@ -166,7 +166,11 @@ function Presets() {
         }}
       >
         <option value="">
-          ${isShared ? "choose…" : it.learned === "clicks" ? "this camera's own" : "what it finds"}
+          ${isShared
+            ? t("detection.choose")
+            : it.learned === "clicks"
+              ? t("detection.presets.own")
+              : t("detection.presets.found")}
         </option>
         ${presets.value.map((p) => html`<option key=${p.name} value=${p.name}>
           ${p.name}
@@ -174,15 +178,15 @@ function Presets() {
       </select>
     </label>
     ${isShared && used && used.used_by.length > 1 && html`<p class="reason">
-      Shared by ${used.used_by.join(", ")}. A click here makes colours of this camera's own.
+      ${t("detection.presets.shared", { cameras: used.used_by.join(", ") })}
     </p>`}
     <label class="pair tall">
-      <span>Keep these colours as</span>
+      <span>${t("detection.presets.keep-as")}</span>
       <input
         type="text"
         data-testid="preset-name"
         maxlength="64"
-        placeholder="hall-2"
+        placeholder=${t("detection.presets.example")}
         value=${typed}
         onInput=${(/** @type {any} */ e) => setTyped(e.target.value)}
       />
@@ -194,23 +198,25 @@ function Presets() {
         disabled=${!name || !it.profile}
         onClick=${() => void savePreset(name)}
       >
-        ${overwriteCandidate.value === name && name ? `Press again to save over ${name}` : "Keep"}
+        ${overwriteCandidate.value === name && name
+          ? t("detection.presets.save-over", { preset: name })
+          : t("detection.presets.keep")}
       </button>
       ${isShared && it.colours && html`<button
         type="button"
         data-testid="remove-preset"
         disabled=${(used?.used_by.length ?? 1) > 0}
         title=${
-          (used?.used_by.length ?? 1) > 0 ? "Cameras go by it: give them other colours first." : "Remove it"
+          (used?.used_by.length ?? 1) > 0 ? t("detection.presets.in-use") : t("detection.presets.remove")
         }
         onClick=${() => void removePreset(it.colours ?? "")}
       >
-        Remove ${it.colours}
+        ${t("detection.presets.remove-named", { preset: it.colours })}
       </button>`}
     </div>
     ${others.length > 0 && html`<div class="line wrap copy">
       <label class="pair tall grow">
-        <span>Copy to another camera</span>
+        <span>${t("detection.presets.copy-to")}</span>
         <select
           data-testid="copy-to"
           value=${target}
@@ -229,7 +235,7 @@ function Presets() {
           if (target) void copyTo(target);
         }}
       >
-        Copy
+        ${t("detection.presets.copy")}
       </button>
     </div>`}
   </section>`;

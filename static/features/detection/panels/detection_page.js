@@ -1,7 +1,9 @@
 // Live detection: ball and robots marked in the picture, and every stage's own picture below.
 import { useEffect, useRef } from "preact/hooks";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
+import { rich } from "../../../ui/rich.js";
 import { colour } from "../colours.js";
 import { detectionCamera, detectionState, refusal, shownFrame, shownSeq } from "../detection.js";
 import { labels, setView, view, zoom } from "../display.js";
@@ -31,16 +33,16 @@ export function DetectionPage() {
     why = heldFrame.value ? heldFrameRefusal.value : refusal.value;
   if (!camera) return null;
   return html`<div class="page seeing" data-testid="seeing-page">
-    <h1>What ${camera.name} sees</h1>
+    <h1>${t("detection.title", { camera: camera.name })}</h1>
     <div class="line wrap">
-      <div class="switch" role="group" aria-label="Show">
+      <div class="switch" role="group" aria-label=${t("live.show")}>
         <button
           type="button"
           data-testid="see-raw"
           aria-pressed=${String(view.value === "raw")}
           onClick=${() => setView("raw")}
         >
-          Raw
+          ${t("common.raw")}
         </button>
         <${ActionButton} id="seen-corrected" />
         <${ActionButton} id="mask" />
@@ -61,18 +63,14 @@ export function DetectionPage() {
           <b>${why.detail}</b> ${why.fix}
         `
         : taking.value
-        ? (
-        "Taking the frame…"
-      )
+        ? t("detection.hint.taking")
         : colour.value
         ? html`
-          Click what is <b>${colour.value}</b>, or drag a box in it.
-          ${heldFrame.value ? "" : " What moves is clicked more easily in a held frame."}
+          ${rich("detection.hint.click", { colour: colour.value })}
+          ${heldFrame.value ? "" : ` ${t("detection.hint.click-held")}`}
         `
         : heldFrame.value
-        ? (
-        "A held frame: change colours and stages, and see at once what they do."
-      )
+        ? t("detection.hint.held")
         : (
         ""
       )}
@@ -132,7 +130,7 @@ function Picture() {
         ? html`<img
           class="held"
           data-testid="held-frame"
-          alt=${`A held frame of ${camera.name}`}
+          alt=${t("detection.held-frame", { camera: camera.name })}
           width=${held.width}
           height=${held.height}
           src=${framePicture(held)}

@@ -1,6 +1,7 @@
 // The list of detections, notes on them, and whether they are published.
-import { number, plural } from "../../../core/format.js";
+import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { Title } from "../../../ui/title.js";
 import { publish } from "../colours.js";
 import { detectionCamera, detectionState, setDetection } from "../detection.js";
@@ -18,11 +19,13 @@ const inOrder = (a, b) =>
 const sigma = (c) => (c ? Math.sqrt((c[0][0] + c[1][1]) / 2) : null);
 
 /** @param {Item} it */
-const called = (it) =>
-  it.kind === "ball"
-    ? "Ball"
-    : `${it.team ? it.team[0].toUpperCase() + it.team.slice(1) : "Robot"} ` +
-      `${it.kind === "marker" ? "patch" : (it.id ?? "?")}`;
+const called = (it) => {
+  if (it.kind === "ball") return t("detection.seen.ball");
+  const team = it.team && it.team[0].toUpperCase() + it.team.slice(1),
+    id = it.id ?? "?";
+  if (it.kind === "marker") return team ? t("detection.seen.team-patch", { team }) : t("detection.seen.patch");
+  return team ? `${team} ${id}` : t("detection.seen.robot", { id });
+};
 
 export function DetectionReport() {
   const it = detectionState.value,
@@ -31,27 +34,27 @@ export function DetectionReport() {
   const items = (now?.items ?? []).toSorted(inOrder),
     hasPlaces = items.some((i) => i.x_mm !== null);
   return html`
-    <section aria-label="Seen now">
-      <${Title} of="seen" about="what is seen now">
-        ${heldFrame.value ? "Seen in the held frame" : "Seen now"}
+    <section aria-label=${t("detection.seen.now")}>
+      <${Title} of="seen" about=${t("detection.seen.about")}>
+        ${heldFrame.value ? t("detection.seen.held") : t("detection.seen.now")}
       <//>
       ${!it.on
-        ? html`<p class="reason">Seeing is switched off for this camera.</p>`
+        ? html`<p class="reason">${t("detection.seen.off")}</p>`
         : !items.length
         ? html`<p class="reason">
-          ${now ? "Nothing is found. Look at the mask: are the colours named?" : "Waiting for the camera…"}
+          ${now ? t("detection.seen.nothing") : t("detection.waiting")}
         </p>`
         : html`
           <table class="seen-table" data-testid="seen">
             <thead>
               <tr>
-                <th scope="col">What</th>
+                <th scope="col">${t("detection.seen.what")}</th>
                 ${hasPlaces
                   ? html`
                     <th scope="col">x mm</th>
                     <th scope="col">y mm</th>
                     <th scope="col">
-                      <abbr title="standard deviation of one coordinate, mm">± mm</abbr>
+                      <abbr title=${t("detection.seen.sigma")}>± mm</abbr>
                     </th>
                   `
                   : html`
@@ -59,7 +62,7 @@ export function DetectionReport() {
                     <th scope="col">y px</th>
                   `}
                 <th scope="col">
-                  <abbr title="where its front looks, counter-clockwise from field x">front °</abbr>
+                  <abbr title=${t("detection.seen.front.help")}>${t("detection.seen.front")}</abbr>
                 </th>
               </tr>
             </thead>
@@ -91,7 +94,7 @@ export function DetectionReport() {
             </tbody>
           </table>
           ${items.some((i) => i.on_carpet && i.kind === "robot") && html`<p class="reason">
-            * where the line of sight meets the carpet: this model does not know how high a robot is.
+            ${t("detection.seen.on-carpet")}
           </p>`}
         `}
       ${(now?.notes ?? []).map((note) => html`<p key=${note} class="warning-line">
@@ -104,13 +107,13 @@ export function DetectionReport() {
           checked=${it.on}
           onChange=${(/** @type {any} */ e) => void setDetection({ on: e.target.checked })}
         />${" "}
-        See with this camera
+        ${t("detection.seen.switch")}
       </label>
-      <p class="reason">Only while somebody looks, or while it is sent to the network.</p>
+      <p class="reason">${t("detection.seen.switch.when")}</p>
     </section>
-    <section aria-label="Network">
-      <${Title} of="seen-published" about="sending what is seen">
-        Send what is seen
+    <section aria-label=${t("detection.publish.section")}>
+      <${Title} of="seen-published" about=${t("detection.publish.about")}>
+        ${t("detection.publish.title")}
       <//>
       <label class="line switch-line">
         <input
@@ -120,19 +123,17 @@ export function DetectionReport() {
           disabled=${!it.on}
           onChange=${(/** @type {any} */ e) => void publish(e.target.checked)}
         />${" "}
-        Send each frame as SSL_DetectionFrame
+        ${t("detection.publish.switch")}
       </label>
       <p class="reason" data-testid="publish-words">
         ${it.publish
           ? html`
-            Every frame goes to the multicast group that is set under Network on the start page: all teams
-            that listen there take it for the game.${" "}
-            ${it.published.packets ? plural(it.published.packets, "packet") : "Nothing"} sent so far.
+            ${t("detection.publish.on")}${" "}
+            ${it.published.packets
+              ? t("detection.publish.sent", { count: it.published.packets })
+              : t("detection.publish.sent-nothing")}
           `
-          : (
-          "Off: nothing leaves this machine. On: every frame goes to the league's multicast group, as SSL-Vision " +
-            "sends it, and whoever listens there takes it for the game. It needs an active calibration."
-        )}
+          : t("detection.publish.off")}
       </p>
       ${it.publish && it.published.problem && 
         html`<div class="warning-line" role="status" data-testid="publish-problem">

@@ -1,6 +1,7 @@
 // Every stage of the detection plan: its picture, its time, its options; and the plans to begin with.
-import { number, plural } from "../../../core/format.js";
+import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { Title } from "../../../ui/title.js";
 import { OptionRow } from "../../calibrate/panels/options.js";
 import { detectionCamera, detectionState, kinds, plans, tune } from "../detection.js";
@@ -12,7 +13,6 @@ import { StagePicture } from "../layers/stage_picture.js";
 
 const SMALL_PX = 320,
   SLOW_FPS = 3;
-const OWN = "of this camera's own";
 
 export function StageStrip() {
   const it = detectionState.value,
@@ -21,11 +21,11 @@ export function StageStrip() {
   const took = Object.fromEntries((detections.value?.stages ?? []).map((s) => [s.name, s.ms])),
     total = detections.value?.ms ?? 0;
   const same = plans.value.find((p) => JSON.stringify(p.stages) === JSON.stringify(it.plan.stages))?.name ?? "";
-  return html`<section aria-label="Stages" data-testid="stages">
-    <${Title} of="stages">Stages<//>
+  return html`<section aria-label=${t("detection.stages.title")} data-testid="stages">
+    <${Title} of="stages">${t("detection.stages.title")}<//>
     <div class="line wrap">
       <label class="line plan">
-        Plan${" "}
+        ${t("detection.stages.plan")}${" "}
         <select
           data-testid="plan"
           value=${same}
@@ -35,7 +35,7 @@ export function StageStrip() {
           }}
         >
           ${!same && html`<option value="">
-            ${it.plan.title}, ${OWN}
+            ${t("detection.stages.own-plan", { plan: it.plan.title })}
           </option>`}
           ${plans.value.map((p) => html`<option key=${p.name} value=${p.name}>
             ${p.title}
@@ -46,8 +46,8 @@ export function StageStrip() {
         class="line"
         title=${
           camera.active_calibration
-            ? "It costs a few ms a frame"
-            : "Activate a calibration for this camera first."
+            ? t("detection.stages.correct.cost")
+            : t("live.calibration-first")
         }
       >
         <input
@@ -59,11 +59,13 @@ export function StageStrip() {
             void tune({ plan: { ...it.plan, corrected: e.target.checked } })
           }
         />${" "}
-        correct the picture first
+        ${t("detection.stages.correct")}
       </label>
       <small data-testid="stages-ms">
-        ${plural(it.plan.stages.length, "stage")}, ${number(total, 1)} ms a frame
-        ${detections.value?.fps ? `, ${number(detections.value.fps, 1)} frames a second` : ""}
+        ${t("detection.stages.time", { count: it.plan.stages.length, time: number(total, 1) })}
+        ${detections.value?.fps
+          ? t("detection.stages.rate", { rate: number(detections.value.fps, 1) })
+          : ""}
       </small>
     </div>
     <ol class="stages">
@@ -89,7 +91,7 @@ function Stage({ camera, stage, number: place, ms, share }) {
       type="button"
       class="stage-picture"
       aria-pressed=${String(isLarge)}
-      aria-label=${`${kind?.title ?? name}: ${isLarge ? "back to the picture" : "enlarge"}`}
+      aria-label=${t(isLarge ? "detection.stages.shrink" : "detection.stages.enlarge", { stage: kind?.title ?? name })}
       onClick=${() => toggleView(`stage-${name}`)}
     >
       <${StagePicture} camera=${camera} stage=${name} width=${SMALL_PX} fps=${SLOW_FPS} />
@@ -106,7 +108,7 @@ function Stage({ camera, stage, number: place, ms, share }) {
     ${kind && html`
       <p class="reason">${kind.help}</p>
       ${kind.options.length > 0 && html`<details class="more">
-        <summary data-testid=${`options-${name}`}>Settings</summary>
+        <summary data-testid=${`options-${name}`}>${t("detection.stages.settings")}</summary>
         ${kind.options.map((option) => html`<${OptionRow}
           key=${option.name}
           option=${option}

@@ -2,6 +2,7 @@
 import { clock, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Working } from "../../../ui/working.js";
@@ -10,8 +11,8 @@ import { statuses } from "../../live/camera_status.js";
 
 const QUIET = new Set(["steady", "learning"]);
 const HELD = {
-  calibration: "the calibration's own picture",
-  start: "the first seconds after it was activated",
+  calibration: t("drift.held.calibration"),
+  start: t("drift.held.start"),
 };
 
 /** On the desk of one camera. @param {{ id: string }} props */
@@ -19,14 +20,14 @@ export function DriftPanel({ id }) {
   const now = statuses.value[id],
     it = now?.drift;
   if (!now?.calibration_applied || now.state !== "live") return null;
-  return html`<section aria-label="Does it stay?" data-testid="drift" data-state=${it?.state ?? ""}>
-    <${Title} of="drift">Does it stay?<//>
+  return html`<section aria-label=${t("drift.title")} data-testid="drift" data-state=${it?.state ?? ""}>
+    <${Title} of="drift">${t("drift.title")}<//>
     ${!it
-      ? html`<p class="reason">Asking the camera…</p>`
+      ? html`<p class="reason">${t("drift.asking")}</p>`
       : it.alarm
       ? html`<div class="warning-line" role="alert" data-testid="drift-alarm">
         <b>${it.sentence}</b> ${it.fix}
-        <p class="reason">Since ${clock(1000 * it.since)}.</p>
+        <p class="reason">${t("drift.since", { time: clock(1000 * it.since) })}</p>
         <div class="line">
           <${ActionButton} id=${it.state === "knocked" ? "reregister" : "take-still"} />
         </div>
@@ -40,7 +41,7 @@ export function DriftPanel({ id }) {
       </div>`}
     <${Working}
       now=${registering.value}
-      what="Registering the pose"
+      what=${t("drift.registering")}
       stop="stop-reregister"
       why=${notRegistered.value}
       name="reregister"
@@ -48,17 +49,17 @@ export function DriftPanel({ id }) {
     <${RegisteredVersion} />
     ${it?.px !== null && it?.px !== undefined && html`<dl class="details">
       <div>
-        <dt>noise (σ)</dt>
+        <dt>${t("drift.noise")}</dt>
         <dd>
           ${number(it.sigma_px, 3)} px, ${number(it.sigma_mm, 2)} mm
         </dd>
       </div>
       <div>
-        <dt>places seen</dt>
+        <dt>${t("drift.places-seen")}</dt>
         <dd>${it.seen}</dd>
       </div>
     </dl>`}
-    ${it?.reference && html`<p class="reason">Held against ${HELD[it.reference]}.</p>`}
+    ${it?.reference && html`<p class="reason">${HELD[it.reference]}</p>`}
   </section>`;
 }
 
@@ -68,24 +69,23 @@ function RegisteredVersion() {
   if (!it) return null;
   return html`<div class="registered" role="status" data-testid="registered">
     <p>
-      <b>Version ${it.made.version} is made, and not yet used.</b> ${it.made.sentence}
+      <b>${t("drift.registered", { version: it.made.version })}</b> ${it.made.sentence}
     </p>
     ${it.apart && html`<p class="reason">
-      It puts the field ${mm(it.apart.rms_mm)} mm from where the active version does, ${mm(it.apart.max_mm)}${" "}
-      mm at most.
+      ${t("drift.registered.apart", { distance: mm(it.apart.rms_mm), worst: mm(it.apart.max_mm) })}
     </p>`}
     <div class="line wrap">
       <button type="button" data-testid="use-registered" onClick=${() => void useRegistered()}>
-        Activate version ${it.made.version}
+        ${t("common.activate-version", { version: it.made.version })}
       </button>
       <a data-testid="look-at-registered" href=${addressOf("calibrate", { picture: it.made.snapshot, step: "verify" })}>
-        Look at it on its picture
+        ${t("drift.registered.look")}
       </a>
       <a data-testid="compare-registered" href=${addressOf("versions", { camera: it.camera })}>
-        Compare it with the others
+        ${t("drift.registered.compare")}
       </a>
       <button type="button" data-testid="close-registered" onClick=${closeRegistered}>
-        Leave it
+        ${t("drift.registered.leave")}
       </button>
     </div>
   </div>`;

@@ -1,7 +1,9 @@
 // The tab Drift of a camera: whether it has moved, the check of its calibration, and the update of its pose.
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
+import { rich } from "../../../ui/rich.js";
 import { CheckWorking, CheckedPicture } from "../../check/panels/check.js";
 import { openedCamera, status } from "../../live/camera_page.js";
 import { DriftPanel } from "./drift.js";
@@ -10,7 +12,7 @@ export function DriftPage() {
   const it = openedCamera.value;
   if (!it) return null;
   return html`<div class="page" data-testid="drift-page">
-    <h1>Drift of ${it.name}</h1>
+    <h1>${t("drift.page.title", { camera: it.name })}</h1>
     ${it.active_calibration || status.value?.active_calibration
       ? html`
         <${DriftPanel} id=${it.id} />
@@ -22,8 +24,9 @@ export function DriftPage() {
         <${CheckedPicture} />
       `
       : html`<p class="dim">
-        This camera has no active version yet.${" "}
-        <a href=${addressOf("camera-images", { camera: it.id })}>Calibrate it</a>; from then on it is watched.
+        ${rich("drift.page.no-version", {
+          link: html`<a href=${addressOf("camera-images", { camera: it.id })}>${t("drift.page.calibrate")}</a>`,
+        })}
       </p>`}
   </div>`;
 }

@@ -2,7 +2,9 @@
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
+import { rich } from "../../../ui/rich.js";
 import { listen } from "../../../canvas/tools/pointer.js";
 import { arcPoints } from "../../calibrate/field_sides.js";
 import { chooseNext } from "../actions.js";
@@ -62,11 +64,11 @@ export function EditorPage() {
   }, [doc?.length_mm, doc?.width_mm]);
   if (!doc)
     return html`<div class="page">
-      <p class="dim">Opening…</p>
+      <p class="dim">${t("field-editor.opening")}</p>
     </div>`;
   return html`<div class="field-desk" data-testid="field-editor">
-    <h1 class="sr">${opened.value?.name ? doc.title : "New field"}</h1>
-    <div class="tools" role="toolbar" aria-label="Tools">
+    <h1 class="sr">${opened.value?.name ? doc.title : t("field-editor.untitled")}</h1>
+    <div class="tools" role="toolbar" aria-label=${t("field-editor.tools")}>
       ${TOOLS.map((id, i) =>
         id === "|" ? html`<i key=${i}></i>` : html`<${ActionButton} key=${id} id=${id} withKey />`,
       )}
@@ -76,7 +78,7 @@ export function EditorPage() {
       ref=${stage}
       data-testid="field-stage"
       tabindex="0"
-      aria-label="The field. Tab chooses the next marking, arrow keys move it, Delete takes it off."
+      aria-label=${t("field-editor.stage")}
       onKeyDown=${tab}
     >
       <${Drawing} doc=${doc} />
@@ -152,7 +154,7 @@ function ReadOut({ doc }) {
   return html`<div class="read-out" data-testid="field-read-out">
     <span>
       ${at
-        ? html`Field <b>${number(at[0], 0)}, ${number(at[1], 0)} mm</b>`
+        ? rich("field-editor.read-out", { x: number(at[0], 0), y: number(at[1], 0) })
         : html`<span class="dim">${number(doc.length_mm, 0)} × ${number(doc.width_mm, 0)} mm</span>`}
     </span>
     <span role="status">${names}</span>

@@ -3,6 +3,7 @@ import { address } from "../../../core/api.js";
 import { words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Outdated } from "../../versions/panels/outdated.js";
@@ -20,10 +21,10 @@ export function FieldForm() {
   return html`
     <${Refused} />
     ${opened.value?.name && html`<${Outdated} field=${opened.value.name} />`}
-    <section aria-label="Name">
-      <${Title} of="own-field">The field<//>
+    <section aria-label=${t("field-editor.form.name")}>
+      <${Title} of="own-field">${t("field-editor.form.heading")}<//>
       <${TextInput}
-        label="Title"
+        label=${t("field-editor.form.title")}
         entry="title"
         value=${doc.title}
         set=${(/** @type {FieldDoc} */ d, /** @type {string} */ title) => ({
@@ -33,30 +34,30 @@ export function FieldForm() {
         })}
       />
       ${!opened.value?.name && html`<${TextInput}
-        label="Short name, for files and addresses"
+        label=${t("field-editor.form.short-name")}
         entry="name"
         value=${doc.name}
         set=${(/** @type {FieldDoc} */ d, /** @type {string} */ name) => ({ ...d, name })}
       />`}
     </section>
-    <section aria-label="Size">
-      <h2>Size</h2>
+    <section aria-label=${t("field-editor.form.size")}>
+      <h2>${t("field-editor.form.size")}</h2>
       <${NumberInput}
-        label="Length"
+        label=${t("field-editor.form.length")}
         entry="length_mm"
         value=${doc.length_mm}
         set=${(/** @type {FieldDoc} */ d, /** @type {number} */ length) =>
           length > 0 ? withSize(d, length, d.width_mm, sizing.value) : d}
       />
       <${NumberInput}
-        label="Width"
+        label=${t("field-editor.form.width")}
         entry="width_mm"
         value=${doc.width_mm}
         set=${(/** @type {FieldDoc} */ d, /** @type {number} */ width) =>
           width > 0 ? withSize(d, d.length_mm, width, sizing.value) : d}
       />
       <label class="pair tall">
-        <span>A new size</span>
+        <span>${t("field-editor.form.sizing")}</span>
         <select
           data-testid="sizing"
           value=${sizing.value}
@@ -65,12 +66,12 @@ export function FieldForm() {
             sizing.value = e.target.value;
           }}
         >
-          <option value="scale">scales everything</option>
-          <option value="borders">moves the borders, areas keep their size</option>
+          <option value="scale">${t("field-editor.form.sizing-scale")}</option>
+          <option value="borders">${t("field-editor.form.sizing-borders")}</option>
         </select>
       </label>
       <${NumberInput}
-        label="Width of lines"
+        label=${t("field-editor.form.line-width")}
         entry="line_width_mm"
         value=${doc.lines[0]?.width_mm ?? doc.arcs[0]?.width_mm ?? 50}
         set=${(/** @type {FieldDoc} */ d, /** @type {number} */ width_mm) => ({
@@ -80,13 +81,13 @@ export function FieldForm() {
         })}
       />
       <${NumberInput}
-        label="Robot height"
+        label=${t("field-editor.form.robot-height")}
         entry="hat_height_mm"
         value=${doc.hat_height_mm}
         set=${(/** @type {FieldDoc} */ d, /** @type {number} */ hat_height_mm) => ({ ...d, hat_height_mm })}
       />
       <${NumberInput}
-        label="Error of lines (σ)"
+        label=${t("field-editor.form.line-error")}
         entry="line_sigma_mm"
         value=${doc.line_sigma_mm}
         set=${(/** @type {FieldDoc} */ d, /** @type {number} */ line_sigma_mm) => ({ ...d, line_sigma_mm })}
@@ -106,14 +107,14 @@ function Refused() {
       <b>${why.detail}</b> ${why.fix}
     </div>`}
     ${other && html`<div class="warning-line" role="alert" data-testid="field-theirs">
-      <b>Somebody else has ${other.field ? "changed" : "deleted"} this field since you opened it.</b>
-      <p>Yours is kept: undo brings it back.</p>
+      <b>${other.field ? t("field-editor.theirs.changed") : t("field-editor.theirs.deleted")}</b>
+      <p>${t("field-editor.theirs.yours-kept")}</p>
       <div class="line wrap">
         ${other.field && html`<button type="button" data-testid="take-theirs" onClick=${takeTheirs}>
-          Show theirs
+          ${t("field-editor.theirs.show")}
         </button>`}
         <button type="button" data-testid="save-over" onClick=${() => void saveOverTheirs()}>
-          Save mine over it
+          ${t("field-editor.theirs.save-over")}
         </button>
       </div>
     </div>`}
@@ -121,8 +122,8 @@ function Refused() {
 }
 
 /** @param {{ doc: FieldDoc }} props */
-const Parts = ({ doc }) => html`<section aria-label="Parts that cameras see">
-  <h2>Parts that cameras see</h2>
+const Parts = ({ doc }) => html`<section aria-label=${t("field-editor.parts")}>
+  <h2>${t("field-editor.parts")}</h2>
   <ul class="features">
     ${Object.keys(doc.regions).map((name) => {
       const mark = /** @type {const} */ ({ kind: "region", name });
@@ -151,11 +152,15 @@ function Uses({ doc }) {
   if (!name) return null;
   const others = cameras.value.filter((c) => c.editable && c.field !== name),
     over = cameras.value.filter((c) => c.field === name).map((c) => c.name);
-  return html`<section aria-label="Use">
-    <h2>Use</h2>
-    <p class="reason">${over.length ? `Under ${over.join(", ")}.` : "No camera hangs over it yet."}</p>
+  return html`<section aria-label=${t("field-editor.use.heading")}>
+    <h2>${t("field-editor.use.heading")}</h2>
+    <p class="reason">
+      ${over.length
+        ? t("field-editor.use.under", { cameras: over.join(", ") })
+        : t("field-editor.use.no-camera")}
+    </p>
     ${others.length > 0 && html`<label class="pair tall">
-      <span>Hang a camera over it</span>
+      <span>${t("field-editor.use.hang")}</span>
       <select
         data-testid="use-for"
         value=""
@@ -164,7 +169,7 @@ function Uses({ doc }) {
           e.target.value = "";
         }}
       >
-        <option value="">Choose a camera</option>
+        <option value="">${t("field-editor.choose-camera")}</option>
         ${others.map((c) => html`<option key=${c.id} value=${c.id}>
           ${c.name}
         </option>`)}
@@ -172,17 +177,17 @@ function Uses({ doc }) {
     </label>`}
     <div class="line wrap">
       <${ActionButton} id="copy-field" />
-      <a href=${address(`/fields/${name}/export/json`)} download>JSON</a>
-      <a href=${address(`/fields/${name}/export/ssl-vision`)} download>SSL-Vision packet</a>
+      <a href=${address(`/fields/${name}/export/json`)} download>${t("field-editor.use.json")}</a>
+      <a href=${address(`/fields/${name}/export/ssl-vision`)} download>${t("field-editor.use.ssl-vision")}</a>
       ${!isShipped.value && html`<button
         type="button"
         data-testid="delete-field"
-        title=${`Delete ${doc.title}; it can be put back`}
+        title=${t("field-editor.use.delete-title", { title: doc.title })}
         onClick=${() => void deleteField()}
       >
-        Delete
+        ${t("field-editor.use.delete")}
       </button>`}
     </div>
-    ${isDirty.value && html`<p class="reason">Files and cameras have it as it was saved.</p>`}
+    ${isDirty.value && html`<p class="reason">${t("field-editor.use.as-saved")}</p>`}
   </section>`;
 }

@@ -4,7 +4,9 @@ import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
 import { cameras, fields } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
+import { rich } from "../../../ui/rich.js";
 import { Outdated } from "../../versions/panels/outdated.js";
 import { arcPoints } from "../../calibrate/field_sides.js";
 import { openFieldFile } from "../editor.js";
@@ -15,15 +17,12 @@ export function FieldsPage() {
   const own = fields.value.filter((f) => f.own),
     shipped = fields.value.filter((f) => !f.own);
   return html`<div class="page" data-testid="fields-page">
-    <h1>Fields</h1>
-    <p class="dim">
-      A field is what is painted on the carpet, in millimetres. Yours may be shorter, without a centre line, or taped a
-      little off.
-    </p>
+    <h1>${t("field-editor.list.heading")}</h1>
+    <p class="dim">${t("field-editor.list.explained")}</p>
     <div class="line wrap">
       <${ActionButton} id="new-field" />
       <label class="as-button choose-field">
-        Open a field file…
+        ${t("field-editor.list.open-file")}
         <input
           type="file"
           class="sr"
@@ -37,14 +36,14 @@ export function FieldsPage() {
         />
       </label>
     </div>
-    ${own.length > 0 && html`<section aria-label="Your fields">
-      <h2>Your fields</h2>
+    ${own.length > 0 && html`<section aria-label=${t("field-editor.list.yours")}>
+      <h2>${t("field-editor.list.yours")}</h2>
       <ul class="field-cards">
         ${own.map((f) => html`<${Card} key=${f.name} it=${f} />`)}
       </ul>
     </section>`}
-    <section aria-label="Fields that come with Touchline">
-      <h2>Come with Touchline</h2>
+    <section aria-label=${t("field-editor.list.shipped")}>
+      <h2>${t("field-editor.list.shipped-heading")}</h2>
       <ul class="field-cards">
         ${shipped.map((f) => html`<${Card} key=${f.name} it=${f} />`)}
       </ul>
@@ -55,25 +54,27 @@ export function FieldsPage() {
 /** @param {{ it: Field }} props */
 function Card({ it }) {
   const { name, title, length_mm: length, width_mm: width, own } = it,
-    over = cameras.value.filter((c) => c.field === name).map((c) => c.name);
+    over = cameras.value.filter((c) => c.field === name).map((c) => c.name),
+    of = () => html`<span class="sr">${t("field-editor.card.of", { title })}</span>`;
   return html`<li class="card" data-testid=${`field-card-${name}`}>
     <a href=${addressOf("field-editor", { field: name })} data-testid=${`edit-field-${name}`}>
       <${Sketch} it=${it} />
       <b>${title}</b>
     </a>
     <small>
-      ${number(length, 0)} × ${number(width, 0)} mm${over.length > 0 && `, under ${over.join(", ")}`}
+      ${number(length, 0)} × ${number(width, 0)} mm
+      ${over.length > 0 && t("field-editor.card.under", { cameras: over.join(", ") })}
     </small>
     ${own && html`<${Outdated} field=${name} />`}
     <div class="line wrap">
       <a href=${addressOf("new-field", { field: name })} data-testid=${`copy-field-${name}`}>
-        Edit a copy<span class="sr"> of ${title}</span>
+        ${rich("field-editor.card.copy", { of: of() })}
       </a>
       <a href=${address(`/fields/${name}/export/json`)} download>
-        JSON<span class="sr"> of ${title}</span>
+        ${rich("field-editor.card.json", { of: of() })}
       </a>
       <a href=${address(`/fields/${name}/export/ssl-vision`)} download>
-        SSL-Vision packet<span class="sr"> of ${title}</span>
+        ${rich("field-editor.card.ssl-vision", { of: of() })}
       </a>
     </div>
   </li>`;

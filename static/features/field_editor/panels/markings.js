@@ -1,6 +1,7 @@
 // Right of the drawing: every line, arc and landmark, on or off, and the numbers of the chosen one.
 import { words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Fold } from "../../../ui/fold.js";
 import { entryOf, isOff, paintedMarks, renamed, switched, withChanges } from "../document.js";
@@ -20,8 +21,8 @@ export function Markings() {
   if (!doc) return null;
   return html`
     <${Chosen} doc=${doc} />
-    <section aria-label="Lines and circles">
-      <h2>Lines and circles</h2>
+    <section aria-label=${t("field-editor.marking.painted")}>
+      <h2>${t("field-editor.marking.painted")}</h2>
       <ul class="features markings">
         ${paintedMarks(doc).map((mark) => html`<${Row} key=${mark.name} doc=${doc} mark=${mark} />`)}
       </ul>
@@ -30,7 +31,10 @@ export function Markings() {
         <${ActionButton} id="add-arc" />
       </div>
     </section>
-    <${Fold} id="landmarks" title=${`Landmarks: ${Object.keys(doc.landmarks).length}`}>
+    <${Fold}
+      id="landmarks"
+      title=${t("field-editor.marking.landmarks", { count: Object.keys(doc.landmarks).length })}
+    >
       <ul class="features markings">
         ${Object.keys(doc.landmarks).map((name) => html`<${Row}
           key=${name}
@@ -54,7 +58,7 @@ function Row({ doc, mark }) {
       : html`<input
         type="checkbox"
         data-testid=${`on-${name}`}
-        aria-label=${`${words(name)} is on the field`}
+        aria-label=${t("field-editor.marking.on", { marking: words(name) })}
         checked=${!off}
         disabled=${isShipped.value}
         onChange=${(/** @type {any} */ e) => edit((d) => switched(d, mark, e.target.checked))}
@@ -80,18 +84,15 @@ function Chosen({ doc }) {
     [mark] = marks;
   if (!mark)
     return html`<section>
-      <h2>Nothing is chosen</h2>
-      <p class="reason">
-        Press on a line, or choose one below. With Shift several. Arrow keys move what is chosen by 5 mm, with Shift by
-        50 mm.
-      </p>
+      <h2>${t("field-editor.chosen.nothing")}</h2>
+      <p class="reason">${t("field-editor.chosen.how")}</p>
     </section>`;
-  const title = marks.length > 1 ? `${marks.length} chosen` : words(mark.name);
-  return html`<section aria-label="What is chosen" data-testid="chosen">
+  const title = marks.length > 1 ? t("field-editor.chosen.count", { count: marks.length }) : words(mark.name);
+  return html`<section aria-label=${t("field-editor.chosen.panel")} data-testid="chosen">
     <h2>${title}</h2>
     ${marks.length === 1 && html`
       <${TextInput}
-        label="Name"
+        label=${t("field-editor.chosen.name")}
         entry=${`${entryOf(doc, mark)}.name`}
         value=${mark.name}
         set=${(/** @type {FieldDoc} */ d, /** @type {string} */ name) => {
@@ -105,7 +106,9 @@ function Chosen({ doc }) {
     ${!marks.some(({ kind }) => kind === "region") && html`<${Shift} marks=${marks} />`}
     <${ActionButton}
       id="field-remove"
-      label=${mark.kind === "landmark" || mark.kind === "region" ? "Remove" : "Take off"}
+      label=${mark.kind === "landmark" || mark.kind === "region"
+        ? t("field-editor.chosen.remove")
+        : t("field-editor.action.field-remove.short")}
     />
   </section>`;
 }
@@ -118,12 +121,17 @@ const nameIsTaken = (doc, name) =>
 function Numbers({ doc, mark }) {
   const { kind, name } = mark,
     entry = entryOf(doc, mark);
-  /** @param {string} label @param {string} key @param {Point} at @param {(doc: FieldDoc, to: Point) => FieldDoc} to */
-  const place = (label, key, at, to) =>
+  /**
+   * @param {"from" | "to" | "centre" | "at"} end
+   * @param {string} key
+   * @param {Point} at
+   * @param {(doc: FieldDoc, to: Point) => FieldDoc} to
+   */
+  const place = (end, key, at, to) =>
     [0, 1].map(
       (axis) => html`<${NumberInput}
-        key=${label + axis}
-        label=${`${label} ${"xy"[axis]}`}
+        key=${end + axis}
+        label=${t(`field-editor.chosen.${end}-axis`, { axis: "xy"[axis] })}
         entry=${`${key}[${axis}]`}
         value=${at[axis]}
         set=${(/** @type {FieldDoc} */ d, /** @type {number} */ v) => to(d, axis ? [at[0], v] : [v, at[1]])}
@@ -143,19 +151,21 @@ function Numbers({ doc, mark }) {
     region = kind === "region" && doc.regions[name];
   if (line)
     return html`
-      ${place("From", `${entry}.from`, line.from, (d, to) => withGripAt(d, { mark, part: "from", at: line.from }, to))}
-      ${place("To", `${entry}.to`, line.to, (d, to) => withGripAt(d, { mark, part: "to", at: line.to }, to))}
-      ${number("Width", "width_mm", line.width_mm)}
+      ${place("from", `${entry}.from`, line.from, (d, to) => withGripAt(d, { mark, part: "from", at: line.from }, to))}
+      ${place("to", `${entry}.to`, line.to, (d, to) => withGripAt(d, { mark, part: "to", at: line.to }, to))}
+      ${number(t("field-editor.chosen.line-width"), "width_mm", line.width_mm)}
     `;
   if (arc)
     return html`
-      ${place("Centre", `${entry}.centre`, arc.centre, (d, to) => withMoved(d, [mark], by(arc.centre, to)))}
-      ${number("Radius", "radius_mm", arc.radius_mm)} ${number("Width", "width_mm", arc.width_mm)}
-      ${number("From", "start_deg", arc.start_deg, "°")} ${number("To", "end_deg", arc.end_deg, "°")}
+      ${place("centre", `${entry}.centre`, arc.centre, (d, to) => withMoved(d, [mark], by(arc.centre, to)))}
+      ${number(t("field-editor.chosen.radius"), "radius_mm", arc.radius_mm)}${" "}
+      ${number(t("field-editor.chosen.line-width"), "width_mm", arc.width_mm)}
+      ${number(t("field-editor.chosen.angle-from"), "start_deg", arc.start_deg, "°")}${" "}
+      ${number(t("field-editor.chosen.angle-to"), "end_deg", arc.end_deg, "°")}
     `;
   if (region) return html`<${RegionNumbers} mark=${mark} entry=${entry} region=${region} />`;
   const at = doc.landmarks[name];
-  return at ? place("At", entry, at, (d, to) => withMoved(d, [mark], by(at, to), true)) : null;
+  return at ? place("at", entry, at, (d, to) => withMoved(d, [mark], by(at, to), true)) : null;
 }
 
 /** @param {Point} from @param {Point} to @returns {Point} */
@@ -168,7 +178,7 @@ const RegionNumbers = ({ mark, entry, region }) => html`
       const span = region[/** @type {"x" | "y"} */ (axis)];
       return html`<${NumberInput}
         key=${axis + end}
-        label=${`${axis} ${end ? "to" : "from"}`}
+        label=${end ? t("field-editor.chosen.axis-to", { axis }) : t("field-editor.chosen.axis-from", { axis })}
         entry=${`${entry}.${axis}[${end}]`}
         value=${span[end]}
         set=${(/** @type {FieldDoc} */ d, /** @type {number} */ v) =>
@@ -177,7 +187,7 @@ const RegionNumbers = ({ mark, entry, region }) => html`
     }),
   )}
   <label class="pair length">
-    <span>Turned in the picture</span>
+    <span>${t("field-editor.chosen.turned")}</span>
     <select
       data-testid=${`entry-${entry}.rotate`}
       value=${region.rotate}
@@ -192,9 +202,9 @@ const RegionNumbers = ({ mark, entry, region }) => html`
 `;
 
 /** Move by typed millimetres. @param {{ marks: Mark[] }} props */
-const Shift = ({ marks }) => html`<div class="line shift" role="group" aria-label="Move by millimetres">
+const Shift = ({ marks }) => html`<div class="line shift" role="group" aria-label=${t("field-editor.chosen.move")}>
   ${["x", "y"].map((axis) => html`<label key=${axis}>
-    Move ${axis}${" "}
+    ${t("field-editor.chosen.move-axis", { axis })}${" "}
     <input
       type="number"
       step="any"

@@ -1,7 +1,8 @@
 // Measured as it is: tape distances, what they make of the field, and the offsets that a calibration has found.
-import { number, plural, words } from "../../../core/format.js";
+import { number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { Fold } from "../../../ui/fold.js";
 import { Typed } from "../../../ui/typed.js";
 import { isShipped } from "../editor.js";
@@ -31,11 +32,8 @@ const WORTH_MM = 1; // a line that lies less aside is where it should be
 /** @param {{ doc: FieldDoc }} props */
 export function Measured({ doc }) {
   if (isShipped.value) return null;
-  return html`<${Fold} id="measured" title="Measured as it is" value=${distances.value.length || ""}>
-    <p class="reason">
-      Type what a tape says, from the middle of a line to the middle of a line, and the field is adjusted to it. Sides
-      and diagonals first; a line that may lie off needs a distance to its both ends.
-    </p>
+  return html`<${Fold} id="measured" title=${t("field-editor.measured.heading")} value=${distances.value.length || ""}>
+    <p class="reason">${t("field-editor.measured.how")}</p>
     <ol class="plain distances">
       ${distances.value.map((_, i) => html`<${Row} key=${i} doc=${doc} i=${i} />`)}
     </ol>
@@ -49,7 +47,7 @@ export function Measured({ doc }) {
           setDistances([...distances.value, { from: known(from), to: known(to), mm: null }]);
         }}
       >
-        Add a distance
+        ${t("field-editor.measured.add")}
       </button>
       <button
         type="button"
@@ -57,7 +55,7 @@ export function Measured({ doc }) {
         disabled=${!canAdjust()}
         onClick=${() => void adjustToTape()}
       >
-        Adjust the field
+        ${t("field-editor.measured.adjust")}
       </button>
     </div>
     <${Adopt} />
@@ -72,12 +70,12 @@ function Row({ doc, i }) {
   /** @param {Partial<import("../measured.js").Distance>} changes */
   const set = (changes) => setDistances(distances.value.map((d, j) => (j === i ? Object.assign({}, d, changes) : d)));
   const spot = (/** @type {"from" | "to"} */ end) => html`<select
-    aria-label=${`Distance ${i + 1} ${end}`}
+    aria-label=${t(`field-editor.measured.distance-${end}`, { number: i + 1 })}
     data-testid=${`distance-${i}-${end}`}
     value=${it[end]}
     onChange=${(/** @type {any} */ e) => set({ [end]: e.target.value })}
   >
-    <option value="">Choose</option>
+    <option value="">${t("field-editor.measured.choose-landmark")}</option>
     ${Object.keys(doc.landmarks).map((name) => html`<option key=${name} value=${name}>
       ${words(name)}
     </option>`)}
@@ -89,19 +87,19 @@ function Row({ doc, i }) {
         type="number"
         step="any"
         min="1"
-        aria-label=${`Distance ${i + 1} in millimetres`}
+        aria-label=${t("field-editor.measured.distance-mm", { number: i + 1 })}
         data-testid=${`distance-${i}-mm`}
         value=${it.mm ?? ""}
         take=${(/** @type {string} */ text) => set({ mm: Number(text) > 0 ? Number(text) : null })}
       />
       <small>mm</small>
-      ${left !== undefined && html`<small title="Measured, less what it is on the adjusted field">
-        ${left > 0 ? "+" : ""}${number(left)} left
+      ${left !== undefined && html`<small title=${t("field-editor.measured.left-explained")}>
+        ${t("field-editor.measured.left", { difference: `${left > 0 ? "+" : ""}${number(left)}` })}
       </small>`}
       <button
         type="button"
         class="remove"
-        aria-label=${`Remove distance ${i + 1}`}
+        aria-label=${t("field-editor.measured.remove", { number: i + 1 })}
         onClick=${() => setDistances(distances.value.filter((_, j) => j !== i))}
       >
         ✕
@@ -127,15 +125,15 @@ function Adopt() {
         if (version) void take(version);
       }}
     >
-      <option value="">Choose a camera</option>
+      <option value="">${t("field-editor.choose-camera")}</option>
       ${calibrated.map((c) => html`<option key=${c.id} value=${c.active?.id}>
-        ${c.name}, version ${c.active?.version}
+        ${t("field-editor.measured.version", { camera: c.name, version: c.active?.version ?? "" })}
       </option>`)}
     </select>
   </label>`;
   return html`
-    ${choice("adopt-offsets", "Or adopt where a calibration has found the lines", adoptOffsets)}
-    ${choice("add-seen", "Add lines that its image shows and the field lacks", addSeen)}
+    ${choice("adopt-offsets", t("field-editor.measured.adopt"), adoptOffsets)}
+    ${choice("add-seen", t("field-editor.measured.add-seen"), addSeen)}
   `;
 }
 
@@ -146,8 +144,8 @@ function Found() {
   if (it.added)
     return html`<p class="plainly" role="status" data-testid="found-seen">
       ${it.added.length
-        ? `${plural(it.added.length, "marking was", "markings were")} added and chosen. Take off what is none.`
-        : "The image shows nothing that the field does not have."}
+        ? t("field-editor.measured.added", { count: it.added.length })
+        : t("field-editor.measured.nothing-added")}
     </p>`;
   const aside = Object.entries(it.offsets ?? {}).filter(([, { mm }]) => Math.abs(mm) >= WORTH_MM);
   return html`<div role="status" data-testid="found-offsets">
@@ -158,7 +156,7 @@ function Found() {
           <dd>${number(mm)}${sigma !== null && ` ± ${number(sigma)}`} mm</dd>
         </div>`)}
       </dl>`
-      : html`<p class="reason">Every line lies within ${WORTH_MM} mm of its place.</p>`}
-    <p class="reason">They lie there now. Undo takes it back; save to keep it.</p>
+      : html`<p class="reason">${t("field-editor.measured.in-place", { limit: WORTH_MM })}</p>`}
+    <p class="reason">${t("field-editor.measured.adjusted")}</p>
   </div>`;
 }

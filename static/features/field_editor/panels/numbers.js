@@ -1,6 +1,7 @@
 // Inputs of the field editor: each knows the entry of the field that it shows, and marks it where that was refused.
 import { html } from "../../../core/html.js";
 import { notify } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { Typed } from "../../../ui/typed.js";
 import { edit, isShipped, refusal } from "../editor.js";
 
@@ -32,7 +33,11 @@ export const NumberInput = ({ label, entry, value, set, unit = "mm" }) => html`<
       take=${(/** @type {string} */ text) => {
         const number = Number(text);
         if (text.trim() === "" || !Number.isFinite(number))
-          return notify({ level: "warn", text: `${label} must be a number.`, fix: "Type millimetres, such as 4500." });
+          return notify({
+            level: "warn",
+            text: t("field-editor.not-a-number", { label }),
+            fix: t("field-editor.not-a-number-fix"),
+          });
         return edit((doc) => set(doc, number));
       }}
     />

@@ -6,20 +6,21 @@ import { html } from "../../../core/html.js";
 import { keyLabel, lettersOn, switchLetters } from "../../../core/keys.js";
 import { CONTENTS, isUnread, manualPage, openManual, slug } from "../../../core/manual.js";
 import { help } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { TourButton } from "./tour.js";
 
 export function Help() {
   useEffect(() => {
     if (help.value === "manual" && isUnread()) void openManual(CONTENTS);
   }, [help.value]);
-  return html`<section class="help" aria-label="Help" data-testid="help-panel">
+  return html`<section class="help" aria-label=${t("help.title")} data-testid="help-panel">
     <div class="line help-head">
-      <div class="tabs" role="tablist" aria-label="Help">
-        <${Tab} id="manual" label="Manual" />
-        <${Tab} id="keys" label="Keys" />
+      <div class="tabs" role="tablist" aria-label=${t("help.title")}>
+        <${Tab} id="manual" label=${t("help.tab.manual")} />
+        <${Tab} id="keys" label=${t("help.tab.keys")} />
       </div>
       <button type="button" class="close" data-testid="close-help" onClick=${() => run("escape")}>
-        Close
+        ${t("common.close")}
       </button>
     </div>
     ${help.value === "keys" ? html`<${Keys} />` : html`<${Manual} />`}
@@ -63,7 +64,7 @@ function Manual() {
   return html`<div class="manual" data-testid="manual" data-page=${name}>
     ${name !== CONTENTS
       ? html`<button type="button" onClick=${() => void openManual(CONTENTS)}>
-        ← Show all pages
+        ${t("help.manual.all-pages")}
       </button>`
       : html`<${TourButton} />`}
     <article
@@ -84,10 +85,10 @@ function Keys() {
         checked=${lettersOn.value}
         onChange=${(/** @type {any} */ e) => switchLetters(e.target.checked)}
       />${" "}
-      Keys of one letter or digit do something
+      ${t("help.keys.letters")}
     </label>
-    ${[...new Set(listed.map((a) => a.group))].map((group) => html`
-      <h3 key=${group}>${group}</h3>
+    ${[...new Set(listed.flatMap((a) => a.group ?? []))].map((group) => html`
+      <h3 key=${group}>${t(`help.group.${group}`)}</h3>
       <dl>
         ${listed
           .filter((a) => a.group === group)
@@ -101,16 +102,16 @@ function Keys() {
           </div>`)}
       </dl>
     `)}
-    <h3>Mouse and fingers</h3>
+    <h3>${t("help.mouse.title")}</h3>
     <dl>
       ${[
-        ["Add a point", "click, tap"],
-        ["Move a point", "drag; the loupe shows raw pixels"],
-        ["Place a point freely", "hold Alt, or switch Snap off"],
-        ["Choose a line", "click it where the fit draws it"],
-        ["Select several", "Shift drag, Ctrl click"],
-        ["Zoom", "wheel, two fingers"],
-        ["Pan", "Space drag, middle button, two fingers"],
+        [t("help.mouse.add"), t("help.mouse.add.how")],
+        [t("help.mouse.move"), t("help.mouse.move.how")],
+        [t("help.mouse.free"), t("help.mouse.free.how")],
+        [t("help.mouse.line"), t("help.mouse.line.how")],
+        [t("help.mouse.several"), t("help.mouse.several.how")],
+        [t("help.mouse.zoom"), t("help.mouse.zoom.how")],
+        [t("help.mouse.pan"), t("help.mouse.pan.how")],
       ].map(([what, how]) => html`<div key=${what}>
         <dt>${what}</dt>
         <dd>${how}</dd>

@@ -4,6 +4,7 @@ import { ACTIONS, run } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
 import { openManual } from "../../../core/manual.js";
 import { unfold } from "../../../core/folds.js";
+import { t } from "../../../core/words.js";
 import { STOPS, firstStop, go, leaveTour, stop, takeTour, tour } from "../tour.js";
 import { steps } from "../../shell/steps.js";
 
@@ -30,8 +31,12 @@ export function Tour() {
   if (!on) return null;
   const last = at === STOPS.length - 1;
   return html`
-    <section class="tour" aria-label="Tour" data-testid="tour" data-stop=${it.id}>
-      <progress max=${STOPS.length} value=${at + 1} aria-label=${`Stop ${at + 1} of ${STOPS.length}`}></progress>
+    <section class="tour" aria-label=${t("help.tour.title")} data-testid="tour" data-stop=${it.id}>
+      <progress
+        max=${STOPS.length}
+        value=${at + 1}
+        aria-label=${t("help.tour.progress", { stop: at + 1, stops: STOPS.length })}
+      ></progress>
       <div aria-live="polite">
         <h2>
           ${at + 1}. ${it.title}
@@ -46,7 +51,7 @@ export function Tour() {
       </dl>
       ${place && !place.open
         ? html`<p class="waits" data-testid="tour-waits">
-          Not open yet: ${place.sentence}
+          ${t("help.tour.not-open", { sentence: place.sentence })}
         </p>`
         : (
         !isDone &&
@@ -56,16 +61,16 @@ export function Tour() {
       )}
       <div class="line">
         <button type="button" data-testid="tour-back" disabled=${at <= firstStop()} onClick=${() => go(-1)}>
-          Back
+          ${t("help.tour.back")}
         </button>
         <button type="button" class="ahead" data-testid="tour-ahead" onClick=${() => go(1)}>
-          ${last ? "Finish" : "Go on"}
+          ${last ? t("help.tour.finish") : t("help.tour.go-on")}
         </button>
         <button type="button" data-testid="tour-more" onClick=${() => void openManual(it.more)}>
-          More…
+          ${t("help.tour.more")}
         </button>
         <button type="button" class="later" data-testid="tour-leave" onClick=${leaveTour}>
-          Leave
+          ${t("help.tour.leave")}
         </button>
       </div>
     </section>
@@ -132,6 +137,6 @@ export function TourButton() {
   const { on, at } = tour.value;
   if (on) return null;
   return html`<button type="button" data-testid="take-tour" title=${ACTIONS.get("tour")?.label} onClick=${takeTour}>
-    ${at ? `Go on with the tour (${at + 1} of ${STOPS.length})` : "Take the tour…"}
+    ${at ? t("help.tour.resume", { stop: at + 1, stops: STOPS.length }) : t("help.tour.take")}
   </button>`;
 }

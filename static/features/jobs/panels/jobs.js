@@ -1,20 +1,21 @@
 // Long work: running jobs, their progress, how to stop them, and their results.
 import { call } from "../../../core/api.js";
-import { dayAndTime, number, plural } from "../../../core/format.js";
+import { dayAndTime, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf, go } from "../../../core/route.js";
 import { notifyError } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { openBoard, showLens } from "../../board/board.js";
 import { KINDS, cancelJob, isConnected, isOver, jobs, running } from "../job_list.js";
 
 /** @typedef {import("../types").JobInList} JobInList */
 
 const STATES = {
-  queued: "Waiting",
-  running: "At work",
-  done: "Done",
-  failed: "Failed",
-  cancelled: "Cancelled",
+  queued: t("jobs.state.queued"),
+  running: t("jobs.state.running"),
+  done: t("jobs.state.done"),
+  failed: t("jobs.state.failed"),
+  cancelled: t("jobs.state.cancelled"),
 };
 const LEVEL = { queued: "", running: "", done: "good", failed: "poor", cancelled: "" };
 
@@ -22,35 +23,31 @@ export function JobsPage() {
   const all = jobs.value,
     ended = all?.filter(isOver) ?? [];
   return html`<div class="page" data-testid="jobs-page">
-    <h1>Jobs</h1>
-    <p class="dim">
-      What takes longer than a moment is done by the server in the background. It goes on when this page is
-      closed, and over a restart of the server.
-    </p>
+    <h1>${t("jobs.title")}</h1>
+    <p class="dim">${t("jobs.about")}</p>
     ${all && !isConnected.value && html`<p class="warning-line" role="status">
-      The server does not answer: this is what was known last. What is at work goes on by itself when the
-      server is back.
+      ${t("jobs.away")}
     </p>`}
     ${all === null
-      ? html`<p class="dim">Asking the server…</p>`
+      ? html`<p class="dim">${t("common.asking")}</p>`
       : html`
-        <section aria-label="At work">
-          <h2>At work or waiting</h2>
+        <section aria-label=${t("jobs.running.label")}>
+          <h2>${t("jobs.running.title")}</h2>
           ${running.value.length
             ? html`<ul class="jobs" data-testid="running-jobs">
               ${running.value.map((job) => html`<${Row} key=${job.id} job=${job} />`)}
             </ul>`
             : html`<p class="dim">
-              Nothing. Comparing models, finding a lens and judging edges show here while they last.
+              ${t("jobs.running.none")}
             </p>`}
         </section>
-        <section aria-label="Ended">
-          <h2>Ended</h2>
+        <section aria-label=${t("jobs.ended.title")}>
+          <h2>${t("jobs.ended.title")}</h2>
           ${ended.length
             ? html`<ul class="jobs" data-testid="ended-jobs">
               ${ended.map((job) => html`<${Row} key=${job.id} job=${job} />`)}
             </ul>`
-            : html`<p class="dim">Nothing yet.</p>`}
+            : html`<p class="dim">${t("jobs.ended.none")}</p>`}
         </section>
       `}
   </div>`;
@@ -68,10 +65,10 @@ function Row({ job }) {
       ${!isOver(job) && html`<button
         type="button"
         data-testid="cancel-job"
-        aria-label=${`Cancel: ${what}`}
+        aria-label=${t("jobs.cancel.label", { job: what })}
         onClick=${() => void cancelJob(id)}
       >
-        Cancel
+        ${t("common.cancel")}
       </button>`}
       <${Made} job=${job} />
     </div>
@@ -82,8 +79,7 @@ function Row({ job }) {
       </small>
     `}
     ${attempt > 1 && html`<small data-testid="job-attempt">
-      Attempt ${attempt}: its worker was lost, or the server was stopped in the middle of it, so it was begun
-      anew.
+      ${t("jobs.attempt", { attempt })}
     </small>`}
     ${problem && html`<p class="warning-line">
       <b>${problem.detail}</b> ${problem.fix}
@@ -93,7 +89,7 @@ function Row({ job }) {
 
 /** @param {JobInList} job */
 function when({ created_at, ended_at }) {
-  if (!ended_at) return `since ${dayAndTime(created_at)}`;
+  if (!ended_at) return t("jobs.since", { time: dayAndTime(created_at) });
   const seconds = (Date.parse(ended_at) - Date.parse(created_at)) / 1000;
   return `${dayAndTime(created_at)}, ` +
     `${seconds < 90 ? `${number(seconds, seconds < 10 ? 1 : 0)} s` : `${number(seconds / 60, 0)} min`}`;
@@ -108,24 +104,24 @@ function Made({ job: { state, kind, made } }) {
       data-testid="show-made"
       onClick=${() => void showVersion(/** @type {string} */ (made.calibration))}
     >
-      Show the version
+      ${t("jobs.made.version")}
     </button>`;
   if (made.lens && kind === "motion")
-    return html`<small>the lens is kept; hold it under Model, Lens, in the next fit</small>`;
+    return html`<small>${t("jobs.made.lens-kept")}</small>`;
   if (made.lens)
     return html`<button
       type="button"
       data-testid="show-made"
       onClick=${() => void toLens(/** @type {string} */ (made.lens))}
     >
-      Show the lens
+      ${t("jobs.made.lens")}
     </button>`;
   if (kind === "straightness")
     return html`<a data-testid="show-made" href=${addressOf("edges")}>
-      Show the edges
+      ${t("jobs.made.edges")}
     </a>`;
   return kind === "comparison"
-    ? html`<small>shown beside the clicks it was asked for; nothing is kept</small>`
+    ? html`<small>${t("jobs.made.comparison")}</small>`
     : null;
 }
 
@@ -156,7 +152,7 @@ export function JobsIndicator() {
     href=${addressOf("jobs")}
     data-testid="at-work"
     title=${now.map((job) => `${KINDS[job.kind] ?? job.kind}: ${number(100 * job.progress, 0)} %`).join("\n")}
-    aria-label=${`${plural(now.length, "job")} at work`}
+    aria-label=${t("jobs.at-work", { count: now.length })}
   >
     <progress max="1" value=${share} aria-hidden="true"></progress>
     ${now.length}

@@ -5,13 +5,14 @@ import { dayAndTime } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
 import { cameras, namedCamera, notifyError, snapshots } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Watching } from "../../live/panels/camera_page.js";
 
 const PAGE = 48;
 
 export const ImagesPage = () => html`<div class="page" data-testid="images-page">
-  <h1>Images</h1>
+  <h1>${t("library.images")}</h1>
   <div class="line">
     <${ActionButton} id="open" />
   </div>
@@ -23,10 +24,9 @@ export function CameraImagesPage() {
   const camera = namedCamera.value;
   if (!camera) return null;
   return html`<div class="page" data-testid="camera-images-page">
-    <h1>Calibrate ${camera.name}</h1>
+    <h1>${t("common.calibrate-camera", { camera: camera.name })}</h1>
     <p class="dim">
-      Take an image and calibrate from it, or go on with one that was begun. Empty the field of people, or take the
-      image without what moves.
+      ${t("library.calibrate-camera.how")}
     </p>
     <div class="line wrap">
       <${ActionButton} id="take-live" />
@@ -54,12 +54,12 @@ function Images({ camera = "" }) {
     }
   };
   useEffect(() => void load(null), [newest]);
-  return html`<section aria-label="Earlier pictures">
-    <h2>${items?.length === 0 ? "No image yet" : "Images, newest first"}</h2>
+  return html`<section aria-label=${t("library.earlier-pictures")}>
+    <h2>${items?.length === 0 ? t("library.no-image") : t("library.newest-first")}</h2>
     <ul class="recent">
       ${items?.map((s) => html`<li key=${s.id}>
         <a href=${addressOf("calibrate", { picture: s.id, step: "points" })} data-testid=${`recent-${s.id}`}>
-          <span class="sr">Go on with the image of </span>
+          <span class="sr">${t("library.go-on-with")} </span>
           <img loading="lazy" alt="" src=${thumbnail(s.id)} />
           <small>
             ${dayAndTime(s.taken_at)}
@@ -70,7 +70,7 @@ function Images({ camera = "" }) {
       </li>`)}
     </ul>
     ${cursor && html`<button type="button" data-testid="older-images" onClick=${() => void load(cursor)}>
-      Show older images
+      ${t("library.show-older")}
     </button>`}
   </section>`;
 }

@@ -3,6 +3,7 @@
 import { useEffect, useRef } from "preact/hooks";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import {
   OnCorrected,
   OnRaw,
@@ -13,6 +14,7 @@ import {
 } from "../../../canvas/layers/compare.js";
 import { correctsHere } from "../../../canvas/graphics.js";
 import { listen } from "../../../canvas/tools/pointer.js";
+import { rich } from "../../../ui/rich.js";
 import {
   comparedVersion,
   correctedPlacement,
@@ -99,7 +101,7 @@ export function LiveCompare({ id, name, children }) {
       data-seq=${head?.seq ?? 0}
       data-compared=${it && correctedPlacement.value ? visiblePicture.value : ""}
       role="group"
-      aria-label=${`${name}, ${STATES[state].toLowerCase()}, raw and corrected. Arrow keys pan, plus and minus zoom.`}
+      aria-label=${t("live.compare.pictures", { camera: name, state: STATES[state].toLowerCase() })}
       style=${`aspect-ratio:${(isSide ? 2 : 1) * width}/${height}`}
       onPointerMoveCapture=${inPane}
       onPointerDownCapture=${inPane}
@@ -132,7 +134,7 @@ export function LiveCompare({ id, name, children }) {
         ${state === "live" && status
           ? html`
             ${" "}
-            <small>${number(status.fps, status.fps < 10 ? 1 : 0)} fps</small>
+            <small>${t("live.frame-rate", { rate: number(status.fps, status.fps < 10 ? 1 : 0) })}</small>
           `
           : (
           ""
@@ -151,17 +153,11 @@ export function LiveCompare({ id, name, children }) {
 function LiveReadOut() {
   const on = pointedAt.value,
     spot = fieldUnderPointer.value;
+  const pixel = on && `${number(on.point[0])}, ${number(on.point[1])}`,
+    place = spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : t("live.compare.out-of-reach");
   return html`<p class="reason" data-testid="live-read-out">
     ${on
-      ? html`
-        ${on.from === "corrected" ? "Corrected pixel" : "Pixel"}${" "}
-        <b>
-          ${number(on.point[0])}, ${number(on.point[1])}
-        </b>
-        , field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b>
-      `
-      : (
-      "Zoom with the wheel or two fingers, drag to pan; both pictures go together."
-    )}
+      ? rich(on.from === "corrected" ? "live.compare.pixel-corrected" : "live.compare.pixel-raw", { pixel, place })
+      : t("live.compare.how-to-zoom")}
   </p>`;
 }

@@ -2,6 +2,7 @@
 import { useEffect, useRef } from "preact/hooks";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { colour, path } from "../../../canvas/drawing.js";
 import { STATES, statuses, streamAddress } from "../camera_status.js";
 import { useLiveStream } from "./live_stream.js";
@@ -51,7 +52,7 @@ export function LiveView({ id, name, view = "raw", width = 480, fps = 0, lines =
       ${state === "live" && status
         ? html`
           ${" "}
-          <small>${number(status.fps, status.fps < 10 ? 1 : 0)} fps</small>
+          <small>${t("live.frame-rate", { rate: number(status.fps, status.fps < 10 ? 1 : 0) })}</small>
         `
         : (
         ""
@@ -59,7 +60,7 @@ export function LiveView({ id, name, view = "raw", width = 480, fps = 0, lines =
       ${isOld && status?.frame_age_s
         ? html`
           ${" "}
-          <small>picture ${number(status.frame_age_s, 0)} s old</small>
+          <small>${t("live.picture-age", { age: number(status.frame_age_s, 0) })}</small>
         `
         : (
         ""

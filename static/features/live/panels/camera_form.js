@@ -2,6 +2,7 @@
 import { number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { fields, namedCamera } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import {
@@ -23,7 +24,7 @@ export function CameraForm() {
   if (camera && !camera.editable)
     return html`<div class="page">
       <h1>${camera.name}</h1>
-      <p class="dim">This camera is listed in the settings file, so it is changed there: ${camera.source}</p>
+      <p class="dim">${t("live.form.in-settings-file", { source: camera.source })}</p>
     </div>`;
   if (!it) return null;
   const { values, etag } = it,
@@ -34,10 +35,10 @@ export function CameraForm() {
     data-testid="camera-form"
     onSubmit=${(/** @type {Event} */ e) => e.preventDefault()}
   >
-    <h1>${etag ? `Change ${values.name}` : "Add a camera"}</h1>
-    <p class="dim">Say where its pictures come from and try it. Nothing is kept before you do.</p>
+    <h1>${etag ? t("live.form.change", { camera: values.name }) : t("live.form.add")}</h1>
+    <p class="dim">${t("live.form.intro")}</p>
     <label class="pair tall">
-      <span>Where its pictures come from</span>
+      <span>${t("live.form.source")}</span>
       <input
         type="text"
         data-testid="camera-source"
@@ -49,7 +50,7 @@ export function CameraForm() {
       />
     </label>
     <label class="pair tall">
-      <span>Short name, for addresses: letters, digits, - and _</span>
+      <span>${t("live.form.id")}</span>
       <input
         type="text"
         data-testid="camera-id"
@@ -60,7 +61,7 @@ export function CameraForm() {
       />
     </label>
     <label class="pair tall">
-      <span>Name</span>
+      <span>${t("live.form.name")}</span>
       <input
         type="text"
         data-testid="camera-name"
@@ -69,26 +70,26 @@ export function CameraForm() {
       />
     </label>
     <label class="pair tall">
-      <span>Field</span>
+      <span>${t("live.form.field")}</span>
       <select
         data-testid="camera-field"
         value=${values.field ?? ""}
         onChange=${(/** @type {any} */ e) => setFormValue({ field: text(e) || null, region: null })}
       >
-        <option value="">Not said</option>
+        <option value="">${t("live.form.not-said")}</option>
         ${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>
           ${f.title}
         </option>`)}
       </select>
     </label>
     ${at && html`<label class="pair tall">
-      <span>Part in view</span>
+      <span>${t("live.form.region")}</span>
       <select
         data-testid="camera-region"
         value=${values.region ?? ""}
         onChange=${(/** @type {any} */ e) => setFormValue({ region: text(e) || null })}
       >
-        <option value="">Not said</option>
+        <option value="">${t("live.form.not-said")}</option>
         ${Object.keys(at.regions).map((name) => html`<option key=${name} value=${name}>
           ${words(name)}
         </option>`)}
@@ -96,12 +97,12 @@ export function CameraForm() {
     </label>`}
     ${sourceTest.value && html`<div class="working">
       <div class="line">
-        <progress aria-label="Trying the source"></progress>
+        <progress aria-label=${t("live.form.trying")}></progress>
         <button type="button" onClick=${() => sourceTest.value?.abort()}>
-          Stop
+          ${t("common.stop")}
         </button>
       </div>
-      <p class="reason">Opening it, and waiting for a picture: up to 15 s.</p>
+      <p class="reason">${t("live.form.opening")}</p>
     </div>`}
     ${refusal.value && html`<div class="warning-line" role="alert" data-testid="camera-refusal">
       <b>${refusal.value.detail}</b> ${refusal.value.fix}
@@ -110,10 +111,10 @@ export function CameraForm() {
       <${ActionButton} id="try-camera" />
       <${ActionButton} id="keep-camera" />
       <button type="button" data-testid="close-form" onClick=${closeForm}>
-        Cancel
+        ${t("common.cancel")}
       </button>
       ${camera && html`<button type="button" data-testid="remove-camera" onClick=${() => void removeCamera(camera)}>
-        Remove this camera
+        ${t("live.form.remove")}
       </button>`}
     </div>
   </form>`;
@@ -124,24 +125,24 @@ export function Tried() {
   const it = testedSource.value;
   if (!it || it.source !== form.value?.values.source)
     return html`<section>
-      <h2>Its picture</h2>
-      <p class="reason">Try it to see what it gives.</p>
+      <h2>${t("live.form.picture")}</h2>
+      <p class="reason">${t("live.form.try-first")}</p>
     </section>`;
-  return html`<section aria-label="Its picture">
-    <h2>Its picture</h2>
-    <img class="tried" data-testid="tried" alt="What the source shows" src=${it.picture} />
+  return html`<section aria-label=${t("live.form.picture")}>
+    <h2>${t("live.form.picture")}</h2>
+    <img class="tried" data-testid="tried" alt=${t("live.form.shown")} src=${it.picture} />
     <p class="reason">
-      ${it.width} × ${it.height} px, ${number(it.fps)} frames a second.
+      ${t("live.form.format", { width: it.width, height: it.height, rate: number(it.fps) })}
     </p>
   </section>`;
 }
 
 export function SourceHelp() {
   return html`
-    <section aria-label="Plugged in">
-      <h2>Plugged in</h2>
+    <section aria-label=${t("live.plugged")}>
+      <h2>${t("live.plugged")}</h2>
       ${discoveredCameras.value === null
-        ? html`<p class="reason">Looking…</p>`
+        ? html`<p class="reason">${t("live.plugged.looking")}</p>`
         : discoveredCameras.value.length
         ? html`<ul class="plain" data-testid="plugged">
           ${discoveredCameras.value.map((p) => html`<li key=${p.address}>
@@ -151,18 +152,18 @@ export function SourceHelp() {
           </li>`)}
         </ul>`
         : html`<p class="reason" data-testid="plugged">
-          No camera shows itself. Network cameras do not: give their address.
+          ${t("live.plugged.none")}
         </p>`}
       <button
         type="button"
         disabled=${discoveredCameras.value === null}
         onClick=${() => void discoverCameras()}
       >
-        Look again
+        ${t("live.plugged.look-again")}
       </button>
     </section>
     <section>
-      <${Title} of="controls">Kinds of source<//>
+      <${Title} of="controls">${t("live.source-kinds")}<//>
       <dl class="details kinds">
         ${sourceKinds.value.map((k) => html`<div key=${k.scheme}>
           <dt>

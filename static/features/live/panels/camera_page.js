@@ -1,6 +1,7 @@
 // The tab Live of a camera: its picture, its status and its controls.
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
@@ -16,11 +17,11 @@ import { isTwofold, liveRecord } from "../live_compare.js";
 
 /** @type {[import("../../../core/types").CompareMode, string][]} */
 const VIEWS = [
-  ["raw", "Raw"],
-  ["wipe", "Wipe"],
-  ["corrected", "Corrected"],
-  ["side", "Side by side"],
-  ["blink", "Blink"],
+  ["raw", t("common.raw")],
+  ["wipe", t("live.view.wipe")],
+  ["corrected", t("common.corrected")],
+  ["side", t("live.view.side")],
+  ["blink", t("common.blink")],
 ];
 
 export function CameraPage() {
@@ -31,14 +32,14 @@ export function CameraPage() {
   return html`<div class="page" data-testid="live-desk">
     <h1>${it.name}</h1>
     <div class="line wrap">
-      <div class="switch" role="group" aria-label="Show">
+      <div class="switch" role="group" aria-label=${t("live.show")}>
         ${VIEWS.map(([id, label]) => html`<button
           key=${id}
           type="button"
           data-testid=${`look-${id}`}
           aria-pressed=${String(view === id)}
           disabled=${id !== "raw" && !can}
-          title=${id !== "raw" && !can ? "Activate a calibration for this camera first." : label}
+          title=${id !== "raw" && !can ? t("live.calibration-first") : label}
           onClick=${() => {
             cameraView.value = { ...cameraView.value, view: id };
           }}
@@ -55,7 +56,7 @@ export function CameraPage() {
           cameraView.value = { ...cameraView.value, lines: !lines };
         }}
       >
-        Field lines
+        ${t("live.field-lines")}
       </button>
       ${liveRecord.value && html`
         <${ActionButton} id="grid" />
@@ -91,10 +92,10 @@ export function CameraPage() {
 export const Watching = () =>
   backgroundProgress.value && html`<div class="working" data-testid="watching">
     <div class="line">
-      <progress max="1" value=${backgroundProgress.value.share} aria-label="Watching"></progress>
+      <progress max="1" value=${backgroundProgress.value.share} aria-label=${t("live.watching")}></progress>
       <${ActionButton} id="stop-watching" />
     </div>
-    <p class="reason">Watching for eight seconds, so that whoever walks by leaves the picture.</p>
+    <p class="reason">${t("live.watching.why")}</p>
   </div>`;
 
 /** The left side: how the camera is. */
@@ -102,35 +103,35 @@ export function CameraPanel() {
   const it = status.value;
   if (!it) return null;
   return html`
-    <section aria-label="State">
-      <${Title} of="live">State<//>
+    <section aria-label=${t("live.status")}>
+      <${Title} of="live">${t("live.status")}<//>
       <dl class="details" data-testid="camera-details">
         <div>
-          <dt>state</dt>
+          <dt>${t("live.status.state")}</dt>
           <dd>${STATES[it.state]}</dd>
         </div>
         <div>
-          <dt>frames</dt>
-          <dd>${number(it.fps)} per s</dd>
+          <dt>${t("live.status.frames")}</dt>
+          <dd>${t("live.status.frame-rate", { rate: number(it.fps) })}</dd>
         </div>
         <div>
-          <dt>size</dt>
+          <dt>${t("live.status.size")}</dt>
           <dd>${it.width ? `${it.width} × ${it.height} px` : "–"}</dd>
         </div>
         <div>
-          <dt>newest picture</dt>
+          <dt>${t("live.status.newest")}</dt>
           <dd>
             ${it.frame_age_s === null
-              ? "none yet"
+              ? t("live.status.newest.none")
               : it.frame_age_s < 1
-                ? "now"
-                : `${number(it.frame_age_s, 0)} s ago`}
+                ? t("live.status.newest.now")
+                : t("live.status.newest.ago", { age: number(it.frame_age_s, 0) })}
           </dd>
         </div>
         <div>
-          <dt>came back</dt>
+          <dt>${t("live.status.came-back")}</dt>
           <dd>
-            ${it.reconnects} ${it.reconnects === 1 ? "time" : "times"}
+            ${t("live.status.reconnects", { count: it.reconnects })}
           </dd>
         </div>
         ${Object.entries(it.identity ?? {})
@@ -144,7 +145,7 @@ export function CameraPanel() {
         <b>${it.problem.what}</b> ${it.problem.fix}
         ${it.problem.reason === "other-camera" && html`<div class="line">
           <button type="button" data-testid="confirm" onClick=${() => void confirmCamera()}>
-            It is the same camera
+            ${t("live.same-camera")}
           </button>
         </div>`}
       </div>`}
@@ -157,30 +158,30 @@ export function CameraPanel() {
 function Look() {
   const it = status.value;
   if (!it || it.state !== "live") return null;
-  return html`<section aria-label="Light and focus" data-testid="look">
-    <${Title} of="light">Light and focus<//>
+  return html`<section aria-label=${t("live.light")} data-testid="look">
+    <${Title} of="light">${t("live.light")}<//>
     ${it.words.length
       ? html`<ul class="warnings">
         ${it.words.map((w) => html`<li key=${w.text} data-severity=${w.severity}>
           <b>${w.text}</b> ${w.fix}
         </li>`)}
       </ul>`
-      : html`<p class="reason">Nothing to complain about.</p>`}
+      : html`<p class="reason">${t("live.light.fine")}</p>`}
     ${it.light && html`<dl class="details">
       <div>
-        <dt>mean brightness</dt>
-        <dd>${number(it.light.mean, 0)} of 255</dd>
+        <dt>${t("live.light.brightness")}</dt>
+        <dd>${t("live.light.of-255", { mean: number(it.light.mean, 0) })}</dd>
       </div>
       <div>
-        <dt>too dark</dt>
+        <dt>${t("live.light.too-dark")}</dt>
         <dd>${number(100 * it.light.clipped_low)} %</dd>
       </div>
       <div>
-        <dt>burnt out</dt>
+        <dt>${t("live.light.burnt-out")}</dt>
         <dd>${number(100 * it.light.clipped_high)} %</dd>
       </div>
       <div>
-        <dt>evenness</dt>
+        <dt>${t("live.light.evenness")}</dt>
         <dd>${it.light.evenness === null ? "–" : `${number(100 * it.light.evenness, 0)} %`}</dd>
       </div>
     </dl>`}
@@ -192,15 +193,15 @@ export function CameraReport() {
   const at = controls.value;
   if (!at?.items.length)
     return html`<section>
-      <${Title} of="controls">Settings<//>
-      <p class="reason">This source has nothing that can be set while it runs.</p>
+      <${Title} of="controls">${t("live.controls")}<//>
+      <p class="reason">${t("live.controls.none")}</p>
     </section>`;
   return html`
-    <section aria-label="Camera settings">
-      <${Title} of="controls">Settings<//>
+    <section aria-label=${t("live.controls.of-camera")}>
+      <${Title} of="controls">${t("live.controls")}<//>
       ${at.items.map((c) => html`<${Setting} key=${c.name} control=${c} />`)}
       <p class="reason">
-        As the camera says they are. A calibration holds for one size: setting another leaves it without.
+        ${t("live.controls.one-size")}
       </p>
     </section>
   `;
@@ -254,10 +255,10 @@ function Setting({ control: { name, label, kind, value, unit, range, choices, au
         checked=${isAuto}
         onChange=${(/** @type {any} */ e) => set(e.target.checked ? "auto" : value)}
       />${" "}
-      the camera sets it
+      ${t("live.controls.automatic")}
     </label>`}
     ${range && html`<p class="reason">
-      ${number(range[0], 1)} to ${number(range[1], 1)} ${unit}
+      ${t("live.controls.range", { least: number(range[0], 1), most: number(range[1], 1), unit })}
     </p>`}
   </div>`;
 }

@@ -4,6 +4,8 @@ import { mm, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
 import { busy, cameras, fields } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
+import { rich } from "../../../ui/rich.js";
 import { LensForNextPicture } from "../../board/panels/board.js";
 import { takePicture } from "../../calibrate/pictures.js";
 import { TourButton } from "../../help/panels/tour.js";
@@ -16,14 +18,14 @@ const CARD_PX = 480,
 
 export function Wall() {
   return html`<div class="page wall">
-    <h1 class="sr">Cameras</h1>
+    <h1 class="sr">${t("live.wall.title")}</h1>
     <${LensForNextPicture} />
     <ul class="cards cameras">
       ${cameras.value.map((camera) => html`<${Tile} key=${camera.id} camera=${camera} />`)}
       <li>
         <a class="card add" data-testid="add-camera" href=${addressOf("new-camera")}>
-          <b>Add a camera…</b>
-          <small>network, USB, industrial, a video, or a simulated one</small>
+          <b>${t("live.wall.add")}</b>
+          <small>${t("live.wall.add.kinds")}</small>
         </a>
         <button
           type="button"
@@ -32,8 +34,8 @@ export function Wall() {
           disabled=${busy.value !== ""}
           onClick=${() => run("open")}
         >
-          <b>${busy.value || "Open an image or a calibration file…"}</b>
-          <small>or drop it anywhere on this page, or paste it</small>
+          <b>${busy.value || t("live.wall.open")}</b>
+          <small>${t("live.wall.open.how")}</small>
         </button>
         <p><${TourButton} /></p>
       </li>
@@ -45,10 +47,10 @@ export function Wall() {
 function Tile({ camera: { id, name, field, region, active } }) {
   const worst = problems.value.find((it) => it.camera === id && it.level === "bad"),
     alarm = statuses.value[id]?.drift?.alarm ? statuses.value[id].drift : null;
-  const title = fields.value.find((f) => f.name === field)?.title ?? field ?? "no field said";
+  const title = fields.value.find((f) => f.name === field)?.title ?? field ?? t("live.wall.no-field");
   return html`<li class="card" data-testid=${`tile-${id}`} data-level=${worst ? "bad" : active ? "ok" : "none"}>
     <a class="looked" data-testid=${`look-at-${id}`} href=${addressOf("live", { camera: id })}>
-      <span class="sr">Look at </span>
+      <span class="sr">${t("live.wall.look-at")}${" "}</span>
       <${LiveView} id=${id} name=${name} width=${CARD_PX} fps=${CARD_FPS} />
     </a>
     <div class="tile-head">
@@ -63,18 +65,20 @@ function Tile({ camera: { id, name, field, region, active } }) {
         ${worst
           ? html`<b>▲ ${worst.text.replace(`${name}: `, "")}</b>`
           : active
-            ? `Version ${active.version} is active. ${steadiness(id)}`
-            : "Not calibrated"}
+            ? t("live.wall.version", { version: active.version, drift: steadiness(id) })
+            : t("live.wall.not-calibrated")}
       </small>
-      ${worst?.href && html`<a class="as-button" href=${worst.href} data-testid=${`fix-${id}`}>Fix…</a>`}
+      ${worst?.href && html`<a class="as-button" href=${worst.href} data-testid=${`fix-${id}`}>
+        ${t("live.wall.fix")}
+      </a>`}
       <button
         type="button"
         data-testid=${`camera-${id}`}
-        aria-label=${`Calibrate ${name}`}
+        aria-label=${t("common.calibrate-camera", { camera: name })}
         disabled=${busy.value !== ""}
         onClick=${() => void takePicture(id)}
       >
-        Calibrate
+        ${t("live.wall.calibrate")}
       </button>
     </div>
   </li>`;
@@ -86,8 +90,9 @@ const steadiness = (id) => statuses.value[id]?.drift?.sentence ?? "";
 /** How far off it is: as its verdict has it, or now that it moved.
  * @param {{ active: import("../../../core/types").ActiveVersion | null, offMm: number | null }} props */
 function Accuracy({ active, offMm }) {
-  if (offMm !== null) return html`<span class="tile-mm level poor"><b>${mm(offMm)}</b> mm off</span>`;
-  if (!active) return html`<span class="tile-mm dim" title="Not calibrated">–</span>`;
+  if (offMm !== null)
+    return html`<span class="tile-mm level poor">${rich("live.wall.off", { distance: mm(offMm) })}</span>`;
+  if (!active) return html`<span class="tile-mm dim" title=${t("live.wall.not-calibrated")}>–</span>`;
   const { mm: value, level = "unknown" } = active.verdict;
   return html`<span class=${`tile-mm level ${level}`} title=${active.verdict.sentence ?? ""}>
     <b>${value === undefined || level === "unknown" ? "?" : mm(value)}</b> mm

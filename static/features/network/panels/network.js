@@ -3,6 +3,8 @@ import { signal } from "@preact/signals";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
+import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
 import {
@@ -21,11 +23,11 @@ import {
  */
 
 const STATES = {
-  off: "Off the air",
-  starting: "Starting",
-  "on-air": "On the air",
-  silent: "Nothing to send",
-  failing: "Cannot send",
+  off: t("network.state.off"),
+  starting: t("network.state.starting"),
+  "on-air": t("network.state.on-air"),
+  silent: t("network.state.silent"),
+  failing: t("network.state.failing"),
 };
 /** For which of our cameras a heard one is to be kept, by sender and number. */
 const targets = signal(/** @type {Record<string, string>} */ ({}));
@@ -34,14 +36,14 @@ export function PublishingPage() {
   const it = publishing.value;
   if (!it) return null;
   return html`<div class="page" data-testid="publishing-page">
-    <h1>Publishing</h1>
-    <section class="network" data-testid="network" aria-label="Network">
-      <${Title} of="network">SSL-Vision network<//>
+    <h1>${t("network.publishing")}</h1>
+    <section class="network" data-testid="network" aria-label=${t("network.network")}>
+      <${Title} of="network">${t("network.title")}<//>
       <p data-testid="network-state" data-state=${it.state}>
         <b>${STATES[it.state]}</b> <small>${summary(it)}</small>
         ${contradictions.value.length > 0 && html`
           ${" "}
-          <em class="approximate">two publishers</em>
+          <em class="approximate">${t("network.two-publishers")}</em>
         `}
       </p>
       ${contradictions.value.map(({ sender, camera }) => html`<div
@@ -50,14 +52,14 @@ export function PublishingPage() {
         role="alert"
         data-testid="contradiction"
       >
-        <b>
-          ${sender.address} also publishes camera ${camera.camera_id}, which is ${camera.ours}, with another
-          calibration.
-        </b>${" "}
-        Two publishers confuse every team: switch one of them off, or take theirs over.
+        ${rich("network.contradiction", {
+          sender: sender.address,
+          number: camera.camera_id,
+          camera: camera.ours,
+        })}
       </div>`)}
       ${it.problem && html`<div class="warning-line" role="alert" data-testid="network-problem">
-        <b>${it.problem.what}</b> ${it.problem.fix} It is tried again every second.
+        <b>${it.problem.what}</b> ${it.problem.fix} ${t("network.tried-again")}
       </div>`}
       <div class="line">
         <button
@@ -67,7 +69,7 @@ export function PublishingPage() {
           disabled=${changing.value}
           onClick=${() => void setPublishing({ enabled: !it.enabled })}
         >
-          ${it.enabled ? "Stop publishing" : "Publish geometry"}
+          ${it.enabled ? t("network.stop-publishing") : t("network.publish")}
         </button>
         <button
           type="button"
@@ -76,7 +78,7 @@ export function PublishingPage() {
           disabled=${changing.value}
           onClick=${() => void setPublishing({ absorb: !it.absorb })}
         >
-          ${it.absorb ? "Stop listening" : "Listen to others"}
+          ${it.absorb ? t("network.stop-listening") : t("network.listen")}
         </button>
       </div>
       <${Way} it=${it} />
@@ -89,10 +91,12 @@ export function PublishingPage() {
 /** @param {Publishing} it */
 function summary(it) {
   if (it.state === "off")
-    return `${it.absorb ? "Listening only. " : ""}Cameras are not published to the league's programs.`;
-  const count = it.cameras.filter((c) => c.published).length;
-  return `${count} of ${it.cameras.length} cameras to ${it.group}, port ${it.port}, by ` +
-    `${it.interface || "the system's choice"}`;
+    return it.absorb ? t("network.summary.listening") : t("network.summary.off");
+  const count = it.cameras.filter((c) => c.published).length,
+    sent = { count, total: it.cameras.length, group: it.group, port: it.port };
+  return it.interface
+    ? t("network.summary.sent", { ...sent, interface: it.interface })
+    : t("network.summary.sent-system", sent);
 }
 
 /** Where packets go. @param {{ it: Publishing }} props */
@@ -101,34 +105,34 @@ function Way({ it }) {
   const listed = it.interface === "" || known.some((i) => i.name === it.interface);
   return html`<div class="way">
     <label>
-      Interface
+      ${t("network.way.interface")}
       <select
         data-testid="network-interface"
         value=${it.interface}
         onChange=${(/** @type {any} */ e) => void setPublishing({ interface: e.target.value })}
       >
-        <option value="">The system's choice</option>
+        <option value="">${t("network.way.system-choice")}</option>
         ${known.map((i) => html`<option key=${i.name} value=${i.name}>
           ${i.name}, ${i.address}
         </option>`)}
         ${!listed && html`<option value=${it.interface}>${it.interface}</option>`}
       </select>
     </label>
-    <${Entry} name="group" label="Group" value=${it.group} type="text" />
-    <${Entry} name="port" label="Port" value=${it.port} />
+    <${Entry} name="group" label=${t("network.way.group")} value=${it.group} type="text" />
+    <${Entry} name="port" label=${t("network.way.port")} value=${it.port} />
     <${Entry}
       name="ttl"
-      label="TTL"
+      label=${t("network.way.ttl")}
       value=${it.ttl}
-      title="0 this machine, 1 the local network, more passes routers"
+      title=${t("network.way.ttl.hint")}
     />
-    <${Entry} name="interval_s" label="Every, s" value=${it.interval_s} step="any" />
+    <${Entry} name="interval_s" label=${t("network.way.interval")} value=${it.interval_s} step="any" />
     <${Entry}
       name="limit_mm"
-      label="Limit, mm"
+      label=${t("network.way.limit")}
       value=${it.limit_mm}
       step="any"
-      title="A camera that loses more is left out until you approve it"
+      title=${t("network.way.limit.hint")}
     />
   </div>`;
 }
@@ -148,18 +152,17 @@ function Entry({ name, label, value, type = "number", step = "1", title = "" }) 
 /** What is sent of each camera. @param {{ it: Publishing }} props */
 function Sent({ it }) {
   if (!it.cameras.length)
-    return html`<p class="reason">No camera has an active calibration: there is nothing to send yet.</p>`;
+    return html`<p class="reason">${t("network.sent.nothing")}</p>`;
   return html`<table class="sent">
     <caption>
-      ${it.enabled ? "What is sent" : "What would be sent"}, and what the league's one-term lens loses of it at
-      worst
+      ${it.enabled ? t("network.sent.caption") : t("network.sent.caption-off")}
     </caption>
     <thead>
       <tr>
-        <th>camera</th>
-        <th>number</th>
-        <th>carpet, mm</th>
-        <th>hat, mm</th>
+        <th>${t("network.sent.camera")}</th>
+        <th>${t("network.sent.number")}</th>
+        <th>${t("network.sent.carpet")}</th>
+        <th>${t("network.sent.hat")}</th>
         <th></th>
       </tr>
     </thead>
@@ -169,14 +172,14 @@ function Sent({ it }) {
           <th>
             ${nameOf(c.camera)}${" "}
             <small>
-              version ${c.version}, ${c.model}
+              ${t("network.sent.version", { version: c.version, model: c.model })}
             </small>
           </th>
           <td>
             <${Typed}
               type="number"
               min="0"
-              aria-label=${`Number of ${nameOf(c.camera)}`}
+              aria-label=${t("network.sent.number-of", { camera: nameOf(c.camera) })}
               data-testid=${`number-${c.camera}`}
               value=${c.camera_id}
               take=${(/** @type {string} */ text) =>
@@ -186,7 +189,11 @@ function Sent({ it }) {
           </td>
           <td
             class=${above(c.loss?.worst_mm, it)}
-            title=${c.loss ? `worst at ${c.loss.worst_place.map((v) => number(v, 0)).join(", ")} mm` : ""}
+            title=${
+              c.loss
+                ? t("network.sent.worst-at", { place: c.loss.worst_place.map((v) => number(v, 0)).join(", ") })
+                : ""
+            }
           >
             ${c.loss ? millimetres(c.loss.worst_mm) : "–"}
           </td>
@@ -194,16 +201,20 @@ function Sent({ it }) {
             class=${above(c.loss?.hat_worst_mm, it)}
             title=${
               c.loss && c.loss.hat_worst_mm === null
-                ? "The model has no rays: what happens above the carpet is not known."
+                ? t("network.sent.no-rays")
                 : ""
             }
           >
-            ${c.loss ? (c.loss.hat_worst_mm === null ? "not known" : millimetres(c.loss.hat_worst_mm)) : "–"}
+            ${c.loss
+              ? c.loss.hat_worst_mm === null
+                ? t("network.sent.not-known")
+                : millimetres(c.loss.hat_worst_mm)
+              : "–"}
           </td>
           <td>
             ${c.published
-              ? html`<span class="sent-mark">${it.enabled ? "sent" : "ready"}</span>`
-              : html`<em class="approximate">left out</em>`}
+              ? html`<span class="sent-mark">${it.enabled ? t("network.sent.sent") : t("network.sent.ready")}</span>`
+              : html`<em class="approximate">${t("network.sent.left-out")}</em>`}
           </td>
         </tr>
         ${c.problem && html`<tr key=${`${c.camera}-why`} class="why">
@@ -217,7 +228,7 @@ function Sent({ it }) {
                 disabled=${changing.value}
                 onClick=${() => void setPublishing({ approved: { [c.camera]: c.calibration } })}
               >
-                Approve this loss
+                ${t("network.sent.approve")}
               </button>
             `}
           </td>
@@ -233,8 +244,8 @@ function Others({ it }) {
   if (!it.absorb || !all)
     return html`<p class="reason">
       ${it.enabled
-        ? "Nobody is listened to: whether somebody else publishes the same cameras is not known."
-        : "Listen, to see who publishes geometry here and to take it over."}
+        ? t("network.others.not-listening")
+        : t("network.others.listen")}
     </p>`;
   if (all.problem)
     return html`<div class="warning-line" role="alert">
@@ -242,22 +253,22 @@ function Others({ it }) {
     </div>`;
   if (!all.items.length)
     return html`<p class="reason" data-testid="nobody">
-      Nobody else was heard yet.
+      ${t("network.others.nobody")}
     </p>`;
   return html`<ul class="plain others">
     ${all.items.map((sender) => html`<li key=${sender.id} data-testid=${`heard-${sender.id}`}>
       <b>${sender.address}</b>${" "}
       <small>
-        port ${sender.port}, ${sender.source}, ${number(sender.age_s, 0)} s ago
-        ${sender.refused ? `, ${sender.refused} packets refused` : ""}
+        ${t("network.others.heard", { port: sender.port, source: sender.source, age: number(sender.age_s, 0) })}
+        ${sender.refused ? t("network.others.refused", { count: sender.refused }) : ""}
       </small>
       <small class="where">
         ${sender.field
-          ? `${sender.field.known ? sender.field.title : "an unknown field"}, ${number(sender.field.length_mm, 0)} ` +
-            `× ${number(sender.field.width_mm, 0)} mm`
+          ? `${sender.field.known ? sender.field.title : t("network.others.unknown-field")}, ` +
+            `${number(sender.field.length_mm, 0)} × ${number(sender.field.width_mm, 0)} mm`
           : sender.problem
             ? sender.problem.what
-            : (sender.refusal ?? "no geometry yet")}
+            : (sender.refusal ?? t("network.others.no-geometry"))}
       </small>
       ${sender.cameras.map((camera) => 
         html`<${Other} key=${camera.camera_id} sender=${sender} camera=${camera} />`)}
@@ -275,16 +286,16 @@ function Other({ sender, camera }) {
     "";
   return html`<div class="line other">
     <span>
-      Camera ${camera.camera_id}${" "}
+      ${t("network.others.camera", { number: camera.camera_id })}${" "}
       <small>
         ${camera.problem
           ? camera.problem.what
-          : `at ${(camera.position_mm ?? []).map((v) => number(v, 0)).join(", ")} mm`}
+          : t("network.others.at", { place: (camera.position_mm ?? []).map((v) => number(v, 0)).join(", ") })}
       </small>
     </span>
     ${!camera.problem && cameras.value.length > 0 && html`
       <select
-        aria-label="Keep it for"
+        aria-label=${t("network.others.keep-for")}
         value=${target}
         onChange=${(/** @type {any} */ e) => {
           targets.value = { ...targets.value, [key]: e.target.value };
@@ -299,7 +310,7 @@ function Other({ sender, camera }) {
         data-testid=${`take-over-${sender.id}-${camera.camera_id}`}
         onClick=${() => void saveReceived(sender, camera, target)}
       >
-        Take over
+        ${t("network.others.take-over")}
       </button>
     `}
   </div>`;

@@ -2,6 +2,7 @@
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { tool } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { path, placed } from "../../../canvas/drawing.js";
 import { Glass, SIZE_PX } from "../../../canvas/layers/loupe.js";
 import { epipolarLines, hoveredMatch, linedMatch, linesBasis, matchErrors } from "../evaluation.js";
@@ -59,7 +60,10 @@ function Mark({ s, index, point }) {
     isChosen = chosen.value?.index === index,
     isNear = isChosen || hoveredMatch.value === index;
   const colour = waits ? WAITING : isMistake ? MISTAKE : MARK,
-    label = isMistake || (isNear && px !== null && px !== undefined) ? ` ${number(px, 1)} px off` : "";
+    label =
+      isMistake || (isNear && px !== null && px !== undefined)
+        ? ` ${t("pair.mark.off", { error: number(px, 1) })}`
+        : "";
   const toLeft = x > views[s].size.value.width - 90;
   return html`<g
     class=${`point${waits || isMistake ? " stray" : ""}`}
@@ -97,7 +101,7 @@ function Foretold({ s, place }) {
     <path class="casing" d="M0 -8L8 0L0 8L-8 0Z" />
     <path d="M0 -8L8 0L0 8L-8 0Z" style=${`stroke:${LINE}`} />
     <text x="0" y="22" text-anchor="middle">
-      ${z ? `${number(z, 0)} mm up` : "on the carpet"}
+      ${z ? t("pair.foretold.up", { height: number(z, 0) }) : t("pair.foretold.carpet")}
     </text>
   </g>`;
 }

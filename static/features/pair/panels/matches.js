@@ -1,8 +1,10 @@
 // Left of two pictures: where they come from, their calibrations, how high things are, and every match with its
 // figures.
-import { dayAndTime, mm, number, plural } from "../../../core/format.js";
+import { dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { models } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
+import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
 import { matchErrors, stale } from "../evaluation.js";
@@ -16,7 +18,6 @@ import {
   pair,
   pictures,
   setPicture,
-  sideName,
   sourceOf,
   suitedCalibrations,
 } from "../pair.js";
@@ -26,27 +27,26 @@ import {
 export function PairForm() {
   const { matches } = pair.doc.value;
   return html`
-    <section aria-label="Pictures">
-      <${Title} of="pair">Pictures<//>
+    <section aria-label=${t("pair.pictures")}>
+      <${Title} of="pair">${t("pair.pictures")}<//>
       ${SIDES.map((s) => html`<${Picture} key=${s} s=${s} />`)}
     </section>
-    <section aria-label="Matches">
-      <h2>${plural(matches.length, "match").replace("matchs", "matches")}</h2>
+    <section aria-label=${t("pair.matches")}>
+      <h2>${t("pair.matches.count", { count: matches.length })}</h2>
       <label class="pair length">
-        <span>Height of the next one</span>
+        <span>${t("pair.height.next")}</span>
         <${Height}
           name="next-height"
           value=${nextHeight.value}
-          label="Height of the next match, mm"
+          label=${t("pair.height.next.label")}
           set=${(/** @type {number | null} */ z) => {
             nextHeight.value = z;
           }}
         />
       </label>
       <p class="reason" data-testid="pair-heights">
-        0 mm on the carpet,${" "}
-        ${hatMm.value === null ? "a robot's hat as its league has it" : `${hatMm.value} mm a robot's hat`}.
-        Empty: not known; it tells how the cameras stand, not whether they agree.
+        ${hatMm.value === null ? t("pair.height.hat-unknown") : t("pair.height.hat", { hat: hatMm.value })}${" "}
+        ${t("pair.height.empty")}
       </p>
       <ol class=${`matches${stale.value ? " stale" : ""}`} data-testid="matches">
         ${matches.map((_, index) => html`<${Row} key=${index} index=${index} />`)}
@@ -63,26 +63,29 @@ function Picture({ s }) {
     now = calibrations.value[s];
   if (!it)
     return html`<p class="reason">
-      <b>${s === "a" ? "Left" : "Right"}:</b> not chosen yet.
+      ${rich(`pair.picture.not-chosen.${s}`)}
     </p>`;
   /** @param {string} id */
   const use = (id) =>
     pair.change({ ...pair.doc.value, calibrations: { ...pair.doc.value.calibrations, [s]: id } });
   const title = (/** @type {import("../../../core/types").Calibration} */ c) =>
-    `Version ${c.version}, ${models.value.find((m) => m.name === c.model.name)?.title ?? c.model.name}, ` +
-      `${dayAndTime(c.created_at)}${c.active ? ", active" : ""}`;
+    t(c.active ? "pair.calibration.version-active" : "pair.calibration.version", {
+      version: c.version,
+      model: models.value.find((m) => m.name === c.model.name)?.title ?? c.model.name,
+      made: dayAndTime(c.created_at),
+    });
   return html`<div class="pair-picture">
     <div class="line">
-      <b>${s === "a" ? "Left" : "Right"}</b>
+      <b>${t(`pair.picture.${s}`)}</b>
       <small>
         ${sourceOf(s)}, ${it.width} × ${it.height} px
       </small>
       <button type="button" data-testid=${`another-${s}`} onClick=${() => setPicture(s, null)}>
-        Choose another…
+        ${t("pair.picture.another")}
       </button>
     </div>
     <label class="pair tall">
-      <span class="sr">Calibration of the ${sideName(s)} picture</span>
+      <span class="sr">${t(`pair.calibration.of.${s}`)}</span>
       <select
         data-testid=${`calibration-${s}`}
         value=${now?.id ?? ""}
@@ -90,7 +93,7 @@ function Picture({ s }) {
         onChange=${(/** @type {Changed} */ e) => use(e.target.value)}
       >
         <option value="">
-          ${all.length ? "Without a calibration" : "No calibration of this size is kept"}
+          ${all.length ? t("pair.calibration.without") : t("pair.calibration.none-kept")}
         </option>
         ${all.map((c) => html`<option key=${c.id} value=${c.id}>
           ${title(c)}
@@ -98,7 +101,9 @@ function Picture({ s }) {
       </select>
     </label>
     ${own === null && now && 
-      html`<p class="reason">${now.active ? "The active one, proposed." : "Made from this picture, proposed."}</p>`}
+      html`<p class="reason">
+        ${now.active ? t("pair.calibration.proposed-active") : t("pair.calibration.proposed-made")}
+      </p>`}
   </div>`;
 }
 
@@ -113,32 +118,32 @@ function Row({ index }) {
       class="feature"
       aria-pressed=${chosen.value?.index === index}
       onClick=${() => choose(index)}
-      title=${`Show match ${index + 1}`}
+      title=${t("pair.match.show", { match: index + 1 })}
     >
       <i class=${`chip${waits ? " waits" : isMistake ? " mistake" : ""}`}>${index + 1}</i>
       <span>
         ${waits
           ? (
-          `wants the ${match.a ? "right" : "left"} point`
+          t(`pair.match.wants.${match.a ? "b" : "a"}`)
         )
           : html`
             <b>${px === null || px === undefined ? "–" : `${number(px, 2)} px`}</b>
             ${apart !== null && apart !== undefined && html`<em>${mm(apart)} mm</em>`}
-            ${isMistake && html`<b class="level fair">mistake?</b>`}
+            ${isMistake && html`<b class="level fair">${t("pair.match.mistake")}</b>`}
           `}
       </span>
     </button>
     <${Height}
       name=${`height-${index + 1}`}
-      label=${`Height of match ${index + 1}, mm`}
+      label=${t("pair.height.of-match", { match: index + 1 })}
       value=${match.z_mm}
       set=${(/** @type {number | null} */ z) => setHeight(index, z)}
     />
     <button
       type="button"
       class="remove"
-      aria-label=${`Remove match ${index + 1}`}
-      title="Remove this match"
+      aria-label=${t("pair.match.remove", { match: index + 1 })}
+      title=${t("pair.match.remove.title")}
       onClick=${() => removeMatch(index)}
     >
       ×

@@ -6,6 +6,7 @@ import { address, thumbnail } from "../../../core/api.js";
 import { dayAndTime, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { busy, cameras, snapshots, tool } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { SIZE_PX } from "../../../canvas/layers/loupe.js";
 import { listen } from "../../../canvas/tools/pointer.js";
@@ -27,7 +28,7 @@ import {
 
 /** @typedef {import("../types").Side} Side */
 
-const KEYS = "A adds a point, N and B choose a match, arrow keys move its point, plus and minus zoom.";
+const KEYS = t("pair.keys");
 const TOOLS = [
   "pick",
   "pan",
@@ -46,8 +47,8 @@ const RECENT = 8;
 
 export function PairPage() {
   return html`<div class="pair-desk" data-testid="pair-desk">
-    <h1 class="sr">Compare two cameras</h1>
-    <div class="tools" role="toolbar" aria-label="Tools">
+    <h1 class="sr">${t("pair.title")}</h1>
+    <div class="tools" role="toolbar" aria-label=${t("pair.tools")}>
       ${TOOLS.map((id, i) =>
         id === "|" ? html`<i key=${i}></i>` : html`<${ActionButton} key=${id} id=${id} withKey />`,
       )}
@@ -64,8 +65,7 @@ function Half({ s }) {
   const element = useRef(/** @type {HTMLElement | null} */ (null)),
     picture = useRef(/** @type {HTMLImageElement | null} */ (null));
   const it = pictures.value[s],
-    { size, view, fit } = views[s],
-    name = sideName(s);
+    { size, view, fit } = views[s];
   useLayoutEffect(() => {
     // at once: whoever is quick clicks before the next frame
     const half = /** @type {HTMLElement} */ (element.current);
@@ -111,7 +111,7 @@ function Half({ s }) {
     data-now=${side.value === s}
     tabindex=${it ? 0 : -1}
     role="group"
-    aria-label=${`${name} picture. ${it ? KEYS : ""}`}
+    aria-label=${`${t(`pair.half.${s}`)} ${it ? KEYS : ""}`}
     onFocus=${() => {
       side.value = s;
     }}
@@ -127,7 +127,7 @@ function Half({ s }) {
             class="picture"
             ref=${picture}
             data-testid=${`picture-${s}`}
-            alt=${`The ${name} picture`}
+            alt=${t(`pair.picture.title.${s}`)}
             draggable=${false}
             src=${address(`/snapshots/${it.id}/image.png`)}
             style=${placed(tx, ty, k)}
@@ -159,9 +159,8 @@ function ReadOut({ s }) {
 
 /** A picture for this side: from a camera, a file, or one that is kept. @param {{ s: Side }} props */
 function Choice({ s }) {
-  const name = sideName(s);
-  return html`<section class="choice" aria-label=${`Choose the ${name} picture`} data-testid=${`choice-${s}`}>
-    <h2>The ${name} picture</h2>
+  return html`<section class="choice" aria-label=${t(`pair.choice.${s}`)} data-testid=${`choice-${s}`}>
+    <h2>${t(`pair.picture.title.${s}`)}</h2>
     <div class="line">
       ${cameras.value.map(({ id, name: camera }) => html`<button
         key=${id}
@@ -170,7 +169,7 @@ function Choice({ s }) {
         disabled=${busy.value !== ""}
         onClick=${() => void takeFor(s, id)}
       >
-        Take one with ${camera}
+        ${t("pair.choice.take", { camera })}
       </button>`)}
     </div>
     <button
@@ -184,10 +183,10 @@ function Choice({ s }) {
       }}
     >
       <b>${busy.value || ACTIONS.get("open")?.label}</b>
-      <small>or drop it here, or paste it.</small>
+      <small>${t("pair.choice.or-drop")}</small>
     </button>
     ${snapshots.value.length > 0 && html`
-      <h2>Or one of the latest</h2>
+      <h2>${t("pair.choice.latest")}</h2>
       <ul class="recent">
         ${snapshots.value.slice(0, RECENT).map((p) => html`<li key=${p.id}>
           <button
@@ -196,10 +195,10 @@ function Choice({ s }) {
             disabled=${pictures.value[s === "a" ? "b" : "a"]?.id === p.id}
             onClick=${() => setPicture(s, p)}
           >
-            <span class="sr">Use as the ${name} picture: </span>
+            <span class="sr">${t(`pair.choice.use.${s}`)}${" "}</span>
             <img loading="lazy" alt="" src=${thumbnail(p.id)} />
             <small>
-              ${cameras.value.find((c) => c.id === p.camera)?.name ?? "From a file"}
+              ${cameras.value.find((c) => c.id === p.camera)?.name ?? t("pair.choice.from-file")}
               <br />
               ${dayAndTime(p.taken_at)}
             </small>
@@ -208,6 +207,6 @@ function Choice({ s }) {
       </ul>
     `}
     ${pair.doc.value.matches.length > 0 && 
-      html`<p class="reason">The matches of the former pictures are kept; they come back with them.</p>`}
+      html`<p class="reason">${t("pair.choice.kept")}</p>`}
   </section>`;
 }

@@ -3,6 +3,8 @@
 import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { fields } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
+import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
 import { STOPS } from "../../../canvas/layers/heat.js";
 import { chosenBasis, linesBases, linesBasis, pairAnswer, refusal, stale } from "../evaluation.js";
@@ -11,12 +13,12 @@ import { both, calibrations } from "../pair.js";
 
 /** @typedef {import("../types").PairAnswer} PairAnswer @typedef {import("../types").Verdict} Sentence */
 
-const LEVEL = { good: "Good", fair: "Fair", poor: "Poor" };
+const LEVEL = { good: t("common.level.good"), fair: t("common.level.fair"), poor: t("common.level.poor") };
 const PART = {
-  fundamental: "Epipolar geometry",
-  pose: "Pose from the matches",
-  calibrated: "Calibrated lines",
-  agreement: "Agreement",
+  fundamental: t("pair.part.fundamental"),
+  pose: t("pair.part.pose"),
+  calibrated: t("pair.part.calibrated"),
+  agreement: t("pair.part.agreement"),
 };
 const SHOWN = 6; // mistakes with buttons of their own
 
@@ -24,8 +26,8 @@ export function PairReport() {
   const it = pairAnswer.value,
     why = refusal.value;
   if (why)
-    return html`<section aria-label="Result">
-      <h2>Two cameras</h2>
+    return html`<section aria-label=${t("pair.result")}>
+      <h2>${t("pair.result.title")}</h2>
       <div class="warning-line" role="alert" data-testid="pair-refusal">
         <b>${why.detail}</b> ${why.fix}
       </div>
@@ -39,8 +41,8 @@ export function PairReport() {
     ${it.agreement && html`<${Agreement} it=${it.agreement} />`}
     ${(it.fundamental || it.calibrated) && html`<${Epipolar} it=${it} />`}
     ${(it.pose || it.calibrated) && html`<${Pose} it=${it} />`}
-    ${it.failed.length > 0 && html`<section aria-label="Not known">
-      <h2>Not known</h2>
+    ${it.failed.length > 0 && html`<section aria-label=${t("pair.not-known")}>
+      <h2>${t("pair.not-known")}</h2>
       <ul class="warnings" data-testid="pair-failed">
         ${reasons(it).map(({ part, what, fix }) => html`<li key=${part} data-part=${part}>
           <b>
@@ -67,35 +69,35 @@ const Words = ({ v }) => html`
 /** @param {{ it: NonNullable<PairAnswer["agreement"]> }} props */
 function Agreement({ it }) {
   const [x, y] = it.where;
-  return html`<section aria-label="Agreement">
-    <${Title} of="agreement">Agreement where both see the carpet<//>
+  return html`<section aria-label=${t("pair.part.agreement")}>
+    <${Title} of="agreement">${t("pair.agreement.title")}<//>
     <div class="verdict" data-testid="agreement" data-level=${it.verdict.level}>
       <div class="big">
         ${mm(it.median_mm)}
-        <small> mm apart, median</small>
+        <small>${` ${t("pair.agreement.median")}`}</small>
       </div>
       <${Words} v=${it.verdict} />
       <dl>
         <div>
           <dd data-testid="agreement-worst">${mm(it.max_mm)} mm</dd>
-          <dt>worst</dt>
+          <dt>${t("pair.agreement.worst")}</dt>
         </div>
         <div>
           <dd>
             ${number(x, 0)}, ${number(y, 0)} mm
           </dd>
-          <dt>where</dt>
+          <dt>${t("pair.agreement.where")}</dt>
         </div>
         <div>
           <dd>${it.n}</dd>
-          <dt>${it.from === "matches" ? "matches" : "places on lines"}</dt>
+          <dt>${it.from === "matches" ? t("pair.agreement.matches") : t("pair.agreement.places")}</dt>
         </div>
       </dl>
     </div>
     <${Map} it=${it} />
     <p class="reason">
-      Both see ${number(it.overlap_m2, 1)} m²; ${number(100 * it.covered, 0)} % of it lies near a measured
-      place. ${it.from === "clicks" ? "From the lines that were clicked in both calibrations." : ""}
+      ${t("pair.agreement.overlap", { area: number(it.overlap_m2, 1), share: number(100 * it.covered, 0) })}${" "}
+      ${it.from === "clicks" ? t("pair.agreement.from-clicks") : ""}
     </p>
   </section>`;
 }
@@ -114,7 +116,7 @@ function Map({ it }) {
     class="agreement-map"
     viewBox=${`${-length / 2 - 2 * r} ${-width / 2 - 2 * r} ${length + 4 * r} ${width + 4 * r}`}
     role="img"
-    aria-label=${`Worst ${mm(it.max_mm)} mm at ${number(wx, 0)}, ${number(wy, 0)} mm`}
+    aria-label=${t("pair.agreement.map", { worst: mm(it.max_mm), x: number(wx, 0), y: number(wy, 0) })}
   >
     ${cells.flatMap((row, j) =>
       row.map(
@@ -144,27 +146,27 @@ function Map({ it }) {
 function Epipolar({ it }) {
   const { fundamental: f, calibrated: c } = it,
     can = linesBases.value;
-  return html`<section aria-label="Epipolar error">
-    <${Title} of="epipolar">Epipolar error<//>
+  return html`<section aria-label=${t("pair.epipolar.title")}>
+    <${Title} of="epipolar">${t("pair.epipolar.title")}<//>
     ${f && html`
       <div class="verdict" data-testid="fundamental" data-level=${f.verdict.level}>
         <div class="big">
           ${number(f.rms_px, 2)}
-          <small> px rms, from the matches</small>
+          <small>${` ${t("pair.epipolar.rms")}`}</small>
         </div>
         <${Words} v=${f.verdict} />
       </div>
       ${f.outliers.length > 0 && html`<ul class="warnings" data-testid="mistakes">
         ${f.outliers.slice(0, SHOWN).map((index) => html`<li key=${index}>
           <b>
-            Match ${index + 1} is ${number(f.epipolar_px[index], 1)} px off its line.
+            ${t("pair.epipolar.mistake", { match: index + 1, error: number(f.epipolar_px[index], 1) })}
           </b>
           <div class="line">
             <button type="button" onClick=${() => choose(index)}>
-              Show it
+              ${t("common.show-it")}
             </button>
             <button type="button" data-testid=${`drop-${index + 1}`} onClick=${() => removeMatch(index)}>
-              Remove it
+              ${t("pair.epipolar.remove")}
             </button>
           </div>
         </li>`)}
@@ -174,7 +176,7 @@ function Epipolar({ it }) {
       <${Words} v=${c.verdict} />
     </div>`}
     ${can.matches && can.calibrations && html`<label class="pair">
-      <span>Lines drawn by</span>
+      <span>${t("pair.epipolar.lines-by")}</span>
       <select
         data-testid="lines-by"
         value=${linesBasis.value}
@@ -182,12 +184,12 @@ function Epipolar({ it }) {
           chosenBasis.value = e.target.value;
         }}
       >
-        <option value="matches">matches</option>
-        <option value="calibrations">calibrations</option>
+        <option value="matches">${t("pair.epipolar.by-matches")}</option>
+        <option value="calibrations">${t("pair.epipolar.by-calibrations")}</option>
       </select>
     </label>`}
     ${f && html`<details class="more">
-      <summary>Show the fundamental matrix</summary>
+      <summary>${t("common.fundamental-matrix")}</summary>
       <pre data-testid="matrix">
         ${f.matrix.map((row) => row.map((v) => v.toExponential(6).padStart(14)).join(" ")).join("\n")}
       </pre>
@@ -198,44 +200,44 @@ function Epipolar({ it }) {
 /** @param {{ it: PairAnswer }} props */
 function Pose({ it: { pose, calibrated } }) {
   const turn = (/** @type {number[]} */ v) => v.map((d) => number(d, 2)).join(", ");
-  return html`<section aria-label="Relative pose">
-    <h2>How the cameras stand to each other</h2>
+  return html`<section aria-label=${t("pair.pose")}>
+    <h2>${t("pair.pose.title")}</h2>
     <dl class="details" data-testid="pose">
       ${calibrated && html`
         <div>
-          <dt>Left camera from the right one</dt>
+          <dt>${t("pair.pose.left-from-right")}</dt>
           <dd>${calibrated.translation_mm.map((v) => number(v, 0)).join(", ")} mm</dd>
         </div>
         <div>
-          <dt>Distance</dt>
+          <dt>${t("pair.pose.distance")}</dt>
           <dd data-testid="baseline">${number(calibrated.distance_mm, 0)} mm</dd>
         </div>
         <div>
-          <dt>Turned, by calibrations</dt>
+          <dt>${t("pair.pose.turned-calibrations")}</dt>
           <dd>${number(calibrated.angle_deg, 2)}°</dd>
         </div>
         <div>
-          <dt>about right, down, ahead</dt>
+          <dt>${t("pair.pose.axes")}</dt>
           <dd>${turn(calibrated.rotation_deg)}°</dd>
         </div>
       `}
       ${pose && html`
         <div>
-          <dt>Turned, by matches</dt>
+          <dt>${t("pair.pose.turned-matches")}</dt>
           <dd>
             ${number(pose.angle_deg, 2)}° ± ${number(pose.rotation_sigma_deg, 2)}°
           </dd>
         </div>
         <div>
-          <dt>about right, down, ahead</dt>
+          <dt>${t("pair.pose.axes")}</dt>
           <dd>${turn(pose.rotation_deg)}°</dd>
         </div>
         <div>
-          <dt>Direction, by matches</dt>
+          <dt>${t("pair.pose.direction")}</dt>
           <dd>± ${number(pose.direction_sigma_deg, 2)}°</dd>
         </div>
         <div>
-          <dt>off the calibrations' direction</dt>
+          <dt>${t("pair.pose.off-calibrations")}</dt>
           <dd>${number(pose.from_calibrations_deg.direction, 2)}°</dd>
         </div>
       `}
@@ -247,7 +249,7 @@ function Pose({ it: { pose, calibrated } }) {
 }
 
 const Advice = () => html`<section>
-  <${Title} of="pair">Good matches<//>
+  <${Title} of="pair">${t("pair.advice.title")}<//>
   <ul class="plain">
     <li>
       ${both.value
@@ -255,19 +257,18 @@ const Advice = () => html`<section>
         ""
       )
         : html`
-          <b>Two pictures</b> of the same moment, or of things that stand still.${" "}
+          ${rich("pair.advice.two-pictures")}${" "}
         `}
-      <b>All over</b> the part that both see.
+      ${rich("pair.advice.all-over")}
     </li>
     <li>
-      <b>At several heights</b>: field marks, robots' hats, goal posts. Things on the carpet alone do not tell
-      how the cameras stand.
+      ${rich("pair.advice.heights")}
     </li>
     <li>
-      <b>Twelve or more</b> without calibrations; twenty are good.
+      ${rich("pair.advice.twelve")}
     </li>
     <li>
-      With <b>a calibration for each</b>, marks on the carpet tell in millimetres whether they agree.
+      ${rich("pair.advice.calibrations")}
     </li>
   </ul>
 </section>`;

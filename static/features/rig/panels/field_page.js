@@ -2,13 +2,14 @@
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
 import { fields } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { rigs } from "../rig.js";
 
 export const FieldPage = () => html`<div class="page" data-testid="field-page">
-  <h1>Cameras that share a field</h1>
+  <h1>${t("rig.field.title")}</h1>
   <p class="dim">
-    A rig is the cameras above one field: their pictures in one, how far they agree, and what none of them sees.
+    ${t("rig.field.what")}
   </p>
   <div class="line" data-testid="rigs">
     <${ActionButton} id="new-rig" />
@@ -19,7 +20,7 @@ export const FieldPage = () => html`<div class="page" data-testid="field-page">
       <a class="card" href=${addressOf("rig", { rig: r.name })} data-testid=${`rig-${r.name}`}>
         <b>${r.title || r.name}</b>
         <small>
-          ${r.cameras.map((c) => c.title).join(" and ")},${" "}
+          ${r.cameras.map((c) => c.title).join(t("rig.and"))},${" "}
           ${fields.value.find((f) => f.name === r.field)?.title ?? r.field}
         </small>
       </a>

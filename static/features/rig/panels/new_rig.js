@@ -3,6 +3,7 @@ import { run } from "../../../core/actions.js";
 import { words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras, fields } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { draft, draftRefusal, chooseField, setDraft, setRegion, toggleCamera } from "../rig.js";
 
 /** @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
@@ -11,9 +12,9 @@ export function NewRig() {
   const { name, title, field, cameras: chosen } = draft.value,
     regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
   return html`<div class="page rig" data-testid="new-rig-page">
-    <h1>Make a rig</h1>
+    <h1>${t("rig.new.title")}</h1>
     <label class="pair tall">
-      <span>Short name</span>
+      <span>${t("rig.new.short-name")}</span>
       <input
         type="text"
         data-testid="rig-name"
@@ -23,7 +24,7 @@ export function NewRig() {
       />
     </label>
     <label class="pair tall">
-      <span>Title</span>
+      <span>${t("rig.new.rig-title")}</span>
       <input
         type="text"
         value=${title}
@@ -32,7 +33,7 @@ export function NewRig() {
       />
     </label>
     <label class="pair tall">
-      <span>Field</span>
+      <span>${t("rig.new.field")}</span>
       <select
         data-testid="rig-field"
         value=${field}
@@ -43,8 +44,8 @@ export function NewRig() {
         </option>`)}
       </select>
     </label>
-    <section aria-label="Cameras">
-      <h2>Cameras</h2>
+    <section aria-label=${t("rig.new.cameras")}>
+      <h2>${t("rig.new.cameras")}</h2>
       <ul class="plain">
         ${cameras.value.map((c) => {
           const on = chosen.find((it) => it.camera === c.id);
@@ -59,12 +60,12 @@ export function NewRig() {
               ${c.name}
             </label>
             ${on && html`<select
-              aria-label=${`Part that ${c.name} shows`}
+              aria-label=${t("rig.new.part", { camera: c.name })}
               data-testid=${`part-${c.id}`}
               value=${on.region ?? ""}
               onChange=${(/** @type {Changed} */ e) => setRegion(c.id, e.target.value || null)}
             >
-              <option value="">the part it is calibrated on</option>
+              <option value="">${t("rig.new.part.calibrated")}</option>
               ${regions.map((r) => html`<option key=${r} value=${r}>
                 ${words(r)}
               </option>`)}
@@ -78,7 +79,7 @@ export function NewRig() {
     </div>`}
     <div class="line">
       <button type="button" class="go" data-testid="make-rig" onClick=${() => run("make-rig")}>
-        Make the rig
+        ${t("rig.make")}
       </button>
     </div>
   </div>`;

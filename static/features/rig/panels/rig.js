@@ -4,7 +4,9 @@ import { run } from "../../../core/actions.js";
 import { dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf, route } from "../../../core/route.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
+import { rich } from "../../../ui/rich.js";
 import { Working } from "../../../ui/working.js";
 import { path } from "../../../canvas/drawing.js";
 import { STOPS } from "../../../canvas/layers/heat.js";
@@ -31,11 +33,11 @@ import { TrackMarks, TrackReport } from "./tracks.js";
  * @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed
  */
 
-const LEVEL = { good: "Good", fair: "Fair", poor: "Poor" };
+const LEVEL = { good: t("common.level.good"), fair: t("common.level.fair"), poor: t("common.level.poor") };
 const BY = {
-  pictures: "by pictures of now",
-  matches: "by matches",
-  clicks: "by the calibrations' clicks",
+  pictures: t("rig.by.pictures"),
+  matches: t("rig.by.matches"),
+  clicks: t("rig.by.clicks"),
 };
 
 export function RigForm() {
@@ -43,37 +45,39 @@ export function RigForm() {
     common = it?.rectangles;
   if (!it)
     return html`<section>
-      <h2>A rig</h2>
+      <h2>${t("rig.none")}</h2>
       <p class="reason">
-        The cameras above one field, each with the part that it shows. All of them are given the same
-        calibration rectangles.
+        ${t("rig.none.what")}
       </p>
     </section>`;
   return html`
-    <section aria-label="Cameras of the rig">
+    <section aria-label=${t("rig.members")}>
       <h2>${it.title || it.name}</h2>
       <ul class="plain rig-cameras">
         ${it.cameras.map((c) => html`<li key=${c.camera} data-testid=${`member-${c.camera}`}>
           <b>${c.title}</b>${" "}
           <small>
-            ${c.region ?? "its own region"}
-            ${c.version ? `, version ${c.version}` : ""}
+            ${c.region ?? t("rig.member.own-region")}
+            ${c.version ? t("rig.member.version", { version: c.version }) : ""}
           </small>
-          ${c.troubles.map((t) => html`<p key=${t.reason} class="warning-line" data-reason=${t.reason}>
-            <b>${t.text}</b> ${t.fix}
+          ${c.troubles.map(({ reason, text, fix }) => html`<p key=${reason} class="warning-line" data-reason=${reason}>
+            <b>${text}</b> ${fix}
           </p>`)}
         </li>`)}
       </ul>
     </section>
-    <section aria-label="Rectangles">
-      <h2>Rectangles of all</h2>
+    <section aria-label=${t("rig.rectangles")}>
+      <h2>${t("rig.rectangles.title")}</h2>
       ${common
         ? html`<p class="reason" data-testid="rectangles">
-          ${common.n_rectangles_x} × ${common.n_rectangles_y} of ${number(common.w_max_rectangle_px, 1)} ×${" "}
-          ${number(common.h_max_rectangle_px, 1)} px,${" "}
-          ${it.rectangles_from === "rig" ? "as the rig says" : "as most of its cameras have"}.
+          ${t(it.rectangles_from === "rig" ? "rig.rectangles.of-rig" : "rig.rectangles.of-cameras", {
+            columns: common.n_rectangles_x,
+            rows: common.n_rectangles_y,
+            width: number(common.w_max_rectangle_px, 1),
+            height: number(common.h_max_rectangle_px, 1),
+          })}
         </p>`
-        : html`<p class="reason">No camera is calibrated yet.</p>`}
+        : html`<p class="reason">${t("rig.rectangles.none")}</p>`}
       ${others.value.length > 0 && html`
         <button
           type="button"
@@ -81,16 +85,16 @@ export function RigForm() {
           disabled=${search.value !== null}
           onClick=${() => void refitRig()}
         >
-          Refit with the rig's rectangles
+          ${t("rig.refit")}
         </button>
-        <p class="reason">A new version from the same clicks. It is not activated by itself.</p>
+        <p class="reason">${t("rig.refit.what")}</p>
       `}
     </section>
-    <section aria-label="This rig">
+    <section aria-label=${t("rig.this")}>
       <button type="button" onClick=${() => void removeRig(it)}>
-        Remove the rig
+        ${t("rig.remove")}
       </button>
-      <p class="reason">Saved ${dayAndTime(it.updated_at)}. Its cameras and their calibrations stay.</p>
+      <p class="reason">${t("rig.saved", { when: dayAndTime(it.updated_at) })}</p>
     </section>
   `;
 }
@@ -100,7 +104,7 @@ export function RigPage() {
     now = stitched.value;
   if (!it)
     return html`<div class="page">
-      <p class="dim">There is no rig called ${route.value.rig}.</p>
+      <p class="dim">${t("rig.no-such", { rig: route.value.rig })}</p>
     </div>`;
   return html`<div class="page rig" data-testid="rig-page">
     <h1>${it.title || it.name}</h1>
@@ -111,17 +115,17 @@ export function RigPage() {
         disabled=${search.value !== null}
         onClick=${() => run("check-rig")}
       >
-        Check the rig
+        ${t("rig.check")}
       </button>
       <${ActionButton} id="follow-play" />
       <button type="button" data-testid="take-stitched" onClick=${() => void takeStitched()}>
-        Take the picture anew
+        ${t("rig.take-anew")}
       </button>
       <a href=${addressOf("scene", { scene: `rig/${it.name}` })} data-testid="rig-scene">
-        Scene in 3-D
+        ${t("common.scene")}
       </a>
       ${found.value && html`
-        <div class="switch" role="group" aria-label="What is shown">
+        <div class="switch" role="group" aria-label=${t("rig.shown")}>
           <button
             type="button"
             data-testid="show-map"
@@ -130,10 +134,10 @@ export function RigPage() {
               showMap.value = !showMap.value;
             }}
           >
-            Disagreement
+            ${t("rig.shown.map")}
           </button>
         </div>
-        <div class="switch" role="group" aria-label="Where">
+        <div class="switch" role="group" aria-label=${t("rig.plane")}>
           ${
             /** @type {const} */ (["carpet", "hat"]).map((at) => html`<button
               key=${at}
@@ -144,7 +148,7 @@ export function RigPage() {
                 plane.value = at;
               }}
             >
-              ${at === "carpet" ? "Carpet" : "Hats"}
+              ${t(`rig.plane.${at}`)}
             </button>`)
           }
         </div>
@@ -152,7 +156,7 @@ export function RigPage() {
     </div>
     <${Working}
       now=${search.value}
-      what="Checking the rig"
+      what=${t("rig.checking")}
       stop="stop-rig"
       why=${refusal.value}
       name="rig"
@@ -187,13 +191,13 @@ function Picture({ name, at, info }) {
         src=${pictureAddress(name, at)}
         width=${width}
         height=${height}
-        alt="The whole field, corrected, from all cameras"
+        alt=${t("rig.picture.alt")}
       />
       <svg
         viewBox=${`-0.5 -0.5 ${width} ${height}`}
         data-testid="rig-overlay"
         role="img"
-        aria-label=${worst.value ? `Worst ${mm(top)} mm` : "The field's lines"}
+        aria-label=${worst.value ? t("rig.overlay.worst", { worst: mm(top) }) : t("rig.overlay.lines")}
       >
         ${showMap.value &&
           pairs.map((p) => html`<${Cells} key=${`${p.a} ${p.b}`} pair=${p} px=${px} k=${k} top=${top} />`)}
@@ -209,12 +213,12 @@ function Picture({ name, at, info }) {
         class=${`worst-said${mark[0] > width * 0.8 ? " to-left" : ""}`}
         style=${`left:${(100 * mark[0]) / width}%;top:${(100 * mark[1]) / height}%`}
       >
-        worst: ${mm(top)} mm
+        ${t("rig.picture.worst", { worst: mm(top) })}
       </span>`}
     </div>
     <figcaption>
       ${showMap.value && worst.value && 
-        html`<div class="scale" role="img" aria-label=${`Colours from 0 to ${mm(top)} mm`}>
+        html`<div class="scale" role="img" aria-label=${t("common.colour-scale", { worst: mm(top) })}>
           <i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
           <div>
             <span>0</span>
@@ -263,16 +267,16 @@ export function RigReport() {
     return html`
       <${TrackReport} />
       <section>
-        <h2>Do they agree?</h2>
+        <h2>${t("rig.advice.title")}</h2>
         <ul class="plain">
           <li>
-            <b>Empty the field</b>, or at least the part that two cameras see.
+            ${rich("rig.advice.empty")}
           </li>
           <li>
-            <b>Check the rig</b>: the field's lines are looked for where both look.
+            ${rich("rig.advice.check")}
           </li>
           <li>
-            A camera that was <b>knocked</b> since it was calibrated is found and named.
+            ${rich("rig.advice.knocked")}
           </li>
         </ul>
       </section>
@@ -280,22 +284,22 @@ export function RigReport() {
   const { level, sentence, fix } = it.verdict;
   return html`
     <${TrackReport} />
-    <section aria-label="Verdict">
-      <h2>The rig</h2>
+    <section aria-label=${t("common.verdict")}>
+      <h2>${t("rig.verdict.title")}</h2>
       <div class="verdict" data-testid="rig-verdict" data-level=${level}>
         ${level && html`<b class=${`level ${level}`}>${LEVEL[level]}.</b>`} ${sentence}
         ${fix && html`<p class="fix">${fix}</p>`}
       </div>
-      ${it.missing.map((t) => html`<p key=${t.camera} class="warning-line">
+      ${it.missing.map((m) => html`<p key=${m.camera} class="warning-line">
         <b>
-          ${titles[t.camera] ?? t.camera}: ${t.text}
+          ${titles[m.camera] ?? m.camera}: ${m.text}
         </b>${" "}
-        ${t.fix}
+        ${m.fix}
       </p>`)}
     </section>
     ${it.pairs.map((p) => html`<section
       key=${`${p.a} ${p.b}`}
-      aria-label=${`${titles[p.a]} and ${titles[p.b]}`}
+      aria-label=${t("rig.pair", { first: titles[p.a], second: titles[p.b] })}
       data-testid=${`pair-${p.a}-${p.b}`}
     >
       <h2>
@@ -320,34 +324,41 @@ function OnePair({ p }) {
     ${p.verdict?.fix && html`<p class="fix">${p.verdict.fix}</p>`}
     ${at && html`<dl class="details">
       <div>
-        <dt>mean</dt>
+        <dt>${t("rig.pair.mean")}</dt>
         <dd data-testid="pair-mean">${mm(at.mean_mm)} mm</dd>
       </div>
       <div>
-        <dt>95 % below</dt>
+        <dt>${t("rig.pair.most-below")}</dt>
         <dd>${mm(at.p95_mm)} mm</dd>
       </div>
       <div>
-        <dt>worst</dt>
+        <dt>${t("rig.pair.worst")}</dt>
         <dd data-testid="pair-max">
-          ${mm(at.max_mm)} mm at ${number(at.where[0], 0)}, ${number(at.where[1], 0)}
+          ${t("rig.pair.worst-at", {
+            worst: mm(at.max_mm),
+            x: number(at.where[0], 0),
+            y: number(at.where[1], 0),
+          })}
         </dd>
       </div>
     </dl>`}
     ${p.from && html`<p class="reason">
-      ${BY[p.from]}: ${p.agreement?.believed} of ${p.agreement?.n} measures; both see${" "}
-      ${number(p.agreement?.overlap_m2, 1)} m².
+      ${t("rig.pair.measures", {
+        by: BY[p.from],
+        believed: p.agreement?.believed ?? "",
+        count: p.agreement?.n ?? "",
+        area: number(p.agreement?.overlap_m2, 1),
+      })}
     </p>`}
     ${p.fundamental && html`<details class="more">
-      <summary>Show the fundamental matrix</summary>
+      <summary>${t("common.fundamental-matrix")}</summary>
       <pre>
         ${p.fundamental.matrix
           .map((row) => row.map((v) => v.toExponential(5).padStart(13)).join(" "))
           .join("\n")}
       </pre>
       <p class="reason">
-        Foretold by the calibrations, in ideal pixels; ${number(p.fundamental.baseline_mm, 0)} mm
-        apart.
+        ${t("rig.pair.foretold", { distance: number(p.fundamental.baseline_mm, 0) })}
       </p>
     </details>`}
   `;

@@ -1,6 +1,8 @@
 // Ball and robots over a rig's picture of the whole field, each once, with how far apart the cameras see it.
 import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
+import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
 import { rig } from "../rig.js";
 import { following, tracks, tracksRefusal } from "../tracks.js";
@@ -34,8 +36,12 @@ export function TrackMarks({ px, k }) {
           ${it.seam_mm === null ? "" : ` ${mm(it.seam_mm)} mm`}
         </text>
         <title>
-          ${`${nameOf(it)} at ${number(it.x_mm, 0)}, ${number(it.y_mm, 0)} mm, seen by `}
-          ${it.cameras.join(" and ")}
+          ${t("rig.tracks.seen", {
+            thing: nameOf(it),
+            x: number(it.x_mm, 0),
+            y: number(it.y_mm, 0),
+            cameras: it.cameras.join(t("rig.and")),
+          })}
         </title>
       </g>`;
     })}
@@ -49,30 +55,34 @@ export function TrackReport() {
     titles = Object.fromEntries((rig.value?.cameras ?? []).map((c) => [c.camera, c.title]));
   const troubles = it?.cameras.filter((c) => c.problem) ?? [],
     why = tracksRefusal.value;
-  return html`<section aria-label="Ball and robots" data-testid="track-report">
-    <${Title} of="tracks">Ball and robots<//>
+  return html`<section aria-label=${t("rig.tracks")} data-testid="track-report">
+    <${Title} of="tracks">${t("rig.tracks")}<//>
     ${why
       ? html`<p class="warning-line" role="status">
         <b>${why.detail}</b> ${why.fix}
       </p>`
       : !it
       ? html`<p class="reason" role="status">
-        Waiting for the cameras…
+        ${t("rig.tracks.waiting")}
       </p>`
       : html`
         <p data-testid="seam" data-level=${level(it.seams.median_mm)}>
           ${it.seams.things && it.seams.median_mm !== null
             ? html`
-              Two cameras see <b>${it.seams.things === 1 ? "one thing" : `${it.seams.things} things`}</b>,${" "}
-              <b>${mm(it.seams.median_mm)} mm</b> apart in the median, ${mm(it.seams.max_mm ?? 0)} mm at most.
+              ${rich("rig.tracks.seam", {
+                count: it.seams.things,
+                median: mm(it.seams.median_mm),
+                most: mm(it.seams.max_mm ?? 0),
+              })}
             `
             : (
-            "Nothing stands where two cameras look: put a robot there to see the seam."
+            t("rig.tracks.no-seam")
           )}
         </p>
         <p class="reason">
-          ${it.items.filter((t) => t.kind === "robot").length} robots,${" "}
-          ${it.items.some((t) => t.kind === "ball") ? "the ball" : "no ball"}.
+          ${t(it.items.some(({ kind }) => kind === "ball") ? "rig.tracks.robots-ball" : "rig.tracks.robots-no-ball", {
+            count: it.items.filter(({ kind }) => kind === "robot").length,
+          })}
         </p>
       `}
     ${troubles.map((c) => html`<p key=${c.camera} class="warning-line">
@@ -90,4 +100,4 @@ const level = (seam_mm) =>
 
 /** "Y3", "B?", "ball". @param {Track} it */
 const nameOf = (it) =>
-  it.kind === "ball" ? "ball" : `${(it.team ?? "").charAt(0).toUpperCase()}${it.id ?? "?"}`;
+  it.kind === "ball" ? t("rig.tracks.ball") : `${(it.team ?? "").charAt(0).toUpperCase()}${it.id ?? "?"}`;

@@ -1,10 +1,12 @@
 // A rolling ball: tracks over the picture, each roll with its number, sag in nine zones, and the fitted lens.
 import { call } from "../../../core/api.js";
-import { ago, number, pct, plural } from "../../../core/format.js";
+import { ago, number, pct } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf, go } from "../../../core/route.js";
 import { notifyError } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
+import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
 import { Working } from "../../../ui/working.js";
 import { path } from "../../../canvas/drawing.js";
@@ -35,11 +37,11 @@ import { KINDS } from "../../straight/panels/straight.js";
 
 const WIDTH_PX = 960;
 const LEVELS = {
-  good: "straight",
-  fair: "within a standard lens' ±3 %",
-  poor: "beyond it",
-  "left-out": "not counted",
-  unknown: "cannot be told",
+  good: t("rolling.level.good"),
+  fair: t("rolling.level.fair"),
+  poor: t("rolling.level.poor"),
+  "left-out": t("rolling.level.left-out"),
+  unknown: t("rolling.level.unknown"),
 };
 
 export function RollsPage() {
@@ -48,9 +50,9 @@ export function RollsPage() {
   const now = movingTracks.value,
     list = rolls.value;
   return html`<div class="page" data-testid="rolls-page">
-    <h1>A ball before ${camera.name}</h1>
+    <h1>${t("rolling.page.title", { camera: camera.name })}</h1>
     <p class="dim">
-      What rolls freely goes straight over the carpet; how far its track bows in the picture is distortion.
+      ${t("rolling.page.purpose")}
     </p>
     <div class="captured rolls">
       <${LiveView} key=${camera.id} id=${camera.id} name=${camera.name} width=${WIDTH_PX} />
@@ -84,7 +86,7 @@ export function RollsPage() {
         `
         : !now
         ? (
-        "Waiting for the camera…"
+        t("lens-pictures.waiting-for-camera")
       )
         : (
         now.hint || newest(list[0])
@@ -95,10 +97,12 @@ export function RollsPage() {
       <${ActionButton} id="take-roll" />
       <${ActionButton}
         id="forget-rolls"
-        label=${forgetting.value ? `Press again to forget ${plural(list.length, "roll")}` : "Forget all…"}
+        label=${forgetting.value
+          ? t("rolling.page.press-again", { count: list.length })
+          : t("rolling.forget-all")}
       />
     </div>
-    <ol class="rolls" reversed data-testid="rolls" aria-label="Rolls, newest first">
+    <ol class="rolls" reversed data-testid="rolls" aria-label=${t("rolling.page.list")}>
       ${list.map((roll, i) => html`<${Row} key=${roll.id} roll=${roll} name=${list.length - i} />`)}
     </ol>
   </div>`;
@@ -111,11 +115,9 @@ const levelOf = (roll) => (roll.left_out ? "left-out" : (roll[view.value]?.level
 const newest = (roll) =>
   !roll
     ? (
-    "Let a ball roll across the field."
+    t("rolling.page.let-roll")
   )
-    : html`
-      Newest: <b>${numberOf(roll)}</b> ${wordsOf(roll)}
-    `;
+    : rich("rolling.page.newest", { bow: numberOf(roll), judgement: wordsOf(roll) });
 
 /** @param {SavedRoll} roll */
 function numberOf(roll) {
@@ -126,10 +128,10 @@ function numberOf(roll) {
 /** @param {SavedRoll} roll */
 const wordsOf = (roll) =>
   roll.left_out
-    ? "Left out by you."
+    ? t("rolling.roll.left-out")
     : !roll.counts
-      ? "Of pictures of another size: not counted."
-      : (roll[view.value]?.words ?? "Out of the corrected picture.");
+      ? t("rolling.roll.another-size")
+      : (roll[view.value]?.words ?? t("rolling.roll.out-of-picture"));
 
 /** @param {{ roll: SavedRoll, name: number }} props */
 const Row = ({ roll, name }) => html`<li
@@ -147,19 +149,24 @@ const Row = ({ roll, name }) => html`<li
   <b class="value">${numberOf(roll)}</b>
   <span class="words">${wordsOf(roll)}</span>
   <small>
-    ${number(roll[view.value]?.length_px, 0)} px in ${number(roll.seconds, 1)} s,${" "}
-    ${ago(roll.at * 1000, Date.now())}
+    ${t("rolling.roll.details", {
+      length: number(roll[view.value]?.length_px, 0),
+      seconds: number(roll.seconds, 1),
+      when: ago(roll.at * 1000, Date.now()),
+    })}
   </small>
   <button
     type="button"
     data-testid="roll-leave"
-    aria-label=${`${roll.left_out ? "Take in again" : "Leave out"} roll ${name}`}
+    aria-label=${roll.left_out
+      ? t("rolling.roll.take-in-number", { number: name })
+      : t("rolling.roll.leave-out-number", { number: name })}
     onFocus=${() => {
       pointed.value = roll.id;
     }}
     onClick=${() => void excludeRoll(roll.id, !roll.left_out)}
   >
-    ${roll.left_out ? "Take in again" : "Leave out"}
+    ${roll.left_out ? t("rolling.roll.take-in") : t("rolling.roll.leave-out")}
   </button>
 </li>`;
 
@@ -167,27 +174,18 @@ const Row = ({ roll, name }) => html`<li
 export function RollsForm() {
   return html`
     <section>
-      <${Title} of="rolls">Good rolls<//>
+      <${Title} of="rolls">${t("rolling.good-rolls.title")}<//>
       <ul class="plain">
-        <li>
-          <b>One ball, nobody else</b>: robots drive curves.
-        </li>
-        <li>
-          <b>Quick</b>: spin and slope push a slow ball aside.
-        </li>
-        <li>
-          <b>Near the borders</b>, in several directions: through the middle a line is straight behind any
-          lens.
-        </li>
-        <li>
-          <b>Five</b> are worth having.
-        </li>
+        <li>${rich("rolling.good-rolls.one-ball")}</li>
+        <li>${rich("rolling.good-rolls.quick")}</li>
+        <li>${rich("rolling.good-rolls.borders")}</li>
+        <li>${rich("rolling.good-rolls.five")}</li>
       </ul>
     </section>
-    <section aria-label="Lens">
-      <h2>A lens from them</h2>
+    <section aria-label=${t("lens-pictures.lens")}>
+      <h2>${t("rolling.fit.title")}</h2>
       <label class="pair tall">
-        <span>Kind</span>
+        <span>${t("straight.lens-kind")}</span>
         <select
           data-testid="rolls-kind"
           value=${kind.value}
@@ -207,13 +205,12 @@ export function RollsForm() {
       </div>
       <p class="reason">
         ${hasCorrected.value
-          ? "Refining fits the active calibration anew to its own clicks and these rolls; the new version is not " +
-            "made active."
-          : "With an active calibration it can be refined as well."}
+          ? t("rolling.fit.refining")
+          : t("rolling.fit.refining-needs-active")}
       </p>
       <${Working}
         now=${search.value}
-        what="Fitting the rolls"
+        what=${t("rolling.fit.working")}
         stop="stop-rolls"
         why=${workRefusal.value}
         name="rolls"
@@ -230,15 +227,17 @@ function Made() {
   if (!it || !camera) return null;
   if (it.calibration)
     return html`<p class="reason" data-testid="rolls-made">
-      <b class="level good">A new version is saved</b>, not active.${" "}
-      <a href=${addressOf("versions", { camera: camera.id })}>Look at the versions</a>
+      ${rich("rolling.made.version", {
+        saved: html`<b class="level good">${t("rolling.made.version-saved")}</b>`,
+      })}${" "}
+      <a href=${addressOf("versions", { camera: camera.id })}>${t("rolling.made.look")}</a>
     </p>`;
   return html`
     <p class="reason" data-testid="rolls-made">
-      <b class="level good">The lens is kept.</b>
+      <b class="level good">${t("rolling.made.lens")}</b>
     </p>
     <button type="button" data-testid="use-roll-lens" onClick=${() => void hold(it.lens ?? "")}>
-      Use this lens next
+      ${t("rolling.made.use-lens")}
     </button>
   `;
 }
@@ -257,7 +256,7 @@ async function hold(id) {
 export function RollsReport() {
   const it = all.value,
     which = view.value;
-  const both = hasCorrected.value && html`<div class="switch" role="group" aria-label="Judge">
+  const both = hasCorrected.value && html`<div class="switch" role="group" aria-label=${t("rolling.report.judge")}>
     ${["raw", "corrected"].map((name) => html`<button
       key=${name}
       type="button"
@@ -267,26 +266,26 @@ export function RollsReport() {
         wantsCorrected.value = name === "corrected";
       }}
     >
-      ${name === "raw" ? "Raw" : "Corrected"}
+      ${name === "raw" ? t("common.raw") : t("common.corrected")}
     </button>`)}
   </div>`;
   if (!it || !counted.value.length)
-    return html`<section aria-label="Distortion">
-      <${Title} of="rolls-all">Along the edge<//>
+    return html`<section aria-label=${t("common.distortion")}>
+      <${Title} of="rolls-all">${t("rolling.report.title")}<//>
       ${both}
-      <p class="reason">It is told as soon as something has rolled straight.</p>
+      <p class="reason">${t("rolling.report.not-yet")}</p>
     </section>`;
   return html`
-    <section aria-label="Distortion">
-      <${Title} of="rolls-all">Along the edge<//>
+    <section aria-label=${t("common.distortion")}>
+      <${Title} of="rolls-all">${t("rolling.report.title")}<//>
       ${both}
       <p class=${`rolls-big level ${level.value}`} data-testid="rolls-pct">
         ${pct(it.border_pct)} ± ${number(it.border_sigma_pct, 2)} %
       </p>
       <p data-testid="rolls-sentence">${it.sentence}</p>
     </section>
-    <section aria-label="Nine fields of the picture">
-      <h2>Where it bows</h2>
+    <section aria-label=${t("rolling.zones.label")}>
+      <h2>${t("rolling.zones.title")}</h2>
       <${Zones} zones=${it.zones} />
     </section>
   `;
@@ -294,7 +293,7 @@ export function RollsReport() {
 
 /** @param {{ zones: (import("../types").SagZone | null)[][] }} props */
 const Zones = ({ zones }) => html`<table class="zones" data-testid="zones">
-  <caption class="sr">Bow by the part of the picture, %</caption>
+  <caption class="sr">${t("rolling.zones.caption")}</caption>
   <tbody>
     ${zones.map((row, y) => html`<tr key=${y}>
       ${row.map((zone, x) => html`<td
@@ -308,7 +307,7 @@ const Zones = ({ zones }) => html`<table class="zones" data-testid="zones">
                 ? "fair"
                 : "poor"
         }
-        title=${zone ? plural(zone.rolls, "roll") : "Nothing rolled here yet"}
+        title=${zone ? t("rolling.zones.rolls", { count: zone.rolls }) : t("rolling.zones.none")}
       >
         ${zone
           ? html`

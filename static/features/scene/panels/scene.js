@@ -5,6 +5,8 @@ import { dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf, go } from "../../../core/route.js";
 import { cameras } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
+import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
 import { STOPS } from "../../../canvas/layers/heat.js";
 import { rigs } from "../../rig/rig.js";
@@ -33,12 +35,12 @@ import {
 
 /** @type {[import("../types").Layer, string][]} */
 const LAYERS = [
-  ["pictures", "Pictures"],
-  ["rays", "Rays of the clicks"],
-  ["arrows", "Residuals"],
-  ["footprints", "What is seen of the carpet"],
-  ["labels", "Height and tilt"],
-  ["things", "Ball and robots, live"],
+  ["pictures", t("scene.layer.pictures")],
+  ["rays", t("scene.layer.rays")],
+  ["arrows", t("scene.layer.arrows")],
+  ["footprints", t("scene.layer.footprints")],
+  ["labels", t("scene.layer.labels")],
+  ["things", t("scene.layer.things")],
 ];
 const LOG = 100; // steps of the slider in a power of ten
 
@@ -47,9 +49,9 @@ export function SceneForm() {
   return html`
     <${Which} />
     ${it && !it.boards && html`
-      <section aria-label="Views">
-        <h2>Look</h2>
-        <div class="switch" role="group" aria-label="From where">
+      <section aria-label=${t("scene.views")}>
+        <h2>${t("scene.views.title")}</h2>
+        <div class="switch" role="group" aria-label=${t("scene.views.from-where")}>
           ${["scene-free", "scene-above"].map((id) => html`<button
             key=${id}
             type="button"
@@ -57,7 +59,7 @@ export function SceneForm() {
             aria-pressed=${String(sceneView.value.view === id.slice(6))}
             onClick=${() => run(id)}
           >
-            ${id === "scene-free" ? "Freely" : "From above"}
+            ${id === "scene-free" ? t("scene.action.free.short") : t("scene.action.above.short")}
           </button>`)}
         </div>
         ${it.cameras.map((c) => html`<div key=${c.key} class="line">
@@ -78,12 +80,12 @@ export function SceneForm() {
             )}
             onClick=${() => changeView({ view: "camera", through: c.key })}
           >
-            Look through it
+            ${t("scene.views.through")}
           </button>`}
         </div>`)}
       </section>
-      <section aria-label="Layers">
-        <h2>Show</h2>
+      <section aria-label=${t("scene.layers")}>
+        <h2>${t("scene.layers.title")}</h2>
         <ul class="plain">
           ${LAYERS.map(([id, label]) => html`<li key=${id}>
             <label>
@@ -98,8 +100,8 @@ export function SceneForm() {
           </li>`)}
         </ul>
         <${Scale} />
-        <h2>Expected error</h2>
-        <div class="switch" role="group" aria-label="Expected error">
+        <h2>${t("common.expected-error")}</h2>
+        <div class="switch" role="group" aria-label=${t("common.expected-error")}>
           ${
             /** @type {const} */ (["none", "carpet", "hat"]).map((id) => html`<button
               key=${id}
@@ -109,14 +111,14 @@ export function SceneForm() {
               disabled=${id !== "none" && it.sheet_top_mm === null}
               onClick=${() => changeView({ sheet: id })}
             >
-              ${id === "none" ? "None" : id === "carpet" ? "Carpet" : "Hats"}
+              ${t(`scene.sheet.${id}`)}
             </button>`)
           }
         </div>
         ${sceneView.value.sheet !== "none" && it.sheet_top_mm !== null && html`<div
           class="scale scene-scale"
           role="img"
-          aria-label=${`Colours from 0 to ${mm(it.sheet_top_mm)} mm`}
+          aria-label=${t("common.colour-scale", { worst: mm(it.sheet_top_mm) })}
         >
           <i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
           <div>
@@ -136,25 +138,25 @@ function Which() {
     all = versions.value,
     at = all.findIndex((v) => v.id === now),
     it = all[at];
-  return html`<section aria-label="What is shown">
-    <${Title} of="scene">The scene<//>
+  return html`<section aria-label=${t("scene.shown")}>
+    <${Title} of="scene">${t("scene.title")}<//>
     <label class="pair tall">
-      <span>Of</span>
+      <span>${t("scene.of")}</span>
       <select
         data-testid="scene-of"
         value=${only.value ? `camera/${only.value.camera}` : now}
         onChange=${(/** @type {Changed} */ e) => choose(e.target.value)}
       >
-        ${!now && html`<option value="">choose…</option>`}
+        ${!now && html`<option value="">${t("scene.of.choose")}</option>`}
         ${cameras.value
           .filter((c) => c.active_calibration)
           .map((c) => html`<option key=${c.id} value=${`camera/${c.id}`}>
             ${c.name}
           </option>`)}
         ${rigs.value.map((r) => html`<option key=${r.name} value=${`rig/${r.name}`}>
-          ${r.title || r.name}, all cameras
+          ${t("scene.of.rig", { rig: r.title || r.name })}
         </option>`)}
-        ${now.startsWith("lens/") && html`<option value=${now}>A lens from a board</option>`}
+        ${now.startsWith("lens/") && html`<option value=${now}>${t("scene.of.lens")}</option>`}
         ${only.value && !cameras.value.some((c) => c.id === only.value?.camera && c.active_calibration) && 
           html`<option value=${`camera/${only.value.camera}`}>${only.value.title}</option>`}
       </select>
@@ -162,8 +164,10 @@ function Which() {
     ${it && html`
       <label class="pair tall">
         <span>
-          Version ${it.version}, ${dayAndTime(it.created_at)}
-          ${it.active ? ", active" : ""}
+          ${t(it.active ? "scene.version-active" : "scene.version", {
+            version: it.version,
+            made: dayAndTime(it.created_at),
+          })}
         </span>
         <input
           type="range"
@@ -177,7 +181,7 @@ function Which() {
         />
       </label>
       <label class="pair tall">
-        <span>What moved since</span>
+        <span>${t("scene.before")}</span>
         <select
           data-testid="scene-before"
           value=${before.value}
@@ -186,11 +190,11 @@ function Which() {
             before.value = e.target.value;
           }}
         >
-          <option value="">no other version</option>
+          <option value="">${t("scene.before.none")}</option>
           ${all
             .filter((v) => v.id !== now)
             .map((v) => html`<option key=${v.id} value=${v.id}>
-              version ${v.version}, ${dayAndTime(v.created_at)}
+              ${t("scene.before.version", { version: v.version, made: dayAndTime(v.created_at) })}
             </option>`)}
         </select>
       </label>
@@ -211,7 +215,7 @@ function Scale() {
   const scale = sceneView.value.scale ?? shownScene.value?.scale ?? 1;
   return html`<label class="pair tall">
     <span>
-      Residuals${only.value?.moved ? " and what moved" : ""}, × ${number(scale, scale < 10 ? 1 : 0)}
+      ${t(only.value?.moved ? "scene.scale-moved" : "scene.scale", { scale: number(scale, scale < 10 ? 1 : 0) })}
     </span>
     <input
       type="range"
@@ -228,32 +232,33 @@ export function ScenePage() {
   const now = what.value;
   if (!now)
     return html`<div class="page" data-testid="scene-page">
-      <h1>The scene in 3-D</h1>
+      <h1>${t("scene.page.title")}</h1>
       ${firstScene.value
         ? html`<p>
           <a href=${addressOf("scene", { scene: firstScene.value })}>
-            Show the first camera that is calibrated
+            ${t("scene.page.first")}
           </a>
         </p>`
         : html`<p class="dim">
-          No camera is calibrated yet.${" "}
-          <a href=${addressOf("wall")}>Take or open a picture</a>, click its borders and save.
+          ${rich("scene.page.none-calibrated", {
+            link: html`<a href=${addressOf("wall")}>${t("scene.page.none-calibrated.link")}</a>`,
+          })}
         </p>`}
     </div>`;
   return html`<div class="scene" data-testid="scene-page" data-ready=${String(shownScene.value !== null)}>
-    <h1 class="sr">The scene in 3-D</h1>
+    <h1 class="sr">${t("scene.page.title")}</h1>
     ${refusal.value && html`<div class="warning-line" role="alert" data-testid="scene-refusal">
       <b>${refusal.value.detail}</b> ${refusal.value.fix}
     </div>`}
     ${place.value
       ? html`<iframe
-        title="The scene in 3-D"
+        title=${t("scene.page.title")}
         data-testid="scene-frame"
         src=${place.value}
         sandbox="allow-scripts allow-same-origin"
       ></iframe>`
       : (
-      !refusal.value && html`<p class="dim">The scene is being set up…</p>`
+      !refusal.value && html`<p class="dim">${t("scene.setting-up")}</p>`
     )}
   </div>`;
 }
@@ -262,27 +267,30 @@ export function SceneReport() {
   const it = shownScene.value;
   if (!it)
     return html`<section>
-      <${Title} of="scene">The scene<//>
-      <p class="reason">Where cameras hang, what they see, and where they err.</p>
+      <${Title} of="scene">${t("scene.title")}<//>
+      <p class="reason">${t("scene.what")}</p>
     </section>`;
   return html`
     <${Place} />
-    ${it.boards && html`<section aria-label="The board" data-testid="scene-boards">
-      <h2>The board</h2>
+    ${it.boards && html`<section aria-label=${t("scene.board")} data-testid="scene-boards">
+      <h2>${t("scene.board")}</h2>
       <dl class="details">
         <div>
-          <dt>Views</dt>
+          <dt>${t("scene.board.views")}</dt>
           <dd>${it.boards.boards}</dd>
         </div>
         <div>
-          <dt>From</dt>
+          <dt>${t("scene.board.from")}</dt>
           <dd>
-            ${number(it.boards.nearest_mm, 0)} to ${number(it.boards.furthest_mm, 0)} mm
+            ${t("scene.board.range", {
+              nearest: number(it.boards.nearest_mm, 0),
+              furthest: number(it.boards.furthest_mm, 0),
+            })}
           </dd>
         </div>
         <div>
-          <dt>Covered</dt>
-          <dd>${number(100 * it.boards.covered, 0)} % of the picture</dd>
+          <dt>${t("scene.board.covered")}</dt>
+          <dd>${t("scene.board.share", { share: number(100 * it.boards.covered, 0) })}</dd>
         </div>
       </dl>
     </section>`}
@@ -299,29 +307,30 @@ function OneCamera({ it }) {
     { moved } = it;
   return html`<section aria-label=${it.title} data-testid="scene-camera">
     <h2>
-      <i class="dot" style=${`background:rgb(${it.colour.join()})`}></i> ${it.title}, version ${it.version}
+      <i class="dot" style=${`background:rgb(${it.colour.join()})`}></i>${" "}
+      ${t("scene.camera.title", { camera: it.title, version: it.version })}
     </h2>
     <dl class="details">
       <div>
-        <dt>Model</dt>
+        <dt>${t("scene.camera.model")}</dt>
         <dd>${it.model}</dd>
       </div>
       ${it.height_mm !== null && html`
         <div>
-          <dt>Height</dt>
+          <dt>${t("scene.camera.height")}</dt>
           <dd data-testid="scene-height">${number(it.height_mm / 1000, 2)} m</dd>
         </div>
         <div>
-          <dt>Tilt</dt>
+          <dt>${t("scene.camera.tilt")}</dt>
           <dd>${number(it.tilt_deg ?? 0, 1)}°</dd>
         </div>
       `}
       <div>
-        <dt>Points</dt>
+        <dt>${t("scene.camera.points")}</dt>
         <dd>${it.points}</dd>
       </div>
       ${sheet.max_mm !== null && html`<div>
-        <dt>Worst expected</dt>
+        <dt>${t("scene.camera.worst")}</dt>
         <dd>${mm(sheet.max_mm)} mm</dd>
       </div>`}
     </dl>
@@ -333,9 +342,12 @@ function OneCamera({ it }) {
       ${sheet.why} ${sheet.fix}
     </p>`}
     ${moved && html`<p class="plainly" data-testid="scene-moved">
-      <b>${mm(moved.median_mm)} mm</b> apart on the carpet, median; ${mm(moved.max_mm)} mm at worst.
+      ${rich("scene.moved", { median: mm(moved.median_mm), worst: mm(moved.max_mm) })}
       ${moved.shift_mm &&
-        ` The camera: ${number(Math.hypot(...moved.shift_mm), 0)} mm, turned by ${number(moved.turn_deg ?? 0, 2)}°.`}
+        ` ${t("scene.moved.camera", {
+          shift: number(Math.hypot(...moved.shift_mm), 0),
+          turn: number(moved.turn_deg ?? 0, 2),
+        })}`}
     </p>`}
     <p>
       <a
@@ -343,11 +355,11 @@ function OneCamera({ it }) {
         download=${`touchline-v${it.version}-scene.html`}
         data-testid="scene-file"
       >
-        Keep it as a file
+        ${t("scene.camera.file")}
       </a>${" "}
       ·${" "}
       <a href=${address(`/calibrations/${it.calibration}/report.html`)} target="_blank" rel="noopener">
-        Open report
+        ${t("scene.camera.report")}
       </a>
     </p>
   </section>`;
@@ -357,37 +369,37 @@ function OneCamera({ it }) {
 function Place() {
   const at = clicked.value;
   if (!at) return null;
-  return html`<section aria-label="Place on the carpet" data-testid="scene-place">
+  return html`<section aria-label=${t("scene.place")} data-testid="scene-place">
     <h2>
       ${number(at.place_mm[0], 0)}, ${number(at.place_mm[1], 0)} mm
     </h2>
     ${at.cameras.map((c) => html`<div key=${c.key} data-testid=${`place-${c.title}`}>
       <b>${c.title}</b>
       ${!c.pixel || !c.inside
-        ? html`<p class="reason">Does not see it.</p>`
+        ? html`<p class="reason">${t("scene.place.unseen")}</p>`
         : html`
           <dl class="details">
             <div>
-              <dt>Pixel</dt>
+              <dt>${t("scene.place.pixel")}</dt>
               <dd data-testid="place-pixel">
                 ${number(c.pixel[0], 1)}, ${number(c.pixel[1], 1)}
               </dd>
             </div>
             ${c.sigma_mm !== null && html`<div>
-              <dt>Expected error</dt>
+              <dt>${t("common.expected-error")}</dt>
               <dd data-testid="place-sigma">${mm(c.sigma_mm)} mm</dd>
             </div>`}
             ${c.hat_sigma_mm !== null && html`<div>
-              <dt>At hats</dt>
+              <dt>${t("scene.place.hats")}</dt>
               <dd>${mm(c.hat_sigma_mm)} mm</dd>
             </div>`}
           </dl>
-          ${c.sigma_mm === null && html`<p class="reason">This model tells no expected error there.</p>`}
+          ${c.sigma_mm === null && html`<p class="reason">${t("scene.place.no-error")}</p>`}
           ${c.snapshot
             ? html`<button type="button" data-testid="place-show" onClick=${() => void showInPicture(c)}>
-              Show it in the picture
+              ${t("scene.place.show")}
             </button>`
-            : html`<p class="reason">Its picture is not kept here.</p>`}
+            : html`<p class="reason">${t("scene.place.no-picture")}</p>`}
         `}
     </div>`)}
   </section>`;

@@ -5,6 +5,7 @@ import { ago, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { MAX_NAME_LENGTH } from "../../../core/operator.js";
 import { addressOf } from "../../../core/route.js";
+import { t } from "../../../core/words.js";
 import { CHOICES, choice, chooseCorrection, correctionWords } from "../../../canvas/graphics.js";
 import { Typed } from "../../../ui/typed.js";
 import { serverProblems } from "../../shell/problems.js";
@@ -23,8 +24,8 @@ import {
 const MB = 1e6;
 /** Where what can be changed while the server runs is changed. @type {Record<string, [string, string]>} */
 const CHANGE = {
-  cameras: [addressOf("wall"), "Add or change cameras"],
-  network: [addressOf("publishing"), "Change it under Publishing"],
+  cameras: [addressOf("wall"), t("settings.change.cameras")],
+  network: [addressOf("publishing"), t("settings.change.network")],
 };
 
 export function SettingsPage() {
@@ -33,7 +34,7 @@ export function SettingsPage() {
   }, []);
   const it = serverSettings.value;
   return html`<div class="page" data-testid="settings-page">
-    <h1>Server</h1>
+    <h1>${t("settings.server")}</h1>
     <${Health} />
     <${Preferences} />
     ${it && html`
@@ -46,11 +47,12 @@ export function SettingsPage() {
 function Health() {
   const it = health.value;
   if (!it) return null;
-  return html`<section aria-label="Health">
-    <h2>Health</h2>
+  return html`<section aria-label=${t("settings.health.title")}>
+    <h2>${t("settings.health.title")}</h2>
     ${serverProblems.value.length === 0
       ? html`<p>
-        <b class="level good">All is well.</b> Version ${it.version}, up for ${span(it.uptime_s)}.
+        <b class="level good">${t("settings.health.good")}</b>${" "}
+        ${t("settings.health.version", { version: it.version, time: span(it.uptime_s) })}
       </p>`
       : html`<ul class="warnings" data-testid="health-warnings">
         ${serverProblems.value.map(({ id, text, fix }) => html`<li key=${id}>
@@ -68,25 +70,25 @@ const span = (s) =>
       ? `${number(s / 60, 0)} min`
       : s < 172_800
         ? `${number(s / 3600, 0)} h`
-        : `${number(s / 86_400, 0)} days`;
+        : t("settings.days", { days: number(s / 86_400, 0) });
 
 function Preferences() {
-  return html`<section aria-label="This browser">
-    <h2>This browser</h2>
+  return html`<section aria-label=${t("settings.browser.title")}>
+    <h2>${t("settings.browser.title")}</h2>
     <label class="pair tall">
-      <span>Your name: written beside what you make, and told to whoever has the same picture open</span>
+      <span>${t("settings.browser.name")}</span>
       <${Typed}
         type="text"
         data-testid="operator-name"
         maxlength=${MAX_NAME_LENGTH}
         autocomplete="name"
-        placeholder="Nobody in particular"
+        placeholder=${t("settings.browser.name.placeholder")}
         value=${operatorName.value}
         take=${chooseName}
       />
     </label>
     <label class="pair">
-      <span>Who corrects pictures</span>
+      <span>${t("settings.browser.correction")}</span>
       <select
         data-testid="correction"
         value=${choice.value}
@@ -101,15 +103,15 @@ function Preferences() {
     <p class="reason" data-testid="correction-now">${correctionWords.value}</p>
     <div class="line">
       <button type="button" data-testid="forget-preferences" onClick=${forgetPreferences}>
-        Forget this browser's preferences
+        ${t("settings.browser.forget")}
       </button>
       <small class="grow">
-        Name, colours, lists of pictures. Clicks that the server has not got yet stay.
+        ${t("settings.browser.forget.what")}
       </small>
     </div>
     ${isGuarded.value && html`<form class="line" method="post" action="/logout">
-      <button data-testid="sign-out">Sign out</button>
-      <small class="grow">This browser has to sign in again with the token.</small>
+      <button data-testid="sign-out">${t("settings.browser.sign-out")}</button>
+      <small class="grow">${t("settings.browser.sign-out.what")}</small>
     </form>`}
   </section>`;
 }
@@ -117,41 +119,44 @@ function Preferences() {
 /** @param {{ room: import("../types").DiskUsage }} props */
 function Storage({ room }) {
   const { backups } = room;
-  return html`<section aria-label="Storage">
-    <h2>Storage</h2>
-    <${Taken} name="pictures" what="Pictures" used=${room.pictures_bytes} limit=${room.pictures_limit_bytes} />
+  return html`<section aria-label=${t("settings.storage.title")}>
+    <h2>${t("settings.storage.title")}</h2>
+    <${Taken}
+      name="pictures"
+      what=${t("settings.storage.pictures")}
+      used=${room.pictures_bytes}
+      limit=${room.pictures_limit_bytes}
+    />
     ${backups && html`<${Taken}
       name="backups"
-      what=${`Backups, ${backups.count}`}
+      what=${t("settings.storage.backups", { count: backups.count })}
       used=${backups.used_bytes}
       limit=${backups.limit_bytes}
     />`}
     <dl class="details">
       <div>
-        <dt>free on the disk</dt>
+        <dt>${t("settings.storage.free")}</dt>
         <dd>${size(room.free_bytes)}</dd>
       </div>
       ${room.database_bytes !== null && html`<div>
-        <dt>database</dt>
+        <dt>${t("settings.storage.database")}</dt>
         <dd>${size(room.database_bytes)}</dd>
       </div>`}
       <div>
-        <dt>newest backup</dt>
+        <dt>${t("settings.storage.newest")}</dt>
         <dd data-testid="newest-backup">
           ${!backups
-            ? "made by the database's own means"
+            ? t("settings.storage.newest.database")
             : backups.newest_at
               ? ago(Date.parse(backups.newest_at), Date.now())
-              : "none yet"}
+              : t("settings.storage.newest.none")}
         </dd>
       </div>
     </dl>
-    <p class="reason">
-      A backup is made after every save. Above their limit the oldest pictures that nothing needs are removed.
-    </p>
+    <p class="reason">${t("settings.storage.about")}</p>
     <p>
       <a data-testid="download-everything" href=${address("/archive")} download>
-        Download everything (ZIP)
+        ${t("settings.storage.download")}
       </a>
     </p>
   </section>`;
@@ -162,7 +167,7 @@ const Taken = ({ name, what, used, limit }) => html`<div class="taken" data-test
   <div class="line">
     <span class="grow">${what}</span>
     <b>${size(used)}</b>
-    <small>of ${size(limit)}</small>
+    <small>${t("settings.storage.limit", { limit: size(limit) })}</small>
   </div>
   <progress max="1" value=${Math.min(1, used / limit)} aria-label=${what}></progress>
 </div>`;
@@ -176,12 +181,9 @@ const size = (bytes) =>
 /** @param {{ items: Setting[] }} props */
 function Server({ items }) {
   const sections = [...new Set(items.map(sectionOf))];
-  return html`<section aria-label="Server">
-    <h2>Server</h2>
-    <p class="reason">
-      Read when the server starts, from its settings file, the environment or the command line; change it
-      there and start it anew. Passwords and the token are never shown.
-    </p>
+  return html`<section aria-label=${t("settings.server")}>
+    <h2>${t("settings.server")}</h2>
+    <p class="reason">${t("settings.server.about")}</p>
     ${sections.map((section) => html`<details
       key=${section}
       class="more settings"
@@ -197,7 +199,7 @@ function Server({ items }) {
               <code>${s.name}</code> <b>${shown(s)}</b>
               ${!isDefault(s) && !s.secret && html`
                 ${" "}
-                <small>instead of ${plain(s.default)}</small>
+                <small>${t("settings.value.default", { value: plain(s.default) })}</small>
               `}
             </dt>
             <dd>
@@ -218,17 +220,18 @@ const sectionOf = ({ name }) => (name.includes(".") ? name.split(".")[0] : "gene
 /** @param {Setting} s */
 const isDefault = (s) => JSON.stringify(s.value) === JSON.stringify(s.default);
 /** @param {Setting} s */
-const shown = (s) => (s.secret ? (s.value === null ? "not set" : "set") : plain(s.value));
+const shown = (s) =>
+  s.secret ? (s.value === null ? t("settings.value.not-set") : t("settings.value.set")) : plain(s.value);
 /** @param {unknown} value @returns {string} */
 const plain = (value) =>
   value === null
-    ? "not set"
+    ? t("settings.value.not-set")
     : value === ""
-      ? "empty"
+      ? t("settings.value.empty")
       : Array.isArray(value)
-        ? value.join(", ") || "none"
+        ? value.join(", ") || t("settings.value.none")
         : typeof value === "boolean"
           ? value
-            ? "on"
-            : "off"
+            ? t("settings.value.on")
+            : t("settings.value.off")
           : String(value);

@@ -5,6 +5,7 @@ import { filePicker } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
 import { addressOf, route } from "../../../core/route.js";
 import { camera, help, namedCamera, opening, step } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { DockedLoupe } from "../../../canvas/layers/loupe.js";
 import { Stage } from "../../../canvas/stage.js";
 import { BordersPanel } from "../../calibrate/panels/borders.js";
@@ -45,7 +46,7 @@ export const title = computed(() => {
 
 export function App() {
   return html`
-    <a class="skip" href=${addressOf("wall")} onClick=${toStage}>Skip to the main part</a>
+    <a class="skip" href=${addressOf("wall")} onClick=${toStage}>${t("shell.skip")}</a>
     <${Rail} />
     <${TopBar} />
     <${Left} />
@@ -59,7 +60,7 @@ export function App() {
     <${FileInput} />
     <${Palette} />
     ${dropping.value && html`<div class="drop-hint" aria-hidden="true">
-      Drop the picture to open it
+      ${t("shell.drop")}
     </div>`}
   `;
 }
@@ -74,7 +75,7 @@ function toStage(e) {
 function Middle() {
   if (opening.value)
     return html`<section class="stage empty" aria-busy="true" tabindex="-1">
-      <p class="dim page">Opening…</p>
+      <p class="dim page">${t("shell.opening")}</p>
     </section>`;
   const Main = shown.value?.Main;
   if (!Main) return html`<${Stage} Legends=${Legends} />`;
@@ -97,7 +98,7 @@ const Legends = () => html`
 function Left() {
   const it = shown.value;
   if (it && !it.Form && !tour.value.on) return null;
-  return html`<aside class="left" aria-label="This step">
+  return html`<aside class="left" aria-label=${t("shell.left")}>
     ${(it?.Form || !it) && !opening.value && html`<${Guide} />`}
     <${Tour} />
     ${!opening.value && (it?.Form ? html`<${it.Form} />` : !it && html`<${Step} /><${Presence} />`)}
@@ -138,7 +139,7 @@ function Step() {
 function Right() {
   const it = shown.value;
   if (it && !it.Report && !help.value) return null;
-  return html`<aside class="right" aria-label="Results">
+  return html`<aside class="right" aria-label=${t("shell.right")}>
     ${!it && html`<${DockedLoupe} />`}
     ${help.value
       ? html`<${Help} />`

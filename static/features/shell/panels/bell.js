@@ -1,5 +1,6 @@
 // The bell: how many problems there are, and the list of them, each with the way to what mends it.
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { problems } from "../problems.js";
 
 export function Bell() {
@@ -12,8 +13,8 @@ export function Bell() {
       data-testid="bell"
       data-level=${bad ? "bad" : all.length ? "warn" : "ok"}
       popovertarget="problems"
-      aria-label=${all.length ? `Problems: ${all.length}` : "No problems"}
-      title="Problems"
+      aria-label=${all.length ? t("shell.problems.count", { count: all.length }) : t("shell.problems.none")}
+      title=${t("shell.problems.title")}
     >
       <svg width="18" height="18" viewBox="0 0 24 24" aria-hidden="true">
         <path
@@ -27,13 +28,13 @@ export function Bell() {
       ${all.length > 0 && html`<span aria-hidden="true">${all.length}</span>`}
     </button>
     <div id="problems" popover="auto" class="problems" data-testid="problems">
-      <h2>${all.length ? "Problems" : "No problems"}</h2>
+      <h2>${all.length ? t("shell.problems.title") : t("shell.problems.none")}</h2>
       <ul>
         ${all.map(({ id, level, text, fix, href }) => html`<li key=${id} data-level=${level} data-testid="problem">
           <p>
             <b>${text}</b> ${fix}
           </p>
-          ${href && html`<a href=${href} onClick=${close}>Show it</a>`}
+          ${href && html`<a href=${href} onClick=${close}>${t("common.show-it")}</a>`}
         </li>`)}
       </ul>
     </div>

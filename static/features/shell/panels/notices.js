@@ -1,8 +1,10 @@
 // Messages above the picture; none of them blocks the work.
 import { online } from "../../../core/api.js";
-import { clock, plural } from "../../../core/format.js";
+import { clock } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { dismiss, notices } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
+import { rich } from "../../../ui/rich.js";
 import { draft, keepMine, takeTheirs } from "../../calibrate/draft.js";
 
 export function Notices() {
@@ -10,21 +12,21 @@ export function Notices() {
   return html`<div class="notices" role="status" aria-live="polite">
     ${!online.value && html`<div class="notice warn" data-testid="away">
       <p>
-        <b>The server does not answer.</b> Keep working: your clicks are kept in this browser, and are sent
-        as soon as it is back.
+        ${rich("shell.notices.away")}
       </p>
     </div>`}
     ${state === "conflict" && theirs && html`<div class="notice warn" data-testid="conflict">
       <p>
-        <b>Somebody else changed this draft${theirs.at ? ` at ${clock(theirs.at)}` : ""}.</b> Theirs has${" "}
-        ${plural(points(theirs.doc), "point")}. Nothing is lost: the other one stays one undo away.
+        ${theirs.at
+          ? rich("shell.notices.conflict-at", { time: clock(theirs.at), count: points(theirs.doc) })
+          : rich("shell.notices.conflict", { count: points(theirs.doc) })}
       </p>
       <div class="line">
         <button type="button" data-testid="take-theirs" onClick=${takeTheirs}>
-          Take theirs
+          ${t("shell.notices.take-theirs")}
         </button>
         <button type="button" data-testid="keep-mine" onClick=${keepMine}>
-          Keep mine
+          ${t("shell.notices.keep-mine")}
         </button>
       </div>
     </div>`}
@@ -37,8 +39,8 @@ export function Notices() {
           ${action && html`<button type="button" onClick=${action.run}>
             ${action.label}
           </button>`}
-          <button type="button" aria-label="Dismiss this message" onClick=${() => dismiss(id)}>
-            Dismiss
+          <button type="button" aria-label=${t("shell.notices.dismiss.label")} onClick=${() => dismiss(id)}>
+            ${t("shell.notices.dismiss")}
           </button>
         </div>
       </div>`)}

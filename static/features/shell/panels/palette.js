@@ -2,6 +2,7 @@
 import { signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { isOpen, results, wanted } from "../palette.js";
 
 /** Which result Enter takes. */
@@ -37,7 +38,7 @@ function Search() {
     ref=${dialog}
     class="palette-dialog"
     data-testid="palette"
-    aria-label="Search or run a command"
+    aria-label=${t("shell.palette.title")}
     onClose=${() => {
       isOpen.value = false;
     }}
@@ -46,13 +47,13 @@ function Search() {
       type="text"
       data-testid="palette-input"
       role="combobox"
-      aria-label="Search or run a command"
+      aria-label=${t("shell.palette.title")}
       aria-expanded="true"
       aria-controls="found"
       aria-activedescendant=${all.length ? `found-${at}` : undefined}
       autocomplete="off"
       spellcheck="false"
-      placeholder="Camera, place, version, manual page or command"
+      placeholder=${t("shell.palette.placeholder")}
       value=${wanted.value}
       onInput=${(/** @type {any} */ e) => {
         wanted.value = e.target.value;
@@ -60,7 +61,7 @@ function Search() {
       }}
       onKeyDown=${press}
     />
-    <ul id="found" role="listbox" aria-label="Found">
+    <ul id="found" role="listbox" aria-label=${t("shell.palette.found")}>
       ${all.map(({ kind, label, hint }, i) => html`<li
         key=${i}
         id=${`found-${i}`}
@@ -74,6 +75,6 @@ function Search() {
         ${hint && html`<kbd>${hint}</kbd>`}
       </li>`)}
     </ul>
-    ${!all.length && html`<p class="reason">Nothing has all of these words.</p>`}
+    ${!all.length && html`<p class="reason">${t("shell.palette.nothing")}</p>`}
   </dialog>`;
 }

@@ -3,11 +3,12 @@ import { run } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
 import { addressOf, route } from "../../../core/route.js";
 import { help } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { PLACES } from "../places.js";
 import { worstOf } from "../problems.js";
 
-export const Rail = () => html`<nav class="rail" aria-label="Places">
-  <a class="brand" href=${addressOf("wall")} aria-label="Touchline, all cameras" tabindex="-1">
+export const Rail = () => html`<nav class="rail" aria-label=${t("shell.rail.title")}>
+  <a class="brand" href=${addressOf("wall")} aria-label=${t("shell.rail.brand")} tabindex="-1">
     <${Icon} path="M3 3Q6 12 3 21M21 3Q18 12 21 21M3 3Q12 6 21 3M3 21Q12 18 21 21" />
   </a>
   <ul>
@@ -30,7 +31,7 @@ export const Rail = () => html`<nav class="rail" aria-label="Places">
     onClick=${() => run(help.value ? "escape" : "manual")}
   >
     <${Icon} path="M9 9.5a3 3 0 1 1 4.5 2.6c-1 .6-1.5 1-1.5 2.2M12 17.5v.2" />
-    Help
+    ${t("shell.rail.help")}
   </button>
 </nav>`;
 
@@ -38,7 +39,7 @@ export const Rail = () => html`<nav class="rail" aria-label="Places">
 function Dot({ of }) {
   const level = worstOf((it) => it.place === of);
   return level && html`<i class="dot" data-level=${level} data-testid=${`dot-${of}`}>
-    <span class="sr">, needs attention</span>
+    <span class="sr">${t("shell.rail.attention")}</span>
   </i>`;
 }
 

@@ -2,10 +2,11 @@
 import { useEffect } from "preact/hooks";
 import { signal } from "@preact/signals";
 import { call } from "../../../core/api.js";
-import { clock, mm, plural } from "../../../core/format.js";
+import { clock, mm } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
 import { cameras } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { statuses } from "../../live/camera_status.js";
 import { publishing } from "../../network/network.js";
 import { rigs } from "../../rig/rig.js";
@@ -17,8 +18,6 @@ const EVENTS_MS = 5000,
 const events = signal(/** @type {{ at: string, kind: string, text: string, by: string | null }[]} */ ([]));
 const MARK = { ok: "✓", note: "○", bad: "▲" };
 
-/** @param {number} count @param {number} all @param {string} what */
-const of = (count, all, what) => `${count} of ${plural(all, "camera")} ${what}`;
 const names = (/** @type {import("../../../core/types").Camera[]} */ some) => some.map((c) => c.name).join(", ");
 
 /** @returns {Point[]} */
@@ -36,33 +35,33 @@ function points() {
   return [
     {
       state: down.length ? "bad" : waking.length ? "note" : "ok",
-      title: of(live.length, all.length, "live"),
-      text: down.length ? names(down) : waking.length ? `Starting: ${names(waking)}` : "",
+      title: t("shell.readiness.live", { live: live.length, count: all.length }),
+      text: down.length ? names(down) : waking.length ? t("shell.readiness.starting", { cameras: names(waking) }) : "",
       href: down.length ? addressOf("live", { camera: down[0].id }) : "",
-      label: "Show",
+      label: t("shell.readiness.show"),
     },
     {
       state: bare.length ? "bad" : "ok",
-      title: of(calibrated.length, all.length, "calibrated"),
-      text: bare.length ? `Without an active version: ${names(bare)}` : "",
+      title: t("shell.readiness.calibrated", { calibrated: calibrated.length, count: all.length }),
+      text: bare.length ? t("shell.readiness.not-calibrated", { cameras: names(bare) }) : "",
       href: bare.length ? addressOf("camera-images", { camera: bare[0].id }) : "",
-      label: "Calibrate",
+      label: t("shell.readiness.calibrate"),
     },
     {
       state: moved.length ? "bad" : "ok",
-      title: moved.length ? `${plural(moved.length, "camera")} moved` : "No camera has moved",
+      title: moved.length ? t("shell.readiness.moved", { count: moved.length }) : t("shell.readiness.none-moved"),
       text: moved.length ? names(moved) : "",
       href: moved.length ? addressOf("drift", { camera: moved[0].id }) : "",
-      label: "Fix",
+      label: t("shell.readiness.fix"),
     },
     ...(outdated.length ? [ofOutdated(outdated)] : []),
     ...(rig ? [ofRig(rig)] : []),
     {
       state: out?.problem ? "bad" : out?.state === "on-air" ? "ok" : "note",
-      title: out?.state === "on-air" ? "Publishing" : "Not publishing",
-      text: "SSL-Vision geometry",
+      title: out?.state === "on-air" ? t("shell.readiness.publishing") : t("shell.readiness.not-publishing"),
+      text: t("shell.readiness.geometry"),
       href: addressOf("publishing"),
-      label: out?.state === "on-air" ? "Show" : "Set up",
+      label: out?.state === "on-air" ? t("shell.readiness.show") : t("shell.readiness.set-up"),
     },
   ];
 }
@@ -70,10 +69,10 @@ function points() {
 /** Calibrated before their field was changed. @param {import("../../../core/types").Camera[]} some @returns {Point} */
 const ofOutdated = (some) => ({
   state: "bad",
-  title: "Field changed since",
-  text: `Calibrated before: ${names(some)}`,
+  title: t("common.field-changed"),
+  text: t("shell.readiness.calibrated-before", { cameras: names(some) }),
   href: addressOf("versions", { camera: some[0].id }),
-  label: "Fix",
+  label: t("shell.readiness.fix"),
 });
 
 /** @param {import("../../rig/types").Rig} rig @returns {Point} */
@@ -81,10 +80,14 @@ function ofRig({ name, title, checked }) {
   const level = checked?.verdict.level;
   return {
     state: !checked ? "note" : level === "poor" ? "bad" : level === "good" ? "ok" : "note",
-    title: !checked ? "Agreement not checked" : level === "poor" ? "Cameras do not agree" : "Cameras agree",
+    title: !checked
+      ? t("shell.readiness.not-checked")
+      : level === "poor"
+        ? t("shell.readiness.disagree")
+        : t("shell.readiness.agree"),
     text: `${title || name}${checked?.p95_mm ? `: ${mm(checked.p95_mm)} mm` : ""}`,
     href: addressOf("rig", { rig: name }),
-    label: checked ? "Show" : "Check",
+    label: checked ? t("shell.readiness.show") : t("shell.readiness.check"),
   };
 }
 
@@ -104,8 +107,13 @@ export function Readiness() {
   const all = points(),
     isReady = all.every((p) => p.state !== "bad");
   return html`
-    <section aria-label="Match readiness" data-testid="readiness" data-ready=${String(isReady)}>
-      <h2>Match readiness <b class=${`level ${isReady ? "good" : "poor"}`}>${isReady ? "Ready" : "Not ready"}</b></h2>
+    <section aria-label=${t("shell.readiness.title")} data-testid="readiness" data-ready=${String(isReady)}>
+      <h2>
+        ${t("shell.readiness.title")}${" "}
+        <b class=${`level ${isReady ? "good" : "poor"}`}>
+          ${isReady ? t("shell.readiness.ready") : t("shell.readiness.not-ready")}
+        </b>
+      </h2>
       <ul class="readiness">
         ${all.map(({ state, title, text, href, label }) => html`<li key=${title} data-state=${state}>
           <span class="mark" aria-hidden="true">${MARK[state]}</span>
@@ -117,12 +125,12 @@ export function Readiness() {
         </li>`)}
       </ul>
     </section>
-    ${events.value.length > 0 && html`<section aria-label="Recent events" data-testid="events">
-      <h2>Recent</h2>
+    ${events.value.length > 0 && html`<section aria-label=${t("shell.events.title")} data-testid="events">
+      <h2>${t("shell.events.recent")}</h2>
       <ul class="events">
         ${events.value.map(({ at, text, by }) => html`<li key=${at + text}>
           <time datetime=${at}>${clock(at)}</time>
-          <span>${text}${by ? ` By ${by}.` : ""}</span>
+          <span>${text}${by ? ` ${t("shell.events.by", { name: by })}` : ""}</span>
         </li>`)}
       </ul>
     </section>`}

@@ -4,6 +4,7 @@ import { online } from "../../../core/api.js";
 import { ago } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { route } from "../../../core/route.js";
+import { t } from "../../../core/words.js";
 import { draft } from "../../calibrate/draft.js";
 import { both } from "../../pair/pair.js";
 
@@ -18,16 +19,16 @@ export function Saved() {
     return (
       route.value.view === "pair" &&
       both.value &&
-      html`<span class="saved" data-testid="kept">Kept in this browser</span>`
+      html`<span class="saved" data-testid="kept">${t("shell.saved.in-browser")}</span>`
     );
   const text =
     !online.value || state === "away"
-      ? "Kept in this browser"
+      ? t("shell.saved.in-browser")
       : state === "saved"
-        ? `Saved ${ago(at, now.value)}`
+        ? t("shell.saved.when", { when: ago(at, now.value) })
         : state === "unsaved"
-          ? "Saving…"
-          : "Not saved";
+          ? t("shell.saved.saving")
+          : t("shell.saved.not");
   return html`<span class=${`saved ${state}`} data-testid="saved" data-state=${state}>
     ${text}
   </span>`;

@@ -1,9 +1,11 @@
 // Bottom of the page: what needs attention, which version stands, jobs, the keys that matter now, and dark or light.
-import { clock, plural } from "../../../core/format.js";
+import { clock } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { route } from "../../../core/route.js";
 import { snapshot, step } from "../../../core/state.js";
 import { THEMES, chooseTheme, theme } from "../../../core/theme.js";
+import { t } from "../../../core/words.js";
+import { rich } from "../../../ui/rich.js";
 import { JobsIndicator } from "../../jobs/panels/jobs.js";
 import { problems } from "../problems.js";
 import { isSaved, version } from "../../versions/versions.js";
@@ -11,43 +13,43 @@ import { isSaved, version } from "../../versions/versions.js";
 /** @type {Record<string, [string, string][]>} */
 const KEYS = {
   "": [
-    ["O", "open a picture"],
-    ["?", "all keys"],
+    ["O", t("shell.keys.open")],
+    ["?", t("shell.keys.all")],
   ],
   field: [
-    ["T", "rotate the field 90°"],
-    ["Enter", "continue"],
-    ["?", "all keys"],
+    ["T", t("shell.keys.rotate")],
+    ["Enter", t("shell.keys.continue")],
+    ["?", t("shell.keys.all")],
   ],
   points: [
-    ["click", "add"],
-    ["drag", "move"],
-    ["Alt", "no snap"],
-    ["←↑→↓", "nudge"],
-    ["F", "find points"],
-    ["Ctrl Z", "undo"],
-    ["?", "all keys"],
+    [t("shell.keys.click"), t("shell.keys.add")],
+    [t("shell.keys.drag"), t("shell.keys.move")],
+    ["Alt", t("shell.keys.no-snap")],
+    ["←↑→↓", t("shell.keys.nudge")],
+    ["F", t("shell.keys.find-points")],
+    ["Ctrl Z", t("shell.keys.undo")],
+    ["?", t("shell.keys.all")],
   ],
   verify: [
-    ["R", "raw"],
-    ["W", "wipe"],
-    ["C", "corrected"],
-    ["S", "side"],
-    ["K", "blink"],
-    ["L", "lines"],
-    ["G", "grid"],
-    ["E", "error"],
-    ["?", "all keys"],
+    ["R", t("shell.keys.raw")],
+    ["W", t("shell.keys.wipe")],
+    ["C", t("shell.keys.corrected")],
+    ["S", t("shell.keys.side")],
+    ["K", t("shell.keys.blink")],
+    ["L", t("shell.keys.lines")],
+    ["G", t("shell.keys.grid")],
+    ["E", t("shell.keys.error")],
+    ["?", t("shell.keys.all")],
   ],
   pair: [
-    ["click", "left, then right"],
-    ["drag", "move"],
-    ["←↑→↓", "nudge"],
-    ["N", "next"],
-    ["X", "worst"],
-    ["S", "lines"],
-    ["Ctrl Z", "undo"],
-    ["?", "all keys"],
+    [t("shell.keys.click"), t("shell.keys.left-right")],
+    [t("shell.keys.drag"), t("shell.keys.move")],
+    ["←↑→↓", t("shell.keys.nudge")],
+    ["N", t("shell.keys.next")],
+    ["X", t("shell.keys.worst")],
+    ["S", t("shell.keys.pair-lines")],
+    ["Ctrl Z", t("shell.keys.undo")],
+    ["?", t("shell.keys.all")],
   ],
 };
 
@@ -56,11 +58,14 @@ function Health() {
   const all = problems.value,
     [worst] = all,
     more = all.length - 1;
-  if (!worst) return html`<span data-testid="status" data-level="ok"><i aria-hidden="true">✓</i> No problems</span>`;
+  if (!worst)
+    return html`<span data-testid="status" data-level="ok">
+      <i aria-hidden="true">✓</i> ${t("shell.problems.none")}
+    </span>`;
   return html`<span class="status" data-testid="status" data-level=${worst.level} role="status">
     <i aria-hidden="true">▲</i> <b>${worst.text}</b>${" "}
-    ${worst.href && html`<a href=${worst.href}>Fix</a>`}
-    ${more > 0 && html`<small>${` and ${plural(more, "other")}`}</small>`}
+    ${worst.href && html`<a href=${worst.href}>${t("shell.status.fix")}</a>`}
+    ${more > 0 && html`<small>${` ${t("shell.status.more", { count: more })}`}</small>`}
   </span>`;
 }
 
@@ -71,12 +76,15 @@ export function StatusBar() {
     <span class="standing" data-testid="version">
       ${it
         ? html`
-          <b>Version ${it.version}</b> ${it.active ? "active" : "saved"} at ${clock(it.created_at)}
-          ${isSaved.value ? "" : ", clicks changed since"}
+          ${rich(it.active ? "shell.status.version-active" : "shell.status.version-saved", {
+            version: it.version,
+            time: clock(it.created_at),
+          })}
+          ${isSaved.value ? "" : t("shell.status.changed-since")}
         `
         : snapshot.value
         ? (
-        "No calibration saved from this picture yet"
+        t("shell.status.no-version")
       )
         : null}
     </span>
@@ -87,7 +95,7 @@ export function StatusBar() {
       </span>`)}
     </span>
     <label class="theme">
-      <span>Colours</span>
+      <span>${t("shell.status.colours")}</span>
       <select
         data-testid="theme"
         value=${theme.value}

@@ -3,6 +3,7 @@ import { run } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
 import { addressOf, route } from "../../../core/route.js";
 import { busy, camera, namedCamera, opening, snapshot, step } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { saving } from "../../versions/versions.js";
 import { openPalette } from "../palette.js";
@@ -21,10 +22,10 @@ export function TopBar() {
         type="button"
         class="search"
         data-testid="search"
-        aria-label="Search or run a command"
+        aria-label=${t("shell.palette.title")}
         onClick=${openPalette}
       >
-        <span>Search</span> <kbd aria-hidden="true" data-key="Ctrl K"></kbd>
+        <span>${t("shell.top.search")}</span> <kbd aria-hidden="true" data-key="Ctrl K"></kbd>
       </button>
       <${Bell} />
       ${saving.value && html`<${ActionButton} id="stop-saving" />`}
@@ -39,14 +40,15 @@ function Where() {
     picture = snapshot.value,
     it = view === "calibrate" ? camera.value : place === "cameras" ? namedCamera.value : null;
   const isInside = view === "calibrate" || it !== null || view === "new-camera";
-  const name = it?.name ?? (view === "calibrate" ? "Image from a file" : PLACES.find((p) => p.place === place)?.label);
+  const name =
+    it?.name ?? (view === "calibrate" ? t("shell.top.file") : PLACES.find((p) => p.place === place)?.label);
   return html`<div class="where">
     ${isInside && html`<a
       class="round as-button"
       href=${addressOf("wall")}
       data-testid="step-camera"
-      aria-label="Back to the cameras"
-      title="Back to the cameras"
+      aria-label=${t("shell.back-to-cameras")}
+      title=${t("shell.back-to-cameras")}
     >
       ‹
     </a>`}
@@ -55,7 +57,7 @@ function Where() {
   </div>`;
 }
 
-const Steps = () => html`<nav class="steps" aria-label="Steps">
+const Steps = () => html`<nav class="steps" aria-label=${t("shell.steps.title")}>
   <ol>
     ${steps.value.map(({ id, label, done, open, sentence }) => html`<li key=${id}>
       <button
@@ -72,7 +74,7 @@ const Steps = () => html`<nav class="steps" aria-label="Steps">
         </span>
         ${label}
         <span class="sr">
-          ${done ? ", done. " : ". "}
+          ${done ? t("shell.steps.done") : ". "}
           ${sentence}
         </span>
       </button>
@@ -83,7 +85,7 @@ const Steps = () => html`<nav class="steps" aria-label="Steps">
 function Next() {
   const { action, label, missing } = nextAction.value;
   if (!action) return null;
-  const doing = busy.value || (opening.value ? "Opening…" : ""),
+  const doing = busy.value || (opening.value ? t("shell.opening") : ""),
     waits = doing !== "" || missing !== "";
   return html`<button
     type="button"

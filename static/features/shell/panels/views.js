@@ -3,6 +3,7 @@ import { computed } from "@preact/signals";
 import { html } from "../../../core/html.js";
 import { addressOf, route } from "../../../core/route.js";
 import { isNowhere } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { addPictures } from "../../board/board.js";
 import { BoardForm, BoardPage } from "../../board/panels/board.js";
 import { CaptureForm, CapturePage, CaptureReport } from "../../board/panels/capture.js";
@@ -48,41 +49,41 @@ import { VersionListPage, VersionListReport } from "../../versions/panels/versio
  * @type {Record<Exclude<import("../../../core/route.js").View, "calibrate">, Shown>}
  */
 const VIEWS = {
-  wall: { label: "Cameras", Main: Wall, Report: Readiness },
-  "new-camera": { label: "New camera", Form: SourceHelp, Main: CameraForm, Report: Tried },
-  live: { label: "Live", Form: CameraPanel, Main: CameraPage, Report: CameraReport },
-  "camera-images": { label: "Calibrate", Main: CameraImagesPage, Report: PictureAdvice },
-  drift: { label: "Drift", Main: DriftPage, Report: CheckReport },
-  detection: { label: "Detection", Form: DetectionForm, Main: DetectionPage, Report: DetectionReport },
-  "camera-form": { label: "Settings", Form: SourceHelp, Main: CameraForm, Report: Tried },
-  field: { label: "Field", Main: FieldPage },
-  "new-rig": { label: "New rig", Form: RigForm, Main: NewRig },
-  rig: { label: "Rig", Form: RigForm, Main: RigPage, Report: RigReport },
-  pair: { label: "Two cameras", Form: PairForm, Main: PairPage, Report: PairReport, add: openFiles },
-  scene: { label: "Scene in 3-D", Form: SceneForm, Main: ScenePage, Report: SceneReport },
-  lenses: { label: "Lenses", Main: LensesPage },
-  board: { label: "Board", Form: BoardForm, Main: BoardPage, Report: LensReport, add: addPictures },
-  capture: { label: "Board before the camera", Form: CaptureForm, Main: CapturePage, Report: CaptureReport },
+  wall: { label: t("shell.place.cameras"), Main: Wall, Report: Readiness },
+  "new-camera": { label: t("shell.view.new-camera"), Form: SourceHelp, Main: CameraForm, Report: Tried },
+  live: { label: t("shell.view.live"), Form: CameraPanel, Main: CameraPage, Report: CameraReport },
+  "camera-images": { label: t("shell.view.camera-images"), Main: CameraImagesPage, Report: PictureAdvice },
+  drift: { label: t("shell.view.drift"), Main: DriftPage, Report: CheckReport },
+  detection: { label: t("shell.view.detection"), Form: DetectionForm, Main: DetectionPage, Report: DetectionReport },
+  "camera-form": { label: t("shell.view.camera-form"), Form: SourceHelp, Main: CameraForm, Report: Tried },
+  field: { label: t("shell.place.field"), Main: FieldPage },
+  "new-rig": { label: t("shell.view.new-rig"), Form: RigForm, Main: NewRig },
+  rig: { label: t("shell.view.rig"), Form: RigForm, Main: RigPage, Report: RigReport },
+  pair: { label: t("shell.view.pair"), Form: PairForm, Main: PairPage, Report: PairReport, add: openFiles },
+  scene: { label: t("common.scene"), Form: SceneForm, Main: ScenePage, Report: SceneReport },
+  lenses: { label: t("shell.place.lenses"), Main: LensesPage },
+  board: { label: t("shell.view.board"), Form: BoardForm, Main: BoardPage, Report: LensReport, add: addPictures },
+  capture: { label: t("shell.view.capture"), Form: CaptureForm, Main: CapturePage, Report: CaptureReport },
   edges: {
-    label: "Straight edges",
+    label: t("shell.view.edges"),
     Form: StraightForm,
     Main: StraightPage,
     Report: StraightReport,
     add: addEdgePictures,
   },
-  ball: { label: "Rolling ball", Form: RollsForm, Main: RollsPage, Report: RollsReport },
-  images: { label: "Images", Main: ImagesPage },
-  versions: { label: "Versions", Main: VersionListPage, Report: VersionListReport },
-  import: { label: "Import", Main: ImportPage },
-  fields: { label: "Fields", Main: FieldsPage },
-  "new-field": { label: "New field", Form: FieldForm, Main: EditorPage, Report: Markings },
-  "field-editor": { label: "Field editor", Form: FieldForm, Main: EditorPage, Report: Markings },
-  publishing: { label: "Publishing", Main: PublishingPage },
-  jobs: { label: "Jobs", Main: JobsPage },
-  server: { label: "Server", Main: SettingsPage },
+  ball: { label: t("shell.view.ball"), Form: RollsForm, Main: RollsPage, Report: RollsReport },
+  images: { label: t("shell.view.images"), Main: ImagesPage },
+  versions: { label: t("shell.view.versions"), Main: VersionListPage, Report: VersionListReport },
+  import: { label: t("shell.view.import"), Main: ImportPage },
+  fields: { label: t("shell.view.fields"), Main: FieldsPage },
+  "new-field": { label: t("shell.view.new-field"), Form: FieldForm, Main: EditorPage, Report: Markings },
+  "field-editor": { label: t("shell.view.field-editor"), Form: FieldForm, Main: EditorPage, Report: Markings },
+  publishing: { label: t("shell.view.publishing"), Main: PublishingPage },
+  jobs: { label: t("shell.view.jobs"), Main: JobsPage },
+  server: { label: t("shell.view.server"), Main: SettingsPage },
 };
 /** @type {Shown} */
-const NOWHERE = { label: "Nothing here", Main: NothingHere };
+const NOWHERE = { label: t("shell.nowhere.title"), Main: NothingHere };
 
 /** What is shown, or null while calibrating: that is the stage's. */
 export const shown = computed(() => {
@@ -94,10 +95,10 @@ export const shown = computed(() => {
 function NothingHere() {
   const isCamera = route.value.camera !== "";
   return html`<div class="page">
-    <h1>${isCamera ? "No such camera" : "Nothing here"}</h1>
-    <p class="dim">${isCamera ? "It was removed, or the address is wrong." : "No page has this address."}</p>
+    <h1>${isCamera ? t("shell.nowhere.no-camera") : t("shell.nowhere.title")}</h1>
+    <p class="dim">${isCamera ? t("shell.nowhere.no-camera.text") : t("shell.nowhere.text")}</p>
     <p>
-      <a href=${addressOf("wall")}>Back to the cameras</a>
+      <a href=${addressOf("wall")}>${t("shell.back-to-cameras")}</a>
     </p>
   </div>`;
 }

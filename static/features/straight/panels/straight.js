@@ -1,8 +1,10 @@
 // Straight edges: pictures of one camera, their edges drawn over them, as taken and straightened.
 import { run } from "../../../core/actions.js";
 import { address, thumbnail } from "../../../core/api.js";
-import { number, plural } from "../../../core/format.js";
+import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
+import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
 import { Working } from "../../../ui/working.js";
 import { Pictures } from "../../lens_pictures/panels/picture_list.js";
@@ -30,24 +32,24 @@ import {
 
 /** What may be looked for, in the operator's words. @type {[string, string, string][]} */
 export const KINDS = [
-  ["auto", "Choose by itself", "The simplest that makes edges straight."],
-  ["division", "Division, one term", "For most lenses."],
-  ["division-even", "Division, two terms", "For wide lenses."],
-  ["brown-conrady", "Brown–Conrady, two terms", "As OpenCV counts k1 and k2; not for wide lenses."],
+  ["auto", t("straight.kind.auto"), t("straight.kind.auto.use")],
+  ["division", t("straight.kind.division"), t("straight.kind.division.use")],
+  ["division-even", t("straight.kind.division-even"), t("straight.kind.division-even.use")],
+  ["brown-conrady", t("straight.kind.brown-conrady"), t("straight.kind.brown-conrady.use")],
 ];
 /** How far off a straight line, px rms, up to which an edge has which colour. @type {[number, string][]} */
 const STEPS = [
-  [0.3, "up to 0.3"],
-  [1, "to 1"],
-  [3, "to 3"],
-  [Infinity, "more px rms"],
+  [0.3, t("straight.colours.up-to", { limit: "0.3" })],
+  [1, t("straight.colours.to", { limit: "1" })],
+  [3, t("straight.colours.to", { limit: "3" })],
+  [Infinity, t("straight.colours.more")],
 ];
 
 export const StraightForm = () => html`
-  <section aria-label="Lens">
-    <h2>Lens</h2>
+  <section aria-label=${t("lens-pictures.lens")}>
+    <h2>${t("lens-pictures.lens")}</h2>
     <label class="pair tall">
-      <span>Kind</span>
+      <span>${t("straight.lens-kind")}</span>
       <select
         data-testid="straight-kind"
         value=${kind.value}
@@ -61,20 +63,12 @@ export const StraightForm = () => html`
     <p class="reason">${KINDS.find(([id]) => id === kind.value)?.[2]}</p>
   </section>
   <section>
-    <${Title} of="straight">Good pictures<//>
+    <${Title} of="straight">${t("straight.good-pictures.title")}<//>
     <ul class="plain">
-      <li>
-        <b>Long edges</b>, straight in the world: walls, doors, shelves, a field's lines.
-      </li>
-      <li>
-        <b>Far from the middle</b>: an edge through the centre stays straight behind any lens.
-      </li>
-      <li>
-        <b>Several directions</b>, several things.
-      </li>
-      <li>
-        <b>One camera</b>, zoom and focus untouched.
-      </li>
+      <li>${rich("straight.good-pictures.long-edges")}</li>
+      <li>${rich("straight.good-pictures.far-from-middle")}</li>
+      <li>${rich("straight.good-pictures.directions")}</li>
+      <li>${rich("straight.good-pictures.one-camera")}</li>
     </ul>
   </section>
 `;
@@ -82,15 +76,20 @@ export const StraightForm = () => html`
 export function StraightPage() {
   const now = search.value;
   return html`<div class="page" data-testid="straight-desk">
-    <h1>Check a lens by straight edges</h1>
+    <h1>${t("straight.desk.title")}</h1>
     <p class="dim">
-      What is straight in the world should be straight in the picture. No field and no board is needed; in
-      return it tells neither a focal length nor millimetres.
+      ${t("straight.desk.purpose")}
     </p>
-    <${Working} now=${now} what="Judging the edges" stop="stop-judging" why=${refusal.value} name="straight" />
+    <${Working}
+      now=${now}
+      what=${t("straight.desk.judging")}
+      stop="stop-judging"
+      why=${refusal.value}
+      name="straight"
+    />
     ${viewedPicture.value && html`<${Figure} picture=${viewedPicture.value} />`}
     <${Pictures}
-      of="one camera"
+      of=${t("straight.desk.pictures-of")}
       name="straight"
       add="add-edges"
       count=${pictures.value.length}
@@ -112,9 +111,9 @@ function Figure({ picture }) {
   return html`<figure class="edges" data-testid="edges" data-shown=${isStraight ? "straight" : "taken"}>
     <div class="sheet" style=${isKnown ? `aspect-ratio:${width}/${height}` : ""}>
       ${isStraight && !there
-        ? html`<p class="reason">Straightening…</p>`
+        ? html`<p class="reason">${t("straight.figure.straightening")}</p>`
         : html`<img
-          alt=${isStraight ? "The picture without its bend" : "The picture as taken"}
+          alt=${isStraight ? t("straight.figure.without-bend") : t("straight.figure.picture-as-taken")}
           data-testid="edges-picture"
           src=${isStraight ? there : address(`/snapshots/${picture.id}/image.jpg`)}
         />`}
@@ -126,14 +125,14 @@ function Figure({ picture }) {
       `}
     </div>
     ${isKnown && html`<figcaption class="line">
-      <div class="switch" role="group" aria-label="Show">
+      <div class="switch" role="group" aria-label=${t("straight.figure.show")}>
         <button
           type="button"
           data-testid="as-taken"
           aria-pressed=${String(!isStraight)}
           onClick=${() => showStraight(false)}
         >
-          As taken
+          ${t("straight.figure.as-taken")}
         </button>
         <button
           type="button"
@@ -141,7 +140,7 @@ function Figure({ picture }) {
           aria-pressed=${String(isStraight)}
           onClick=${() => showStraight(true)}
         >
-          Straightened
+          ${t("straight.figure.straightened")}
         </button>
       </div>
       <span class="key">
@@ -150,12 +149,12 @@ function Figure({ picture }) {
           ${label}
         </span>`)}
         <span>
-          <i class="left"></i>left out
+          <i class="left"></i>${t("straight.colours.left-out")}
         </span>
       </span>
       <small data-testid="pointed">
         ${describe(edges.value.find((e) => e.name === pointed.value)) ||
-          `${plural(edges.value.length, "edge")}; point at one for its numbers.`}
+          t("straight.figure.edges", { count: edges.value.length })}
       </small>
     </figcaption>`}
   </figure>`;
@@ -205,7 +204,7 @@ function MostBent({ size: [width, height] }) {
       data-testid="bow-label"
       style=${`left:${(50 * (a[0] + b[0])) / width}%;top:${(50 * (a[1] + b[1])) / height}%`}
     >
-      bows by ${number(bow.px)} px
+      ${t("straight.figure.bow", { bow: number(bow.px) })}
     </span>
   `;
 }
@@ -217,9 +216,13 @@ const path = (points) =>
 /** @param {Edge | undefined} edge */
 const describe = (edge) =>
   edge &&
-  `${edge.name}: ${number(edge.length_px, 0)} px long, straight to ${number(edge.before_px, 2)} px as taken, ` +
-    `${number(edge.after_px, 2)} px ` +
-    `straightened${edge.used ? "" : `; left out, ${String(edge.reason).replaceAll("-", " ")}`}`;
+  t(edge.used ? "straight.edge.counted" : "straight.edge.left-out", {
+    name: edge.name,
+    length: number(edge.length_px, 0),
+    before: number(edge.before_px, 2),
+    after: number(edge.after_px, 2),
+    reason: String(edge.reason).replaceAll("-", " "),
+  });
 
 /**
  * One picture, small, and how many of its edges counted.
@@ -237,7 +240,7 @@ function View({ picture: { key, name, state, id, why } }) {
       ? html`<button
         type="button"
         class="looked"
-        aria-label=${`Show ${name}`}
+        aria-label=${t("straight.show-picture", { name })}
         aria-pressed=${String(viewedPicture.value?.id === id)}
         onClick=${() => viewPicture(id)}
       >
@@ -247,8 +250,8 @@ function View({ picture: { key, name, state, id, why } }) {
     <button
       type="button"
       class="remove"
-      aria-label=${`Remove ${name}`}
-      title="Remove this picture"
+      aria-label=${t("lens-pictures.remove", { name })}
+      title=${t("lens-pictures.remove-picture")}
       disabled=${search.value !== null}
       onClick=${() => removePicture(key)}
     >
@@ -259,14 +262,17 @@ function View({ picture: { key, name, state, id, why } }) {
     </small>
     <small>
       ${state === "waiting"
-        ? "Waiting…"
+        ? t("lens-pictures.state.waiting")
         : state === "uploading"
-          ? "Uploading…"
+          ? t("lens-pictures.state.uploading")
           : state === "refused"
             ? why
             : !seen
-              ? "Uploaded"
-              : `${seen.filter((e) => e.used).length} of ${plural(seen.length, "edge")}`}
+              ? t("lens-pictures.state.uploaded")
+              : t("straight.edges-used", {
+                  used: seen.filter((e) => e.used).length,
+                  count: seen.length,
+                })}
     </small>
   </li>`;
 }
@@ -275,57 +281,53 @@ function View({ picture: { key, name, state, id, why } }) {
 export function StraightReport() {
   if (!straightnessResult.value || !isResultCurrent.value)
     return html`<section>
-      <${Title} of="edges">What it tells<//>
+      <${Title} of="edges">${t("straight.tells.title")}<//>
       <ul class="plain">
-        <li>
-          <b>How far the lens bows</b> a straight edge, in px and % of its length.
-        </li>
-        <li>
-          <b>How straight edges are</b> before and after that is taken out.
-        </li>
-        <li>
-          <b>The lens</b>, each term with its σ.
-        </li>
-        <li>
-          Or that there is <b>no significant distortion</b>, or that these edges do not tell.
-        </li>
+        <li>${rich("straight.tells.bow")}</li>
+        <li>${rich("straight.tells.straightness")}</li>
+        <li>${rich("straight.tells.lens")}</li>
+        <li>${rich("straight.tells.nothing")}</li>
       </ul>
     </section>`;
   const it = straightnessResult.value.report,
     { most, border } = it.bow,
     left = it.lines.filter((line) => !line.used);
   return html`
-    <section aria-label="Verdict">
-      <${Title} of="edges">Distortion<//>
+    <section aria-label=${t("common.verdict")}>
+      <${Title} of="edges">${t("common.distortion")}<//>
       <div class="verdict" data-testid="straight-verdict" data-distortion=${it.distortion}>
         <div class="big">${WORDS[it.distortion]}</div>
         <p>${it.sentence}</p>
         <dl>
           <div>
             <dd data-testid="straight-bow">${withSigma(most)}</dd>
-            <dt>most bowed edge</dt>
+            <dt>${t("straight.report.most-bowed")}</dt>
           </div>
           <div>
             <dd>${number(most.pct, 2)} %</dd>
-            <dt>of its length</dt>
+            <dt>${t("straight.report.of-its-length")}</dt>
           </div>
           <div>
             <dd data-testid="straight-before">${number(it.straightness_px.before, 2)} px</dd>
-            <dt>as taken, rms</dt>
+            <dt>${t("straight.report.rms-as-taken")}</dt>
           </div>
           <div>
             <dd data-testid="straight-after">${number(it.straightness_px.after, 2)} px</dd>
-            <dt>straightened, rms</dt>
+            <dt>${t("straight.report.rms-straightened")}</dt>
           </div>
         </dl>
       </div>
       <p class="reason">
-        A line along the picture's own edge would bow by ${withSigma(border)}. ${it.lines_used} of${" "}
-        ${plural(it.lines.length, "edge")} counted, of ${plural(it.objects, "object")}.
+        ${t("straight.report.border", {
+          border: withSigma(border),
+          used: it.lines_used,
+          count: it.lines.length,
+          objects: t("straight.report.objects", { count: it.objects }),
+        })}
       </p>
     </section>
-    <section aria-label="Lens">
-      <h2>Lens</h2>
+    <section aria-label=${t("lens-pictures.lens")}>
+      <h2>${t("lens-pictures.lens")}</h2>
       <p data-testid="straight-lens-kind">${KINDS.find(([id]) => id === it.lens.name)?.[1] ?? it.lens.name}</p>
       <dl class="details" data-testid="straight-lens">
         ${Object.entries(it.sigma)
@@ -337,25 +339,24 @@ export function StraightReport() {
             </dd>
           </div>`)}
         <div>
-          <dt>centre</dt>
+          <dt>${t("straight.report.centre")}</dt>
           <dd>
             ${number(it.lens.centre_px[0])}, ${number(it.lens.centre_px[1])} px
           </dd>
         </div>
       </dl>
       <p class="reason">
-        Terms per half diagonal, ${number(it.lens.unit_px, 1)} px. ${it.cannot_see} So no camera's fit can hold
-        it; a lens from a board it can.
+        ${t("straight.report.terms", { unit: number(it.lens.unit_px, 1), cannotSee: it.cannot_see })}
       </p>
       <div class="line">
         <button type="button" data-testid="to-board" onClick=${() => run("board")}>
-          Calibrate a lens with a board…
+          ${t("board.action.board")}
         </button>
       </div>
     </section>
-    ${left.length > 0 && html`<section aria-label="Edges left out">
-      <h2>${plural(left.length, "edge")} left out</h2>
-      <p class="reason">A straight thing among them speaks against the lens.</p>
+    ${left.length > 0 && html`<section aria-label=${t("straight.left-out.title")}>
+      <h2>${t("straight.left-out.count", { count: left.length })}</h2>
+      <p class="reason">${t("straight.left-out.doubt")}</p>
       <ul class="plain" data-testid="left-out">
         ${left.slice(0, MAX_LISTED).map((e) => html`<li key=${e.name}>
           <button
@@ -371,7 +372,9 @@ export function StraightReport() {
           </button>${" "}
           ${String(e.reason).replaceAll("-", " ")}
         </li>`)}
-        ${left.length > MAX_LISTED && html`<li>and ${left.length - MAX_LISTED} more</li>`}
+        ${left.length > MAX_LISTED && html`<li>
+          ${t("straight.left-out.more", { count: left.length - MAX_LISTED })}
+        </li>`}
       </ul>
     </section>`}
   `;
@@ -385,5 +388,9 @@ const withSigma = ({ px, sigma_px: sigma }) =>
 const digits = (sigma) => (sigma !== null && sigma < 0.095 ? 2 : 1);
 
 /** @type {Record<string, string>} */
-const WORDS = { significant: "Significant", none: "None", unknown: "Not known" };
+const WORDS = {
+  significant: t("straight.distortion.significant"),
+  none: t("straight.distortion.none"),
+  unknown: t("straight.distortion.unknown"),
+};
 const MAX_LISTED = 12;

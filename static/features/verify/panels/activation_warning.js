@@ -1,6 +1,7 @@
 // What is wrong with a version, before it is activated all the same.
 import { useEffect, useRef } from "preact/hooks";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { version } from "../../versions/versions.js";
 import { activateAnyway, closeWarning, openWarning } from "../actions.js";
 import { problems } from "../checks.js";
@@ -25,7 +26,7 @@ function Warning({ warning }) {
     aria-describedby="activation-problems"
     onClose=${close}
   >
-    <h2 id="activation-title">Version ${version.value?.version} has problems</h2>
+    <h2 id="activation-title">${t("verify.warning.title", { version: version.value?.version ?? "" })}</h2>
     <ul id="activation-problems" class="plain">
       ${problems.value.map((c) => html`<li key=${c.id}>
         <b>${c.title}.</b>${" "}
@@ -34,13 +35,13 @@ function Warning({ warning }) {
         ${c.fix}
       </li>`)}
     </ul>
-    <p class="dim">The camera will use this version for all positions until another version is activated.</p>
+    <p class="dim">${t("verify.warning.consequence")}</p>
     <div class="line">
       <button type="button" data-testid="activate-cancel" onClick=${() => dialog.current?.close()}>
-        Cancel
+        ${t("common.cancel")}
       </button>
       <button type="button" class="anyway" data-testid="activate-anyway" onClick=${() => void activateAnyway()}>
-        Activate anyway
+        ${t("verify.warning.activate-anyway")}
       </button>
     </div>
   </dialog>`;

@@ -1,6 +1,7 @@
 // How positions change against the active version: arrows over the covered area, magnified.
 import { mm, number, roundDown } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { version } from "../../versions/versions.js";
 import { arcPoints, rectOf, turned } from "../../calibrate/field_sides.js";
 import { change } from "../checks.js";
@@ -25,14 +26,18 @@ export function ChangeMap() {
     apart = (EVERY * Math.hypot(r.x[1] - r.x[0], r.y[1] - r.y[0])) / Math.hypot(24, 18),
     times = roundDown((REACH * apart) / longest);
   const { median_mm, max_mm, worst_place } = now.difference,
-    figures = `Median ${mm(median_mm)} mm, worst ${mm(max_mm)} mm`;
-  return html`<section aria-label=${`Change from ${now.from}`} data-testid="change-map">
-    <h2>Change from ${now.from}</h2>
+    figures = { median: mm(median_mm), worst: mm(max_mm) };
+  return html`<section aria-label=${t("verify.change", { former: now.from })} data-testid="change-map">
+    <h2>${t("verify.change", { former: now.from })}</h2>
     <figure class="change">
       <svg
         viewBox=${`${rect.x - 8 * unit} ${rect.y - 8 * unit} ${rect.width + 16 * unit} ${rect.height + 16 * unit}`}
         role="img"
-        aria-label=${`${figures}${worst_place ? ` at ${worst_place.map((v) => number(v, 0)).join(", ")} mm` : ""}`}
+        aria-label=${
+          worst_place
+            ? t("verify.change.figures-at", { ...figures, place: worst_place.map((v) => number(v, 0)).join(", ") })
+            : t("verify.change.figures", figures)
+        }
       >
         <clipPath id="change-area"><rect ...${rect} /></clipPath>
         <rect class="carpet" ...${rect} />
@@ -44,7 +49,7 @@ export function ChangeMap() {
           html`<path key=${i} class="arrow" d=${arrow(at(place), at([by[0] * times, by[1] * times]), 4 * unit)} />`)}
       </svg>
       <figcaption class="reason">
-        ${figures}. Arrows are drawn ${number(times, times < 1 ? 2 : 0)} times as long as the change on the field.
+        ${t("verify.change.caption", { ...figures, times: number(times, times < 1 ? 2 : 0) })}
       </figcaption>
     </figure>
   </section>`;

@@ -2,6 +2,7 @@
 import { address } from "../../../core/api.js";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { t } from "../../../core/words.js";
 import { askFormats, formats } from "../exports.js";
 
 const ELSEWHERE = new Set(["json", "npz"]); // they stand above, among the downloads for everybody
@@ -15,9 +16,9 @@ export function ExportMenu({ it }) {
     data-testid="exports"
     onToggle=${(/** @type {any} */ e) => e.target.open && void askFormats(it.id)}
   >
-    <summary>For other programs</summary>
+    <summary>${t("versions.export.title")}</summary>
     ${known === null
-      ? html`<p class="dim">Asking what each can hold…</p>`
+      ? html`<p class="dim">${t("versions.export.asking")}</p>`
       : html`
         <ul class="plain downloads exports">
           ${known.map((f) => html`<li key=${f.format}>
@@ -33,8 +34,7 @@ export function ExportMenu({ it }) {
           </li>`)}
         </ul>
         <p class="dim">
-          Errors are against this version, at worst over its region: on the carpet, and at a robot's hat where
-          it has rays.
+          ${t("versions.export.errors")}
         </p>
       `}
   </details>`;
@@ -45,9 +45,11 @@ const link = (id, f) => address(`/calibrations/${id}/export/${f.format}${f.exact
 
 /** @param {import("../../../core/types").Format} f */
 function cost(f) {
-  if (f.problem) return "cannot";
+  if (f.problem) return t("versions.export.cannot");
   if (f.loss === null || Math.max(f.loss.worst_mm, f.loss.hat_worst_mm ?? 0) < 0.005)
-    return f.exact ? "exact" : "0.00 mm";
-  const hat = f.loss.hat_worst_mm === null ? "" : `, hat ${number(f.loss.hat_worst_mm, 2)}`;
-  return `${number(f.loss.worst_mm, 2)} mm${hat}`;
+    return f.exact ? t("versions.export.exact") : "0.00 mm";
+  const worst = number(f.loss.worst_mm, 2);
+  return f.loss.hat_worst_mm === null
+    ? `${worst} mm`
+    : t("versions.export.cost-hat", { worst, hat: number(f.loss.hat_worst_mm, 2) });
 }

@@ -2,6 +2,7 @@
 import { address } from "../../../core/api.js";
 import { html } from "../../../core/html.js";
 import { busy, cameras, fields } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { activateCalibration } from "../activate.js";
 import { ACCEPTED, importFile, importMessage, importOptions, imported } from "../imports.js";
 
@@ -20,12 +21,11 @@ export function ImportPage() {
     e.target.value = "";
   };
   return html`<div class="page" data-testid="import-page">
-    <h1>Import a calibration</h1>
+    <h1>${t("versions.import.title")}</h1>
     <label class="drop choose-file">
-      <b>${busy.value || "Import a calibration…"}</b>
+      <b>${busy.value || t("versions.import.choose-file")}</b>
       <small>
-        or drop its file here. Touchline, OpenCV, ROS, Kalibr, mrcal, PhotonVision, SSL-Vision, or a table of
-        points.
+        ${t("versions.import.drop-file")}
       </small>
       <input
         type="file"
@@ -37,50 +37,50 @@ export function ImportPage() {
       />
     </label>
     <details class="more">
-      <summary>What the file does not say</summary>
+      <summary>${t("versions.import.beside")}</summary>
       <div class="say-beside">
         <label>
-          Camera${" "}
+          ${t("versions.import.camera")}${" "}
           <select
             data-testid="import-camera"
             value=${camera}
             onChange=${(/** @type {Changed} */ e) => setOption({ camera: e.target.value })}
           >
-            <option value="">As the file says</option>
+            <option value="">${t("versions.import.as-file-says")}</option>
             ${cameras.value.map((c) => html`<option key=${c.id} value=${c.id}>
               ${c.name}
             </option>`)}
           </select>
         </label>
         <label>
-          Field${" "}
+          ${t("versions.import.field")}${" "}
           <select
             data-testid="import-field"
             value=${field}
             onChange=${(/** @type {Changed} */ e) => setOption({ field: e.target.value, region: "" })}
           >
-            <option value="">As the file says</option>
+            <option value="">${t("versions.import.as-file-says")}</option>
             ${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>
               ${f.title}
             </option>`)}
           </select>
         </label>
         <label>
-          Region${" "}
+          ${t("versions.import.region")}${" "}
           <select
             data-testid="import-region"
             value=${region}
             disabled=${!regions.length}
             onChange=${(/** @type {Changed} */ e) => setOption({ region: e.target.value })}
           >
-            <option value="">As the file says</option>
+            <option value="">${t("versions.import.as-file-says")}</option>
             ${regions.map((name) => html`<option key=${name} value=${name}>
               ${name}
             </option>`)}
           </select>
         </label>
         <label>
-          Picture size, px${" "}
+          ${t("versions.import.picture-size")}${" "}
           <input
             type="text"
             data-testid="import-size"
@@ -112,11 +112,11 @@ function Became() {
       </p>
       ${!kept.isLens && html`<div class="line">
         <a href=${address(`/calibrations/${kept.id}/report.html`)} target="_blank" rel="noopener">
-          Open its report
+          ${t("versions.import.open-report")}
         </a>
         ${kept.camera && 
           html`<button type="button" data-testid="import-activate" onClick=${() => void activateCalibration(kept)}>
-            Activate it
+            ${t("versions.import.activate")}
           </button>`}
       </div>`}
     </div>`

@@ -1,7 +1,7 @@
 // Tells that active versions were made before their field was changed, and makes them again.
-import { plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { Working } from "../../../ui/working.js";
 import { calibrateAgain, changesInWords, refusal, search } from "../outdated.js";
 
@@ -13,16 +13,18 @@ export function Outdated({ field = "", camera = "" }) {
     of = found[0]?.active?.field ?? "",
     names = found.map((c) => c.name).join(", ");
   if (!of && !search.value && !refusal.value) return null;
-  return html`<section class="outdated" aria-label="Calibrated before the field was changed" data-testid="outdated">
+  return html`<section class="outdated" aria-label=${t("versions.outdated")} data-testid="outdated">
     ${of && html`<div class="warning-line">
       <b>
         ${camera
-          ? "The active version was made before the field was changed."
-          : `${plural(found.length, "camera")} calibrated before the field was changed: ${names}.`}
+          ? t("versions.outdated.camera")
+          : t("versions.outdated.cameras", { count: found.length, cameras: names })}
       </b>
       <p>
-        Elsewhere now: ${changesInWords([...new Set(found.flatMap((c) => c.active?.field_changes ?? []))])}.${" "}
-        Until then ${found.length === 1 ? "it is" : "they are"} not published.
+        ${t("versions.outdated.elsewhere-now", {
+          changes: changesInWords([...new Set(found.flatMap((c) => c.active?.field_changes ?? []))]),
+          count: found.length,
+        })}
       </p>
       <button
         type="button"
@@ -30,12 +32,12 @@ export function Outdated({ field = "", camera = "" }) {
         disabled=${search.value !== null}
         onClick=${() => void calibrateAgain(of, camera ? [camera] : null)}
       >
-        Calibrate again from the kept points
+        ${t("versions.outdated.calibrate-again")}
       </button>
     </div>`}
     <${Working}
       now=${search.value}
-      what="Calibrating again"
+      what=${t("versions.outdated.calibrating")}
       stop="stop-calibrating-again"
       why=${refusal.value}
       name="again"

@@ -5,6 +5,8 @@ import { dayAndTime, mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf, route } from "../../../core/route.js";
 import { cameras, models } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
+import { rich } from "../../../ui/rich.js";
 import { Typed } from "../../../ui/typed.js";
 import { activateCalibration } from "../activate.js";
 import {
@@ -33,9 +35,9 @@ export function VersionListPage() {
     void loadVersionList(camera);
   }, [camera]);
   return html`<div class="page wide" data-testid="versions-page">
-    <h1>Saved versions</h1>
-    ${route.value.place === "library" && html`<nav class="tabs desks" aria-label="Of which camera">
-      ${[...cameras.value, { id: "", name: "Pictures from files" }].map(({ id, name }) => html`<a
+    <h1>${t("versions.saved-versions")}</h1>
+    ${route.value.place === "library" && html`<nav class="tabs desks" aria-label=${t("versions.list.of-which-camera")}>
+      ${[...cameras.value, { id: "", name: t("versions.list.from-files") }].map(({ id, name }) => html`<a
         key=${id}
         class="tab"
         href=${addressOf("versions", { camera: id })}
@@ -46,7 +48,7 @@ export function VersionListPage() {
       </a>`)}
     </nav>`}
     ${!it
-      ? html`<p class="dim">Asking the server…</p>`
+      ? html`<p class="dim">${t("common.asking")}</p>`
       : html`
         ${camera && html`<${Outdated} camera=${camera} />`}
         <${RollBack} />
@@ -55,11 +57,12 @@ export function VersionListPage() {
             ${it.items.map((v) => html`<${Version} key=${v.id} it=${v} />`)}
           </ul>`
           : html`<p class="dim">
-            Nothing is saved here yet.${" "}
-            <a href=${addressOf("wall")}>Take or open a picture</a>, click its borders and save.
+            ${rich("versions.list.nothing-saved", {
+              link: html`<a href=${addressOf("wall")}>${t("versions.list.take-picture")}</a>`,
+            })}
           </p>`}
         ${it.next && html`<button type="button" onClick=${() => void loadMore()}>
-          Show older ones
+          ${t("versions.list.show-older")}
         </button>`}
       `}
   </div>`;
@@ -72,8 +75,9 @@ function RollBack() {
   if (!before || !now) return null;
   return html`<div class="plainly line" data-testid="roll-back">
     <span class="grow">
-      Version <b>${now.version}</b> is active; before it was version <b>${before.version}</b>
-      ${before.by && `, chosen by ${before.by}`}.
+      ${before.by
+        ? rich("versions.roll-back.active-by", { version: now.version, former: before.version, person: before.by })
+        : rich("versions.roll-back.active", { version: now.version, former: before.version })}
     </span>
     <button
       type="button"
@@ -81,7 +85,7 @@ function RollBack() {
       onClick=${() =>
         void activateCalibration({ id: before.calibration, version: before.version, camera: now.camera })}
     >
-      Go back to version ${before.version}
+      ${t("versions.roll-back.go-back", { version: before.version ?? "" })}
     </button>
   </div>`;
 }
@@ -98,19 +102,19 @@ function Version({ it }) {
     data-active=${String(active)}
   >
     <div class="line">
-      <b>Version ${version}</b>
-      ${active && html`<b class="level good">Active</b>`}
+      <b>${t("versions.version", { version })}</b>
+      ${active && html`<b class="level good">${t("common.active")}</b>`}
       <span class=${`level ${report.verdict.level}`}>${mm(report.verdict.mm)} mm</span>
       ${changes.length > 0 && html`<b
         class="level poor"
         data-testid="field-changed"
-        title=${`Elsewhere now: ${changesInWords(changes)}`}
+        title=${t("versions.list.elsewhere-now", { changes: changesInWords(changes) })}
       >
-        Field changed since
+        ${t("common.field-changed")}
       </b>`}
       <small class="grow">
         ${model}, ${words(it.region).toLowerCase()}; ${dayAndTime(it.created_at)}
-        ${it.made_by && `, by ${it.made_by}`}
+        ${it.made_by && t("versions.list.made-by", { person: it.made_by })}
       </small>
     </div>
     <${Typed}
@@ -118,43 +122,43 @@ function Version({ it }) {
       class="note"
       data-testid="shelf-note"
       maxlength="2000"
-      aria-label=${`Note for version ${version}`}
-      placeholder="Add a note"
+      aria-label=${t("versions.note-for", { version })}
+      placeholder=${t("versions.list.add-note")}
       value=${it.note}
       take=${(/** @type {string} */ text) => annotate(it, text)}
     />
     <div class="line wrap">
       ${camera && !active && 
         html`<button type="button" data-testid="shelf-activate" onClick=${() => void activateCalibration(it)}>
-          Activate
+          ${t("versions.activate")}
         </button>`}
       ${snapshot && html`<a
         href=${addressOf("calibrate", { picture: snapshot, step: "verify" })}
         data-testid="shelf-open"
       >
-        Open its picture
+        ${t("versions.list.open-picture")}
       </a>`}
       <a href=${address(`/calibrations/${id}/report.html`)} target="_blank" rel="noopener">
-        Open report
+        ${t("versions.list.open-report")}
       </a>
       <a href=${addressOf("scene", { scene: id })} data-testid="shelf-scene">
-        Scene in 3-D
+        ${t("common.scene")}
       </a>
       <a href=${address(`/calibrations/${id}/export/json`)} download=${`touchline-v${version}.json`}>
-        Download (JSON)
+        ${t("versions.list.download-json")}
       </a>
       <label class="line">
         <input type="checkbox" data-testid="shelf-compare" checked=${isChosen} onChange=${() => choose(id)} />${" "}
-        compare
+        ${t("versions.list.compare")}
       </label>
       <button
         type="button"
         data-testid="shelf-delete"
         disabled=${active}
-        title=${active ? "Activate another version first." : `Delete version ${version}; it can be put back`}
+        title=${active ? t("versions.list.delete-active") : t("versions.list.delete-version", { version })}
         onClick=${() => void deleteVersion(it)}
       >
-        Delete
+        ${t("versions.list.delete")}
       </button>
     </div>
     <${ExportMenu} it=${it} />
@@ -166,19 +170,19 @@ export function VersionListReport() {
   const it = versionList.value;
   return html`
     <${Two} />
-    <section aria-label="History">
-      <h2>What was active</h2>
+    <section aria-label=${t("versions.history")}>
+      <h2>${t("versions.history.title")}</h2>
       ${it?.history.length
         ? html`<ol class="plain history" data-testid="history">
           ${it.history.map((h) => html`<li key=${h.at + h.calibration}>
-            <b>${h.version === null ? "A deleted version" : `Version ${h.version}`}</b>
+            <b>${h.version === null ? t("versions.history.deleted") : t("versions.version", { version: h.version })}</b>
             <small>
               ${dayAndTime(h.at)}
-              ${h.by && `, by ${h.by}`}
+              ${h.by && t("versions.history.activated-by", { person: h.by })}
             </small>
           </li>`)}
         </ol>`
-        : html`<p class="reason">Nothing was activated yet.</p>`}
+        : html`<p class="reason">${t("versions.history.nothing")}</p>`}
     </section>
   `;
 }
@@ -189,30 +193,35 @@ function Two() {
     of2 = ids.map((id) => versionList.value?.items.find((v) => v.id === id)?.version ?? "?");
   if (ids.length < 2)
     return html`<section>
-      <h2>Compare two versions</h2>
-      <p class="reason">Tick “compare” at two of them.</p>
+      <h2>${t("versions.two.title")}</h2>
+      <p class="reason">${t("versions.two.choose")}</p>
     </section>`;
-  return html`<section aria-label="Two versions compared" data-testid="apart">
+  return html`<section aria-label=${t("versions.two")} data-testid="apart">
     <h2>
-      Versions ${of2[0]} and ${of2[1]}
+      ${t("versions.two.versions", { first: of2[0], second: of2[1] })}
     </h2>
     ${at?.why
       ? html`<p class="warning-line">
         <b>${at.why.detail}</b> ${at.why.fix}
       </p>`
       : !at?.is
-      ? html`<p class="reason">Comparing…</p>`
+      ? html`<p class="reason">${t("versions.two.comparing")}</p>`
       : html`
         <p class="plainly">
-          <b>${mm(at.is.median_mm)} mm</b> apart over the field, median;${" "}
-          <b data-testid="apart-worst">${mm(at.is.max_mm)} mm</b> at worst
-          ${at.is.worst_place &&
-            `, at ${number(at.is.worst_place[0], 0)}, ${number(at.is.worst_place[1], 0)} mm`}
-          .
+          ${rich("versions.two.apart", {
+            median: mm(at.is.median_mm),
+            worst: html`<b data-testid="apart-worst">${mm(at.is.max_mm)} mm</b>`,
+            place: at.is.worst_place
+              ? t("versions.two.apart-place", {
+                x: number(at.is.worst_place[0], 0),
+                y: number(at.is.worst_place[1], 0),
+              })
+              : "",
+          })}
         </p>
         <img
           class="tried"
-          alt=${`Map of the difference between versions ${of2[0]} and ${of2[1]}, in mm`}
+          alt=${t("versions.two.map", { first: of2[0], second: of2[1] })}
           src=${address(`/calibrations/${ids[0]}/difference/${ids[1]}.png`)}
         />
       `}

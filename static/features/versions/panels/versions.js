@@ -4,6 +4,7 @@ import { dayAndTime, mm, pct } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
 import { camera } from "../../../core/state.js";
+import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
@@ -17,38 +18,37 @@ export function ComparePanel() {
   const it = version.value;
   if (!it)
     return html`<section>
-      <h2>Compare</h2>
-      <p class="dim">Nothing is saved to compare yet.</p>
+      <h2>${t("versions.compare")}</h2>
+      <p class="dim">${t("versions.compare.nothing")}</p>
       <div class="line">
-        <${ActionButton} id="step-points" label="Go to points" />
+        <${ActionButton} id="step-points" label=${t("versions.compare.go-to-points")} />
       </div>
     </section>`;
   const { before_pct, after_pct } = it.report.distortion;
   return html`
-    <section aria-label="Compare">
+    <section aria-label=${t("versions.compare")}>
       <${Title} of="compare">
-        Version ${it.version}, ${dayAndTime(it.created_at)}
+        ${t("versions.compare.version", { version: it.version, time: dayAndTime(it.created_at) })}
       <//>
       ${!isSaved.value && html`<p class="warning-line" data-testid="changed">
-        The clicks have changed since; this is what was saved.
+        ${t("versions.compare.changed")}
       </p>`}
       <ul class="plain facts">
         <li>
-          Corrected picture${" "}
+          ${t("versions.compare.corrected")}${" "}
           <b>
             ${it.corrected_size[0]} × ${it.corrected_size[1]} px
           </b>
         </li>
         <li>
-          Distortion${" "}
+          ${t("common.distortion")}${" "}
           <b>
             ${pct(before_pct)} % → ${pct(after_pct)} %
           </b>
         </li>
       </ul>
       <p class="dim">
-        Drag the bar across the picture: what is bent on the left must be straight on the right. Press L to
-        lay the field's lines over both.
+        ${t("versions.compare.how")}
       </p>
     </section>
     <${HeatPanel} />
@@ -60,8 +60,8 @@ export function Downloads() {
   if (!it) return null;
   const name = `touchline-v${it.version}`,
     link = (/** @type {string} */ format) => address(`/calibrations/${it.id}/export/${format}`);
-  return html`<section aria-label="Downloads">
-    <${Title} of="downloads">Download<//>
+  return html`<section aria-label=${t("versions.downloads")}>
+    <${Title} of="downloads">${t("versions.downloads.title")}<//>
     <ul class="plain downloads">
       <li>
         <a
@@ -70,31 +70,31 @@ export function Downloads() {
           target="_blank"
           rel="noopener"
         >
-          Open report, to print or keep
+          ${t("versions.downloads.report")}
         </a>
-        <small>Pictures, numbers, error maps, versions.</small>
+        <small>${t("versions.downloads.report.holds")}</small>
       </li>
       <li>
         <a data-testid="scene-link" href=${addressOf("scene", { scene: it.id })}>
-          Show the scene in 3-D
+          ${t("versions.downloads.scene")}
         </a>
-        <small>Where the camera hangs, and where its rays miss.</small>
+        <small>${t("versions.downloads.scene.holds")}</small>
       </li>
       <li>
         <a data-testid="download-json" href=${link("json")} download=${`${name}.json`}>
-          Download calibration (JSON)
+          ${t("versions.downloads.json")}
         </a>
-        <small>Everything; can be read back.</small>
+        <small>${t("versions.downloads.json.holds")}</small>
       </li>
       <li>
         <a data-testid="download-npz" href=${link("npz")} download=${`${name}.npz`}>
-          Download remap table (NPZ)
+          ${t("versions.downloads.npz")}
         </a>
-        <small>For cv2.remap in your own program.</small>
+        <small>${t("versions.downloads.npz.holds")}</small>
       </li>
       <li>
         <a data-testid="download-png" href=${correctedAddress(it.id, "png")} download=${`${name}.png`}>
-          Download corrected picture (PNG)
+          ${t("versions.downloads.png")}
         </a>
       </li>
     </ul>
@@ -105,14 +105,14 @@ export function Downloads() {
 function Note() {
   const it = version.value;
   return (
-    it && html`<section aria-label="Note">
-      <h2>Note for version ${it.version}</h2>
+    it && html`<section aria-label=${t("versions.note")}>
+      <h2>${t("versions.note-for", { version: it.version })}</h2>
       <${Typed}
         type="text"
         data-testid="note"
         maxlength="2000"
-        aria-label=${`Note for version ${it.version}`}
-        placeholder="after the lens was cleaned"
+        aria-label=${t("versions.note-for", { version: it.version })}
+        placeholder=${t("versions.note.example")}
         value=${it.note}
         take=${(/** @type {string} */ text) => void annotateVersion(it, text)}
       />
@@ -122,15 +122,17 @@ function Note() {
 
 export function VersionsPanel() {
   return html`
-    <section aria-label="Versions">
-      <${Title} of="versions">${camera.value ? `Versions for ${camera.value.name}` : "Saved versions"}<//>
+    <section aria-label=${t("versions.versions")}>
+      <${Title} of="versions">
+        ${camera.value ? t("versions.versions-for", { camera: camera.value.name }) : t("versions.saved-versions")}
+      <//>
       <ul class="versions" data-testid="versions">
         ${versions.value.map((v) => html`<li key=${v.id} class=${v.id === version.value?.id ? "now" : ""}>
           <div>
-            <b>Version ${v.version}</b>
+            <b>${t("versions.version", { version: v.version })}</b>
             ${v.active && html`
               ${" "}
-              <b class="level good">Active</b>
+              <b class="level good">${t("common.active")}</b>
             `}
           </div>
           <em>${mm(v.report.verdict.mm)} mm</em>
@@ -144,7 +146,7 @@ export function VersionsPanel() {
               data-testid=${`activate-${v.version}`}
               onClick=${() => void activateCalibration(v)}
             >
-              Activate
+              ${t("versions.activate")}
             </button>`}
         </li>`)}
       </ul>
@@ -153,11 +155,11 @@ export function VersionsPanel() {
           data-testid="all-versions"
           href=${addressOf("versions", { camera: camera.value?.id })}
         >
-          Show all versions, their history, notes and differences
+          ${t("versions.show-all")}
         </a>
       </p>
       ${camera.value === null && html`<p class="dim">
-        The picture is a file, so there is no camera to activate it for. Download it, or use it over REST.
+        ${t("versions.of-file")}
       </p>`}
     </section>
     <${Note} />

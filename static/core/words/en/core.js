@@ -1,0 +1,22 @@
+// English: numbers and times, names of keys, the themes, and what is said when the server refuses or is silent.
+export default /** @type {const} */ ({
+  "core.api.answered": "The server answered {status}.",
+  "core.api.changed-since": "Somebody else has changed this since it was shown.",
+  "core.api.changed-since.fix": "Look at it again, then change it.",
+  "core.format.at-time": "at {time}",
+  "core.format.just-now": "just now",
+  "core.format.minutes-ago": "{minutes} min ago",
+  "core.format.seconds-ago": "{seconds} s ago",
+  "core.keys.ctrl": "Ctrl",
+  "core.keys.delete": "Del",
+  "core.keys.escape": "Esc",
+  "core.keys.shift": "Shift",
+  "core.keys.space": "Space",
+  "core.manual.no-page": "There is no page called {name}.",
+  "core.manual.unreachable": "The manual cannot be read while the server does not answer.",
+  "core.state.error.fix": "Check that the server runs; the page tries again by itself.",
+  "core.state.sign-in": "Sign in…",
+  "core.theme.dark": "Dark",
+  "core.theme.light": "Light",
+  "core.theme.system": "As the system",
+});
