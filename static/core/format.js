@@ -1,4 +1,5 @@
 // Numbers and times as the operator reads them: true minus, thin spaces, units, and a dash for what is not known.
+import { BORDERS } from "./document.js";
 import { t } from "./words.js";
 
 /** @param {number | null | undefined} value @param {number} [digits] */
@@ -23,6 +24,12 @@ export const words = (name) => {
   const text = name.replaceAll("-", " ").replaceAll("_", " ");
   return text.charAt(0).toUpperCase() + text.slice(1);
 };
+
+/** A border, line or landmark in a sentence: "left border", "halfway line". @param {string} name */
+export function lineName(name) {
+  const border = BORDERS.find((it) => it === name);
+  return border ? t(`core.border.${border}`) : words(name).toLowerCase();
+}
 
 /** "2 s ago", "3 min ago", or the time of day. @param {number} then ms @param {number} now ms */
 export function ago(then, now) {

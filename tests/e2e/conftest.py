@@ -21,6 +21,7 @@ from tests.support.demo_cameras import CAMERAS
 from tests.support.paths import CLICKS, ROOT
 from tests.support.sim_clicks import border_clicks
 from tests.support.waiting import until
+from tests.support.words import like
 
 SOON_MS = 60_000  # what is there at once on a quiet machine
 LONG_MS = 180_000  # what has to be computed, or fetched from a camera that is only starting
@@ -199,7 +200,8 @@ class Operator:
     def activate(self, warned: bool) -> None:
         """Activate the version at the last step. warned: whether the page must warn of it first."""
         primary, anyway = self.page.get_by_test_id("next"), self.page.get_by_test_id("activate-anyway")
-        label = re.compile(r"^Activate version \d+" + (" anyway…$" if warned else "$"))
+        key = "verify.activate-version-anyway" if warned else "common.activate-version"
+        label = re.compile("^" + like(key).pattern.replace(".*?", r"\d+") + "$")
         expect(primary).to_have_text(label, timeout=LONG_MS)
         primary.click()
         if warned:
@@ -209,7 +211,8 @@ class Operator:
 
     def is_active(self) -> None:
         """Back at the cameras, and told so."""
-        expect(self.page.get_by_test_id("notice").last).to_contain_text("is active", timeout=LONG_MS)
+        notice = self.page.get_by_test_id("notice").last
+        expect(notice).to_contain_text(like("versions.activated"), timeout=LONG_MS)
         expect(self.page).to_have_url(re.compile(r"#/cameras$"), timeout=LONG_MS)
 
     def is_at(self, step: str) -> None:

@@ -9,6 +9,7 @@ from tests.e2e.conftest import LONG_MS
 from tests.support.axe import axe_path, grave
 from tests.support.contrast import faint_controls
 from tests.support.tiers import long
+from tests.support.words import t
 
 # Where, and what is there once it is open.
 PLACES = {
@@ -47,7 +48,7 @@ def at_rest(page, place: str = "", step: str = "") -> None:
     if step == "points":
         expect(page.get_by_test_id("verdict")).not_to_have_attribute("data-level", "", timeout=LONG_MS)
     if step == "verify":
-        expect(page.get_by_test_id("headline")).not_to_have_text("Checking…", timeout=LONG_MS)
+        expect(page.get_by_test_id("headline")).not_to_have_text(t("verify.checking"), timeout=LONG_MS)
     expect(page.locator("[aria-busy=true]")).to_have_count(0, timeout=LONG_MS)
     expect(page.locator(".stale")).to_have_count(0, timeout=LONG_MS)
 
@@ -69,8 +70,8 @@ def test_axe_finds_nothing_serious_on_any_page_or_step(browser, kept, server, sc
     page.get_by_test_id("help").click()
     expect(page.locator(".manual h1")).to_be_visible()
     found["manual"] = grave(page)
-    page.get_by_role("tab", name="Keys").click()
-    expect(page.get_by_role("tab", name="Keys")).to_have_attribute("aria-selected", "true")
+    page.get_by_role("tab", name=t("help.tab.keys")).click()
+    expect(page.get_by_role("tab", name=t("help.tab.keys"))).to_have_attribute("aria-selected", "true")
     found["keys"] = grave(page)
     page.keyboard.press("F2")
     expect(page.get_by_test_id("tour")).to_be_visible()
@@ -143,7 +144,7 @@ def test_the_keyboard_skips_the_header(page, server):
     page.goto(server.url)
     expect(page.get_by_test_id("camera-overhead")).to_be_visible()
     page.keyboard.press("Tab")
-    expect(page.get_by_role("link", name="Skip to the main part")).to_be_focused()
+    expect(page.get_by_role("link", name=t("shell.skip"))).to_be_focused()
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("stage")).to_be_focused()
     assert re.search(r"/#/cameras$", page.url)

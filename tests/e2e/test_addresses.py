@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 # A former address, the present one, and what is to be seen there. {}: a picture, see `kept`.
 ADDRESSES = [
@@ -83,13 +84,12 @@ def test_an_address_of_nothing_says_so_and_leads_on(operator):
     page, url = operator.page, operator.server.url
     for address in ("#/system/nothing", "#/%E0%A4%A", "#/calibrate/1/2/3/4"):
         page.goto(f"{url}/{address}")
-        expect(page.get_by_role("heading", name="Nothing here").first).to_be_visible()
-    page.get_by_role("link", name="Back to the cameras").click()
+        expect(page.get_by_role("heading", name=t("shell.nowhere.title")).first).to_be_visible()
+    page.get_by_role("link", name=t("shell.back-to-cameras")).click()
     expect(page).to_have_url(re.compile("#/cameras$"))
-    for address, name in (("#/cameras/nobody/live", "No such camera"), ("#/cameras/nobody/settings", "No such camera"),
-                          ("#/lenses/ball/nobody", "No such camera")):
+    for address in ("#/cameras/nobody/live", "#/cameras/nobody/settings", "#/lenses/ball/nobody"):
         page.goto(f"{url}/{address}")
-        expect(page.get_by_role("heading", name=name)).to_be_visible()
+        expect(page.get_by_role("heading", name=t("shell.nowhere.no-camera"))).to_be_visible()
     page.goto(f"{url}/#/calibrate/{'0' * 16}/points")
-    expect(page.get_by_test_id("notice")).to_contain_text("cannot be opened")
+    expect(page.get_by_test_id("notice")).to_contain_text(like("calibrate.pictures.not-opened"))
     expect(page).to_have_url(re.compile("#/cameras$"))

@@ -11,6 +11,7 @@ from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS, shift_one
 from tests.support.demo_cameras import CAMERAS, WIDTH
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 FACTORS = [1, 2, 5, 10, 20, 50, 100, 200]
 # How many pixels near a place of the stage are drawn in light, warm and any colour.
@@ -43,11 +44,12 @@ def show(page):
 
 def says(page, times):
     """All of it: "×1" is not "×10"."""
-    expect(page.get_by_test_id("arrow-legend").locator("h2")).to_have_text(f"Residuals ×{times}")
+    expect(page.get_by_test_id("arrow-legend").locator("h2")).to_have_text(t("compare.arrows.heading", factor=times))
 
 
 def factor(page) -> int:
-    return int(re.search(r"×(\d+)", page.get_by_test_id("arrow-legend").inner_text())[1])
+    heading = like("compare.arrows.heading").pattern.replace(".*?", r"(\d+)")
+    return int(re.search(heading, page.get_by_test_id("arrow-legend").inner_text())[1])
 
 
 def previewed(operator) -> list[dict]:
@@ -91,7 +93,8 @@ def test_arrows_end_where_the_server_says_and_the_stray_is_in_the_warnings_colou
     for arrow in fine[:6]:
         is_drawn(operator, arrow, times, lambda seen: seen["light"] > 3 and seen["warm"] == 0)
     expect(page.get_by_test_id("arrow-figures")).to_contain_text(f"{fine[0]['px']:.2f} px")
-    expect(page.get_by_test_id("arrow-figures")).to_contain_text(f"1 stray, {stray['px']:.1f} px")
+    expect(page.get_by_test_id("arrow-figures")).to_contain_text(
+        t("compare.arrows.strays", count=1, strays=t("common.strays", count=1), px=f"{stray['px']:.1f}"))
     is_drawn(operator, stray, 1, lambda seen: seen["warm"] > 3)
 
     page.keyboard.press("v")
@@ -120,7 +123,7 @@ def test_the_magnification_is_set_by_keys_and_slider_and_the_ruler_goes_with_it(
     assert "mm" in ruler.inner_text()
     page.keyboard.press("End")
     says(page, 200)
-    expect(page.get_by_test_id("arrow-figures")).to_contain_text("cut short")
+    expect(page.get_by_test_id("arrow-figures")).to_contain_text(like("compare.arrows.cut-short"))
     page.get_by_test_id("magnify-auto").click()
     says(page, by_itself)
 

@@ -10,6 +10,7 @@ from playwright.sync_api import expect
 from tests.e2e.conftest import LONG_MS
 from tests.support.held_requests import holding, wait_until_held
 from tests.support.waiting import jobs_so_far, newest_job
+from tests.support.words import t
 
 
 @pytest.fixture
@@ -45,14 +46,18 @@ def snow(tmp_path):
     return paths
 
 
+def uploaded(desk):
+    """The pictures of which nothing more is said than that they are there."""
+    return desk.get_by_test_id("view").filter(has_text=t("lens-pictures.state.uploaded"))
+
+
 def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(desk, operator, server, board_pictures, grey,
                                                                  straight_picture, tmp_path):
     desk.get_by_test_id("board-square_mm").fill("30")
     desk.get_by_test_id("board-note").fill("the classic lens")
     desk.screenshot(path=tmp_path / "empty.png")
     desk.get_by_test_id("file").set_input_files([*board_pictures, grey])
-    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(len(board_pictures) + 1,
-                                                                                  timeout=LONG_MS)
+    expect(uploaded(desk)).to_have_count(len(board_pictures) + 1, timeout=LONG_MS)
     desk.get_by_test_id("next").click()
     expect(desk.get_by_test_id("lens-verdict")).to_be_visible(timeout=LONG_MS)
 
@@ -62,7 +67,7 @@ def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(desk, operat
     expect(desk.get_by_test_id("lens-rms")).to_have_text(f"{report['rms_px']:.2f} px")
     expect(desk.get_by_test_id("lens-verdict")).to_contain_text(report["verdict"]["sentence"])
     expect(desk.get_by_test_id("next-view")).to_contain_text(report["next_view"]["text"])
-    expect(desk.get_by_test_id("view").last).to_contain_text("No board.")
+    expect(desk.get_by_test_id("view").last).to_contain_text(t("board.view.no-board"))
     used = [view for view in report["views"] if view["used"]]
     expect(desk.locator("[data-testid=view][data-level=good]")).to_have_count(len(used))
     expect(desk.get_by_test_id("view").first).to_contain_text(f"{report['views'][0]['rms_px']:.2f} px")
@@ -94,7 +99,7 @@ def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(desk, operat
 def test_a_search_says_how_far_it_is_and_can_be_stopped(desk, server, snow):
     before = jobs_so_far(server)
     desk.get_by_test_id("file").set_input_files(snow)
-    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(len(snow), timeout=LONG_MS)
+    expect(uploaded(desk)).to_have_count(len(snow), timeout=LONG_MS)
     desk.get_by_test_id("next").click()
     expect(desk.get_by_test_id("finding")).to_contain_text(f"of {len(snow)})", timeout=LONG_MS)
     desk.get_by_test_id("do-stop-finding").click()
@@ -107,7 +112,7 @@ def test_pictures_without_a_board_are_refused_with_what_to_do(desk, grey, tmp_pa
     desk.get_by_test_id("file").set_input_files(grey)
     desk.get_by_test_id("file").set_input_files(holiday)
     expect(desk.locator("[data-testid=view][data-level=poor]")).to_have_count(1, timeout=LONG_MS)  # it is no picture
-    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(1, timeout=LONG_MS)
+    expect(uploaded(desk)).to_have_count(1, timeout=LONG_MS)
     desk.get_by_test_id("next").click()
     expect(desk.get_by_test_id("board-refusal")).to_contain_text("Count the inner corners again", timeout=LONG_MS)
     desk.screenshot(path=tmp_path / "refused.png")
@@ -136,11 +141,11 @@ def test_a_place_that_is_gone_to_while_lists_are_on_their_way_has_its_address_at
 def test_pictures_of_a_board_are_not_among_the_earlier_pictures_of_a_field(desk, server, straight_picture):
     before = server.api("GET", "/snapshots?purpose=picture").json()["items"]
     desk.get_by_test_id("file").set_input_files(straight_picture)
-    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(1, timeout=LONG_MS)
+    expect(uploaded(desk)).to_have_count(1, timeout=LONG_MS)
     kept = server.api("GET", "/snapshots").json()["items"][0]
     assert kept["purpose"] == "board"
     desk.goto(f"{server.url}/#/library/images")
     desk.reload()
-    recent = desk.get_by_role("region", name="Earlier pictures")
+    recent = desk.get_by_role("region", name=t("library.earlier-pictures"))
     expect(recent.locator("img")).to_have_count(min(len(before), 48))
     expect(recent.locator(f"img[src*='{kept['id']}']")).to_have_count(0)

@@ -5,6 +5,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.waiting import until
+from tests.support.words import t
 
 SMALL = "sim://table?size=320x256&fps=10&robots=2"
 
@@ -100,7 +101,7 @@ def test_a_camera_is_tried_kept_changed_and_removed(operator, server, tmp_path):
     assert server.api("GET", "/cameras/second").json()["name"] == "Camera two"
     page.get_by_test_id("tab-camera-form").click()
     page.get_by_test_id("remove-camera").click()
-    back = page.get_by_role("button", name="Put it back")
+    back = page.get_by_role("button", name=t("common.put-back"))
     expect(back).to_be_visible()
     expect(page.get_by_test_id("camera-overhead")).to_be_visible()  # at the list of cameras, of which it is none
     expect(page.get_by_test_id("camera-second")).to_have_count(0)

@@ -8,6 +8,7 @@ from playwright.sync_api import expect
 from tests.e2e.conftest import LONG_MS
 from tests.support.demo_cameras import CAMERAS, WIDTH
 from tests.support.waiting import until
+from tests.support.words import like
 
 
 @pytest.fixture
@@ -57,7 +58,7 @@ def test_live_pictures_stand_side_by_side_and_zoom_together(live, tmp_path):
     after = until(lambda: boxes(page), lambda now: now[0]["width"] > 1.5 * before[0]["width"])
     assert after[0]["width"] / before[0]["width"] == pytest.approx(after[1]["width"] / before[1]["width"], rel=1e-3)
     expect(page.get_by_test_id("counterpart-image")).to_be_visible()
-    expect(page.get_by_test_id("live-read-out")).to_contain_text("Corrected pixel")
+    expect(page.get_by_test_id("live-read-out")).to_contain_text(like("live.compare.pixel-corrected"))
     page.screenshot(path=tmp_path / "side.png")
     page.keyboard.press("0")
     until(lambda: boxes(page)[0]["width"], lambda width: width == pytest.approx(before[0]["width"], abs=1))

@@ -7,6 +7,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 KNOWN_HEIGHT = {"value": 3000.0, "sigma": 30.0}
 
@@ -83,7 +84,7 @@ def test_side_by_side_the_pointers_place_is_marked_in_the_other_picture(compared
     for pointed, marked, name in ((on_raw, on_corrected, "corrected"), (on_corrected, on_raw, "image")):
         page.mouse.move(*pointed)
         mark = page.get_by_test_id(f"counterpart-{name}")
-        expect(page.get_by_test_id("read-out")).to_contain_text("Field")
+        expect(page.get_by_test_id("read-out")).to_contain_text(t("canvas.stage.field"))
         expect(mark).to_be_visible()
         # On its way the pointer was elsewhere, and that is answered first.
         wanted = pytest.approx(marked, abs=1.5)
@@ -189,7 +190,7 @@ def test_the_grid_of_field_millimetres_is_straight_when_corrected_and_bent_in_th
                                                                                             tmp_path):
     page = compared.page
     page.keyboard.press("g")
-    expect(page.get_by_test_id("grid-legend")).to_contain_text("Grid, 500 mm")
+    expect(page.get_by_test_id("grid-legend")).to_contain_text(t("compare.grid.heading", spacing=500))
     expect(page.get_by_test_id("grid-corrected")).to_be_visible()
     page.keyboard.press("l")
     page.screenshot(path=tmp_path / "grid.png")
@@ -207,7 +208,7 @@ def test_the_grid_of_field_millimetres_is_straight_when_corrected_and_bent_in_th
         assert np.abs(raw[[0, -1]] - on_screen).max() < 0.5, line
 
     page.get_by_test_id("grid-spacing").select_option("1000")
-    expect(page.get_by_test_id("grid-legend")).to_contain_text("1\u202f000 mm")
+    expect(page.get_by_test_id("grid-legend")).to_contain_text(t("compare.grid.heading", spacing="1\u202f000"))
     expect(page.get_by_test_id("grid-raw").locator('path[data-line="x 500"]')).to_have_count(0)
     page.get_by_test_id("stage").focus()
     page.keyboard.press("g")
@@ -218,7 +219,7 @@ def test_the_worst_place_says_what_to_do_there_and_the_button_goes_to_do_it(comp
     page = compared.page
     page.keyboard.press("e")
     cure = page.get_by_test_id("worst-cure")
-    expect(cure).to_contain_text("One more click")
+    expect(cure).to_contain_text(like("calibrate.warning-fixes.one-more-click-hats"))
     page.keyboard.press("c")
     page.get_by_test_id("do-worst-place").click()
     stage = page.get_by_test_id("stage").bounding_box()

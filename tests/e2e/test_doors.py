@@ -8,6 +8,7 @@ from playwright.sync_api import expect
 from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.tiers import long
 from tests.support.waiting import until
+from tests.support.words import t
 
 BORDERS = ("left", "right", "top", "bottom")
 PASTE = """async ([data, type]) => {
@@ -33,7 +34,7 @@ def test_a_file_that_is_no_picture_is_refused_with_its_fix(operator, content):
     expect(notice).to_be_visible()
     assert len(notice.inner_text().split(".")) > 2, "what is wrong, and what to do"
     expect(operator.page.get_by_test_id("drop")).to_be_enabled()
-    notice.get_by_role("button", name="Dismiss").click()
+    notice.get_by_role("button", name=t("shell.notices.dismiss.label")).click()
     expect(notice).to_have_count(0)
 
 
@@ -76,7 +77,8 @@ def test_a_finger_places_a_point_under_a_loupe_and_two_fingers_zoom(browser, ser
         touch("touchMove", (400 - step, 400), (500 + step, 400))
     touch("touchEnd")
     until(width, lambda now: now == pytest.approx(2 * before, rel=0.05))
-    expect(page.get_by_test_id("border-left")).to_contain_text("1 point")  # the first of two fingers places nothing
+    one = t("common.points", count=1)
+    expect(page.get_by_test_id("border-left")).to_contain_text(one)  # the first of two fingers places nothing
     assert len(operator.points("left")) == 1
     context.close()
 
@@ -93,7 +95,7 @@ def test_the_keyboard_alone_goes_from_the_camera_to_a_saved_version(operator):
                                 ("3", "ArrowUp", "ArrowRight"), ("4", "ArrowDown", "ArrowRight")):
         for pressed in ("Escape", "0", key, *[towards] * 5, *["a", "Escape", along] * 5):
             page.keyboard.press(pressed)
-    expect(page.get_by_test_id("next")).to_have_text("Continue")
+    expect(page.get_by_test_id("next")).to_have_text(t("shell.next.continue"))
     expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("step-verify")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
@@ -126,10 +128,10 @@ def test_a_button_whose_work_was_refused_keeps_the_focus_and_the_next_key_is_its
 def test_help_lists_the_keys_of_every_action_and_opens_the_manual(operator):
     page = operator.page
     page.keyboard.press("?")
-    expect(page.get_by_test_id("keys")).to_contain_text("Undo")
+    expect(page.get_by_test_id("keys")).to_contain_text(t("common.undo"))
     expect(page.get_by_test_id("keys")).to_contain_text("Ctrl Z")
     page.keyboard.press("F1")
-    page.get_by_test_id("manual").get_by_role("link", name="Clicking the borders well").click()
+    page.get_by_test_id("manual").get_by_role("link", name="Marking points").click()
     expect(page.get_by_test_id("manual")).to_contain_text("middle of the painted line")
     page.keyboard.press("Escape")
     expect(page.get_by_test_id("help-panel")).to_have_count(0)

@@ -8,6 +8,7 @@ from playwright.sync_api import expect
 from tests.e2e.conftest import LONG_MS
 from tests.support.live_cameras import calibrated
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 ID = "knocked"
 SOURCE = "sim://table?size=480x384&fps=10&robots=3"
@@ -55,8 +56,9 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     page.screenshot(path=tmp_path / "elsewhere.png")
     page.get_by_test_id("rail-cameras").click()
     expect(page.get_by_test_id(f"tile-{ID}")).to_have_attribute("data-level", "bad")
-    expect(page.get_by_test_id(f"tile-{ID}")).to_contain_text("mm off")
-    expect(page.get_by_test_id("next")).to_have_text("Fix Knocked…")  # before any camera is calibrated that is not yet
+    expect(page.get_by_test_id(f"tile-{ID}")).to_contain_text(like("live.wall.off"))
+    fix = t("shell.next.fix-camera", camera="Knocked")
+    expect(page.get_by_test_id("next")).to_have_text(fix)  # before any camera is calibrated that is not yet
     page.screenshot(path=tmp_path / "wall.png")
     page.get_by_test_id("next").click()
     expect(page).to_have_url(re.compile(f"#/cameras/{ID}/drift$"))
@@ -66,16 +68,16 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     drift = page.get_by_test_id("drift")
     expect(drift).to_have_attribute("data-state", "knocked", timeout=LONG_MS)
     expect(page.get_by_test_id("problems")).to_be_hidden()
-    expect(page.get_by_test_id("next")).to_have_text("Re-register the pose")
+    expect(page.get_by_test_id("next")).to_have_text(t("drift.reregister"))
     page.get_by_test_id("next").click()
     made = page.get_by_test_id("registered")
-    expect(made).to_contain_text("Version 2 is made, and not yet used", timeout=LONG_MS)
-    expect(made).to_contain_text("mm at most", timeout=LONG_MS)
-    expect(page.get_by_test_id("next")).to_have_text("Activate version 2")
+    expect(made).to_contain_text(t("drift.registered", version=2), timeout=LONG_MS)
+    expect(made).to_contain_text(like("drift.registered.apart"), timeout=LONG_MS)
+    expect(page.get_by_test_id("next")).to_have_text(t("common.activate-version", version=2))
     assert server.api("GET", f"/cameras/{ID}").json()["active_calibration"] == followed
     page.screenshot(path=tmp_path / "made.png")
     page.get_by_test_id("look-at-registered").click()
-    expect(page.get_by_text("Version 2", exact=False).first).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_text(like("verify.version-points", version=2)).first).to_be_visible(timeout=LONG_MS)
     is_told(page, "bad")
     page.screenshot(path=tmp_path / "looked_at.png")
     page.goto(f"{server.url}/#/cameras/{ID}/drift")

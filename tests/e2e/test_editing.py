@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import WHERE
 from tests.support.waiting import until
+from tests.support.words import t
 
 # Marks when a move of the pointer was heard, when the curve was redrawn, and when the next frame began.
 WATCH = """() => {
@@ -128,7 +129,8 @@ def test_the_curve_is_redrawn_in_the_frame_of_the_move(operator, straight_pictur
     # A parabola through three points follows each; among many, one far off would be a stray and bend nothing.
     operator.open(straight_picture, "table", "full").use_model("polynomial").click("left", frame_points["left"][:3])
     page.get_by_test_id("degree").select_option("2")
-    expect(page.get_by_test_id("degree-reason")).to_contain_text("degree 2")
+    found = t("calibrate.borders.degree-found", border="Left", degree=2)
+    expect(page.get_by_test_id("degree-reason")).to_contain_text(found)
     page.mouse.move(*operator.spot(80, 140))
     page.mouse.down()
     page.evaluate(WATCH)
@@ -150,10 +152,10 @@ def test_an_answer_about_clicks_that_have_gone_is_not_shown(editing):
         editing.click("left", [[80, 240]])
     page.keyboard.press("Control+a")
     page.keyboard.press("Delete")
-    expect(page.get_by_test_id("verdict")).to_contain_text("Click along the four borders")
+    expect(page.get_by_test_id("verdict")).to_contain_text(t("calibrate.verdict.click-borders"))
     with page.expect_response("**/fit/attempt") as answer:
         held[0].continue_()
     answer.value.finished()
     page.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")  # it has been read
-    expect(page.get_by_test_id("verdict")).to_contain_text("Click along the four borders")
+    expect(page.get_by_test_id("verdict")).to_contain_text(t("calibrate.verdict.click-borders"))
     expect(page.get_by_test_id("missing")).to_have_count(0)

@@ -5,6 +5,7 @@ import yaml
 from playwright.sync_api import expect
 
 from app.formats import FORMATS
+from tests.support.words import t
 
 ELSEWHERE = {"json", "npz"}  # offered to everybody
 
@@ -19,7 +20,7 @@ def test_every_format_is_offered_with_what_it_costs_and_can_be_had(saved, server
     told = {f["format"]: f for f in server.api("GET", f"/calibrations/{it['id']}/exports").json()["items"]}
     for name in set(FORMATS) - ELSEWHERE:
         worst = None if told[name]["loss"] is None else told[name]["loss"]["worst_mm"]
-        shown = "exact" if worst is None else f"{worst:.2f} mm"
+        shown = t("versions.export.exact") if worst is None else f"{worst:.2f} mm"
         expect(page.get_by_test_id(f"cost-{name}")).to_contain_text(shown)
     assert told["opencv"]["exact"] and not told["ssl-vision"]["exact"] and told["ssl-vision"]["loss"]["worst_mm"] > 0.01
     menu.scroll_into_view_if_needed()
@@ -40,4 +41,4 @@ def test_another_version_is_asked_anew(clicked):
     page = operator.page
     page.get_by_test_id("exports").locator("summary").click()
     expect(page.get_by_test_id("cost-opencv")).to_contain_text("mm")  # no lens holds the paper's method
-    expect(page.get_by_test_id("cost-csv")).to_have_text("exact")
+    expect(page.get_by_test_id("cost-csv")).to_have_text(t("versions.export.exact"))

@@ -18,6 +18,7 @@ from tests.support.field_desk import (
     named,
     save,
 )
+from tests.support.words import t
 
 
 def check_lab_field(field_desk) -> None:
@@ -232,14 +233,14 @@ def test_a_field_is_deleted_once_nothing_names_it_and_put_back(editor, field_des
                                              "field": "table"})
     editor.goto(f"{field_desk.url}/#/library/fields/mine")
     editor.get_by_test_id("use-for").select_option("over")
-    expect(editor.get_by_text("Under Over mine.")).to_be_visible()
+    expect(editor.get_by_text(t("field-editor.use.under", cameras="Over mine"))).to_be_visible()
     editor.get_by_test_id("delete-field").click()
     expect(editor.get_by_test_id("field-refusal")).to_contain_text("the camera Over mine")
     field_desk.api("DELETE", "/cameras/over")
     editor.get_by_test_id("delete-field").click()
     expect(editor.get_by_test_id("fields-page")).to_be_visible()
     assert field_desk.api("GET", "/fields/mine").status_code == 404
-    editor.get_by_role("button", name="Put it back").click()
+    editor.get_by_role("button", name=t("common.put-back")).click()
     expect(editor.get_by_test_id("field-card-mine")).to_be_visible()
     assert field_of(field_desk, "mine")["title"] == "Mine"
 

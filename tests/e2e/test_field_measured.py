@@ -12,6 +12,7 @@ from tests.support.field_desk import OBLIQUE, calibrate_without_clicks, camera_o
 from tests.support.sim_clicks import border_clicks
 from tests.support.tape import SIDES_AND_DIAGONALS, measured
 from tests.support.waiting import until
+from tests.support.words import t
 
 
 def test_an_open_draft_follows_its_field_and_an_outdated_calibration_is_made_again(editor, field_desk):
@@ -30,7 +31,8 @@ def test_an_open_draft_follows_its_field_and_an_outdated_calibration_is_made_aga
     assert "centre-line" not in {o["feature"] for o in asked.value.post_data_json["observations"]}
     assert "centre-line" in {o["feature"] for o in operator.draft()["observations"]}, "what was clicked is kept"
     page.goto(f"{field_desk.url}/#/cameras")
-    expect(page.get_by_test_id("readiness")).to_contain_text("Calibrated before: The hall camera")
+    expect(page.get_by_test_id("readiness")).to_contain_text(
+        t("shell.readiness.calibrated-before", cameras="The hall camera"))
     expect(page.get_by_test_id("readiness")).to_have_attribute("data-ready", "false")
     page.goto(f"{field_desk.url}/#/cameras/hall/versions")
     expect(page.get_by_test_id("outdated")).to_contain_text("centre line, centre circle")
@@ -88,13 +90,14 @@ def test_what_a_calibration_found_of_the_lines_is_adopted(editor, field_desk):
     calibrate_without_clicks(operator, "nominal", source, "taped")
     page.goto(f"{field_desk.url}/#/library/fields/nominal")
     page.get_by_test_id("fold-measured").locator("summary").click()
-    page.get_by_test_id("adopt-offsets").select_option(label="The taped camera, version 1")
+    page.get_by_test_id("adopt-offsets").select_option(
+        label=t("field-editor.measured.version", camera="The taped camera", version=1))
     expect(page.get_by_test_id("found-offsets")).to_contain_text("Defence left front")
     save(page, "nominal")
     assert worst_mm(field_of(field_desk, "nominal"), truth) < 3
     expect(page.get_by_test_id("outdated")).to_contain_text("The taped camera")
     page.get_by_test_id("calibrate-again").click()
-    expect(page.get_by_test_id("notice").last).to_contain_text("1 new version on the field as it is now")
+    expect(page.get_by_test_id("notice").last).to_contain_text(t("versions.outdated.made", count=1))
 
 
 def test_lines_that_a_calibrated_image_shows_are_added_to_a_field_of_borders_alone(editor, field_desk):
@@ -115,9 +118,10 @@ def test_lines_that_a_calibrated_image_shows_are_added_to_a_field_of_borders_alo
     field_desk.api("POST", f"/calibrations/{made['id']}/activate")
     editor.goto(f"{field_desk.url}/#/library/fields/bare")
     editor.get_by_test_id("fold-measured").locator("summary").click()
-    editor.get_by_test_id("add-seen").select_option(label="Bare camera, version 1")
-    expect(editor.get_by_test_id("found-seen")).to_contain_text("9 markings were added")
-    expect(editor.get_by_test_id("chosen")).to_contain_text("9 chosen")
+    editor.get_by_test_id("add-seen").select_option(
+        label=t("field-editor.measured.version", camera="Bare camera", version=1))
+    expect(editor.get_by_test_id("found-seen")).to_contain_text(t("field-editor.measured.added", count=9))
+    expect(editor.get_by_test_id("chosen")).to_contain_text(t("field-editor.chosen.count", count=9))
     save(editor, "bare")
     found = field_of(field_desk, "bare")
     assert len(found["lines"]) == 12 and found["arcs"][0]["radius_mm"] == pytest.approx(500, abs=5)

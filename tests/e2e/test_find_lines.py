@@ -8,6 +8,7 @@ from playwright.sync_api import expect
 from tests.e2e.conftest import LONG_MS
 from tests.support.auto_scenes import SceneSpec, scene_of
 from tests.support.waiting import until
+from tests.support.words import t
 
 SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
 
@@ -41,7 +42,7 @@ def test_where_nobody_has_clicked_the_lens_that_fits_is_good_and_all_of_it_is_on
     page.get_by_test_id("do-find-lines").click()
     expect(page.get_by_test_id("lines-found")).to_be_visible(timeout=LONG_MS)
     assert operator.draft()["model"] is before is None  # it is chosen by the server
-    expect(page.get_by_test_id("verdict")).to_contain_text("Good", timeout=LONG_MS)
+    expect(page.get_by_test_id("verdict")).to_contain_text(t("common.level.good"), timeout=LONG_MS)
     page.keyboard.press("Control+z")
     assert (operator.draft()["observations"], operator.draft()["model"]) == ([], before)
 
@@ -83,5 +84,6 @@ def test_a_picture_without_lines_is_declined_in_words_and_changes_nothing(operat
     operator.open(path, "table", "full")
     operator.page.get_by_test_id("do-find-lines").click()
     told = operator.page.get_by_test_id("lines-found")
-    expect(told).to_contain_text("No points were added. No line could be seen in the picture.", timeout=LONG_MS)
+    expect(told).to_contain_text(
+        f"{t('calibrate.find-lines-panel.nothing-added')} No line could be seen in the picture.", timeout=LONG_MS)
     assert operator.draft()["observations"] == []

@@ -6,6 +6,7 @@ import sqlite3
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
+from tests.support.words import like, t
 
 
 def test_a_damaged_version_is_a_banner_with_what_to_do_and_the_page_goes_on(page, own_server, tmp_path):
@@ -24,11 +25,11 @@ def test_a_damaged_version_is_a_banner_with_what_to_do_and_the_page_goes_on(page
     own_server.start()
     (damage,) = api("GET", "/health").json()["damaged"]
     page.goto(own_server.url)
-    told = page.get_by_test_id("problem").filter(has_text="Something kept was damaged")  # a full disk is told as well
+    told = page.get_by_test_id("problem").filter(has_text=like("shell.problem.damaged"))  # a full disk is told as well
     expect(told).to_have_count(1, timeout=LONG_MS)
     page.get_by_test_id("bell").click()
     expect(told).to_contain_text(damage["file"])
-    expect(told).to_contain_text(damage["note"] or "Restore it from a backup")
+    expect(told).to_contain_text(damage["note"] or t("shell.problem.damaged.fix"))
     page.screenshot(path=tmp_path / "damaged.png")
     told.get_by_role("link").click()
     expect(page.get_by_test_id("health-warnings")).to_contain_text(damage["file"])

@@ -8,6 +8,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import CLICKS, LONG_MS
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 
 @pytest.fixture
@@ -41,20 +42,22 @@ def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_acti
                                                                                     tmp_path):
     data = exported("opencv")
     start(page, server)
-    page.get_by_text("What the file does not say").click()
+    page.get_by_text(t("versions.import.beside")).click()
     page.get_by_test_id("import-camera").select_option(camera)
     with page.expect_file_chooser() as chooser:
         page.get_by_test_id("import-file").focus()  # in the page itself: it knows by then that a chooser is waited for
         page.keyboard.press("Enter")
     chooser.value.set_files(file_of("north.yml", data))
-    expect(page.get_by_test_id("imported")).to_contain_text("was imported", timeout=LONG_MS)
-    said = re.search(r"Version (\d+) for", page.get_by_test_id("imported").inner_text())
+    imported = like("versions.import.imported-for", camera="Importing")
+    expect(page.get_by_test_id("imported")).to_contain_text(imported, timeout=LONG_MS)
+    said = re.search(imported.pattern.replace(".*?", r"(\d+)"), page.get_by_test_id("imported").inner_text())
     listed = server.api("GET", f"/calibrations?camera={camera}").json()["items"]
     kept = next(it for it in listed if it["version"] == int(said[1]))
     assert "Imported from" in kept["note"] and kept["made_by"]
     page.screenshot(path=tmp_path / "imported.png")
     page.get_by_test_id("import-activate").click()
-    expect(page.get_by_text(re.compile(f"Version {kept['version']} of .* is active"))).to_be_visible(timeout=LONG_MS)
+    activated = t("versions.activated", version=kept["version"], camera="Importing")
+    expect(page.get_by_text(activated)).to_be_visible(timeout=LONG_MS)
     assert server.api("GET", f"/calibrations/{kept['id']}").json()["active"]
 
 
@@ -63,7 +66,7 @@ def test_a_file_that_is_dropped_is_kept_and_one_that_is_none_says_what_to_do(exp
     data = exported("json")
     start(page, server)
     drop(page, "cal.json", data.decode())
-    expect(page.get_by_test_id("imported")).to_contain_text("was imported", timeout=LONG_MS)
+    expect(page.get_by_test_id("imported")).to_contain_text(like("versions.import.imported"), timeout=LONG_MS)
     drop(page, "broken.json", '{"format": "nonsense"')
     expect(page.get_by_test_id("import-refusal")).to_contain_text("broken.json: ", timeout=LONG_MS)
     expect(page.get_by_test_id("imported")).to_have_count(0)

@@ -5,8 +5,10 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.waiting import until
+from tests.support.words import t
 
-LEVELS = {"good": "Good", "fair": "Fair", "poor": "Poor", "unknown": "Not known inside"}
+LEVELS = {"good": t("common.level.good"), "fair": t("common.level.fair"), "poor": t("common.level.poor"),
+          "unknown": t("calibrate.levels.unknown")}
 
 
 @pytest.fixture
@@ -58,5 +60,6 @@ def test_every_models_worth_stands_in_the_servers_figures_and_in_a_plain_word(ra
         expect(shown).to_contain_text(LEVELS[row["verdict"]["level"]])
         error = row["field_mm"]
         expect(shown.locator("td").first).to_contain_text(f"{error:.0f}" if error >= 10 else f"{error:.1f}")
-        assert ("recommended" in shown.inner_text()) == (row["model"] == told["recommended"])
-    expect(page.get_by_test_id("ranking")).to_contain_text("Recommended:")
+        is_marked = t("calibrate.model-table.recommended") in shown.inner_text()
+        assert is_marked == (row["model"] == told["recommended"])
+    expect(page.get_by_test_id("ranking")).to_contain_text(t("calibrate.model-table.recommended-model"))

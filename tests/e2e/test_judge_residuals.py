@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS, shift_one
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 
 @pytest.fixture
@@ -14,11 +15,12 @@ def astray(clicked):
     """Division model on the demo's camera, clicked by a hand, with a stray click."""
     operator = clicked("division", shift_one)
     in_one_line = operator.page.get_by_test_id("fold-residuals")
-    expect(in_one_line).to_contain_text(re.compile(r"\d px, largest \d"), timeout=LONG_MS)
+    value = like("calibrate.residuals.value").pattern.replace(".*?", r"[\d.]+")
+    expect(in_one_line).to_contain_text(re.compile(value), timeout=LONG_MS)
     expect(operator.page.get_by_test_id("residuals")).to_have_count(0)  # until it is opened
     operator.unfold("residuals")
     expect(operator.page.get_by_test_id("residuals")).to_be_visible(timeout=LONG_MS)
-    expect(operator.page.get_by_test_id("residual-said")).to_contain_text("1 stray", timeout=LONG_MS)
+    expect(operator.page.get_by_test_id("residual-said")).to_contain_text(t("common.strays", count=1), timeout=LONG_MS)
     # The whole fit is there.
     expect(operator.page.locator('[data-reason="stray-click"]')).to_be_visible(timeout=LONG_MS)
     return operator
@@ -37,7 +39,7 @@ def test_what_is_pointed_at_in_the_plot_is_ringed_in_the_picture_and_a_click_sel
     ring = page.get_by_test_id("hovered").locator("circle")
     expect(ring).to_have_count(1)
     feature, index = ring.get_attribute("data-of").split(":")
-    expect(said(page)).to_contain_text(f"{feature.capitalize()}, point {int(index) + 1}")
+    expect(said(page)).to_contain_text(t("common.point-of", feature=feature.capitalize(), number=int(index) + 1))
     x, y = astray.spot(*astray.points(feature)[int(index)])
     on_screen = ring.bounding_box()
     centre = on_screen["x"] + on_screen["width"] / 2, on_screen["y"] + on_screen["height"] / 2
@@ -55,7 +57,7 @@ def test_what_is_pointed_at_in_the_picture_stands_in_the_plot(astray):
     page = astray.page
     x, y = astray.spot(*astray.points("top")[2])
     page.mouse.move(x + 3, y + 2)
-    expect(said(page)).to_contain_text("Top, point 3")
+    expect(said(page)).to_contain_text(t("common.point-of", feature="Top", number=3))
     expect(page.get_by_test_id("residuals")).to_have_attribute("data-at", str(7 + 7 + 2))  # left and right come before
     page.mouse.move(x, y + 120)
     expect(page.get_by_test_id("residuals")).to_have_attribute("data-at", "-1")

@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.old_answer import OldAnswer
+from tests.support.words import t
 
 
 @pytest.mark.long
@@ -32,7 +33,7 @@ def test_a_reload_goes_on_where_the_operator_stood(operator, straight_picture, f
     operator.click("left", frame_points["left"]).click("top", frame_points["top"])
     before = operator.draft()
     operator.page.reload()
-    expect(operator.page.get_by_test_id("border-top")).to_contain_text("6 points")
+    expect(operator.page.get_by_test_id("border-top")).to_contain_text(t("common.points", count=6))
     expect(operator.page.get_by_test_id("step-points")).to_have_attribute("aria-current", "step")
     assert operator.draft() == before
 
@@ -45,7 +46,7 @@ def test_a_click_that_was_not_saved_yet_survives_a_reload(operator, straight_pic
     operator.click("left", frame_points["left"][3:4])
     expect(operator.page.get_by_test_id("saved")).to_have_attribute("data-state", "away")
     operator.page.reload()
-    expect(operator.page.get_by_test_id("border-left")).to_contain_text("4 points")
+    expect(operator.page.get_by_test_id("border-left")).to_contain_text(t("common.points", count=4))
     operator.page.unroute(drafts)  # only now: what came back was kept by the browser alone
     assert operator.points("left") == frame_points["left"][:4]
 
@@ -60,7 +61,7 @@ def test_two_tabs_that_disagree_are_asked_and_either_answer_loses_nothing(operat
     other = Operator(operator.page.context.new_page(), server)
     other.page.route_web_socket(*no_line)
     other.page.goto(operator.page.url)
-    expect(other.page.get_by_test_id("border-left")).to_contain_text("2 points")
+    expect(other.page.get_by_test_id("border-left")).to_contain_text(t("common.points", count=2))
     other.click("left", frame_points["left"][2:3])
     other.draft()
     operator.click("top", frame_points["top"][:2])
@@ -124,7 +125,7 @@ def test_of_two_changes_by_another_hand_the_later_one_is_shown(operator, server,
     late[0] = False
     for route, answer in held:
         route.fulfill(response=answer)
-    expect(page.get_by_test_id("border-left")).to_contain_text("2 points")
+    expect(page.get_by_test_id("border-left")).to_contain_text(t("common.points", count=2))
 
 
 def test_work_goes_on_while_the_server_is_away(page, own_server, straight_picture, frame_points):
@@ -134,7 +135,7 @@ def test_work_goes_on_while_the_server_is_away(page, own_server, straight_pictur
     own_server.stop()
     operator.click("left", frame_points["left"][3:])
     expect(page.get_by_test_id("away")).to_be_visible(timeout=LONG_MS)
-    expect(page.get_by_test_id("border-left")).to_contain_text("6 points")
+    expect(page.get_by_test_id("border-left")).to_contain_text(t("common.points", count=6))
     own_server.start()
     expect(page.get_by_test_id("away")).to_have_count(0, timeout=LONG_MS)
     assert operator.points("left") == frame_points["left"]
@@ -158,4 +159,4 @@ def test_of_two_pictures_that_are_opened_the_one_asked_for_last_stays(operator, 
     expect(page).to_have_url(re.compile(f"#/calibrate/{second}/points"))
     old.comes()
     assert operator.snapshot == second
-    expect(page.get_by_test_id("border-left")).not_to_contain_text("3 points")
+    expect(page.get_by_test_id("border-left")).not_to_contain_text(t("common.points", count=3))

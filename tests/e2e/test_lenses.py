@@ -3,6 +3,8 @@
 import pytest
 from playwright.sync_api import expect
 
+from tests.support.words import t
+
 
 def test_the_lens_of_an_earlier_calibration_is_held_and_stays_held(clicked, saved, tmp_path):
     earlier = saved("brown-conrady", height_mm={"value": 3000.0, "sigma": 30.0}).saved()
@@ -21,5 +23,6 @@ def test_the_lens_of_an_earlier_calibration_is_held_and_stays_held(clicked, save
     for name in ("focal_px", "lens_terms", "centre_px"):
         assert made["model"]["parameters"][name] == pytest.approx(earlier["model"]["parameters"][name], rel=1e-9), name
     page.reload()
-    expect(page.get_by_test_id("sentence")).to_contain_text("is saved")
+    expect(page.get_by_test_id("sentence")).to_contain_text(
+        t("shell.sentence.version-inactive", version=made["version"]))
     expect(page.get_by_test_id("changed")).to_have_count(0)

@@ -5,6 +5,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 COLOUR_AT = """(canvas, [u, v]) => [...canvas.getContext("2d").getImageData(
   Math.round(u * (canvas.width - 1)), Math.round(v * (canvas.height - 1)), 1, 1).data]"""
@@ -17,7 +18,8 @@ def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, ser
     operator.next("verify")
     page.keyboard.press("e")
     on_carpet = server.api("GET", f"/calibrations/{operator.saved()['id']}/uncertainty.json").json()
-    expect(page.get_by_test_id("heat-figures")).to_contain_text(f"worst {mm(on_carpet['max'])} mm", timeout=LONG_MS)
+    expect(page.get_by_test_id("heat-figures")).to_contain_text(
+        like("compare.heat.figures.carpet", worst=mm(on_carpet["max"])), timeout=LONG_MS)
     expect(page.get_by_test_id("worst-corrected")).to_contain_text(f"{mm(on_carpet['max'])} mm")
     page.screenshot(path=tmp_path / "carpet.png")
 
@@ -32,8 +34,8 @@ def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, ser
     hat_mm = operator.saved()["field_definition"]["hat_height_mm"]
     page.get_by_test_id("height-hats").click()
     at_hats = server.api("GET", f"/calibrations/{operator.saved()['id']}/uncertainty.json?z_mm={hat_mm}").json()
-    expect(page.get_by_test_id("heat-figures")).to_contain_text(f"worst {mm(at_hats['max'])} mm", timeout=LONG_MS)
-    expect(page.get_by_test_id("heat-figures")).to_contain_text(f"At hat height, {hat_mm:g} mm")
+    expect(page.get_by_test_id("heat-figures")).to_contain_text(
+        like("compare.heat.figures.hats", height=f"{hat_mm:g}", worst=mm(at_hats["max"])), timeout=LONG_MS)
     page.screenshot(path=tmp_path / "hat.png")
 
     page.get_by_test_id("step-points").click()  # the saved version is still what the document says
@@ -58,7 +60,7 @@ def test_under_the_pointer_stands_the_error_that_the_map_shows_there(saved, serv
                        json={"from": "field", "to": "image", "points": [place]}).json()["points"][0]
     page.mouse.move(*operator.spot(*pixel))
     there = mm(found["sigma_mm"][row][column])
-    expect(page.get_by_test_id("read-out")).to_contain_text(f"Expected error there {there} mm")
+    expect(page.get_by_test_id("read-out")).to_contain_text(f"{t('canvas.stage.expected-error')} {there} mm")
 
 
 @pytest.mark.long
@@ -80,9 +82,9 @@ def test_the_difference_between_two_versions_is_a_map_with_its_figures(clicked, 
     page.get_by_test_id("other").select_option(first)
     apart = server.api("GET", f"/calibrations/{second}/difference/{first}.json").json()
     figures = page.get_by_test_id("heat-figures")
-    told = f"Median {mm(apart['median_mm'])} mm, worst {mm(apart['max_mm'])} mm"
+    told = like("compare.heat.figures.difference", median=mm(apart["median_mm"]), worst=mm(apart["max_mm"]),
+                max=f"{apart['max_px']:.2f}")
     expect(figures).to_contain_text(told, timeout=LONG_MS)
-    expect(figures).to_contain_text(f"{apart['max_px']:.2f} px")
     expect(page.get_by_test_id("worst-corrected")).to_contain_text(f"{mm(apart['max_mm'])} mm")
     page.screenshot(path=tmp_path / "difference.png")
     page.keyboard.press("d")

@@ -6,6 +6,7 @@ from playwright.sync_api import expect
 from tests.e2e.conftest import LONG_MS
 from tests.support.held_requests import holding, wait_until_held
 from tests.support.waiting import jobs_so_far, newest_job
+from tests.support.words import t
 
 BORDERS = ("left", "right", "top", "bottom")
 COMPARE = "**/api/v1/calibrations/compare?*"
@@ -23,11 +24,11 @@ def test_models_stand_in_the_order_of_their_error_and_the_recommended_one_is_a_c
     assert errors == sorted(errors)
     expect(page.get_by_test_id("no-distortion")).to_have_count(0)  # the lens is a strong one, whichever model has it
     page.screenshot(path=tmp_path / "ranked.png")
-    recommended = page.get_by_test_id("models").locator("tbody", has_text="recommended")
+    recommended = page.get_by_test_id("models").locator("tbody", has_text=t("calibrate.model-table.recommended"))
     page.get_by_test_id("do-use-recommended").click()
     expect(recommended.get_by_role("button")).to_have_attribute("aria-pressed", "true")
     expect(page.get_by_test_id("do-use-recommended")).to_have_count(0)
-    expect(page.get_by_test_id("model-details")).to_contain_text("Held out")
+    expect(page.get_by_test_id("model-details")).to_contain_text(t("calibrate.model-table.held-out"))
     assert operator.draft()["model"] != "polynomial"
 
 
@@ -58,7 +59,7 @@ def test_who_leaves_the_step_stops_the_comparison_though_it_is_only_being_asked_
 def test_a_model_that_cannot_be_fitted_is_listed_with_what_to_do(clicked, tmp_path):
     page = clicked("division", painted="halfway-line").open_lens().page
     failed = page.get_by_test_id("failed-polynomial")
-    expect(failed).to_contain_text("Cannot be fitted.", timeout=LONG_MS)
+    expect(failed).to_contain_text(t("calibrate.model-table.cannot-be-fitted"), timeout=LONG_MS)
     expect(failed).to_contain_text("Click")
     page.screenshot(path=tmp_path / "failed.png")
 
@@ -69,7 +70,8 @@ def test_straight_lines_are_said_to_have_no_significant_distortion(operator, str
     for border in BORDERS:
         operator.click(border, frame_points[border])
     page = operator.open_lens().page
-    expect(page.get_by_test_id("no-distortion")).to_contain_text("No significant distortion.", timeout=LONG_MS)
+    expect(page.get_by_test_id("no-distortion")).to_contain_text(
+        t("calibrate.model-table.no-distortion"), timeout=LONG_MS)
     page.screenshot(path=tmp_path / "straight.png")
 
 

@@ -15,6 +15,7 @@ from tests.e2e.conftest import LONG_MS
 from tests.support import ssl_listener as listener
 from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said
+from tests.support.words import t
 
 SHOTS = os.environ.get("TOUCHLINE_SHOTS")  # a folder for whoever wants to look
 
@@ -45,7 +46,7 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
     page.goto(f"{own_server.url}/#/system/publishing")
     state = page.get_by_test_id("network-state")
     expect(state).to_have_attribute("data-state", "off")
-    expect(page.get_by_test_id("sent-overhead")).to_contain_text("ready")
+    expect(page.get_by_test_id("sent-overhead")).to_contain_text(t("network.sent.ready"))
     shot(page, "off")
 
     with Listener(**way) as ear:
@@ -57,7 +58,8 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
             page.get_by_test_id("network-interface").select_option("lo")
         page.get_by_test_id("publish").click()
         expect(state).to_have_attribute("data-state", "on-air")
-        expect(state).to_contain_text(f"1 of 2 cameras to {way['group']}, port {way['port']}, by lo")
+        expect(state).to_contain_text(
+            t("network.summary.sent", count=1, total=2, group=way["group"], port=way["port"], interface="lo"))
         assert len(listener.Packet.FromString(ear.receive().data).geometry.calib) == 1
 
         expect(page.get_by_text("would both be camera 0")).to_be_visible()
@@ -77,11 +79,13 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
             port = said(geometry_packet(published_cameras([example("ssl", 1)], PublishingConfig())), **way,
                         sock=stranger)
             told = page.get_by_test_id("contradiction")
-            expect(told).to_contain_text("127.0.0.1 also publishes camera 0, which is overhead", timeout=LONG_MS)
+            expect(told).to_contain_text(
+                t("network.contradiction", sender="127.0.0.1", number=0, camera="overhead"), timeout=LONG_MS)
             shot(page, "two")
             page.get_by_test_id(f"take-over-127.0.0.1-{port}-0").click()
-            notice = page.get_by_test_id("notice").filter(has_text="is kept as version 2 of overhead")
-            notice.get_by_role("button", name="Activate it").click()
+            notice = page.get_by_test_id("notice").filter(
+                has_text=t("network.kept", number=0, sender="127.0.0.1", version=2, camera="overhead"))
+            notice.get_by_role("button", name=t("network.kept.activate")).click()
             ear.hear_until(lambda came: focal(came) == pytest.approx(model_of("ssl", 1).focal_px, rel=1e-6))
             expect(page.get_by_test_id("contradiction")).to_have_count(0, timeout=LONG_MS)  # both say the same now
 

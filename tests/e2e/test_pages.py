@@ -17,6 +17,7 @@ from tests.support.held_requests import holding, wait_until_held
 from tests.support.old_answer import OldAnswer
 from tests.support.pictures import encoded, gradient
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 
 def kill(server):
@@ -94,9 +95,9 @@ def test_work_goes_on_when_the_server_was_killed_in_the_middle_of_it(page, own_s
     id = comparison(own_server, clicks, 200)
     expect(job(page, id)).to_have_attribute("data-state", "running", timeout=LONG_MS)
     kill(own_server)
-    expect(page.get_by_test_id("jobs-page").get_by_text("this is what was known last")).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_test_id("jobs-page").get_by_text(t("jobs.away"))).to_be_visible(timeout=LONG_MS)
     own_server.start()
-    expect(job(page, id).get_by_test_id("job-attempt")).to_contain_text("Attempt 2", timeout=LONG_MS)
+    expect(job(page, id).get_by_test_id("job-attempt")).to_contain_text(t("jobs.attempt", attempt=2), timeout=LONG_MS)
     page.screenshot(path=tmp_path / "again.png")
     expect(job(page, id)).to_have_attribute("data-state", "done", timeout=LONG_MS)
 
@@ -105,9 +106,9 @@ def test_settings_are_read_without_secrets_and_a_name_is_kept(operator, server, 
     page = operator.page
     page.get_by_test_id("rail-system").click()
     page.get_by_test_id("tab-server").click()
-    expect(page.get_by_test_id("taken-pictures")).to_contain_text("of 2.0 GB")
+    expect(page.get_by_test_id("taken-pictures")).to_contain_text(t("settings.storage.limit", limit="2.0 GB"))
     expect(page.get_by_test_id("newest-backup")).not_to_be_empty()
-    expect(page.get_by_test_id("setting-token")).to_contain_text("not set")
+    expect(page.get_by_test_id("setting-token")).to_contain_text(t("settings.value.not-set"))
     page.get_by_test_id("section-jobs").locator("summary").click()
     expect(page.get_by_test_id("setting-jobs.workers")).to_contain_text("Long jobs done at once")
     page.screenshot(path=tmp_path / "settings.png")
@@ -178,7 +179,7 @@ def test_a_version_that_was_deleted_is_put_back(operator, server, versions):
     row = page.locator(f"[data-testid=shelf-version][data-version='{gone['version']}']")
     row.get_by_test_id("shelf-delete").click()
     expect(row).to_have_count(0)
-    page.get_by_role("button", name="Put it back").click()
+    page.get_by_role("button", name=t("common.put-back")).click()
     expect(row).to_be_visible()
     assert server.api("GET", f"/calibrations/{gone['id']}").json()["version"] == gone["version"]
 
@@ -199,7 +200,8 @@ def test_a_page_is_left_to_the_picture_it_was_opened_from(operator, straight_pic
 
 def test_every_step_can_be_looked_at_and_says_what_is_missing(operator, straight_picture):
     page = operator.open(straight_picture, "table", "full").page
-    for step, missing in (("points", "Mark"), ("verify", "Save a version"), ("field", "640 × 480")):
+    for step, missing in (("points", like("shell.sentence.mark")), ("verify", t("shell.sentence.save-first")),
+                          ("field", t("shell.sentence.check-field", width=640, height=480))):
         page.get_by_test_id(f"step-{step}").click()
         expect(page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step")
         expect(page.get_by_test_id("sentence")).to_contain_text(missing)
@@ -226,7 +228,7 @@ def test_a_board_before_a_live_camera_is_taken_by_itself_and_gives_a_lens(operat
     expect(views.nth(1)).to_be_visible(timeout=LONG_MS)
     expect(views).to_have_count(6, timeout=LONG_MS)  # each pose once, those before the reload as well
     page.keyboard.press("k")
-    expect(page.get_by_test_id("do-capture")).to_contain_text("Take by itself")
+    expect(page.get_by_test_id("do-capture")).to_contain_text(t("board.capture.start-automatic"))
     time.sleep(3)  # a whole pose goes by
     expect(views).to_have_count(6)
     page.get_by_test_id("next").click()
@@ -255,7 +257,7 @@ def test_a_camera_lists_its_own_images_small_and_leads_on_with_one(operator, ser
     taken = until(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda answer: answer.ok)
     snapshot = taken.json()["id"]
     page.goto(f"{server.url}/#/cameras/table/calibrate")
-    expect(page.get_by_test_id("camera-images-page")).to_contain_text("Take an image")
+    expect(page.get_by_test_id("camera-images-page")).to_contain_text(t("library.calibrate-camera.how"))
     expect(page.get_by_test_id(f"recent-{snapshot}")).to_have_count(0)
     page.goto(f"{server.url}/#/cameras/overhead/calibrate")
     image = page.get_by_test_id(f"recent-{snapshot}")

@@ -12,6 +12,7 @@ from tests.e2e.conftest import LONG_MS
 from tests.support.held_requests import holding, wait_until_held
 from tests.support.pair_pictures import calibration_body, pair_seen
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 NUMBER = re.compile(r"[\d.]+")
 # Where a picture's corner is on the screen, and how large one of its pixels is there.
@@ -144,12 +145,13 @@ def test_things_clicked_in_both_pictures_tell_the_geometry_and_its_lines(desk, s
     desk.match_all(seen, range(24))
     matched, page, told = desk, desk.page, desk.settled()
     assert told["fundamental"]["outliers"] == [] and told["fundamental"]["rms_px"] < 1
-    expect(page.get_by_test_id("fundamental")).to_contain_text(f"{told['fundamental']['rms_px']:.2f} px rms")
+    expect(page.get_by_test_id("fundamental")).to_contain_text(
+        f"{told['fundamental']['rms_px']:.2f} {t('pair.epipolar.rms')}")
     expect(page.get_by_test_id("fundamental")).to_contain_text(told["fundamental"]["verdict"]["sentence"])
     expect(page.get_by_test_id("match-24")).to_contain_text(f"{told['fundamental']['epipolar_px'][23]:.2f} px")
     page.mouse.move(*matched.spot("a", seen.a[14]))
     expect(page.get_by_test_id("epipolar-b")).to_have_attribute("data-by", "matches")
-    expect(page.get_by_test_id("mark-b-15")).to_contain_text("px off")
+    expect(page.get_by_test_id("mark-b-15")).to_contain_text(like("pair.mark.off"))
     matrix = np.array(told["fundamental"]["matrix"])
     line = matched.line("b")
     kept = matched.kept()["matches"][14]
@@ -171,7 +173,7 @@ def test_a_mistake_is_named_coloured_removed_and_brought_back(matched, seen, tmp
     assert told["fundamental"]["outliers"] == [19]
     expect(page.get_by_test_id("fundamental")).to_contain_text("Match 20 does not.")
     expect(page.get_by_test_id("mistakes")).to_contain_text(
-        f"Match 20 is {told['fundamental']['epipolar_px'][19]:.1f} px off its line.")
+        t("pair.epipolar.mistake", match=20, error=f"{told['fundamental']['epipolar_px'][19]:.1f}"))
     page.get_by_test_id("next").click()
     expect(page.get_by_test_id("mark-a-20")).to_have_attribute("data-chosen", "true")
     page.screenshot(path=tmp_path / "mistake.png")
@@ -194,13 +196,13 @@ def test_two_calibrations_agree_in_millimetres_and_a_moved_camera_is_found(match
     page.reload()
     matched.wait_for_pictures()
     expect(page.get_by_test_id("calibration-a")).to_have_value(good[0])
-    expect(page.get_by_text("Made from this picture, proposed.")).to_have_count(2)
+    expect(page.get_by_text(t("pair.calibration.proposed-made"))).to_have_count(2)
     page.get_by_test_id("calibration-b").select_option(good[1])
     expect(page.get_by_test_id("agreement")).to_have_attribute("data-level", "good", timeout=LONG_MS)
     told = matched.settled()
     agreed = told["agreement"]
     assert agreed["from"] == "matches" and agreed["n"] == 24
-    expect(page.get_by_test_id("agreement")).to_contain_text(f"{agreed['median_mm']:.1f} mm apart, median")
+    expect(page.get_by_test_id("agreement")).to_contain_text(f"{agreed['median_mm']:.1f} {t('pair.agreement.median')}")
     expect(page.get_by_test_id("agreement")).to_contain_text(agreed["verdict"]["sentence"])
     distance = int(re.sub(r"\D", "", page.get_by_test_id("baseline").inner_text()))
     assert distance == pytest.approx(told["calibrated"]["distance_mm"], abs=1) and distance > 2000
@@ -212,7 +214,7 @@ def test_two_calibrations_agree_in_millimetres_and_a_moved_camera_is_found(match
     expect(page.get_by_test_id("epipolar-b")).to_have_attribute("data-by", "calibrations")
     assert away(seen.b[13], matched.line("b")) < 3 and away(seen.a[13], matched.line("a")) < 3
     assert len(matched.line("b")) > 10  # bent as the lens bends
-    expect(page.get_by_test_id("foretold-b")).to_contain_text("150 mm up")
+    expect(page.get_by_test_id("foretold-b")).to_contain_text(t("pair.foretold.up", height=150))
     page.screenshot(path=tmp_path / "agree.png")
 
     page.get_by_test_id("calibration-b").select_option(moved)
@@ -232,14 +234,14 @@ def test_calibrations_alone_foretell_where_to_click_before_the_first_match(desk,
         desk.calibrate(which)
     desk.page.reload()
     desk.wait_for_pictures()
-    expect(desk.page.get_by_test_id("agreement")).to_contain_text("places on lines", timeout=LONG_MS)
+    expect(desk.page.get_by_test_id("agreement")).to_contain_text(t("pair.agreement.places"), timeout=LONG_MS)
     desk.click("a", seen.a[4])
     foretold = desk.page.get_by_test_id("foretold-b")
-    expect(foretold).to_contain_text("on the carpet")
+    expect(foretold).to_contain_text(t("pair.foretold.carpet"))
     x, y = map(float, NUMBER.findall(foretold.get_attribute("transform")))
     box = desk.page.get_by_test_id("half-b").bounding_box()
     assert np.allclose((box["x"] + x, box["y"] + y), desk.spot("b", seen.b[4]), atol=2)
-    expect(desk.page.get_by_test_id("sentence")).to_have_text("Click point 1 in the right picture too.")
+    expect(desk.page.get_by_test_id("sentence")).to_have_text(t("pair.missing.click.b", point=1))
     assert away(seen.b[4], desk.line("b")) < 3
 
 
@@ -248,7 +250,7 @@ def test_a_reload_and_a_second_tab_go_on_with_every_click_even_a_half_match(desk
     desk.match_all(seen, range(3))
     desk.click("a", seen.a[3])
     expect(desk.page.get_by_test_id("mark-a-4")).to_have_attribute("data-waits", "true")
-    expect(desk.page.get_by_test_id("kept")).to_have_text("Kept in this browser")
+    expect(desk.page.get_by_test_id("kept")).to_have_text(t("shell.saved.in-browser"))
     before = desk.kept()
     desk.page.reload()
     desk.wait_for_pictures()
@@ -315,7 +317,7 @@ def test_fingers_tap_matches_and_pinch_one_picture(browser, server, seen):
 @pytest.mark.long
 def test_things_on_the_carpet_alone_are_refused_with_what_to_do(desk, seen, tmp_path):
     desk.load(seen, range(11))
-    expect(desk.page.get_by_test_id("sentence")).to_have_text("Match 1 more thing, some of them above the carpet.")
+    expect(desk.page.get_by_test_id("sentence")).to_have_text(t("pair.missing.more", count=1))
     desk.match(seen.a[11], seen.b[11])
     refusal = desk.page.get_by_test_id("pair-refusal")
     expect(refusal).to_contain_text("plane", timeout=LONG_MS)
@@ -399,7 +401,7 @@ def test_a_cameras_active_calibration_is_proposed(operator, server, border_draft
     page.get_by_test_id("tab-pair").click()
     page.get_by_test_id("take-b-overhead").click()
     expect(page.get_by_test_id("calibration-b")).to_have_value(first, timeout=LONG_MS)
-    expect(page.get_by_text("The active one, proposed.")).to_be_visible()
+    expect(page.get_by_text(t("pair.calibration.proposed-active"))).to_be_visible()
     page.get_by_test_id("calibration-b").select_option("")
     expect(page.get_by_test_id("calibration-b")).to_have_value("")
     assert second != first

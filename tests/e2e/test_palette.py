@@ -4,6 +4,8 @@ import re
 
 from playwright.sync_api import expect
 
+from tests.support.words import t
+
 
 def find(page, words: str) -> None:
     """Look for it, take the first that is found, and return once the palette is closed."""
@@ -17,13 +19,13 @@ def find(page, words: str) -> None:
 def test_whatever_there_is_is_found_by_a_few_letters_from_anywhere(operator, server, straight_picture):
     page = operator.page
     name = server.api("GET", "/cameras/overhead").json()["name"]
-    find(page, f"{name.lower()} drift")
+    find(page, f"{name} {t('shell.view.drift')}".lower())
     expect(page).to_have_url(re.compile("#/cameras/overhead/drift$"))
-    find(page, "field division b")
+    find(page, f"{t('shell.palette.kind.field').lower()} division b")
     expect(page.get_by_test_id("field-editor")).to_be_visible()
-    find(page, "publishing")
+    find(page, t("shell.view.publishing").lower())
     expect(page.get_by_test_id("publishing-page")).to_be_visible()
-    find(page, "manual drift")
+    find(page, f"{t('shell.palette.kind.manual').lower()} drift")
     expect(page.get_by_test_id("manual")).to_have_attribute("data-page", "drift.md")
     page.get_by_test_id("network-group").focus()  # not a key of the field's own
     page.keyboard.press("Control+k")
@@ -34,13 +36,13 @@ def test_whatever_there_is_is_found_by_a_few_letters_from_anywhere(operator, ser
     expect(page.get_by_test_id("network-group")).to_be_focused()
     operator.open(straight_picture, "table", "full").click("left", [[80, 100]])
     assert len(operator.points("left")) == 1
-    find(page, "undo")  # a command, and one that can be done here alone
+    find(page, t("common.undo").lower())  # a command, and one that can be done here alone
     assert operator.points("left") == []
     page.get_by_test_id("search").click()
-    page.get_by_test_id("palette-input").fill("file")
+    page.get_by_test_id("palette-input").fill(t("shell.palette.file").lower())
     page.keyboard.press("ArrowDown")
     page.keyboard.press("ArrowUp")
-    page.get_by_test_id("found").filter(has_text="Image").first.click()
+    page.get_by_test_id("found").filter(has_text=t("shell.palette.kind.image")).first.click()
     operator.is_at("points")
 
 
@@ -56,7 +58,7 @@ def test_keys_of_one_letter_are_switched_off_and_stay_off(operator):
     page.keyboard.press("F1")  # heard after those
     expect(page.get_by_test_id("manual")).to_be_visible()
     expect(page).to_have_url(re.compile("#/cameras$"))
-    page.get_by_role("tab", name="Keys").click()
+    page.get_by_role("tab", name=t("help.tab.keys")).click()
     page.get_by_test_id("letters").check()
     page.keyboard.press("Escape")
     page.get_by_test_id("stage").focus()

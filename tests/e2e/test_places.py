@@ -8,6 +8,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.waiting import until
+from tests.support.words import t
 
 MOST_TABS = 80  # more than any page has before what is looked for
 FOCUSED = "(id) => document.activeElement.dataset.testid === id"
@@ -109,5 +110,5 @@ def test_the_system_tells_its_jobs_and_takes_other_colours(way):
     way.press("rail-system")
     way.press("tab-jobs")
     expect(page.get_by_test_id("jobs-page")).to_be_visible(timeout=LONG_MS)
-    way.choose("theme", "Dark")
+    way.choose("theme", t("core.theme.dark"))
     expect(page.locator("html")).to_have_attribute("data-theme", "dark")

@@ -9,8 +9,10 @@ from playwright.sync_api import expect
 from tests.e2e.conftest import LONG_MS
 from tests.support.tiers import long
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 MIDDLE = 80.0  # x of the drawn frame's left side
+SNAPPED = "^" + like("calibrate.snapping.snapped").pattern  # of one point
 
 
 @pytest.fixture
@@ -57,7 +59,7 @@ def test_a_click_beside_a_line_lands_on_its_middle_and_says_how_far(snapping, tm
     expect(page.get_by_test_id("loupe")).to_be_visible()
     page.screenshot(path=tmp_path / "ahead.png")
     page.mouse.click(*snapping.spot(83, 200))
-    said(page, re.compile(r"^Snapped [23]\.\d px$"))
+    said(page, re.compile(SNAPPED.replace(".*?", r"[23]\.\d") + "$"))
     page.screenshot(path=tmp_path / "snapped.png")
     [[x, _]] = left(snapping, (MIDDLE, 200))
     assert x == pytest.approx(MIDDLE, abs=0.1)
@@ -88,7 +90,7 @@ def test_a_point_snaps_though_the_next_one_is_pressed_already_when_the_answer_co
 def test_undo_takes_a_snapped_point_back_to_where_it_was_put(snapping):
     page = snapping.page
     page.mouse.click(*snapping.spot(83, 200))
-    said(page, re.compile("^Snapped"))
+    said(page, re.compile(SNAPPED))
     page.keyboard.press("Control+z")
     left(snapping, (83, 200))
     page.keyboard.press("Control+z")
@@ -113,7 +115,7 @@ def test_with_alt_a_point_stays_where_it_is_put(snapping):
 @pytest.mark.long
 def test_away_from_lines_a_point_stays_and_the_reason_is_said(snapping):
     snapping.page.mouse.click(*snapping.spot(300, 250))
-    said(snapping.page, "Not snapped: no line within reach")
+    said(snapping.page, t("calibrate.snapping.not-snapped", why="no line within reach"))
     left(snapping, (300, 250))
 
 
@@ -121,7 +123,7 @@ def test_away_from_lines_a_point_stays_and_the_reason_is_said(snapping):
 def test_a_drag_shows_the_free_point_and_snaps_when_it_is_let_go(snapping):
     page = snapping.page
     page.mouse.click(*snapping.spot(82, 200))
-    said(page, re.compile("^Snapped"))
+    said(page, re.compile(SNAPPED))
     page.mouse.move(*snapping.spot(80, 200))
     page.mouse.down()
     page.mouse.move(*snapping.spot(88, 240), steps=5)
@@ -130,7 +132,7 @@ def test_a_drag_shows_the_free_point_and_snaps_when_it_is_let_go(snapping):
                lambda x: x == pytest.approx(snapping.spot(88, 240)[0], abs=1.5))
     page.mouse.move(*snapping.spot(83, 240))
     page.mouse.up()
-    said(page, re.compile("^Snapped"))
+    said(page, re.compile(SNAPPED))
     [[x, _]] = left(snapping, (MIDDLE, 240))
     assert abs(x - MIDDLE) < 0.1
 
@@ -145,7 +147,8 @@ def test_points_that_were_placed_freely_snap_by_a_key_and_come_back_by_undo(snap
     placed = left(snapping, (82.5, 120), (82.5, 200), (82.5, 280), within=0.6)
     page.keyboard.press("Control+a")
     page.keyboard.press("q")
-    said(page, re.compile(r"^Snapped 3 of 3 points, at most 2\.\d px$"))
+    three = like("calibrate.snapping.snapped-several", snapped=3, asked=3).pattern
+    said(page, re.compile("^" + three.replace(".*?", r"2\.\d") + "$"))
     snapped = left(snapping, (MIDDLE, 120), (MIDDLE, 200), (MIDDLE, 280), within=0.6)
     assert np.abs(np.array(snapped)[:, 0] - MIDDLE).max() < 0.1
     page.keyboard.press("Control+z")
@@ -157,7 +160,7 @@ def test_the_keyboard_alone_puts_a_point_on_the_line(snapping):
     page = snapping.page
     page.mouse.move(*snapping.spot(82, 150))
     page.keyboard.press("a")
-    said(page, re.compile("^Snapped"))
+    said(page, re.compile(SNAPPED))
     [[x, _]] = left(snapping, (MIDDLE, 150))
     assert abs(x - MIDDLE) < 0.1
 
@@ -185,7 +188,7 @@ def test_points_along_a_line_are_proposed_and_added_as_one_change(fitted, tmp_pa
     page.keyboard.press("Delete")
     for x in (100, 330, 550):
         page.mouse.click(*fitted.spot(x, 61))
-        said(page, re.compile("^Snapped"))
+        said(page, re.compile(SNAPPED))
     fit_is_there(page)
     expect(page.get_by_test_id("do-propose")).to_be_enabled()
     page.keyboard.press("f")
@@ -195,7 +198,7 @@ def test_points_along_a_line_are_proposed_and_added_as_one_change(fitted, tmp_pa
     count = page.locator("[data-proposed]").count()
     assert count >= 5
     page.keyboard.press("f")
-    said(page, f"{count} points added")
+    said(page, t("calibrate.line-suggestions.added", count=count))
     expect(page.locator("[data-point^='top:']")).to_have_count(3 + count)
     added = fitted.points("top")
     assert len(added) == 3 + count
@@ -241,7 +244,9 @@ def test_the_fit_follows_a_point_while_it_is_dragged(clicked, model):
 @pytest.mark.long
 def test_the_little_field_says_what_has_been_done(fitted):
     page = fitted.page
-    expect(page.get_by_test_id("field-left")).to_have_attribute("aria-label", re.compile("6 points, used by the fit"))
-    expect(page.get_by_test_id("field-halfway-line")).to_have_attribute("aria-label", "Click Halfway line")
+    used = t("calibrate.field-drawing.points", count=6) + t("calibrate.field-drawing.used")
+    expect(page.get_by_test_id("field-left")).to_have_attribute("aria-label", re.compile(re.escape(used)))
+    expect(page.get_by_test_id("field-halfway-line")).to_have_attribute(
+        "aria-label", t("calibrate.field-drawing.click", feature="Halfway line"))
     page.get_by_test_id("field-centre").click(force=True)
     expect(page.get_by_test_id("inside-centre")).to_have_attribute("aria-pressed", "true")

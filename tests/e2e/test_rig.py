@@ -1,6 +1,7 @@
 """A rig, by the page: made of two cameras, seen as one picture, checked, and told which camera was knocked."""
 
 import json
+import re
 
 import pytest
 from playwright.sync_api import expect
@@ -10,6 +11,7 @@ from tests.e2e.conftest import LONG_MS
 from tests.support.live_play import Before
 from tests.support.rig_over_field import sim_task
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 ADDRESS = "sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&robots=0&fps=10"
 KNOCK_MM = 50
@@ -75,7 +77,7 @@ def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, se
     verdict = page.get_by_test_id("rig-verdict")
     expect(verdict).to_have_attribute("data-level", "poor", timeout=2 * LONG_MS)
     expect(verdict).to_contain_text("It is Rig-South")
-    expect(page.get_by_test_id("rig-worst")).to_contain_text("worst:")
+    expect(page.get_by_test_id("rig-worst")).to_contain_text(like("rig.picture.worst"))
     mean, most = (float(page.get_by_test_id(id).inner_text().split(" ")[0]) for id in ("pair-mean", "pair-max"))
     assert mean == pytest.approx(KNOCK_MM, rel=0.1)
     assert mean <= most < 1.5 * KNOCK_MM  # at the worst place the clicked lens may be wrong as well
@@ -100,7 +102,7 @@ def test_cameras_with_other_rectangles_are_refitted_by_one_button_and_not_activa
     page.goto(f"{server.url}/#/field/rigs/hall")
     expect(page.get_by_test_id("member-rig-north")).to_contain_text("Refit Rig-North", timeout=LONG_MS)
     page.get_by_test_id("refit-rig").click()
-    expect(page.get_by_text("1 new version with the rig's rectangles")).to_be_visible(timeout=2 * LONG_MS)
+    expect(page.get_by_text(t("rig.notice.refitted", count=1))).to_be_visible(timeout=2 * LONG_MS)
     versions = server.api("GET", "/calibrations?camera=rig-north").json()["items"]
     assert versions[0]["parent"] == before and not versions[0]["active"]
     assert server.api("GET", "/cameras/rig-north").json()["active_calibration"] == before
@@ -131,7 +133,8 @@ def test_ball_and_robots_of_all_cameras_stand_on_the_field_once_each_with_the_se
         page.goto(f"{server.url}/#/field/rigs/west")
         expect(page.get_by_test_id("stitched")).to_be_visible(timeout=LONG_MS)
         page.get_by_test_id("do-follow-play").click()
-        expect(page.get_by_test_id("seam")).to_contain_text("mm apart in the median", timeout=2 * LONG_MS)
+        told = [like("rig.tracks.seam", **how_many).pattern for how_many in ({}, {"count": 1})]
+        expect(page.get_by_test_id("seam")).to_contain_text(re.compile("|".join(told)), timeout=2 * LONG_MS)
         expect(page.get_by_test_id("track-robot").nth(5)).to_be_attached(timeout=LONG_MS)
         page.screenshot(path=tmp_path / "tracks.png")
         page.get_by_test_id("do-follow-play").click()

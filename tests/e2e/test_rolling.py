@@ -5,6 +5,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 SOURCE = "sim://table?robots=0&ball=true&lens=division&k=-0.3&size=640x480&fps=25"
 AGREEING = "[data-testid=roll]:not([data-level=left-out])"
@@ -49,11 +50,11 @@ def test_each_roll_has_its_number_and_a_reload_loses_none(rolling, server, tmp_p
     last = page.get_by_test_id("roll").last  # the oldest: new ones come above it
     last.get_by_test_id("roll-leave").click()
     expect(last).to_have_attribute("data-level", "left-out")
-    expect(last).to_contain_text("Left out by you")
+    expect(last).to_contain_text(t("rolling.roll.left-out"))
     assert server.api("GET", "/cameras/rolling/rolls").json()["items"][0]["left_out"]
     expect(page.get_by_test_id("do-take-roll")).to_be_enabled()  # the list may be told before the deed is answered
     page.keyboard.press("Control+z")
-    expect(last).not_to_contain_text("Left out by you")
+    expect(last).not_to_contain_text(t("rolling.roll.left-out"))
     assert not server.api("GET", "/cameras/rolling/rolls").json()["items"][0]["left_out"]
 
 
@@ -63,7 +64,7 @@ def test_the_lens_of_the_rolls_is_kept_and_chosen_for_the_next_picture(rolling, 
     expect(page.locator(AGREEING).nth(5)).to_be_visible(timeout=LONG_MS)  # of the first three, one may disagree
     page.get_by_test_id("rolls-kind").select_option("division")
     page.get_by_test_id("do-fit-rolls").click()
-    expect(page.get_by_test_id("rolls-made")).to_contain_text("kept", timeout=LONG_MS)
+    expect(page.get_by_test_id("rolls-made")).to_contain_text(t("rolling.made.lens"), timeout=LONG_MS)
     lens = server.api("GET", "/lenses").json()["items"][0]
     assert (lens["model"], lens["camera"], lens["image_size"]) == ("division", "rolling", [640, 480])
     page.get_by_test_id("use-roll-lens").click()
@@ -71,7 +72,7 @@ def test_the_lens_of_the_rolls_is_kept_and_chosen_for_the_next_picture(rolling, 
     page.goto(f"{server.url}/#/lenses/ball/rolling")
     old = kept(server)
     page.get_by_test_id("do-forget-rolls").click()
-    expect(page.get_by_test_id("do-forget-rolls")).to_contain_text("Press again")
+    expect(page.get_by_test_id("do-forget-rolls")).to_contain_text(like("rolling.page.press-again"))
     page.get_by_test_id("do-forget-rolls").click()
-    expect(page.get_by_test_id("do-forget-rolls")).to_contain_text("Forget all")
+    expect(page.get_by_test_id("do-forget-rolls")).to_contain_text(t("rolling.forget-all"))
     until(lambda: kept(server), lambda now: not old & now)  # the ball rolls on meanwhile

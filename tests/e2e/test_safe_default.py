@@ -15,6 +15,7 @@ from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.auto_scenes import SceneSpec, scene_of
 from tests.support.demo_cameras import CAMERAS
+from tests.support.words import t
 
 MOST_PRESSES = 6
 TRUE_MM = 5.0
@@ -77,14 +78,15 @@ def test_from_the_first_page_by_the_primary_button_alone_to_an_active_calibratio
         presses += 1
         expect(go).not_to_have_text(name, timeout=LONG_MS)
         page.screenshot(path=tmp_path / f"{presses}.png")
-        if name == "Continue":
-            expect(page.get_by_test_id("checklist")).not_to_contain_text("Checking", timeout=LONG_MS)
+        if name == t("shell.next.continue"):
+            expect(page.get_by_test_id("checklist")).not_to_contain_text(t("verify.checking"), timeout=LONG_MS)
             page.screenshot(path=tmp_path / "verify.png")
     made = next(c for c in own_server.api("GET", "/calibrations").json()["items"] if c["id"] not in before)
     carpet_mm, hat_mm = true_mm(own_server, made)
     told_mm = made["report"]["sigma_mm"]["hat"]["rms"]  # of a height that nobody has measured: 5 to 7
     assert carpet_mm < TRUE_MM and hat_mm < 2 * told_mm < 4 * TRUE_MM, (carpet_mm, hat_mm, told_mm)
-    expect(go).to_have_text(re.compile("Calibrate East"))  # the next one that has no active version
+    calibrate_next = t("common.calibrate-camera", camera=CAMERAS[1]["name"])  # the next one without an active version
+    expect(go).to_have_text(calibrate_next)
     press(page, go)
     arriving.is_at("points")
     assert own_server.api("GET", f"/snapshots/{arriving.snapshot}").json()["camera"] == "east"
@@ -98,10 +100,10 @@ def test_saving_says_how_far_it_is_and_can_be_stopped(clicked):
     expect(go).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)
     page.route("**/calibrations?job=true", lambda route: held.append(route))
     go.click()
-    expect(go).to_have_text("Saving…")
+    expect(go).to_have_text(t("versions.saving"))
     page.get_by_test_id("do-stop-saving").click()
     held[0].continue_()
-    expect(go).to_have_text("Continue", timeout=LONG_MS)
+    expect(go).to_have_text(t("shell.next.continue"), timeout=LONG_MS)
     operator.is_at("points")
     expect(page.get_by_test_id("do-stop-saving")).to_have_count(0)
     listed = operator.server.api("GET", "/calibrations?brief=true").json()["items"]
@@ -130,7 +132,7 @@ def test_lines_that_the_detection_is_not_sure_of_are_offered_and_taken_one_by_on
     page = operator.page
     offer = page.get_by_test_id("proposal")
     expect(offer).to_be_visible(timeout=LONG_MS)
-    expect(page.get_by_test_id("lines-found")).to_contain_text("not sure")
+    expect(page.get_by_test_id("lines-found")).to_contain_text(t("calibrate.find-lines-panel.not-sure"))
     assert operator.draft()["observations"] == []
     page.screenshot(path=tmp_path / "offered.png")
     count = offer.locator("li").count()
@@ -146,7 +148,7 @@ def test_lines_that_the_detection_is_not_sure_of_are_offered_and_taken_one_by_on
         page.keyboard.press("Control+z")
         assert len(operator.draft()["observations"]) == left
     expect(offer.locator("li")).to_have_count(count)  # as it was, and so is the message
-    expect(page.get_by_test_id("lines-found")).to_contain_text("not sure")
+    expect(page.get_by_test_id("lines-found")).to_contain_text(t("calibrate.find-lines-panel.not-sure"))
 
 
 @pytest.mark.long

@@ -10,6 +10,7 @@ from tests.support.axe import axe_path, grave
 from tests.support.live_play import Before
 from tests.support.old_answer import OldAnswer
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 FPS = 4
 
@@ -56,7 +57,7 @@ def page(operator, server, play):
     page.keyboard.press("F9")
     expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG_MS)
     # The colours that the camera found are known to the page as well: samples are counted from here on.
-    expect(page.get_by_test_id("learned")).to_contain_text("Found by the camera itself", timeout=LONG_MS)
+    expect(page.get_by_test_id("learned")).to_contain_text(t("detection.colours.found"), timeout=LONG_MS)
     return page
 
 
@@ -113,12 +114,12 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
     assert grave(page) == []
     page.get_by_test_id("do-undo-seeing").click()
     expect(page.get_by_test_id("plan")).to_have_value("ssl")
-    expect(page.get_by_test_id("publish-words")).to_contain_text("nothing leaves this machine")
+    expect(page.get_by_test_id("publish-words")).to_contain_text(t("detection.publish.off"))
     page.get_by_test_id("publish").check()
     expect(page.get_by_test_id("publish-problem")).to_contain_text("Nothing is published", timeout=LONG_MS)
     until(lambda: kept(server)["publish"], bool)
     page.get_by_test_id("publish").uncheck()
-    expect(page.get_by_test_id("publish-words")).to_contain_text("nothing leaves this machine")
+    expect(page.get_by_test_id("publish-words")).to_contain_text(t("detection.publish.off"))
     until(lambda: not kept(server)["publish"], bool)
 
 
@@ -132,7 +133,7 @@ def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_c
     click_at(page, *play.clicks()["blue"][0])
     expect(page.get_by_test_id("sample-blue")).to_have_count(before + 1, timeout=LONG_MS)
     expect(page.get_by_test_id("learned")).to_contain_text("seer", timeout=LONG_MS)
-    expect(page.get_by_test_id("health-blue")).to_contain_text("margin", timeout=LONG_MS)
+    expect(page.get_by_test_id("health-blue")).to_contain_text(like("detection.colours.margin"), timeout=LONG_MS)
     until(lambda: kept(server)["learned"], lambda learned: learned == "clicks")
     press(page, "m", "mask")
     expect(page.locator("[data-view=stage-colours] [data-testid=stage-held-colours]")).to_be_visible(timeout=LONG_MS)
@@ -151,9 +152,9 @@ def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_c
     expect(page.get_by_test_id("preset")).to_have_value("north-hall", timeout=LONG_MS)
     page.get_by_test_id("copy-to").select_option("second")
     page.get_by_test_id("copy-colours").click()
-    expect(page.get_by_text("Second goes by these colours now.")).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_text(t("detection.presets.copied", camera="Second"))).to_be_visible(timeout=LONG_MS)
     assert kept(server, "second")["colours"] == kept(server)["colours"] == "north-hall"
-    page.get_by_role("button", name="Take it back").click()
+    page.get_by_role("button", name=t("detection.presets.copied.take-back")).click()
     until(lambda: kept(server, "second")["colours"], lambda name: name is None)
     page.get_by_test_id("sample-blue").last.click()
     expect(page.get_by_test_id("learned")).to_contain_text("north-hall, changed", timeout=LONG_MS)
@@ -166,7 +167,7 @@ def test_a_clip_is_recorded_stepped_and_a_colour_taught_in_it(page, server, play
     expect(page.get_by_test_id("clip-place")).to_be_visible(timeout=LONG_MS)
     expect(page.get_by_test_id("held-frame")).to_be_visible(timeout=LONG_MS)
     press(page, ".", "next-frame")
-    expect(page.get_by_text("Frame 2 of")).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_text(like("detection.clips.place", frame=2))).to_be_visible(timeout=LONG_MS)
     expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG_MS)
     page.keyboard.press("2")
     assert len(held(server)) == count
@@ -177,7 +178,8 @@ def test_a_clip_is_recorded_stepped_and_a_colour_taught_in_it(page, server, play
     page.keyboard.press("Escape")
     press(page, "p", "play-clip")
     # Not one frame of those: each is there for a quarter of a second.
-    expect(page.get_by_text(re.compile(r"Frame ([4-9]|\d\d) of"))).to_be_visible(timeout=LONG_MS)
+    later = like("detection.clips.place", frame="LATER").pattern.replace("LATER", r"([4-9]|\d\d)")
+    expect(page.get_by_text(re.compile(later))).to_be_visible(timeout=LONG_MS)
     page.screenshot(path=tmp_path / "clip.png")
     page.get_by_test_id("do-play-clip").click()
     page.get_by_test_id("remove-clip").click()

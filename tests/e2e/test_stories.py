@@ -18,6 +18,7 @@ from tests.support.held_requests import holding
 from tests.support.sim_clicks import border_clicks
 from tests.support.tiers import long
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 STRAIGHT_PX = 1.0  # how straight a border must be in the corrected picture
 REAL = {"ssl_2008_half": "fields/ssl_2008/ssl-field-2008.jpg", "unball_full": "fields/unball/unball_path1.png"}
@@ -51,7 +52,8 @@ def test_models_are_ranked_and_a_warning_leads_to_its_cure(operator, server):
     for feature, points in border_clicks(camera, region, 9).items():
         operator.click(feature, points[1:-1])
     operator.open_lens()
-    expect(page.get_by_test_id("models").get_by_text("Recommended")).to_be_visible(timeout=LONG_MS)
+    recommended = page.get_by_test_id("models").get_by_text(t("calibrate.model-table.recommended"))
+    expect(recommended).to_be_visible(timeout=LONG_MS)
     page.get_by_test_id("model-brown-conrady").click()
     page.get_by_test_id("enter-height").click()
     expect(page.get_by_test_id("option-height_mm")).to_be_focused()
@@ -60,7 +62,7 @@ def test_models_are_ranked_and_a_warning_leads_to_its_cure(operator, server):
     expect(page.get_by_test_id("enter-height")).to_have_count(0, timeout=LONG_MS)
     assert operator.draft()["options"]["height_mm"]["value"] == pytest.approx(camera.position_mm[2], abs=0.5)
     expect(page.get_by_test_id("verdict")).to_have_attribute("data-level", "good")
-    expect(page.get_by_test_id("next-click")).to_contain_text("next best click")
+    expect(page.get_by_test_id("next-click")).to_contain_text(like("canvas.overlay.next-click"))
     server.api("DELETE", "/cameras/straight-down")
 
 
@@ -116,7 +118,7 @@ def test_a_version_that_is_asked_for_twice_is_saved_once(operator, server, strai
     expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)
     page.route("**/api/v1/calibrations?job=true", lambda route: held.append(route))
     until(lambda: page.keyboard.press("Control+s") or page.wait_for_timeout(500) or held, bool)
-    expect(page.get_by_test_id("next")).to_have_text("Saving…")
+    expect(page.get_by_test_id("next")).to_have_text(t("versions.saving"))
     page.keyboard.press("Control+s")
     page.wait_for_timeout(300)  # for a second request
     for route in held:

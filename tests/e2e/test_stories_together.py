@@ -10,6 +10,7 @@ from app.core.field import BORDERS
 from app.workflows import interchange
 from tests.e2e.conftest import LONG_MS, SOON_MS, Operator
 from tests.support.exported import example
+from tests.support.words import t
 
 
 @pytest.fixture(autouse=True)
@@ -45,18 +46,18 @@ def test_two_operators_see_each_other_and_each_others_clicks_at_once(two, straig
     ada.draft()
     grace.page.goto(ada.page.url)
     grace.wait_for_picture()
-    expect(grace.page.get_by_test_id("border-left")).to_contain_text("3 points")
-    expect(grace.page.get_by_test_id("presence")).to_contain_text("Ada has this picture open too")
-    expect(ada.page.get_by_test_id("presence")).to_contain_text("Grace has this picture open too")
+    expect(grace.page.get_by_test_id("border-left")).to_contain_text(t("common.points", count=3))
+    expect(grace.page.get_by_test_id("presence")).to_contain_text(t("calibrate.presence.open", count=1, who="Ada"))
+    expect(ada.page.get_by_test_id("presence")).to_contain_text(t("calibrate.presence.open", count=1, who="Grace"))
     ada.page.bring_to_front()
     grace.click("top", frame_points["top"])
-    expect(ada.page.get_by_test_id("border-top")).to_contain_text("6 points")
-    expect(ada.page.get_by_test_id("changed-by")).to_contain_text("Grace changed the draft")
+    expect(ada.page.get_by_test_id("border-top")).to_contain_text(t("common.points", count=6))
+    expect(ada.page.get_by_test_id("changed-by")).to_contain_text(t("calibrate.presence.changed", name="Grace"))
     ada.page.screenshot(path=tmp_path / "ada.png")
     grace.page.screenshot(path=tmp_path / "grace.png")
     for border, points in (("left", frame_points["left"][3:]), *((b, frame_points[b]) for b in ("right", "bottom"))):
         ada.click(border, points)
-    expect(grace.page.get_by_test_id("border-bottom")).to_contain_text("6 points")
+    expect(grace.page.get_by_test_id("border-bottom")).to_contain_text(t("common.points", count=6))
     assert {border: grace.points(border) for border in BORDERS} == {border: frame_points[border] for border in BORDERS}
     expect(ada.page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
     ada.next("verify")
@@ -77,10 +78,10 @@ def test_what_the_other_did_is_taken_back_by_one_undo(two, straight_picture, fra
     grace.page.get_by_test_id("stage").focus()
     grace.page.keyboard.press("Control+a")
     grace.page.keyboard.press("Delete")
-    expect(ada.page.get_by_test_id("border-left")).not_to_contain_text("6 points")
+    expect(ada.page.get_by_test_id("border-left")).not_to_contain_text(t("common.points", count=6))
     ada.page.get_by_test_id("undo-theirs").click()
     assert ada.points("left") == frame_points["left"]
-    expect(grace.page.get_by_test_id("border-left")).to_contain_text("6 points")
+    expect(grace.page.get_by_test_id("border-left")).to_contain_text(t("common.points", count=6))
 
 
 @pytest.mark.long
@@ -150,14 +151,14 @@ def test_of_two_who_change_the_same_the_slower_one_is_told_and_nothing_is_lost(p
     expect(page.get_by_text("Grace has activated version 1 since you looked.")).to_be_visible()
     assert server.api("GET", f"/calibrations/{ids[0]}").json()["active"]
     expect(page.get_by_test_id("shelf-version").last).to_have_attribute("data-active", "true")
-    page.get_by_role("button", name="Activate version 3 all the same").click()
+    page.get_by_role("button", name=t("versions.activate-all-the-same", version=3)).click()
     expect(newest).to_have_attribute("data-active", "true")
 
     note = page.get_by_test_id("shelf-note")
     assert server.api("PATCH", f"/calibrations/{ids[1]}", json={"note": "by Grace"}, headers=headers).ok
     note.nth(1).fill("by Ada")
     note.nth(1).press("Tab")
-    expect(page.get_by_text("Somebody else has changed this since it was shown.")).to_be_visible()
+    expect(page.get_by_text(t("core.api.changed-since"))).to_be_visible()
     expect(note.nth(1)).to_have_value("by Grace")
     assert server.api("GET", f"/calibrations/{ids[1]}").json()["note"] == "by Grace"
 

@@ -6,6 +6,7 @@ from playwright.sync_api import expect
 from app.core.field import BORDERS
 from tests.e2e.conftest import LONG_MS, SOON_MS, Operator
 from tests.support.tiers import long
+from tests.support.words import like, t
 
 REAL = "fields/ssl_2008/ssl-field-2008.jpg"
 
@@ -63,13 +64,13 @@ def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_
                                     ("3", "ArrowUp", "ArrowRight"), ("4", "ArrowDown", "ArrowRight")):
             for pressed in ("Escape", "0", key, *[towards] * 5, *["a", "Escape", along] * (4 + turn)):
                 page.keyboard.press(pressed)
-        expect(page.get_by_test_id("next")).to_have_text("Continue")
+        expect(page.get_by_test_id("next")).to_have_text(t("shell.next.continue"))
         expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
         page.keyboard.press("Enter")
         expect(page.get_by_test_id("step-verify")).to_have_attribute("aria-current", "step")
-        expect(page.get_by_test_id("next")).to_contain_text("Activate version")
+        expect(page.get_by_test_id("next")).to_contain_text(like("verify.activate-version-anyway"))
         made.append(operator.saved()["version"])
-        expect(page.get_by_test_id("next")).to_have_text(f"Activate version {made[-1]} anyway…")
+        expect(page.get_by_test_id("next")).to_have_text(t("verify.activate-version-anyway", version=made[-1]))
         page.get_by_test_id("stage").focus()
         page.keyboard.press("Enter")  # of the page, not of the button
         expect(page.get_by_test_id("activation-warning")).to_have_count(0)
@@ -78,7 +79,7 @@ def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_
         expect(page.get_by_test_id("activate-cancel")).to_be_focused()
         page.keyboard.press("Tab")
         page.keyboard.press("Enter")
-        expect(page.get_by_test_id("notice").last).to_contain_text(f"Version {made[-1]} of")
+        expect(page.get_by_test_id("notice").last).to_contain_text(like("versions.activated", version=made[-1]))
         operator.is_active()
         page.screenshot(path=tmp_path / f"active-{turn}.png")
         expect(page.get_by_test_id("camera-east")).to_be_visible()
@@ -87,7 +88,8 @@ def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_
     page.get_by_test_id("tab-versions").focus()
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("tab-versions")).to_have_attribute("aria-current", "page")
-    expect(page.get_by_test_id("do-roll-back")).to_have_text(f"Go back to version {made[0]}")  # of no other camera
+    expect(page.get_by_test_id("do-roll-back")).to_have_text(  # of no other camera
+        t("versions.roll-back.go-back", version=made[0]))
     page.get_by_test_id("do-roll-back").focus()
     page.keyboard.press("Enter")
     before = page.locator(f"[data-testid=shelf-version][data-version='{made[0]}']")
@@ -114,7 +116,7 @@ def test_by_finger_on_a_small_screen(browser, server, straight_picture, frame_po
         for x, y in taps[border]:
             page.get_by_test_id("stage").scroll_into_view_if_needed()
             page.touchscreen.tap(*operator.spot(x, y))
-        expect(page.get_by_test_id(f"border-{border}")).to_contain_text("5 points")
+        expect(page.get_by_test_id(f"border-{border}")).to_contain_text(t("common.points", count=5))
     page.screenshot(path=tmp_path / "borders.png")
     for border in BORDERS:
         assert operator.points(border) == [pytest.approx(point, abs=1.0) for point in taps[border]]

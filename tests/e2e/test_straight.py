@@ -10,6 +10,7 @@ from playwright.sync_api import expect
 from tests.e2e.conftest import LONG_MS
 from tests.support.bar_pictures import BENT, STRAIGHT, bars_behind
 from tests.support.waiting import jobs_so_far, newest_job
+from tests.support.words import like, t
 
 
 @pytest.fixture
@@ -32,7 +33,8 @@ def drawn(tmp_path):
 
 def judge(desk, files):
     desk.get_by_test_id("file").set_input_files(files)
-    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(len(files), timeout=LONG_MS)
+    uploaded = desk.get_by_test_id("view").filter(has_text=t("lens-pictures.state.uploaded"))
+    expect(uploaded).to_have_count(len(files), timeout=LONG_MS)
     desk.get_by_test_id("next").click()
 
 
@@ -60,13 +62,15 @@ def test_bent_edges_are_seen_as_taken_and_straightened_and_the_lens_is_told(desk
     expect(desk.get_by_test_id("straight-lens")).to_contain_text(f"−{-found['lens']['terms']['k']:.4f} ±")
     first = [line for line in found["lines"] if line["picture"] == 0]
     expect(desk.get_by_test_id("edge")).to_have_count(len(first))
-    expect(desk.get_by_test_id("view").first).to_contain_text(f"{sum(e['used'] for e in first)} of {len(first)} edges")
+    used = sum(e["used"] for e in first)
+    expect(desk.get_by_test_id("view").first).to_contain_text(t("straight.edges-used", used=used, count=len(first)))
     desk.screenshot(path=tmp_path / "taken.png")
 
     lies_on_the_picture(desk, first[0]["chain"])
     x, y = spot(desk, first[0]["chain"][len(first[0]["chain"]) // 2])
     desk.mouse.move(x, y)
-    expect(desk.get_by_test_id("pointed")).to_contain_text(f"{first[0]['name']}: ")
+    told = "straight.edge.counted" if first[0]["used"] else "straight.edge.left-out"
+    expect(desk.get_by_test_id("pointed")).to_contain_text(like(told, name=first[0]["name"]))
 
     desk.get_by_test_id("next").click()
     expect(desk.get_by_test_id("edges")).to_have_attribute("data-shown", "straight")
@@ -115,7 +119,7 @@ def test_a_straight_picture_is_said_to_be_straight_and_a_reload_goes_on(desk, dr
     expect(verdict).to_have_count(0)
     desk.get_by_test_id("next").click()
     expect(verdict).to_be_visible(timeout=LONG_MS)
-    expect(desk.get_by_test_id("straight-lens-kind")).to_have_text("Brown–Conrady, two terms")
+    expect(desk.get_by_test_id("straight-lens-kind")).to_have_text(t("straight.kind.brown-conrady"))
 
 
 @pytest.mark.long
@@ -123,7 +127,7 @@ def test_judging_is_stopped_and_what_shows_no_edges_is_refused_with_what_to_do(d
     judge(desk, [drawn("grey.png", np.full((480, 640, 3), 128, np.uint8))])
     expect(desk.get_by_test_id("straight-refusal")).to_contain_text("more straight edges", timeout=LONG_MS)
     desk.screenshot(path=tmp_path / "refused.png")
-    desk.get_by_role("button", name="Remove all pictures").click()
+    desk.get_by_role("button", name=t("lens-pictures.remove-all")).click()
     grain = np.random.default_rng(1).normal(0, 10, (480, 640, 3))  # which takes long to look through
     before = jobs_so_far(server)
     judge(desk, [drawn(f"{n}.png", np.clip(bars_behind(shade=90 + n) + grain, 0, 255).astype(np.uint8))
@@ -150,7 +154,8 @@ def test_the_desk_has_an_address_and_tabs_to_the_board_and_back(desk, server):
 @pytest.mark.long
 def test_a_picture_is_taken_with_a_camera_and_its_lens_is_judged(desk, server, tmp_path):
     desk.get_by_test_id("straight-camera-overhead").click()
-    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(1, timeout=LONG_MS)
+    uploaded = desk.get_by_test_id("view").filter(has_text=t("lens-pictures.state.uploaded"))
+    expect(uploaded).to_have_count(1, timeout=LONG_MS)
     desk.get_by_test_id("next").click()
     expect(desk.get_by_test_id("straight-verdict")).to_have_attribute("data-distortion", "significant", timeout=LONG_MS)
     assert report(server)["straightness_px"]["after"] < 0.3
@@ -163,7 +168,8 @@ def test_the_facade_of_a_published_picture(desk, server, real_data, tmp_path):
     expect(desk.get_by_test_id("straight-verdict")).to_be_visible(timeout=LONG_MS)
     found = report(server)
     assert found["straightness_px"]["after"] <= 0.20
-    expect(desk.get_by_test_id("bow-label")).to_contain_text(f"{found['bow']['most']['px']:.1f} px")
+    expect(desk.get_by_test_id("bow-label")).to_contain_text(
+        t("straight.figure.bow", bow=f"{found['bow']['most']['px']:.1f}"))
     expect(desk.get_by_test_id("left-out").locator("li")).to_have_count(len(found["lines"]) - found["lines_used"])
     desk.screenshot(path=tmp_path / "facade.png")
     desk.get_by_test_id("as-straightened").click()

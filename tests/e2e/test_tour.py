@@ -8,6 +8,7 @@ from playwright.sync_api import expect
 from tests.e2e.conftest import LONG_MS
 from tests.support.demo_cameras import HEIGHT, WIDTH
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 
 def stops(page):
@@ -34,7 +35,7 @@ def test_the_tour_tells_the_numbers_of_the_picture_that_is_open(clicked, server)
     page.keyboard.press("F2")
     seen = stops(page)
     assert len(seen) > 10
-    assert "Left\n7 points" in seen["borders"].replace("\t", "\n")
+    assert f"Left\n{t('common.points', count=7)}" in seen["borders"].replace("\t", "\n")
     assert f"{saved['report']['verdict']['mm']:.1f} mm" in seen["verdict"]
     assert f"{saved['report']['rms_px']:.2f} px" in seen["residuals"]
     assert f"{WIDTH} × {HEIGHT} px" in seen["picture"]
@@ -73,11 +74,12 @@ def test_the_tour_is_left_and_gone_on_with_where_it_was(operator):
     page.get_by_test_id("take-tour").click()
     page.get_by_test_id("tour-ahead").click()
     expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")
-    expect(page.get_by_test_id("tour-waits")).to_contain_text("Not open yet")  # and nothing is locked
+    expect(page.get_by_test_id("tour-waits")).to_contain_text(like("help.tour.not-open"))  # and nothing is locked
     page.get_by_test_id("tour-leave").click()
     expect(page.get_by_test_id("tour")).to_have_count(0)
     page.reload()
-    expect(page.get_by_test_id("take-tour")).to_contain_text(re.compile(r"Go on with the tour \(2 of \d+\)"))
+    resume = like("help.tour.resume", stop=2).pattern.replace(".*?", r"\d+")
+    expect(page.get_by_test_id("take-tour")).to_contain_text(re.compile(resume))
     page.keyboard.press("F2")
     expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")
     page.reload()
@@ -96,12 +98,12 @@ def test_a_question_mark_opens_the_manual_at_its_heading(clicked):
     page.get_by_test_id("explain-inside").focus()
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("manual")).to_have_attribute("data-page", "borders.md")
-    heading = page.locator("#manual-what-the-figures-say")
+    heading = page.locator("#manual-reading-the-results")
     expect(heading).to_be_in_viewport()
     expect(heading).to_be_focused()
-    page.get_by_test_id("manual").get_by_role("button", name="Show all pages").click()
-    page.get_by_test_id("manual").get_by_role("link", name="When it looks wrong").click()
-    expect(page.get_by_test_id("manual").get_by_role("heading", name="When it looks wrong")).to_be_visible()
+    page.get_by_test_id("manual").get_by_role("button", name=t("help.manual.all-pages")).click()
+    page.get_by_test_id("manual").get_by_role("link", name="Troubleshooting").click()
+    expect(page.get_by_test_id("manual").get_by_role("heading", name="Troubleshooting")).to_be_visible()
     page.keyboard.press("Escape")
     expect(page.get_by_test_id("help-panel")).to_have_count(0)
 

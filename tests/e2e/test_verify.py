@@ -13,6 +13,7 @@ from tests.support.axe import axe_path, grave
 from tests.support.demo_cameras import CAMERAS
 from tests.support.sim_clicks import border_clicks
 from tests.support.waiting import until
+from tests.support.words import like, t
 
 TAPED = {"height_mm": {"value": 5000, "sigma": 20}}  # as the demo's overhead camera is placed
 EAST = {"height_mm": {"value": 4000, "sigma": 20}}
@@ -87,27 +88,29 @@ def test_a_good_version_is_ready_and_is_activated_by_the_primary_button(kept, be
     good = kept("overhead", "brown-conrady", **TAPED)
     operator = before(good)
     page = operator.page
-    expect(page.get_by_test_id("next")).to_have_text(f"Activate version {good['version']}", timeout=LONG_MS)
-    expect(page.get_by_test_id("headline")).to_have_text("Ready to activate")
-    expect(state(page, "lines", "ok")).to_contain_text("9 of 9 lines")
-    expect(state(page, "accuracy", "note")).to_contain_text("Usable accuracy")
+    expect(page.get_by_test_id("next")).to_have_text(t("common.activate-version", version=good["version"]),
+                                                     timeout=LONG_MS)
+    expect(page.get_by_test_id("headline")).to_have_text(t("verify.headline.ready"))
+    expect(state(page, "lines", "ok")).to_contain_text(like("verify.lines.found", found=9, count=9))
+    expect(state(page, "accuracy", "note")).to_contain_text(t("verify.accuracy.fair"))
     expect(state(page, "model", "ok")).to_contain_text("Brown–Conrady")
-    expect(state(page, "height", "ok")).to_contain_text("5.0 m, tilt")
+    expect(state(page, "height", "ok")).to_contain_text(like("verify.height.measured", height="5.0"))
     expect(state(page, "neighbour-east", "ok")).to_contain_text("mm")
     expect(page.get_by_test_id("check-lens")).to_have_count(0)  # the active one has no lens
-    expect(state(page, "difference", "note")).to_contain_text("worst place")
+    expect(state(page, "difference", "note")).to_contain_text(like("verify.difference.worst"))
     expect(page.get_by_test_id("check-export")).not_to_have_attribute("data-state", "running", timeout=LONG_MS)
-    expect(page.get_by_test_id("change-map")).to_contain_text("Arrows are drawn")
+    expect(page.get_by_test_id("change-map")).to_contain_text(like("verify.change.caption"))
     assert not grave(page)
     shot(page, tmp_path / "ready.png")
     page.get_by_test_id("stage").focus()
     page.keyboard.press("Enter")  # once too often
     page.reload()  # the place is kept
     operator.is_at("verify")
-    expect(page.get_by_test_id("headline")).to_have_text("Ready to activate", timeout=LONG_MS)
+    expect(page.get_by_test_id("headline")).to_have_text(t("verify.headline.ready"), timeout=LONG_MS)
     assert active(server) != good["id"]
     page.get_by_test_id("next").click()
-    expect(page.get_by_test_id("notice").last).to_contain_text(f"Version {good['version']} of Overhead")
+    expect(page.get_by_test_id("notice").last).to_contain_text(
+        t("versions.activated", version=good["version"], camera=DEMO["overhead"]["name"]))
     expect(page.get_by_test_id("camera-overhead")).to_be_visible()
     expect(page).to_have_url(re.compile(r"#/cameras$"))
     assert active(server) == good["id"]
@@ -119,8 +122,8 @@ def test_a_bad_version_is_activated_only_after_a_warning(kept, before, server, t
     bad = kept("overhead", "polynomial")  # by its borders alone: lines inside the field are misplaced
     page = before(bad).page
     primary, warning = page.get_by_test_id("next"), page.get_by_test_id("activation-warning")
-    expect(primary).to_have_text(f"Activate version {bad['version']} anyway…", timeout=LONG_MS)
-    expect(page.get_by_test_id("headline")).to_contain_text("Not ready")
+    expect(primary).to_have_text(t("verify.activate-version-anyway", version=bad["version"]), timeout=LONG_MS)
+    expect(page.get_by_test_id("headline")).to_contain_text(like("verify.headline.not-ready"))
     for check in ("lines", "accuracy", "model"):
         state(page, check, "bad")
     state(page, "height", "note")
@@ -129,7 +132,8 @@ def test_a_bad_version_is_activated_only_after_a_warning(kept, before, server, t
     page.keyboard.press("Enter")
     expect(warning).to_be_visible()
     expect(page.get_by_test_id("activate-cancel")).to_be_focused()
-    expect(warning).to_contain_text(re.compile("Field lines (are misplaced|not detected)"))  # as the robots cover them
+    wrong = [like(f"verify.lines.{how}").pattern for how in ("misplaced", "missing")]  # as the robots cover them
+    expect(warning).to_contain_text(re.compile("|".join(wrong)))
     assert not grave(page)
     page.screenshot(path=tmp_path / "warning.png")
     page.emulate_media(color_scheme="light")
@@ -143,7 +147,8 @@ def test_a_bad_version_is_activated_only_after_a_warning(kept, before, server, t
     expect(page.get_by_test_id("activate-cancel")).to_be_focused()
     page.keyboard.press("Tab")
     page.keyboard.press("Enter")
-    expect(page.get_by_test_id("notice").last).to_contain_text(f"Version {bad['version']} of Overhead")
+    expect(page.get_by_test_id("notice").last).to_contain_text(
+        t("versions.activated", version=bad["version"], camera=DEMO["overhead"]["name"]))
     expect(page).to_have_url(re.compile(r"#/cameras$"))
     assert active(server) == bad["id"]
 
@@ -151,13 +156,16 @@ def test_a_bad_version_is_activated_only_after_a_warning(kept, before, server, t
 @pytest.mark.long
 def test_a_neighbour_that_stands_elsewhere_and_another_lens_are_told(kept, before, server, tmp_path):
     activate(server, kept("east", "brown-conrady", beside_px=15.0, **EAST))
-    activate(server, kept("overhead", "brown-conrady", height_mm={"value": 5600, "sigma": 20}))
+    other = kept("overhead", "brown-conrady", height_mm={"value": 5600, "sigma": 20})
+    activate(server, other)
     page = before(kept("overhead", "brown-conrady", **TAPED)).page
     neighbour = state(page, "neighbour-east", "bad")
-    expect(neighbour).to_contain_text("Does not agree with East")
+    expect(neighbour).to_contain_text(t("verify.neighbour.disagrees", camera=DEMO["east"]["name"]))
     expect(neighbour.get_by_role("link")).to_have_attribute("href", "#/field/pairs")
-    expect(state(page, "lens", "note")).to_contain_text("Lens differs from version")
-    expect(page.get_by_test_id("next")).to_have_text(re.compile("anyway…$"), timeout=LONG_MS)
+    expect(state(page, "lens", "note")).to_contain_text(
+        t("verify.lens.differs", former=t("verify.former.version", version=other["version"])))
+    expect(page.get_by_test_id("next")).to_have_text(
+        re.compile(like("verify.activate-version-anyway").pattern + "$"), timeout=LONG_MS)
     shot(page, tmp_path / "neighbour.png")
 
 
@@ -165,7 +173,7 @@ def test_leaving_ends_the_checks_and_a_refused_one_is_unknown(kept, before, serv
     version = kept("overhead", "brown-conrady", **TAPED)
     operator = before(version)
     page = operator.page
-    expect(page.get_by_test_id("headline")).not_to_have_text("Checking…", timeout=LONG_MS)
+    expect(page.get_by_test_id("headline")).not_to_have_text(t("verify.checking"), timeout=LONG_MS)
     page.route("**/calibrations/*/check?job=true", lambda route: route.fulfill(
         status=503, json={"detail": "The server is busy.", "fix": "Try again."}))
     page.route("**/calibrations/*/exports", lambda route: None)  # never answered
@@ -173,7 +181,7 @@ def test_leaving_ends_the_checks_and_a_refused_one_is_unknown(kept, before, serv
     operator.is_at("verify")
     expect(state(page, "lines", "unknown")).to_contain_text("The server is busy. Try again.")
     state(page, "export", "running")
-    expect(page.get_by_test_id("next")).not_to_have_text("Checking…")  # it cannot turn out bad
+    expect(page.get_by_test_id("next")).not_to_have_text(t("verify.checking"))  # it cannot turn out bad
     page.unroute("**/calibrations/*/check?job=true")
     page.unroute("**/calibrations/*/exports")
     page.get_by_test_id("step-points").click()

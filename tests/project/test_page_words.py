@@ -6,26 +6,29 @@ import pytest
 
 from tests.support.page_text import texts_outside
 from tests.support.paths import NOT_OURS, ROOT, STATIC
+from tests.support.words import CATALOGUES, VALUE, WORDS, entries, like, messages, t
 
-WORDS = STATIC / "core" / "words"
-CATALOGUES = sorted((WORDS / "en").glob("*.js"))
 SCRIPTS = [p for p in sorted(STATIC.rglob("*.js")) if not NOT_OURS & {*p.parts} and WORDS not in p.parents]
-ENTRY = re.compile(r'^  "([^"]+)": (.+),$', re.MULTILINE)
-FORM = re.compile(r'(zero|one|two|few|many|other): "((?:[^"\\]|\\.)*)"')
 KEY = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*(\.[a-z0-9]+(-[a-z0-9]+)*)+")
-VALUE = re.compile(r"\{(\w+)\}")
 
-
-def messages() -> dict[str, str]:
-    return {key: text for path in CATALOGUES for key, text in ENTRY.findall(path.read_text(encoding="utf-8"))}
+# What a stranger does not understand, or reads as translated; the word to use instead.
+BANNED = {
+    r"hats?": "robot top", r"strays?": "outlier", r"knock\w*": "moved", r"anew": "again", r"reckon\w*": "compute",
+    r"held[ -]out|left out": "cross-validated, excluded", r"go(es)? on": "continue", r"by (itself|themselves)":
+    "automatically", r"at work|long work": "running, job", r"clicks": "points", r"tells?|told": "report",
+    r"stands|holds|foretold": "is, is valid, predicted", r"beside": "next to", r"burnt": "overexposed",
+    r"somebody|nobody": "another user", r"pictures? of now": "current image", r"cameras? with rays":
+    "physical lens model", r"as it hangs": "in its match position", r"not known": "unknown", r"re-?register\w*":
+    "update the pose", r"part in view": "covered area", r"bright button": "primary button", r"desk": "page",
+    r"kept": "saved", r"what (it|the camera) sees": "object detection", r"look at": "view", r"is at it": "computing",
+}
 
 
 def test_every_catalogue_is_one_message_a_line_in_order_under_its_own_name():
     everywhere: list[str] = []
     for path in CATALOGUES:
-        lines = path.read_text(encoding="utf-8").splitlines()
-        keys = [key for key, _ in ENTRY.findall("\n".join(lines))]
-        assert len(keys) == len(lines) - 3, f"{path.name}: a line that is no message"
+        keys = [key for key, _ in entries(path)]
+        assert len(keys) == len(path.read_text(encoding="utf-8").splitlines()) - 3, f"{path.name}: no message"
         assert keys == sorted(keys), path.name
         assert all(KEY.fullmatch(key) for key in keys), path.name
         prefix = path.stem.removesuffix("_panels").replace("_", "-")
@@ -38,18 +41,31 @@ def test_every_catalogue_is_one_message_a_line_in_order_under_its_own_name():
 def test_every_message_is_used():
     code = "\n".join(path.read_text(encoding="utf-8") for path in SCRIPTS)
     quoted = {*re.findall(r'"([a-z0-9.-]+)"', code)}
-    begun = {begin for begin, inside in re.findall(r"(?:\bt|\brich)\(\s*`([a-z0-9.-]+)(\$\{)", code) if inside}
-    unused = [key for key in messages() if key not in quoted and not key.startswith(tuple(begun))]
-    assert not unused
+    begun = tuple({*re.findall(r"(?:\bt|\brich)\(\s*`([a-z0-9.-]+)\$\{", code)})
+    assert not [key for key in messages() if key not in quoted and not key.startswith(begun)]
 
 
 def test_every_form_of_a_message_takes_the_same_values():
-    several = {key: FORM.findall(text) for key, text in messages().items() if text.startswith("{")}
+    several = {key: forms for key, forms in messages().items() if len(forms) > 1}
     assert len(several) > 30
     for key, forms in several.items():
-        assert {"one", "other"} <= {category for category, _ in forms}, key
-        values = [{*VALUE.findall(text)} - {"count"} for _, text in forms]
+        assert {"one", "other"} <= {*forms}, key
+        values = [{*VALUE.findall(text)} - {"count"} for text in forms.values()]
         assert all(v == values[0] for v in values), key
+
+
+@pytest.mark.parametrize(("word", "instead"), BANNED.items())
+def test_no_message_uses_a_word_that_a_stranger_does_not_understand(word, instead):
+    banned = re.compile(rf"\b({word})\b", re.IGNORECASE)
+    found = {key: text for key, forms in messages().items() for text in forms.values()
+             if banned.search(VALUE.sub("", text))}
+    assert not found, f"use {instead}"
+
+
+def test_a_test_reads_the_form_that_the_count_asks_for():
+    assert [t("common.points", count=n) for n in (0, 1, 2)] == ["0 points", "1 point", "2 points"]
+    assert like("common.activate-version").search("Press Activate version 12")
+    assert not like("common.activate-version", version=1).fullmatch("Activate version 12")
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda p: p.relative_to(STATIC).as_posix())

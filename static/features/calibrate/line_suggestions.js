@@ -3,7 +3,7 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { BORDERS, change, doc, pointsOf, withPoints } from "../../core/document.js";
-import { words } from "../../core/format.js";
+import { lineName } from "../../core/format.js";
 import { active, editing, kindOf, notifyError, pointer, selection, snapshot, tool } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { view } from "../../canvas/viewport.js";
@@ -104,8 +104,8 @@ export async function propose() {
     proposals.value = { along: true, items: found.length ? [{ feature, points: found }] : [] };
     saySnapped(
       found.length
-        ? t("calibrate.line-suggestions.proposed", { count: found.length, feature: words(feature).toLowerCase() })
-        : t("calibrate.line-suggestions.none-found", { feature: words(feature).toLowerCase() }),
+        ? t("calibrate.line-suggestions.proposed", { count: found.length, feature: lineName(feature) })
+        : t("calibrate.line-suggestions.none-found", { feature: lineName(feature) }),
     );
   } catch (error) {
     notifyError(error);

@@ -1,7 +1,7 @@
 // The buttons that fix a warning or a refusal, by its code.
 import { run } from "../../core/actions.js";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
-import { words } from "../../core/format.js";
+import { lineName } from "../../core/format.js";
 import { lensOpen, unfold } from "../../core/folds.js";
 import { goToStep } from "../../core/route.js";
 import { camera, cameras, field, model, modelName, models, region, step } from "../../core/state.js";
@@ -68,16 +68,11 @@ const named = (feature) => BORDERS.find((border) => feature === `the ${border} b
 const click = (feature) =>
   feature
     ? {
-        label: t(isBorder(feature) ? "calibrate.warning-fixes.click-border" : "calibrate.warning-fixes.click", {
-          feature: words(feature).toLowerCase(),
-        }),
+        label: t("calibrate.warning-fixes.click", { feature: lineName(feature) }),
         test: "cure-click",
         run: () => clickOn(feature),
       }
     : null;
-
-/** @param {string} feature */
-const isBorder = (feature) => BORDERS.includes(/** @type {any} */ (feature));
 
 /** To where it can be clicked. @param {string} feature */
 function clickOn(feature) {
@@ -231,10 +226,7 @@ export function nextClick() {
   const next = report()?.next_click;
   if (!next) return null;
   return {
-    label: t(
-      isBorder(next.feature) ? "calibrate.warning-fixes.click-there-border" : "calibrate.warning-fixes.click-there",
-      { feature: words(next.feature).toLowerCase() },
-    ),
+    label: t("calibrate.warning-fixes.click-there", { feature: lineName(next.feature) }),
     test: "cure-next-click",
     run: () => goTo(next),
   };
@@ -276,7 +268,7 @@ export function worstPlaceFix() {
   if (next && next.worst_mm_then < next.worst_mm && next.worst_mm_then.toFixed(1) !== next.worst_mm.toFixed(1)) {
     return {
       text: t(next.z_mm ? "calibrate.warning-fixes.one-more-click-hats" : "calibrate.warning-fixes.one-more-click", {
-        feature: words(next.feature).toLowerCase(),
+        feature: lineName(next.feature),
         worst: next.worst_mm.toFixed(1),
         worstThen: next.worst_mm_then.toFixed(1),
       }),

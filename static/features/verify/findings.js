@@ -1,5 +1,5 @@
 // What each check of a version says: from the server's answer to a state, a title, a figure and a fix.
-import { mm, number, words } from "../../core/format.js";
+import { lineName, mm, number, words } from "../../core/format.js";
 import { addressOf } from "../../core/route.js";
 import { models } from "../../core/state.js";
 import { t } from "../../core/words.js";
@@ -53,13 +53,13 @@ export function linesFinding(it, { found_share, lines_found, missing, lines, ver
       state: STATES[level],
       title: t("verify.lines.missing"),
       text: `${length} ${t("verify.lines.not-detected", {
-        lines: missing.map((name) => words(name).toLowerCase()).join(", "),
+        lines: missing.map((name) => lineName(name)).join(", "),
       })}`,
       fix: t("verify.lines.missing.fix"),
     });
   if (level === "good") return check({ ...known, state: "ok", title: t("verify.lines.ok"), href: "" });
   const where = farthest
-    ? ` ${t("verify.lines.largest-error", { line: words(farthest.feature).toLowerCase() })}`
+    ? ` ${t("verify.lines.largest-error", { line: lineName(farthest.feature) })}`
     : "";
   return check({
     ...known,

@@ -1,17 +1,17 @@
-// English: the check of a calibration against the picture of now.
+// English: the check of a calibration against the current image.
 export default /** @type {const} */ ({
-  "check.action.check": "Check the active calibration against the picture of now",
+  "check.action.check": "Check the active calibration against the current image",
   "check.action.check.short": "Check the calibration",
   "check.action.stop": "Stop checking the calibration",
   "check.checking": "Checking the calibration",
-  "check.not-told": "Not told",
-  "check.picture": "The picture that was checked",
-  "check.picture.caption": "White: where version {version} has the lines. Coloured: where they are; more than {limit} mm off in red.",
-  "check.picture.lines": "Where the calibration has the lines, and where they are",
-  "check.table.explained": "mm: how far the line lies from where version {version} has it, across it on the carpet.",
-  "check.table.found": "found",
+  "check.not-told": "Inconclusive",
+  "check.picture": "Checked image",
+  "check.picture.caption": "White: lines at their positions in version {version}. Coloured: detected lines, red where more than {limit} mm off.",
+  "check.picture.lines": "Calibrated and detected positions of the field lines",
+  "check.table.explained": "mm: distance (rms) of the detected line from its position in version {version}, measured across the line on the carpet.",
+  "check.table.found": "Detected",
   "check.table.line": "Line",
-  "check.table.worst": "worst",
-  "check.title": "Check",
-  "check.what-it-does": "Holds the active version against an image of now: which field lines are where it has them, and how far the others are.",
+  "check.table.worst": "Largest",
+  "check.title": "Calibration check",
+  "check.what-it-does": "Compares the active version with the current image. Shows how far each field line is from its calibrated position.",
 });

@@ -1,6 +1,6 @@
 // English: what the parts say that every panel is built from.
 export default /** @type {const} */ ({
-  "ui.plot.nothing-pointed-at": "nothing pointed at",
+  "ui.plot.nothing-pointed-at": "no value selected",
   "ui.title.explain": "Explain: {what}",
   "ui.title.explain-this": "Explain this",
 });

@@ -109,7 +109,7 @@ export function LensReport() {
 
 /** @param {import("../../../core/types").LensRecord["report"]} it @returns {[string, string][]} */
 const rows = (it) => [
-  [t("common.corners"), t("board.report.corner-counts", { corners: it.corners, strays: it.strays })],
+  [t("common.corners"), t("board.report.corner-counts", { corners: it.corners, outliers: it.strays })],
   [
     t("board.report.held-out-views"),
     times(it.cross_validation.held_out_px, it.cross_validation.held_out_ratio),

@@ -1,7 +1,7 @@
 // What is clicked: the four borders and the lines inside, with their points and residuals.
 import { ACTIONS, run } from "../../../core/actions.js";
 import { BORDERS, change, doc, pointsOf } from "../../../core/document.js";
-import { mm, number, words } from "../../../core/format.js";
+import { lineName, mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { keyLabel } from "../../../core/keys.js";
 import { active, field, model } from "../../../core/state.js";
@@ -44,7 +44,7 @@ export function BordersPanel() {
     <div class="line">
       <${ActionButton}
         id="clear"
-        label=${t("calibrate.borders.clear", { feature: words(active.value).toLowerCase() })}
+        label=${t("calibrate.borders.clear", { feature: lineName(active.value) })}
       />
     </div>
   `;
@@ -106,7 +106,7 @@ function InsideRow({ feature }) {
 /** Points all along the active line: looked for, shown, and added when the operator says so. */
 function Along() {
   const items = offered.value,
-    name = words(active.value).toLowerCase(),
+    name = lineName(active.value),
     count = items.reduce((sum, it) => sum + it.points.length, 0);
   if (items.length)
     return html`<div class="along" data-testid="proposal">

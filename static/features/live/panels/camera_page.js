@@ -1,5 +1,5 @@
 // The tab Live of a camera: its picture, its status and its controls.
-import { number } from "../../../core/format.js";
+import { number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
@@ -137,7 +137,7 @@ export function CameraPanel() {
         ${Object.entries(it.identity ?? {})
           .filter(([, value]) => value)
           .map(([name, value]) => html`<div key=${name}>
-            <dt>${name}</dt>
+            <dt>${words(name)}</dt>
             <dd class="breaks">${value}</dd>
           </div>`)}
       </dl>

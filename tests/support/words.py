@@ -1,0 +1,51 @@
+"""The page's English messages by key, as its catalogue has them: a reworded sentence is one edit, in the catalogue."""
+
+import json
+import re
+from functools import cache
+from pathlib import Path
+
+from tests.support.paths import STATIC
+
+WORDS = STATIC / "core" / "words"
+CATALOGUES = sorted((WORDS / "en").glob("*.js"))
+ENTRY = re.compile(r'^  "([^"]+)": (.+),$', re.MULTILINE)
+FORM = re.compile(r'(zero|one|two|few|many|other): ("(?:[^"\\]|\\.)*")')
+VALUE = re.compile(r"\{(\w+)\}")
+TAG = re.compile(r"</?(?:b|code|kbd|small)>")
+
+
+def t(key: str, **values: object) -> str:
+    """Return the text of a message with its values in their places, without its elements."""
+    return VALUE.sub(lambda found: str(values[found[1]]), TAG.sub("", _message(key, values)))
+
+
+def like(key: str, **values: object) -> re.Pattern:
+    """Return what finds a message in a text, whatever stands for the values that are not given."""
+    pieces = VALUE.split(TAG.sub("", _message(key, values)))
+    return re.compile("".join(
+        re.escape(piece) if i % 2 == 0 else re.escape(str(values[piece])) if piece in values else ".*?"
+        for i, piece in enumerate(pieces)))
+
+
+def _message(key: str, values: dict[str, object]) -> str:
+    forms = messages()[key]
+    return forms["one" if values.get("count") == 1 and "one" in forms else "other"]
+
+
+@cache
+def messages() -> dict[str, dict[str, str]]:
+    """Return the forms of every message by key; a message of one form has that as "other"."""
+    return {key: forms_of(entry) for path in CATALOGUES for key, entry in entries(path)}
+
+
+def entries(path: Path) -> list[tuple[str, str]]:
+    """Return the keys of a catalogue with what stands behind each."""
+    return ENTRY.findall(path.read_text(encoding="utf-8"))
+
+
+def forms_of(entry: str) -> dict[str, str]:
+    """Return the forms of what stands behind a key."""
+    if entry.startswith('"'):
+        return {"other": json.loads(entry)}
+    return {category: json.loads(text) for category, text in FORM.findall(entry)}
