@@ -38,7 +38,7 @@ MODULES = (  # of whose functions jobs are made
 ABOUT = """Calibrates the cameras above a robot-soccer field.
 
 Pixels are [x, y] from the centre of the top-left pixel; field positions are [x, y] in mm from the field's centre.
-A point out of reach is null. Every refusal says what to do in `fix`."""
+A point that cannot be converted is null. Every refusal states the remedy in `fix`."""
 
 
 def create_app(settings: Settings) -> FastAPI:
@@ -96,7 +96,7 @@ def serve(settings: Settings, *, open_page: bool = False, verbose: bool = False)
     settings = server.with_token(settings, say=lambda text: print(text, file=sys.stderr, flush=True))
     listener = server.open_socket(settings.server.host, settings.server.port)
     url = server.url_of(listener)
-    print(f"Touchline {__version__} is at {url}\nIt keeps everything in {data}. Ctrl-C ends it.", flush=True)
+    print(f"Touchline {__version__} is running at {url}\nData folder: {data}. Stop with Ctrl-C.", flush=True)
     if open_page:
         webbrowser.open(url)
     connection = limited_connections(head_s=settings.server.request_timeout_s,

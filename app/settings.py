@@ -23,7 +23,7 @@ Count = Annotated[int, Field(ge=1)]
 Seconds = Annotated[float, Field(gt=0, le=3600, allow_inf_nan=False)]
 Megabytes = Annotated[float, Field(gt=0, le=4096, allow_inf_nan=False)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$")]
-FORM = "Write name: value lines, as configs/touchline.yaml has them."
+FORM = "Write lines of the form name: value, as in configs/touchline.yaml."
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 
@@ -155,15 +155,15 @@ def read_yaml(path: Path) -> dict[str, Any]:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise NotFound(f"The settings file {path} cannot be read: {error.strerror}.",
-                       "Give the path of a settings file with --config.", reason="no-settings-file") from None
+                       "Use --config with the path of a settings file.", reason="no-settings-file") from None
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         place = getattr(error, "problem_mark", None)
         where = f" in line {place.line + 1}" if place else ""
-        raise BadInput(f"The settings file {path} is not YAML{where}.", FORM, reason="bad-settings") from None
+        raise BadInput(f"The settings file {path} is not valid YAML{where}.", FORM, reason="bad-settings") from None
     if content is None:
         return {}
     if not isinstance(content, dict):
-        raise BadInput(f"The settings file {path} holds no settings.", FORM, reason="bad-settings")
+        raise BadInput(f"The settings file {path} contains no settings.", FORM, reason="bad-settings")
     return content
 
 

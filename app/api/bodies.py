@@ -13,7 +13,7 @@ from app.core.errors import BadInput, ImageTooLarge
 from app.core.geometry import Points, as_points
 
 TEXTS = ("camera", "purpose")
-FILE_FIX = 'Send multipart/form-data with the picture as the part named "file".'
+FILE_FIX = 'Send multipart/form-data with the image as the part named "file".'
 Body = TypeVar("Body", bound=BaseModel)
 
 
@@ -47,11 +47,11 @@ async def uploaded_file(request: Request, max_bytes: int,
                 raise BadInput("The form has an unknown part.", FILE_FIX, reason="bad-request")
         for name, text in texts.items():
             if not isinstance(text, str):
-                raise BadInput(f"The {name} is a file.", f"Send the {name} as text.", reason="bad-request")
+                raise BadInput(f"The part {name} is a file.", f"Send {name} as text.", reason="bad-request")
         data = await file.read(max_bytes + 1)
         texts["file"] = (file.filename or "")[:200]
     if len(data) > max_bytes:
-        raise ImageTooLarge(f"The file has more than {max_bytes / 1e6:.0f} MB.", "Send a smaller picture.")
+        raise ImageTooLarge(f"The file has more than {max_bytes / 1e6:.0f} MB.", "Send a smaller image.")
     return data, texts
 
 
@@ -59,6 +59,7 @@ async def binary_points(request: Request) -> Points:
     """Return (n, 2) points from little-endian float64 pairs."""
     data = await request.body()
     if len(data) % 16:
-        raise BadInput(f"{len(data)} bytes are no pairs of float64.", "Send 16 bytes a point: x and y, little-endian.",
+        raise BadInput(f"{len(data)} bytes are not pairs of float64 values.",
+                       "Send 16 bytes per point: x and y, little-endian.",
                        reason="bad-points")
     return as_points(np.frombuffer(data, "<f8").reshape(-1, 2))

@@ -23,10 +23,10 @@ def fit_task(services: Services, body: FitRequest, models: Iterable[str]) -> Cal
     snapshot = services.store.snapshots.get(body.snapshot) if body.snapshot is not None else None
     size = image_size(body.image_size)
     if snapshot is None and size is None:
-        raise BadInput("Neither a snapshot nor a picture size is given.", 'Send "snapshot" or "image_size".',
+        raise BadInput("The request has neither a snapshot nor an image size.", 'Send "snapshot" or "image_size".',
                        reason="no-image-size")
     if snapshot is not None and size is not None and size != snapshot.size:
-        raise Conflict(f"The snapshot is {snapshot.size}, not {size}.", "Leave image_size out.", reason="size-mismatch")
+        raise Conflict(f"The snapshot is {snapshot.size}, not {size}.", "Omit image_size.", reason="size-mismatch")
     observations = observations_from_json([form.model_dump() for form in body.observations])
     task = CalibrationRequest(
         observations, field, region, snapshot.size if snapshot else size, body.model, with_lens(services, body.options),
@@ -57,7 +57,7 @@ def _lens_option(store: Store, id: str) -> dict[str, Any]:
     with suppress(NotFound):
         lens = store.lenses.get(id)
         return {"id": id, "name": lens["model"], "lens": lens["lens"]}
-    raise NotFound(f"There is no calibration or lens {id!r} whose lens could be held.",
+    raise NotFound(f"There is no calibration or lens {id!r}.",
                    "List them with GET /api/v1/calibrations and GET /api/v1/lenses.", reason="unknown-lens")
 
 
@@ -70,6 +70,6 @@ def pictures_of_one_size(services: Services, ids: Sequence[str], size: ImageSize
     """Return snapshots as jobs read them; Conflict where they are of several sizes, or of another than was given."""
     sizes = {services.store.snapshots.get(id).size for id in ids} | ({size} if size is not None else set())
     if len(sizes) > 1:
-        raise Conflict(f"The pictures are not all of one size: {' and '.join(sorted(map(str, sizes)))}.", fix,
+        raise Conflict(f"The images have different sizes: {' and '.join(sorted(map(str, sizes)))}.", fix,
                        reason="size-mismatch")
     return services.store.snapshots.all_for_job(ids)

@@ -79,5 +79,6 @@ async def finished_or_queued(request: Request, services: Services, kind: str, ru
     job = await services.run_as_job(kind, run, spec, request.is_disconnected, saver, context, caller)
     if job.state == "done":
         return respond(job.result)
-    return problem(**(job.problem or {"reason": "cancelled", "title": "Cancelled", "status": 409, "fix": "Ask again.",
+    return problem(**(job.problem or {"reason": "cancelled", "title": "Cancelled", "status": 409,
+                                      "fix": "Request it again.",
                                       "detail": f"{job.message}."}))

@@ -33,10 +33,11 @@ def with_token(settings: Settings, say: Callable[[str], None]) -> Settings:
         token = secrets.token_urlsafe(TOKEN_BYTES)
         with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="ascii") as file:
             file.write(token + "\n")
-        say(f"Access token, said only now: {token}\n(kept in {path})")
+        say(f"Access token, shown only once: {token}\n(saved in {path})")
     token = path.read_text(encoding="ascii").strip()
     if len(token) < 16:
-        raise Conflict(f"The token in {path} is too short.", "Delete that file; a new token is made at the next start.",
+        raise Conflict(f"The token in {path} is too short.", "Delete that file. A new token is created at the next "
+                                                             "start.",
                        reason="bad-token")
     return settings.model_validate({**settings.model_dump(), "token": token})
 
@@ -52,7 +53,7 @@ def open_socket(host: str, port: int) -> socket.socket:
     except OSError as error:
         listener.close()
         raise Unavailable(f"Cannot listen on {host}, port {port}: {error.strerror}.",
-                          "Choose another with --port, or 0 for any free one.", reason="port-taken") from None
+                          "Choose another port with --port, or 0 for any free port.", reason="port-taken") from None
     listener.set_inheritable(False)
     return listener
 
@@ -92,6 +93,6 @@ def data_folder(path: Path) -> Path:
         probe.touch()
         probe.unlink()
     except OSError as error:
-        raise Unavailable(f"The data folder {path} cannot be written: {error.strerror}.",
-                          "Name another with --data.", reason="data-folder") from None
+        raise Unavailable(f"The data folder {path} is not writable: {error.strerror}.",
+                          "Choose another folder with --data.", reason="data-folder") from None
     return path.resolve()

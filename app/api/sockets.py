@@ -77,7 +77,7 @@ async def receive_json(socket: WebSocket, schema: type[Told], max_length: int, f
             return schema.model_validate_json(text)
     except ValidationError:
         pass
-    raise BadInput("This is not what can be said here.", fix, reason="bad-request")
+    raise BadInput("The message is not valid here.", fix, reason="bad-request")
 
 
 async def until_disconnect(socket: WebSocket) -> None:

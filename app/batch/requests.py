@@ -69,8 +69,8 @@ class BatchPlan:
             seen = self._observations(clicks, size)
             run, rest = run_verification, {"calibration": self.calibration.to_json(), "observations": seen}
         elif clicks is None:
-            raise BadInput(f"There are no clicks for {path.name}.", f"Write them to {path.stem}.json beside it, or "
-                           "name their file or folder with --points.", reason="no-clicks")
+            raise BadInput(f"There are no points for {path.name}.", f"Save them as {path.stem}.json in the same "
+                           "folder, or give their file or folder with --points.", reason="no-clicks")
         else:
             run, rest = run_calibration, {"task": self.task_of(path, size, sha256, clicks).to_json()}
         text = json.dumps([__version__, rest], sort_keys=True, allow_nan=False)
@@ -86,9 +86,9 @@ class BatchPlan:
         given = self.read_points(clicks)
         for what, is_so in (("field", known.field["name"]), ("region", known.region)):
             if given.get(what, is_so) != is_so:
-                raise Conflict(f"{clicks.name} has clicks on the {what} {given[what]}, the calibration is of {is_so}.",
-                               "Give clicks on the calibration's own field and region.", reason="other-field")
+                raise Conflict(f"{clicks.name} has points on the {what} {given[what]}; the calibration is for {is_so}.",
+                               "Use points on the field and region of the calibration.", reason="other-field")
         if "image_size" in given and ImageSize.of(given["image_size"]) != size:
-            raise Conflict(f"{clicks.name} is for a picture of {given['image_size']}, this one has {size.width} × "
-                           f"{size.height} px.", "Give the clicks in this picture.", reason="size-mismatch")
+            raise Conflict(f"{clicks.name} is for an image of {given['image_size']}; this image has {size.width} × "
+                           f"{size.height} px.", "Use the points of this image.", reason="size-mismatch")
         return [observation.to_json() for observation in observations_from_json(given["observations"])]

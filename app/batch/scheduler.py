@@ -50,8 +50,9 @@ def _row(request: BatchRequest, job: Job) -> Row:
     head: dict[str, Any] = {"picture": request.picture, "sha256": request.sha256, "inputs": request.inputs}
     if job.state == "done":
         return row_of(**head, **job.result)
-    problem = job.problem or {"reason": "cancelled", "status": 503, "detail": "It was cancelled.", "fix": "Go on with "
-                              "--resume."}
+    problem = job.problem or {"reason": "cancelled", "status": 503, "detail": "The batch was cancelled.",
+                              "fix": "Continue "
+                              "with --resume."}
     if problem["reason"] in ENGINE_FAULTS:
         raise Unavailable(problem["detail"], problem["fix"], reason=problem["reason"])
     if problem["status"] >= 500:

@@ -18,13 +18,13 @@ FORMAT, FORMAT_VERSION = "touchline-batch", 1
 SUFFIXES = (".csv", ".json", ".html")
 
 COLUMNS: dict[str, tuple[type, str]] = {  # what is in it, and its head on the page
-    "picture": (str, "picture"),                               # its name in the folder
+    "picture": (str, "image"),                                 # its name in the folder
     "verdict": (str, "verdict"),                               # good, fair, poor, unknown; failed with a problem
     "judged_by": (str, "judged by"),                           # fit, clicks, edges, clicks and edges
-    "held_out_mm": (float, "held out mm"),                     # rms of clicks that the calibration did not know
+    "held_out_mm": (float, "cross-validated mm"),              # rms of points that the calibration did not know
     "rms_mm": (float, "rms mm"),                               # of all clicks
     "rms_px": (float, "rms px"),
-    "worst_mm": (float, "worst mm"),                           # the worst click, or an edge's bow where that is more
+    "worst_mm": (float, "largest error mm"),                   # largest residual, or an edge's bow where that is more
     "distortion_before_pct": (float, "distortion before %"),   # of the border or edge that bows most
     "distortion_after_pct": (float, "after %"),
     "warnings": (list, "warnings"),                            # sentences, each with its cure
@@ -68,8 +68,8 @@ def read_table(data: bytes, suffix: str) -> list[Row]:
             given = table["rows"]
         return [_checked(row) for row in given]
     except (ValueError, KeyError, IndexError, TypeError, AttributeError, RecursionError, csv.Error):
-        raise BadInput("The table there is none that batch wrote.", "Name another file, or leave --resume out to begin "
-                       "anew.", reason="bad-table") from None
+        raise BadInput("The existing table was not written by batch.", "Choose another file, or omit --resume to "
+                       "start again.", reason="bad-table") from None
 
 
 def _checked(row: Any) -> Row:
@@ -116,14 +116,14 @@ def _json(rows: list[Row]) -> str:
 
 
 def _html(rows: list[Row]) -> str:
-    counts = ", ".join(f"{count} {level}" for level, count in count_verdicts(rows).items()) or "no pictures"
+    counts = ", ".join(f"{count} {level}" for level, count in count_verdicts(rows).items()) or "no images"
     heads = [element("th", head) for _, head in COLUMNS.values()]
     body = [element("tr", *(_cell_html(name, row[name]) for name in COLUMNS)) for row in rows]
     head = element("head", element("meta", charset="utf-8"),
                    element("meta", http_equiv="Content-Security-Policy", content=POLICY),
                    element("title", f"Touchline batch: {counts}"), element("style", Html(CSS + TABLE_CSS)))
     data = element("script", Html(_json(rows).replace("<", "\\u003c")), type="application/json", id="table")
-    page = element("body", element("h1", f"{len(rows)} pictures: {counts}"),
+    page = element("body", element("h1", f"{len(rows)} images: {counts}"),
                    element("table", element("thead", element("tr", heads)), element("tbody", body)), data)
     return f"<!doctype html>\n{element('html', head, page, lang='en')}\n"
 

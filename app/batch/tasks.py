@@ -42,7 +42,7 @@ def run_verification(spec: Any, progress: Progress) -> dict[str, Any]:
 def _checked(picture: dict[str, str], size: Any) -> Frame:
     frame = _decoder().frame_from_bytes(read_checked(**picture))
     if frame.size != size:
-        raise Conflict(f"The picture is {frame.size}, not {size}.", "Give pictures of one camera in one mode.",
+        raise Conflict(f"The image has {frame.size}, not {size}.", "Use images of one camera at one resolution.",
                        reason="size-mismatch")
     return frame
 

@@ -31,7 +31,7 @@ def verify(model: CameraModel, pixels: NDArray[np.uint8], observations: Observat
          own: bool, progress: Progress) -> dict[str, Any]:
     """Return figures, verdict and warnings of one picture. own: the calibration was made from it."""
     clicks = _by_clicks(model, observations, field, region) if observations else None
-    progress(0.2, "Looking for edges")
+    progress(0.2, "Detecting edges")
     edges = _by_edges(model, pixels)
     judged = [part for part in (clicks, edges) if part and part["level"] is not None]
     worst = [part["worst_mm"] for part in judged if part["worst_mm"] is not None]
@@ -53,8 +53,8 @@ def _by_clicks(model: CameraModel, observations: Observations, field: Field, reg
     mm = np.concatenate([np.empty(0), *(r.mm for r in residuals)])
     px = np.concatenate([np.empty(0), *(r.px for r in residuals)])
     found, lost = rms(mm), int((~np.isfinite(mm)).sum())
-    warnings = [] if not lost else [f"{lost} of {len(mm)} clicks lie where the calibration knows no place. Look "
-                                    "whether they are clicks in this camera's picture."]
+    warnings = [] if not lost else [f"{lost} of {len(mm)} points are outside the range of the calibration. Check that "
+                                    "they are points in an image of this camera."]
     level = None if not len(mm) else "poor" if lost or found is None else level_of(found)
     return {"by": "clicks", "level": level, "rms_mm": found, "rms_px": rms(px), "warnings": warnings,
             "worst_mm": None if found is None else float(np.nanmax(mm))}
@@ -72,8 +72,8 @@ def _by_edges(model: CameraModel, pixels: NDArray[np.uint8]) -> dict[str, Any]:
         return {**nothing, "warnings": [refusal]}
     told = {**nothing, "after_pct": after["pct"], "warnings": []}
     if after["distortion"] == "unknown":
-        return {**told, "warnings": ["Its edges do not tell whether it is straightened. Give a picture with long edges "
-                                     "on all sides, or clicks."]}
+        return {**told, "warnings": ["The edges do not show whether the image is straight. Use an image with long "
+                                     "edges on all sides, or give points."]}
     ends = seen[after["line"]][[0, -1]]  # of its chord: along it a corrected pixel is so many mm
     mm_long, px_long = (np.linalg.norm(np.diff(places, axis=0)) for places in (model.field_from_corrected(ends), ends))
     mm = after["px"] * float(mm_long / px_long)

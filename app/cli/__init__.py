@@ -24,35 +24,34 @@ from app.cli.console import EXIT_CODES, exit_code_of
 COMMANDS = {  # name: (module:function in this package, the first line of its help)
     "serve": ("server:serve", "Serve the dashboard and REST."),
     "demo": ("server:demo", "Serve a simulated field camera behind a real lens model, ready to calibrate."),
-    "archive": ("archive:archive", "Write everything that is kept into one zip."),
-    "restore": ("archive:restore", "Make a data folder of such a zip, in an empty folder and an empty database."),
-    "calibrate": ("calibration:calibrate", "Calibrate one picture from clicked points."),
-    "correct": ("calibration:correct", "Correct one picture."),
-    "compare": ("evaluation:compare", "Fit every camera model to the same points and say which to trust."),
-    "difference": ("evaluation:difference", "How far two calibrations are apart over the region, in mm on the carpet "
-                                            "and px in the picture."),
-    "uncertainty": ("evaluation:uncertainty", "Expected error over the region, in the plane at a height: what the "
-                                              "clicks' noise does to it."),
-    "report": ("reports:report", "Say, write or print everything that is known of one calibration; 0 if it is good "
-                                 "enough."),
-    "scene": ("scenes:scene", "Write the scene of one calibration in 3-D as a page that any browser opens."),
-    "export": ("exports:export", "Write a calibration as another program's file."),
-    "import": ("exports:import_file", "Read another program's file."),
-    "publish": ("network:publish", "Send field and cameras to the league's multicast group."),
-    "absorb": ("network:absorb", "Listen to the group, and tell who publishes geometry there."),
-    "board": ("boards:board", "Find a lens from pictures of a board; calibrate --lens then holds it."),
-    "pair": ("pairs:pair", "Judge two cameras by matched points, by their calibrations, or by both."),
-    "straight": ("straight:straight", "Say how straight pictures show straight edges, and which lens makes them "
-                                      "straight."),
-    "motion": ("motion:motion", "Follow a ball or robot through a film and say how far its straight rolls bow."),
-    "auto": ("auto:auto", "Find the field's lines in a picture and calibrate from them; decline where they do not "
-                          "prove it."),
-    "detect": ("detection:detect", "Find the ball and the robots in a picture, with numbers, fronts and places."),
-    "check": ("checking:check", "How far the field's lines lie from where a calibration has them; 0 if that is good "
-                                "enough."),
-    "batch": ("batch:batch", "Calibrate, or check, every picture of a folder."),
-    "transform": ("calibration:transform", "Turn pixels into field millimetres, or back."),
-    "rig": ("rigs:rig", "Cameras that share a field: whether they agree, and all of them as one picture."),
+    "archive": ("archive:archive", "Write all saved data to one zip file."),
+    "restore": ("archive:restore", "Restore an archive to an empty folder and an empty database."),
+    "calibrate": ("calibration:calibrate", "Calibrate one image from points."),
+    "correct": ("calibration:correct", "Correct one image."),
+    "compare": ("evaluation:compare", "Fit every camera model to the same points and recommend one."),
+    "difference": ("evaluation:difference", "Difference of two calibrations over the region, in mm on the carpet and "
+                                            "in px in the image."),
+    "uncertainty": ("evaluation:uncertainty", "Expected error over the region, in the plane at a height: the effect "
+                                              "of the noise of the points."),
+    "report": ("reports:report", "Show or write the report of one calibration. Exit code 0 if it is good enough."),
+    "scene": ("scenes:scene", "Write the 3-D scene of one calibration as an HTML page."),
+    "export": ("exports:export", "Write a calibration in the format of another program."),
+    "import": ("exports:import_file", "Read a file of another program."),
+    "publish": ("network:publish", "Send field and cameras to the multicast group of the league."),
+    "absorb": ("network:absorb", "Listen to the group and list the senders of geometry."),
+    "board": ("boards:board", "Calibrate a lens from images of a board, for calibrate --lens."),
+    "pair": ("pairs:pair", "Compare two cameras by matched points, by their calibrations, or by both."),
+    "straight": ("straight:straight", "Measure how straight the edges in images are, and fit the lens that "
+                                      "straightens them."),
+    "motion": ("motion:motion", "Track a ball or robot through a video and measure the curvature of its straight "
+                                "rolls."),
+    "auto": ("auto:auto", "Detect the field lines in an image and calibrate from them, if all checks pass."),
+    "detect": ("detection:detect", "Detect the ball and the robots in an image, with numbers, orientations and "
+                                   "positions."),
+    "check": ("checking:check", "Compare the field lines with a calibration. Exit code 0 if it is valid enough."),
+    "batch": ("batch:batch", "Calibrate or check every image of a folder."),
+    "transform": ("calibration:transform", "Convert pixels to field millimetres, or back."),
+    "rig": ("rigs:rig", "Cameras that share a field: compare them, or join their images."),
 }
 
 
@@ -96,7 +95,7 @@ def _print_version(wanted: bool) -> None:
 
 @cli.callback()
 def _touchline(version: Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True,
-                                                     help="Print the version and end.")] = False) -> None:
+                                                     help="Print the version and exit.")] = False) -> None:
     """Calibrate the cameras above a robot-soccer field."""
 
 

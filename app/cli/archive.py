@@ -10,25 +10,26 @@ from app.cli.stored import ConfigOption, stored
 from app.settings import load_settings
 from app.store.restore import restore_into
 
-FromOption = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="The data folder of a server that does "
-                                                 "not run now.")]
+FromOption = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="The data folder of a server that is "
+                                                 "not running.")]
 ToOption = Annotated[Path, typer.Option("--data", metavar="DIR", help="An empty or new folder.")]
 
 
-def archive(file: Annotated[Path, typer.Argument(metavar="FILE", help="The zip to write.")], data: FromOption = None,
+def archive(file: Annotated[Path, typer.Argument(metavar="FILE", help="The zip file to write.")],
+            data: FromOption = None,
             config: ConfigOption = None) -> None:
-    """Write everything that is kept into one zip."""
+    """Write all saved data to one zip file."""
     with stored(data, config) as (store, settings), file.open("xb") as out:
         for piece in store.archive(settings.own_fields):
             out.write(piece)
     say(f"{file}: {file.stat().st_size / 1e6:.1f} MB")
 
 
-def restore(file: Annotated[Path, typer.Argument(metavar="FILE", help="A zip from archive or GET /archive.")],
+def restore(file: Annotated[Path, typer.Argument(metavar="FILE", help="A zip file from archive or GET /archive.")],
             data: ToOption, config: ConfigOption = None) -> None:
-    """Make a data folder of such a zip, in an empty folder and an empty database."""
+    """Restore an archive to an empty folder and an empty database."""
     settings = load_settings(config, data=data)
     database = settings.database.get_secret_value() if settings.database else None
     counts = restore_into(file, settings.data, database)
-    say(f"{settings.data}: {counts['calibrations']} calibrations, {counts['snapshots']} pictures, "
+    say(f"{settings.data}: {counts['calibrations']} calibrations, {counts['snapshots']} images, "
         f"{counts['drafts']} drafts, {counts['lenses']} lenses, {counts['cameras']} cameras")

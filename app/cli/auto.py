@@ -17,33 +17,33 @@ from app.workflows.calibration import subprogress
 
 
 def auto(
-    pictures: Annotated[list[Path], typer.Argument(metavar="PICTURES…", help="Of one camera; from several, what moves "
-                                                   "vanishes.")],
-    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="CAL.json", help="The calibration to write, "
-                                                "where nothing speaks against it.")] = None,
+    pictures: Annotated[list[Path], typer.Argument(metavar="PICTURES…", help="Images of one camera. Moving objects "
+                                                   "are removed if there are several images.")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="CAL.json", help="The calibration to write "
+                                                "if all checks pass.")] = None,
     field: requests.FieldName = None,
-    region: Annotated[str, typer.Option("--region", help="Part of the field that is seen.")] = "full",
+    region: Annotated[str, typer.Option("--region", help="Covered area of the field.")] = "full",
     rotate: requests.Rotate = None,
-    model: Annotated[str, typer.Option("--model", help="Camera model; auto: Brown–Conrady, or the first "
-                                       "of others that can be fitted.")] = "auto",
+    model: Annotated[str, typer.Option("--model", help="Camera model. auto: Brown–Conrady, or the first other model "
+                                       "that can be fitted.")] = "auto",
     option: requests.Options = None, lens: requests.LensFile = None, lens_sigma: requests.LensSigma = None,
     height_mm: requests.HeightMm = None, height_sigma_mm: requests.HeightSigmaMm = None,
-    turn_deg: Annotated[float | None, typer.Option("--turn", help="Roughly how far the region is turned in the "
-                                                   "picture, clockwise.")] = None,
-    points: Annotated[Path | None, typer.Option("--points", metavar="POINTS.json", help="Write the points that were "
-                                                "found, as calibrate reads them; also where it declines.")] = None,
-    note: Annotated[str, typer.Option("--note", help="Kept with the calibration.")] = "",
+    turn_deg: Annotated[float | None, typer.Option("--turn", help="Approximate clockwise rotation of the region in "
+                                                   "the image.")] = None,
+    points: Annotated[Path | None, typer.Option("--points", metavar="POINTS.json", help="Write the detected points in "
+                                                "the format of calibrate, also if a check fails.")] = None,
+    note: Annotated[str, typer.Option("--note", help="Saved with the calibration.")] = "",
     fields: requests.OwnFields = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print everything that was found as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the complete result as JSON.")] = False,
 ) -> None:
-    """Find the field's lines in a picture and calibrate from them; decline where they do not prove it."""
+    """Detect the field lines in an image and calibrate from them, if all checks pass."""
     if field is None:
-        raise BadInput("No field is named.", "Give --field.", reason="no-field")
+        raise BadInput("No field is selected.", "Select a field with --field.", reason="no-field")
     known = requests.own_fields(fields)[field]
     options = requests.options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
     rough = {name: value for name, value in (("height_mm", height_mm), ("turn_deg", turn_deg)) if value is not None}
     task = AutomaticRequest(known, known.region(region, rotate), model, options, rough, note=note)
-    with progress_bar("Looking for lines") as progress, files.decoded(pictures) as reads:
+    with progress_bar("Detecting lines") as progress, files.decoded(pictures) as reads:
         frame = median_frame(reads, subprogress(progress, 0.0, 0.1))
         found, calibration = task.answer(frame, subprogress(progress, 0.1, 1.0))
     if points is not None:
@@ -66,14 +66,14 @@ def _summary(found: dict[str, Any], calibration: Calibration, output: Path | Non
     best = found["candidates"][0]
     lines = [found["verdict"]["sentence"],
              f"{count} points on {len(found['observations'])} markings; {100 * proof['unexplained_share']:.0f} % of "
-             "the lines seen on the carpet belong to none.",
-             f"Camera {_height(best, report, calibration)} above the carpet, the region turned by "
-             f"{round(best['turn_deg'])}° in the picture."]
-    lines += [f"Not seen: {', '.join(proof['missing'])}."] if proof["missing"] else []
-    lines += ["The field turned by 180° would be seen alike; it is taken to stand as the region does."
+             "the lines detected on the carpet do not belong to the field.",
+             f"Camera {_height(best, report, calibration)} above the carpet, region rotated by "
+             f"{round(best['turn_deg'])}° in the image."]
+    lines += [f"Not detected: {', '.join(proof['missing'])}."] if proof["missing"] else []
+    lines += ["The field rotated by 180° would look the same. The orientation of the region is used."
               ] if any(c["turned"] for c in found["candidates"]) else []
     lines += [f"Warning: {warning['text']} {warning['fix']}" for warning in report["warnings"]]
-    return "\n".join([*lines, *([f"Written to {output}."] if output is not None else [])])
+    return "\n".join([*lines, *([f"Saved as {output}."] if output is not None else [])])
 
 
 def _height(first: dict[str, Any], report: dict[str, Any], calibration: Calibration) -> str:

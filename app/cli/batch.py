@@ -22,37 +22,38 @@ BAD, STOPPED = 1, 130
 SAVE_EVERY_S = 0.5
 MAX_WORKERS = 64
 
-Folder = Annotated[Path, typer.Argument(metavar="FOLDER", exists=True, file_okay=False, help="Its PNG, JPEG, BMP and "
-                                        "WebP files.")]
-Points = Annotated[Path | None, typer.Option("--points", metavar="CLICKS.json|DIR", exists=True, help="One file of "
-                                             "clicks for all pictures, or a folder of them; PICTURE.json beside each "
-                                             "picture when left out.")]
+Folder = Annotated[Path, typer.Argument(metavar="FOLDER", exists=True, file_okay=False, help="The folder with PNG, "
+                                        "JPEG, BMP and WebP files.")]
+Points = Annotated[Path | None, typer.Option("--points", metavar="CLICKS.json|DIR", exists=True, help="One points "
+                                             "file for all images, or a folder of points files. By default "
+                                             "PICTURE.json next to each image.")]
 Known = Annotated[Path | None, typer.Option("--calibration", "-c", metavar="CAL.json", exists=True, dir_okay=False,
-                                            help="Check how well this one holds on each picture.")]
+                                            help="Check this calibration against each image.")]
 Table = Annotated[Path | None, typer.Option("--output", "-o", metavar="TABLE.csv|.json|.html", help="The table to "
                                             "write.")]
-Workers = Annotated[int | None, typer.Option("--workers", min=1, max=MAX_WORKERS, help="Pictures at once; as many as "
-                                             "this machine has cores when left out.")]
+Workers = Annotated[int | None, typer.Option("--workers", min=1, max=MAX_WORKERS, help="Images processed at once. By "
+                                             "default the number of cores of this machine.")]
 EnoughOfAll = Annotated[Enough, typer.Option("--enough", help=f"Exit code {BAD} for a verdict below this.")]
 
 
 def batch(folder: Folder, field: FieldName = None, region: RegionName = None, rotate: Rotate = None,
-          model: Annotated[str | None, typer.Option("--model", help="Camera model; polynomial when left out.")] = None,
+          model: Annotated[str | None, typer.Option("--model", help="Camera model. By default polynomial.")] = None,
           option: Options = None, calibration: Known = None, points: Points = None, output: Table = None,
-          resume: Annotated[bool, typer.Option("--resume", help="Take over from the table what is the same.")] = False,
+          resume: Annotated[bool, typer.Option("--resume", help="Continue: reuse the unchanged rows of the "
+                                                                "table.")] = False,
           engine: Annotated[str, typer.Option("--engine", help="local, or dask://host:port.")] = "local",
           workers: Workers = None, enough: EnoughOfAll = Enough.fair, fields: OwnFields = None) -> None:
-    """Calibrate, or check, every picture of a folder."""
+    """Calibrate or check every image of a folder."""
     own = (field, region, rotate, model, option, fields)
     if calibration is not None and any(it is not None for it in own):
-        raise typer.BadParameter("it brings its own field, region and model", param_hint="--calibration")
+        raise typer.BadParameter("it contains its own field, region and model", param_hint="--calibration")
     count = workers or os.cpu_count() or 1
     with _wrong_use():
         table = _Table(output, resume)
         plan = _plan(field, region, rotate, model, option, fields, calibration, points, table.before)
         pictures = pictures_in(folder)
         if not pictures:
-            raise BadInput(f"There is no picture in {folder}.", "Name a folder of PNG, JPEG, BMP or WebP files.",
+            raise BadInput(f"There is no image in {folder}.", "Select a folder with PNG, JPEG, BMP or WebP files.",
                            reason="no-pictures")
         jobs = JobEngine(count, engine=engine)
     order = {path.name: number for number, path in enumerate(pictures)}
@@ -60,10 +61,10 @@ def batch(folder: Folder, field: FieldName = None, region: RegionName = None, ro
         with jobs:
             _work(jobs, count, plan.requests(pictures), table, order)
     except KeyboardInterrupt:
-        say(f"Stopped after {len(table.rows)} of {len(order)} pictures." + (" --resume goes on." if output else ""))
+        say(f"Stopped after {len(table.rows)} of {len(order)} images." + (" Continue with --resume." if output else ""))
         raise typer.Exit(STOPPED) from None
     except TouchlineError:
-        say(f"Ended after {len(table.rows)} of {len(order)} pictures.")
+        say(f"Ended after {len(table.rows)} of {len(order)} images.")
         raise
     rows = table.in_order()
     print(_summary(rows, output))
@@ -73,10 +74,10 @@ def batch(folder: Folder, field: FieldName = None, region: RegionName = None, ro
 
 def _work(jobs: Any, count: int, requests: Any, table: "_Table", order: dict[str, int]) -> None:
     """Put each row into the table as it comes, which is whole at all times; the bar counts parts of pictures too."""
-    with progress_bar("Looking through the folder") as bar:
+    with progress_bar("Reading the folder") as bar:
         def watch(under_way: float) -> None:
             done = len(table.rows)
-            bar(min((done + under_way) / len(order), 1.0), f"{done} of {len(order)} pictures")
+            bar(min((done + under_way) / len(order), 1.0), f"{done} of {len(order)} images")
 
         try:
             for row in run_requests(jobs, count, requests, watch):
@@ -95,10 +96,10 @@ class _Table:
         self._path, self._saved_at, self._took_s = path, time.monotonic(), 0.0
         self._suffix = "" if path is None else path.suffix.lower()
         if path is not None and self._suffix not in SUFFIXES:
-            raise BadInput(f"{path.name} does not say what kind of table to write.",
-                           f"End its name with {', '.join(SUFFIXES)}.", reason="unknown-table-format")
+            raise BadInput(f"The type of the table {path.name} is unknown.",
+                           f"Use a name that ends with {', '.join(SUFFIXES)}.", reason="unknown-table-format")
         if path is None and resume:
-            raise BadInput("--resume needs the table of the earlier run.", "Name it with -o.", reason="no-table")
+            raise BadInput("--resume needs the table of the earlier run.", "Give it with -o.", reason="no-table")
         if path is not None and resume and path.exists():
             self.before = tuple(read_table(files.read_bytes(path), self._suffix))
 
@@ -153,14 +154,14 @@ def _wrong_use() -> Iterator[None]:
 def _summary(rows: list[Any], output: Path | None) -> str:
     """Return how many are how good; those that are not good by name; without a file the figures of all."""
     counts = ", ".join(f"{count} {level}" for level, count in count_verdicts(rows).items())
-    lines = [f"{len(rows)} pictures: {counts}."]
+    lines = [f"{len(rows)} images: {counts}."]
     for row in rows:
         if row["verdict"] == "failed":
             lines.append(f"{row['picture']}: {row['problem']} {row['fix']}")
         elif row["verdict"] not in ("good", "fair") or output is None:
-            lines.append(f"{row['picture']}: {row['verdict']}, {_mm(row['rms_mm'])} rms, {_mm(row['held_out_mm'])} "
-                         f"held out, {_mm(row['worst_mm'])} at worst.")
-    return "\n".join([*lines, *([f"Written to {output}."] if output else [])])
+            lines.append(f"{row['picture']}: {row['verdict']}, {_mm(row['rms_mm'])} rms, "
+                         f"{_mm(row['held_out_mm'])} cross-validated, {_mm(row['worst_mm'])} at most.")
+    return "\n".join([*lines, *([f"Saved as {output}."] if output else [])])
 
 
 def _mm(value: float | None) -> str:

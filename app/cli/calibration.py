@@ -15,8 +15,8 @@ from app.imaging.correction import CorrectedView
 from app.models.restored import model_of
 from app.workflows import calibration as workflow
 
-CalibrationFile = Annotated[Path, typer.Option("--calibration", "-c", metavar="CAL.json", help="As calibrate wrote it, "
-                                               "or exported as json.")]
+CalibrationFile = Annotated[Path, typer.Option("--calibration", "-c", metavar="CAL.json", help="A calibration from "
+                                               "calibrate, or exported as json.")]
 
 
 class Coordinates(StrEnum):
@@ -31,14 +31,14 @@ def calibrate(
     image: requests.ImageFile, points: requests.PointsFile,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="CAL.json", help="The calibration to write.")],
     field: requests.FieldName = None, region: requests.RegionName = None, rotate: requests.Rotate = None,
-    model: Annotated[str | None, typer.Option("--model", help="Camera model, or auto for the recommended; polynomial "
-                                              "when left out.")] = None,
+    model: Annotated[str | None, typer.Option("--model", help="Camera model, or auto for the recommended model. By "
+                                              "default polynomial.")] = None,
     option: requests.Options = None, lens: requests.LensFile = None, lens_sigma: requests.LensSigma = None,
     height_mm: requests.HeightMm = None, height_sigma_mm: requests.HeightSigmaMm = None,
-    note: Annotated[str, typer.Option("--note", help="Kept with the calibration.")] = "",
+    note: Annotated[str, typer.Option("--note", help="Saved with the calibration.")] = "",
     fields: requests.OwnFields = None, as_json: requests.ReportAsJson = False,
 ) -> None:
-    """Calibrate one picture from clicked points."""
+    """Calibrate one image from points."""
     options = requests.options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
     task = requests.task_from(image, points, field, region, rotate, model, options, note, fields)
     with progress_bar("Calibrating") as progress:
@@ -48,13 +48,13 @@ def calibrate(
 
 
 def correct(
-    image: Annotated[Path, typer.Argument(metavar="IMAGE", help="A picture of the calibration's own size.")],
+    image: Annotated[Path, typer.Argument(metavar="IMAGE", help="An image with the size of the calibration.")],
     calibration: CalibrationFile,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="OUT.png", help="The result, PNG or JPEG.")],
     margin: Annotated[int, typer.Option("--margin", min=0, max=2000, help="Carpet shown around the region, px.")] = 0,
     width: Annotated[int | None, typer.Option("--width", min=16, max=8192, help="Width of the result, px.")] = None,
 ) -> None:
-    """Correct one picture."""
+    """Correct one image."""
     known = files.read_calibration(calibration)
     with progress_bar("Correcting") as progress:
         frame = files.read_picture(image)
@@ -66,14 +66,15 @@ def correct(
 
 def transform(
     calibration: CalibrationFile,
-    source: Annotated[Coordinates, typer.Option("--from", help="The frame the points are in.")],
-    target: Annotated[Coordinates, typer.Option("--to", help="The frame they are wanted in.")],
-    points: Annotated[list[str] | None, typer.Argument(metavar="[X,Y]...", help="Points; without any, JSON or lines "
-                                                       "of x,y are read from standard input.")] = None,
+    source: Annotated[Coordinates, typer.Option("--from", help="Source frame of the points.")],
+    target: Annotated[Coordinates, typer.Option("--to", help="Target frame of the points.")],
+    points: Annotated[list[str] | None, typer.Argument(metavar="[X,Y]...", help="Points. Without points, JSON or "
+                                                       "lines of x,y are read from standard input.")] = None,
     z_mm: Annotated[float, typer.Option("--z", help="Height above the carpet, mm.")] = 0.0,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, null for a point out of reach.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, with null for a point that cannot be "
+                                                         "converted.")] = False,
 ) -> None:
-    """Turn pixels into field millimetres, or back."""
+    """Convert pixels to field millimetres, or back."""
     known = files.read_calibration(calibration)
     given = files.points_from_pairs(points) if points else files.points_from_text(sys.stdin.read(files.MAX_POINT_BYTES))
     found = workflow.transform(model_of(known), given, source.value, target.value, z_mm).tolist()
@@ -91,9 +92,10 @@ def _summary(report: dict[str, Any], output: Path) -> str:
 
     lines = [report["verdict"]["sentence"],
              f"Residuals {number('rms_px', 'px')} rms, {number('max_px', 'px')} at most; "
-             f"{number('rms_mm', 'mm')} rms, {number('max_mm', 'mm')} at most; held out {number('cv_rms_mm', 'mm')}."]
+             f"{number('rms_mm', 'mm')} rms, {number('max_mm', 'mm')} at most; cross-validated "
+             f"{number('cv_rms_mm', 'mm')}."]
     distortion = report["distortion"]
     lines.append(f"Distortion {distortion['before_pct']:+.2f} % before, {distortion['after_pct']:+.2f} % after "
                  f"({distortion['kind']}).")
     lines += [f"Warning: {warning['text']} {warning['fix']}" for warning in report["warnings"]]
-    return "\n".join([*lines, f"Written to {output}."])
+    return "\n".join([*lines, f"Saved as {output}."])

@@ -21,15 +21,15 @@ POOR_MM = 15.0
 
 
 def check(
-    calibration: Annotated[Path, typer.Argument(metavar="CAL.json", help="As calibrate wrote it, or exported as "
-                                                "json.")],
-    pictures: Annotated[list[Path], typer.Argument(metavar="PICTURES…", help="What the camera sees now; from "
-                                                   "several, what moves vanishes.")],
-    drawn: Annotated[Path | None, typer.Option("--drawn", metavar="PICTURE", help="Write the picture with the lines as "
-                                               "expected and as found.")] = None,
+    calibration: Annotated[Path, typer.Argument(metavar="CAL.json", help="A calibration from calibrate, or exported "
+                                                "as json.")],
+    pictures: Annotated[list[Path], typer.Argument(metavar="PICTURES…", help="Current images of the camera. Moving "
+                                                   "objects are removed if there are several images.")],
+    drawn: Annotated[Path | None, typer.Option("--drawn", metavar="PICTURE", help="Write the image with the expected "
+                                               "and the detected lines.")] = None,
     enough: EnoughOption = Enough.fair, as_json: AsJson = False,
 ) -> None:
-    """How far the field's lines lie from where a calibration has them; 0 if that is good enough."""
+    """Compare the field lines with a calibration. Exit code 0 if it is valid enough."""
     calibrated = files.read_calibration(calibration)
     with progress_bar("Checking the calibration") as progress, files.decoded(pictures) as reads:
         frame = median_frame(reads, subprogress(progress, 0.0, 0.4))
@@ -44,15 +44,15 @@ def _summary(found: dict[str, Any]) -> str:
     verdict = found["verdict"]
     rows = [f"{verdict['sentence']} {verdict['fix']}".strip()]
     width = max((len(line["feature"]) for line in found["lines"]), default=4)
-    rows.append(f"{'line':<{width}}  found     mm  worst mm    px")
+    rows.append(f"{'line':<{width}}  detected      mm  largest mm    px")
     for line in found["lines"]:
-        figures = "     –         –     –" if line["rms_mm"] is None else (
-            f"{line['rms_mm']:6.1f}  {line['worst_mm']:8.1f}  {line['rms_px']:4.1f}")
-        rows.append(f"{line['feature']:<{width}}  {100 * line['found_share']:3.0f} %  {figures}")
+        figures = "     –           –     –" if line["rms_mm"] is None else (
+            f"{line['rms_mm']:6.1f}    {line['worst_mm']:8.1f}  {line['rms_px']:4.1f}")
+        rows.append(f"{line['feature']:<{width}}     {100 * line['found_share']:3.0f} %  {figures}")
     if found["carpet"] is not None:
         x, y = found["carpet"]["where"]
-        rows.append(f"On the carpet {found['carpet']['max_mm']:.1f} mm off at most, at ({x:.0f}, {y:.0f}) mm." + (
-            f" At hat height {found['hat']['max_mm']:.1f} mm." if found["hat"] else ""))
+        rows.append(f"Largest error on the carpet: {found['carpet']['max_mm']:.1f} mm at ({x:.0f}, {y:.0f}) mm." + (
+            f" At robot-top height: {found['hat']['max_mm']:.1f} mm." if found["hat"] else ""))
     return "\n".join(rows)
 
 

@@ -14,9 +14,9 @@ FILE_REASONS = ("port-taken", "data-folder", "data-folder-in-use", "not-saved", 
                 "database-damaged", "database-missing", "database-away", "newer-database", "folder-not-empty",
                 "database-not-empty", "restore-unfinished", "no-archive", "no-interface", "no-route", "forbidden",
                 "network")
-EXIT_CODES = ("Exit codes: 0 done; 1 something broke that should not; 2 the command line is wrong; 3 the input was "
-              "refused (points, picture, field, settings); 4 a file, folder, port or network cannot be used; 5 report, "
-              "rig check: the verdict is below what is --enough. batch: 1 some pictures were judged bad or failed; "
+EXIT_CODES = ("Exit codes: 0 done; 1 internal error; 2 wrong command line; 3 the input was refused (points, image, "
+              "field, settings); 4 a file, folder, port or network cannot be used; 5 report, rig check: the verdict "
+              "is below --enough. batch: 1 some images have a bad verdict or failed; "
               "130 stopped by Ctrl-C.")
 
 
@@ -32,12 +32,12 @@ def exit_code_of(error: Exception) -> int:
         return 0  # whoever reads our output has had enough
     if isinstance(error, OSError):
         error = FileTrouble(f"{error.filename or 'A file'}: {error.strerror or error}.",
-                            "Check the path, its permissions and the space on the disk.")
+                            "Check the path, its permissions and the free disk space.")
     if isinstance(error, TouchlineError):
         print(f"error: {error.what}\nfix: {error.fix}", file=sys.stderr)
         return FILE if isinstance(error, FileTrouble) or error.reason in FILE_REASONS else REFUSED
     traceback.print_exception(error)
-    print("error: Something broke here that should not.\nfix: Please report it with the lines above.", file=sys.stderr)
+    print("error: An internal error occurred.\nfix: Report it with the lines above.", file=sys.stderr)
     return UNEXPECTED
 
 

@@ -22,29 +22,27 @@ from app.workflows.detection import detections_image as draw_over
 
 def detect(
     picture: Annotated[Path, typer.Argument(metavar="PICTURE", help="PNG, JPEG, BMP or WebP.")],
-    calibration: Annotated[Path | None, typer.Option("--calibration", metavar="CAL.json", help="Of this camera at this "
-                                                     "size; places are told by it.")] = None,
-    stages: Annotated[str, typer.Option("--stages", metavar="NAME|PLAN.yaml", help="ssl, vsss, mirosot, or a plan of "
-                                        "your own.")] = "ssl",
-    colours: Annotated[Path | None, typer.Option("--colours", metavar="PROFILE.yaml", help="What the colours look like "
-                                                 "here.")] = None,
-    click: Annotated[list[str] | None, typer.Option("--click", metavar="COLOUR=X,Y", help="A place of that colour in "
-                                                    "this picture, or a box X0,Y0,X1,Y1; may be repeated.")] = None,
-    mm_per_px: Annotated[float | None, typer.Option("--mm-per-px", min=0.01, max=1000, help="Without a calibration: "
-                                                    "how large a pixel is.")] = None,
-    eye: Annotated[str | None, typer.Option("--eye", metavar="X,Y,HEIGHT", help="Where the camera hangs, field mm, for "
-                                            "a model without rays.")] = None,
-    drawn: Annotated[Path | None, typer.Option("--drawn", metavar="PICTURE", help="Write the picture with what was "
-                                               "found.")] = None,
-    stage_pictures: Annotated[Path | None, typer.Option("--stage-pictures", metavar="DIR", help="Write what each stage "
-                                                        "made of it.")] = None,
-    save_colours: Annotated[Path | None, typer.Option("--save-colours", metavar="PROFILE.yaml", help="Keep the colours "
-                                                      "for other pictures.")] = None,
-    corrected: Annotated[bool, typer.Option("--corrected", help="Correct the picture first, and look at "
-                                                "that.")] = False,
+    calibration: Annotated[Path | None, typer.Option("--calibration", metavar="CAL.json", help="Calibration of this "
+                                                     "camera at this image size, for positions.")] = None,
+    stages: Annotated[str, typer.Option("--stages", metavar="NAME|PLAN.yaml", help="ssl, vsss, mirosot, or a file "
+                                        "with your own plan.")] = "ssl",
+    colours: Annotated[Path | None, typer.Option("--colours", metavar="PROFILE.yaml", help="Colour profile.")] = None,
+    click: Annotated[list[str] | None, typer.Option("--click", metavar="COLOUR=X,Y", help="A point of that colour in "
+                                                    "this image, or a box X0,Y0,X1,Y1. May be repeated.")] = None,
+    mm_per_px: Annotated[float | None, typer.Option("--mm-per-px", min=0.01, max=1000, help="Size of a pixel, if "
+                                                    "there is no calibration.")] = None,
+    eye: Annotated[str | None, typer.Option("--eye", metavar="X,Y,HEIGHT", help="Camera position in field mm, for a "
+                                            "model that is not a physical lens model.")] = None,
+    drawn: Annotated[Path | None, typer.Option("--drawn", metavar="PICTURE", help="Write the image with the "
+                                               "detections.")] = None,
+    stage_pictures: Annotated[Path | None, typer.Option("--stage-pictures", metavar="DIR", help="Write the result of "
+                                                        "each stage.")] = None,
+    save_colours: Annotated[Path | None, typer.Option("--save-colours", metavar="PROFILE.yaml", help="Save the colour "
+                                                      "profile for other images.")] = None,
+    corrected: Annotated[bool, typer.Option("--corrected", help="Correct the image before the detection.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Find the ball and the robots in a picture, with numbers, fronts and places."""
+    """Detect the ball and the robots in an image, with numbers, orientations and positions."""
     known = None if calibration is None else files.read_calibration(calibration)
     profile = None if colours is None else ColourProfile.from_json(
         plain_from_yaml(files.read_bytes(colours, MAX_BYTES), f"The file {colours.name}"))
@@ -73,10 +71,11 @@ def _eye(text: str | None) -> tuple[float, float, float] | None:
         return None
     parts = text.split(",")
     if len(parts) != 3:
-        raise BadInput(f"{text!r} is no place of a camera.", "Write it as x,y,height in mm.", reason="bad-eye")
+        raise BadInput(f"{text!r} is not a camera position.", "Write it as x,y,height in mm.", reason="bad-eye")
     (x, y), (height, _) = points_from_pairs([",".join(parts[:2]), f"{parts[2]},0"])
     if not height > 0:
-        raise BadInput("A camera hangs above the carpet.", "Write its height last, in mm.", reason="bad-eye")
+        raise BadInput("The camera must be above the carpet.", "Give its height as the third value, in mm.",
+                       reason="bad-eye")
     return float(x), float(y), float(height)
 
 
@@ -86,7 +85,7 @@ def _clicks(texts: list[str]) -> dict[str, list[list[float]]]:
         colour, _, place = text.partition("=")
         parts = place.split(",")
         if len(parts) not in (2, 4):
-            raise BadInput(f"{text!r} is no click.", "Write it as colour=x,y or colour=x0,y0,x1,y1.",
+            raise BadInput(f"{text!r} is not a point of a colour.", "Write it as colour=x,y or colour=x0,y0,x1,y1.",
                            reason="bad-clicks")
         pairs = [",".join(parts[i:i + 2]) for i in range(0, len(parts), 2)]
         found.setdefault(colour, []).append(points_from_pairs(pairs).ravel().tolist())
@@ -94,13 +93,14 @@ def _clicks(texts: list[str]) -> dict[str, list[list[float]]]:
 
 
 def _summary(found: dict[str, Any]) -> str:
-    lines = [f"{'what':<14}{'x mm':>9}{'y mm':>9}{'± mm':>7}{'front °':>9}{'sure':>6}   px"]
+    lines = [f"{'what':<14}{'x mm':>9}{'y mm':>9}{'± mm':>7}{'front °':>9}{'conf.':>6}   px"]
     order = {"ball": 0, "robot": 1, "marker": 2}
     things = sorted(found["detections"], key=lambda d: (order[d["kind"]], d["team"] or "", -1 if d["id"] is None
                                                         else d["id"]))
-    lines += [_line(thing) for thing in things] or ["Nothing was found."]
+    lines += [_line(thing) for thing in things] or ["Nothing was detected."]
     if any(thing["on_carpet"] for thing in things):
-        lines.append("Robots are told where their line of sight meets the carpet: the model has no rays. Say --eye.")
+        lines.append("Robot positions are where their line of sight meets the carpet, because the model is not a "
+                     "physical lens model. Use --eye.")
     lines += [h["sentence"] for h in found["health"] if h["level"] != "good"]
     lines += found["notes"]
     total = sum(found["took_ms"].values())

@@ -15,19 +15,19 @@ from app.core.errors import FitFailed
 from app.models.restored import Restored, model_of
 from app.workflows import calibration as workflow
 
-PngFile = Annotated[Path | None, typer.Option("--png", metavar="OUT.png", help="Draw it as a map with a scale in mm.")]
+PngFile = Annotated[Path | None, typer.Option("--png", metavar="OUT.png", help="Draw a map with a scale in mm.")]
 
 
 def compare(
     image: requests.ImageFile, points: requests.PointsFile,
     field: requests.FieldName = None, region: requests.RegionName = None, rotate: requests.Rotate = None,
-    models: Annotated[str | None, typer.Option("--models", metavar="NAME,…", help="Camera models with commas between; "
-                                               "all when left out.")] = None,
+    models: Annotated[str | None, typer.Option("--models", metavar="NAME,…", help="Camera models, separated by "
+                                               "commas. By default all.")] = None,
     option: requests.Options = None, lens: requests.LensFile = None, lens_sigma: requests.LensSigma = None,
     height_mm: requests.HeightMm = None, height_sigma_mm: requests.HeightSigmaMm = None,
     fields: requests.OwnFields = None, as_json: requests.AsJson = False,
 ) -> None:
-    """Fit every camera model to the same points and say which to trust."""
+    """Fit every camera model to the same points and recommend one."""
     options = requests.options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
     task = requests.task_from(image, points, field, region, rotate, None, options, "", fields)
     names = [name.strip() for name in models.split(",")] if models else None
@@ -40,9 +40,10 @@ def compare(
 
 
 def difference(one: Annotated[Path, typer.Argument(metavar="A.json", help="A calibration.")],
-               other: Annotated[Path, typer.Argument(metavar="B.json", help="Another one for the same picture size.")],
+               other: Annotated[Path, typer.Argument(metavar="B.json",
+                                                     help="Another calibration for the same image size.")],
                png: PngFile = None, as_json: requests.AsJson = False) -> None:
-    """How far two calibrations are apart over the region, in mm on the carpet and px in the picture."""
+    """Difference of two calibrations over the region, in mm on the carpet and in px in the image."""
     a, b = files.read_calibration(one), files.read_calibration(other)
     model, _, region = Restored.of(a)
     found = workflow.difference(model, model_of(b), region)
@@ -51,20 +52,20 @@ def difference(one: Annotated[Path, typer.Argument(metavar="A.json", help="A cal
     if as_json:
         print(json.dumps(found, allow_nan=False))
     elif found["max_mm"] is None:
-        print("There is no place on the region that both calibrations reach.")
+        print("The two calibrations have no part of the region in common.")
     else:
         x, y = found["worst_place"]
         print(f"{found['rms_mm']:.2f} mm rms over the region, median {found['median_mm']:.2f} mm, "
               f"{found['max_mm']:.2f} mm at most, at ({x:.0f}, {y:.0f}) mm.\n"
-              f"In the picture {found['rms_px']:.2f} px rms, {found['max_px']:.2f} px at most.")
+              f"In the image {found['rms_px']:.2f} px rms, {found['max_px']:.2f} px at most.")
 
 
 def uncertainty(
-    calibration: Annotated[Path, typer.Argument(metavar="CAL.json", help="As calibrate wrote it.")],
+    calibration: Annotated[Path, typer.Argument(metavar="CAL.json", help="A calibration from calibrate.")],
     z_mm: Annotated[float, typer.Option("--z", min=0, max=5000, help="Height of the plane above the carpet, mm.")] = 0,
     png: PngFile = None, as_json: requests.AsJson = False,
 ) -> None:
-    """Expected error over the region, in the plane at a height: what the clicks' noise does to it."""
+    """Expected error over the region, in the plane at a height: the effect of the noise of the points."""
     known = files.read_calibration(calibration)
     model, _, region = Restored.of(known)
     found = workflow.uncertainty(model, known.covariance, region, z_mm)
@@ -81,7 +82,7 @@ def uncertainty(
 
 def _grid(found: dict[str, Any], name: str) -> Any:
     if found["grid"] is None:
-        raise FitFailed("There is no place on the region that both calibrations reach.",
+        raise FitFailed("The two calibrations have no part of the region in common.",
                         "Choose two calibrations of one camera.", reason="no-overlap")
     return found["grid"][name]
 
@@ -90,9 +91,9 @@ def _show_ranking(found: dict[str, Any]) -> None:
     table = Table(box=SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
     table.add_column("")
     table.add_column("model", no_wrap=True)
-    for title in ("field mm", "held out mm", "hat mm", "rms px", "numbers"):
+    for title in ("field mm", "cross-val mm", "tops mm", "rms px", "params"):
         table.add_column(title, justify="right", no_wrap=True)
-    table.add_column("to trust")
+    table.add_column("verdict")
     for row in found["ranking"]:
         table.add_row("→" if row["model"] == found["recommended"] else "", row["model"], _number(row["field_mm"]),
                       _number(row["held_out_mm"]), _number(row["expected_hat_mm"]), _number(row["rms_px"]),
@@ -101,7 +102,7 @@ def _show_ranking(found: dict[str, Any]) -> None:
     console.print(table, end="")
     print(found["reason"])
     for failed in found["failed"]:
-        print(f"{failed['title']} could not be fitted: {failed['what']} {failed['fix']}")
+        print(f"{failed['title']} cannot be fitted: {failed['what']} {failed['fix']}")
 
 
 def _number(value: float | None) -> str:

@@ -18,7 +18,7 @@ from app.models.intrinsics import Intrinsics
 from app.store.files import write_atomically
 
 POINTS_KEYS = ("observations", "field", "region", "rotate", "model", "options", "image_size", "note")
-POINTS_FORM = 'Give a list of observations, or {"field": …, "region": …, "observations": […]}.'
+POINTS_FORM = 'Use a list of observations, or {"field": …, "region": …, "observations": […]}.'
 LENS_FORMAT = "touchline-lens"
 MAX_JSON_BYTES = 16 << 20
 MAX_POINT_BYTES = 256 << 20
@@ -32,7 +32,7 @@ def read_bytes(path: Path, max_bytes: int = ImageLimits().max_bytes) -> bytes:
     except OSError as error:
         raise FileTrouble(f"{path} cannot be read: {error.strerror}.", "Check the path and its permissions.") from None
     if len(data) > max_bytes:
-        raise BadInput(f"{path} has more than {max_bytes / 1e6:.4g} MB.", "Give a smaller file.", reason="too-large")
+        raise BadInput(f"{path} has more than {max_bytes / 1e6:.4g} MB.", "Use a smaller file.", reason="too-large")
     return data
 
 
@@ -48,7 +48,7 @@ def write_bytes(path: Path, data: bytes) -> None:
             write_atomically(path.resolve(), data)
     except OSError as error:
         raise FileTrouble(f"{path} cannot be written: {error.strerror}.",
-                          "Check the folder, its permissions and the space on the disk.") from None
+                          "Check the folder, its permissions and the free disk space.") from None
 
 
 def read_picture(path: Path) -> Frame:
@@ -66,7 +66,7 @@ def write_picture(path: Path, pixels: Any) -> None:
     """PNG or JPEG, by the name's ending."""
     format = {".png": "png", ".jpg": "jpg", ".jpeg": "jpg"}.get(path.suffix.lower())
     if format is None:
-        raise BadInput(f"{path.name} does not say what kind of picture to write.", "End its name with .png or .jpg.",
+        raise BadInput(f"The image format of {path.name} is unknown.", "Use a name that ends with .png or .jpg.",
                        reason="unknown-image-format")
     write_bytes(path, encode(pixels, format, quality=95))
 
@@ -104,12 +104,13 @@ def read_matches(path: Path) -> dict[str, Any]:
     if isinstance(value, list) and value and all(isinstance(row, list) and len(row) == 4 for row in value):
         value = {"points_a": [row[:2] for row in value], "points_b": [row[2:] for row in value]}
     if not isinstance(value, Mapping) or set(value) - {"z_mm"} != {"points_a", "points_b"}:
-        raise BadInput(f"{path} holds no matches.", 'Give {"points_a": [[x, y], …], "points_b": [[x, y], …]}, or rows '
+        raise BadInput(f"{path} contains no matches.", 'Use {"points_a": [[x, y], …], "points_b": [[x, y], …]}, or '
+                                                       'rows '
                        "[xa, ya, xb, yb].", reason="bad-matches")
     z = value.get("z_mm", [])
     if not isinstance(z, list) or not all(h is None or (type(h) in (int, float) and 0 <= h <= 5000) for h in z):
-        raise BadInput(f"{path} has heights that are none.", 'Give "z_mm" as a list: 0 to 5000 mm, null where it is '
-                       "not known.", reason="bad-matches")
+        raise BadInput(f"{path} contains invalid heights.", 'Use "z_mm" as a list: 0 to 5000 mm, null where the '
+                       "height is unknown.", reason="bad-matches")
     return dict(value)
 
 
@@ -119,7 +120,7 @@ def read_lines(path: Path) -> dict[str, Any]:
     value = {"lines": value} if isinstance(value, list) else value
     if (not isinstance(value, Mapping) or not {"lines"} <= set(value) <= {"lines", "image_size"}
             or not isinstance(value["lines"], list)):
-        raise BadInput(f"{path} holds no lines.", 'Give {"lines": [[[x, y], …], …], "image_size": [width, height]}.',
+        raise BadInput(f"{path} contains no lines.", 'Use {"lines": [[[x, y], …], …], "image_size": [width, height]}.',
                        reason="bad-lines")
     return dict(value)
 
@@ -130,10 +131,10 @@ def read_points_file(path: Path) -> dict[str, Any]:
     if isinstance(value, list):
         value = {"observations": value}
     if not isinstance(value, Mapping) or "observations" not in value:
-        raise BadInput(f"{path} holds no observations.", POINTS_FORM, reason="bad-points-file")
+        raise BadInput(f"{path} contains no observations.", POINTS_FORM, reason="bad-points-file")
     for key in value:
         if key not in POINTS_KEYS:
-            raise BadInput(f"{path} has an unknown entry {key!r}.", f"Known: {', '.join(POINTS_KEYS)}.",
+            raise BadInput(f"{path} has an unknown entry {key!r}.", f"Known entries: {', '.join(POINTS_KEYS)}.",
                            reason="bad-points-file")
     return dict(value)
 
@@ -165,7 +166,7 @@ def points_from_pairs(pairs: list[str]) -> Points:
         try:
             x, y = (float(part) for part in pair.split(","))
         except ValueError:
-            raise BadInput(f"{pair!r} is no point.", "Write points as x,y with a decimal point, such as 320.5,240.",
+            raise BadInput(f"{pair!r} is not a point.", "Write points as x,y with a decimal point, such as 320.5,240.",
                            reason="bad-points") from None
         points.append((x, y))
     return as_points(points)

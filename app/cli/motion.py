@@ -16,26 +16,26 @@ from app.workflows import rolling_request
 
 
 def motion(
-    film: Annotated[Path, typer.Argument(metavar="FILM", help="Of a still camera: MP4, MOV, AVI, MKV or WebM.")],
-    calibration: Annotated[Path | None, typer.Option("--calibration", metavar="CAL.json", help="Judge this one: what "
-                                                     "distortion it leaves.")] = None,
-    drawn: Annotated[Path | None, typer.Option("--drawn", metavar="PICTURE", help="Write the last frame with the rolls "
-                                               "drawn over it.")] = None,
-    lens: Annotated[Path | None, typer.Option("--lens", metavar="LENS.json", help="Write the lens that the rolls tell, "
-                                              "for calibrate --lens to hold.")] = None,
-    kind: Annotated[str, typer.Option("--kind", help="Of that lens: auto, division, division-even or "
+    film: Annotated[Path, typer.Argument(metavar="FILM", help="Video of a fixed camera: MP4, MOV, AVI, MKV or WebM.")],
+    calibration: Annotated[Path | None, typer.Option("--calibration", metavar="CAL.json", help="Measure the "
+                                                     "distortion after correction with this calibration.")] = None,
+    drawn: Annotated[Path | None, typer.Option("--drawn", metavar="PICTURE", help="Write the last frame with the "
+                                               "rolls as an overlay.")] = None,
+    lens: Annotated[Path | None, typer.Option("--lens", metavar="LENS.json", help="Write the lens from the rolls, for "
+                                              "calibrate --lens.")] = None,
+    kind: Annotated[str, typer.Option("--kind", help="Model of that lens: auto, division, division-even or "
                                       "brown-conrady.")] = "auto",
-    refined: Annotated[Path | None, typer.Option("--refined", metavar="NEW.json", help="Fit the calibration anew to "
-                                                 "its own clicks and these rolls, and write that.")] = None,
+    refined: Annotated[Path | None, typer.Option("--refined", metavar="NEW.json", help="Fit the calibration again to "
+                                                 "its own points and these rolls, and write it.")] = None,
     as_json: ReportAsJson = False,
 ) -> None:
-    """Follow a ball or robot through a film and say how far its straight rolls bow."""
+    """Track a ball or robot through a video and measure the curvature of its straight rolls."""
     if refined is not None and calibration is None:
-        raise typer.BadParameter("there is no --calibration that could be refined", param_hint="--refined")
+        raise typer.BadParameter("--refined requires --calibration", param_hint="--refined")
     rolling_request.check("report", kind, 0.0)
     known = None if calibration is None else files.read_calibration(calibration)
     refinable = rolling_request.check_refinable(known) if refined is not None else None
-    with progress_bar("Following what moves") as progress:
+    with progress_bar("Tracking moving objects") as progress:
         rolling = rolling_request.track_film(film.absolute(), progress, known)
     found = rolling.report(*rolling_request.model_for_size(known, rolling.size))
     if drawn is not None:
@@ -48,7 +48,7 @@ def motion(
     print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
     for path in (lens, refined):
         if path is not None:
-            say(f"{path} is written.")
+            say(f"Saved as {path}.")
 
 
 def _summary(found: dict[str, Any]) -> str:
@@ -60,10 +60,10 @@ def _summary(found: dict[str, Any]) -> str:
         lines.append(f"{where.capitalize()}: {view['border_pct']:+.2f} ± {view['border_sigma_pct']:.2f} % along the "
                      "edge.")
         lines += [f"  roll {roll['number'] + 1}: {roll['length_px']:.0f} px, bow {roll['bow_pct']:+.2f} ± "
-                  f"{roll['spread_pct']:.2f} %, rms {roll['rms_px']:.2f} px" + ("" if roll["used"] else ", left out")
+                  f"{roll['spread_pct']:.2f} %, rms {roll['rms_px']:.2f} px" + ("" if roll["used"] else ", excluded")
                   for roll in view["rolls"]]
     if found["lens"] is not None:
-        lines.append(f"As plumb lines: {found['lens']['sentence']}")
+        lines.append(f"Lens: {found['lens']['sentence']}")
     return "\n".join(lines)
 
 

@@ -22,25 +22,26 @@ from app.league.received import received_json
 
 GroupOption = Annotated[str, typer.Option("--group", help="The multicast group.")]
 PortOption = Annotated[int, typer.Option("--port", min=1, max=65535, help="Its UDP port.")]
-InterfaceOption = Annotated[str, typer.Option("--interface", metavar="NAME|ADDRESS", help="By which interface; without "
-                                              "one the system chooses.")]
+InterfaceOption = Annotated[str, typer.Option("--interface", metavar="NAME|ADDRESS", help="Network interface. By "
+                                              "default the system chooses.")]
 JOIN_S = 5.0
 
 
 def publish(
-    calibrations: Annotated[list[Path], typer.Argument(metavar="CAL.json…", help="One of each camera, as calibrate "
-                                                       "wrote it.")],
-    every: Annotated[float | None, typer.Option("--every", metavar="S", min=0.1, max=60, help="Send again and again, "
-                                                "until ended; once without it.")] = None,
+    calibrations: Annotated[list[Path], typer.Argument(metavar="CAL.json…", help="One calibration from calibrate for "
+                                                       "each camera.")],
+    every: Annotated[float | None, typer.Option("--every", metavar="S", min=0.1, max=60, help="Send repeatedly at "
+                                                "this interval. By default once.")] = None,
     group: GroupOption = GROUP, port: PortOption = PORT, interface: InterfaceOption = "",
-    ttl: Annotated[int, typer.Option("--ttl", min=0, max=255, help="0 this machine, 1 the local network.")] = 1,
-    camera_id: Annotated[list[int] | None, typer.Option("--camera-id", min=0, max=2**32 - 1, help="A camera's number, "
-                                                        "in the order of the files; without one its region's.")] = None,
-    limit: Annotated[float, typer.Option("--limit-mm", min=0, help="A camera that loses more in the league's lens is "
-                                         "refused.")] = 10.0,
-    approve: Annotated[bool, typer.Option("--approve", help="Send it all the same.")] = False,
+    ttl: Annotated[int, typer.Option("--ttl", min=0, max=255, help="0 for this machine, 1 for the local network.")] = 1,
+    camera_id: Annotated[list[int] | None, typer.Option("--camera-id", min=0, max=2**32 - 1, help="Camera number, in "
+                                                        "the order of the files. By default that of the "
+                                                        "region.")] = None,
+    limit: Annotated[float, typer.Option("--limit-mm", min=0, help="A camera with a larger error in SSL-Vision's lens "
+                                         "model is refused.")] = 10.0,
+    approve: Annotated[bool, typer.Option("--approve", help="Send it anyway.")] = False,
 ) -> None:
-    """Send field and cameras to the league's multicast group."""
+    """Send field and cameras to the multicast group of the league."""
     known = [replace(files.read_calibration(path), camera=str(path)) for path in calibrations]
     numbers = dict(zip((one.camera for one in known), camera_id or (), strict=False))
     approved = {one.camera: one.id for one in known} if approve else {}
@@ -54,19 +55,20 @@ def publish(
         sender.check()
         for one in cameras:
             print(f"{one.name}: camera {one.number} of {one.calibration.field['name']}, {_loss(one.to_json())}")
-        print(f"{len(packet)} bytes to {group}, port {port}{f', by {interface}' if interface else ''}.", flush=True)
+        print(f"{len(packet)} bytes to {group}, port {port}{f', interface {interface}' if interface else ''}.",
+              flush=True)
         _send(sender, packet, every)
 
 
 def absorb(
-    seconds: Annotated[float, typer.Option("--for", metavar="S", min=0.1, max=3600, help="How long to listen.")] = 5.0,
-    folder: Annotated[Path | None, typer.Option("--folder", metavar="DIR", help="Write each sender's newest packet "
-                                                "there, as import reads it.")] = None,
+    seconds: Annotated[float, typer.Option("--for", metavar="S", min=0.1, max=3600, help="Listening time.")] = 5.0,
+    folder: Annotated[Path | None, typer.Option("--folder", metavar="DIR", help="Write the newest packet of each "
+                                                "sender to this folder, for import.")] = None,
     group: GroupOption = GROUP, port: PortOption = PORT, interface: InterfaceOption = "",
-    fields: Annotated[Path | None, typer.Option("--fields", metavar="DIR", help="A folder of your own fields.")] = None,
+    fields: Annotated[Path | None, typer.Option("--fields", metavar="DIR", help="Folder with your own fields.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Listen to the group, and tell who publishes geometry there."""
+    """Listen to the group and list the senders of geometry."""
     known = tuple(own_fields(fields).values())
     listener = GeometryListener(MulticastAddress(group, port, interface))
     try:
@@ -82,7 +84,8 @@ def absorb(
         for one in found:
             _print_sender(one)
     if not senders:
-        say(f"Nobody was heard in {seconds:g} s. Does the interface lead to the field's network (--interface)?")
+        say(f"No sender was detected in {seconds:g} s. Check that the interface is in the network of the field "
+            "(--interface).")
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
         for sender in senders:
@@ -100,11 +103,11 @@ def _send(sender: Any, packet: bytes, every: float | None) -> None:
             try:
                 sender.send(packet)
                 if failed:
-                    say("It is sent again.")
+                    say("Sending continues.")
                 failed = False
             except TouchlineError as trouble:
                 if not failed:
-                    say(f"{trouble} It is tried again.")
+                    say(f"{trouble} Trying again.")
                 failed = True
             time.sleep(every)
     except KeyboardInterrupt:
@@ -126,7 +129,7 @@ def _print_sender(one: dict[str, Any]) -> None:
     if one["problem"] is not None:
         print(f"  {one['problem']['what']} {one['problem']['fix']}")
     if one["field"] is not None:
-        known = one["field"]["name"] if one["field"]["known"] else "no field that is known here"
+        known = one["field"]["name"] if one["field"]["known"] else "unknown field"
         print(f"  field {one['field']['length_mm']:g} × {one['field']['width_mm']:g} mm, {known}")
     for camera in one["cameras"]:
         if camera["problem"] is not None:
@@ -145,7 +148,7 @@ def _unread(one: dict[str, Any]) -> str:
 def _loss(camera: dict[str, Any]) -> str:
     loss = camera["loss"]
     x, y = loss["worst_place"]
-    words = f"at worst {loss['worst_mm']:.4f} mm off on the carpet (at {x:.0f}, {y:.0f})"
+    words = f"largest error {loss['worst_mm']:.4f} mm on the carpet (at {x:.0f}, {y:.0f})"
     hat = loss["hat_worst_mm"]
-    return words + (", not known above it: the model has no rays" if hat is None else
+    return words + (", unknown above it: not a physical lens model" if hat is None else
                     f", {hat:.4f} mm {loss['hat_height_mm']:g} mm above it")

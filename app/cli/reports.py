@@ -17,21 +17,20 @@ from app.report.figures import HEAD
 
 ID = re.compile(r"[0-9a-f]{16}")
 
-CalibrationOrId = Annotated[str, typer.Argument(metavar="CAL.json|ID", help="As calibrate wrote it, or exported as "
-                                                "json; or the id of one that a server on this machine keeps, while it "
-                                                "is not running.")]
-PictureFile = Annotated[Path | None, typer.Option("--picture", metavar="IMAGE", help="The picture that was clicked; by "
-                                                  "ID the one that was kept.")]
+CalibrationOrId = Annotated[str, typer.Argument(metavar="CAL.json|ID", help="A calibration from calibrate or exported "
+                                                "as json; or the id of a calibration in the data folder of a server "
+                                                "that is not running.")]
+PictureFile = Annotated[Path | None, typer.Option("--picture", metavar="IMAGE", help="The calibration image. With an "
+                                                  "ID, the saved image is used.")]
 OutFile = Annotated[Path | None, typer.Option("--out", "--output", "-o", metavar="REPORT.html", help="The page to "
                                               "write.")]
-DataFolder = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="Where the server keeps everything; "
-                                                 "for an ID.")]
+DataFolder = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="Data folder of the server, for an ID.")]
 
 
 def report(calibration: CalibrationOrId, picture: PictureFile = None, output: OutFile = None,
            enough: EnoughOption = Enough.fair, data: DataFolder = None, config: ConfigOption = None,
            as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False) -> None:
-    """Say, write or print everything that is known of one calibration; 0 if it is good enough."""
+    """Show or write the report of one calibration. Exit code 0 if it is good enough."""
     known, clicked = calibration_and_picture(calibration, picture, data, config)
     contents = reporting.contents(known, clicked)
     if output is not None:
@@ -51,10 +50,10 @@ def calibration_and_picture(calibration: str, picture: Path | None, data: Path |
     if picture is not None:
         frame = files.read_picture(picture)
         if frame.size != known.image_size:
-            raise Conflict(f"{picture} is {frame.size}; the calibration was made for {known.image_size}.",
-                           "Give the picture that was clicked.", reason="size-mismatch")
+            raise Conflict(f"{picture} has {frame.size}; the calibration is for {known.image_size}.",
+                           "Use the calibration image.", reason="size-mismatch")
         clicked = reporting.ReportPicture(frame)
-    return known, clicked or reporting.ReportPicture(None, "No picture was given.")
+    return known, clicked or reporting.ReportPicture(None, "No image was given.")
 
 
 def _stored(id: str, data: Path | None, config: Path | None) -> tuple[Any, Any]:
@@ -70,5 +69,5 @@ def _summary(contents: dict[str, Any], output: Path | None) -> str:
               for key, it in contents["figures"].items() if it["value"] is not None]
     lines += [f"Warning: {warning['text']} {warning['fix']}" for warning in contents["warnings"]]
     if contents["picture"]["same"] is False:
-        lines.append("Warning: This is not the picture that was clicked: its sha256 is another one.")
-    return "\n".join([*lines, *([f"Written to {output}."] if output else [])])
+        lines.append("Warning: This is not the calibration image: its sha256 differs.")
+    return "\n".join([*lines, *([f"Saved as {output}."] if output else [])])

@@ -18,17 +18,18 @@ ImageFile = Annotated[Path, typer.Argument(metavar="IMAGE", help="PNG, JPEG, BMP
 PointsFile = Annotated[Path, typer.Option("--points", metavar="FILE.json", help="Observations: a list, or an object "
                                           "with observations, field and region.")]
 FieldName = Annotated[str | None, typer.Option("--field", help="Field name, such as ssl-2008.")]
-RegionName = Annotated[str | None, typer.Option("--region", help="Part of the field that is seen.")]
-Rotate = Annotated[int | None, typer.Option("--rotate", help="0, 90, 180 or 270: how the region stands.")]
-Options = Annotated[list[str] | None, typer.Option("--option", metavar="NAME=VALUE", help="A setting of the fit, such "
-                                                   "as degree=3; may be repeated.")]
-OwnFields = Annotated[Path | None, typer.Option("--fields", metavar="DIR", help="Folder of your own fields.")]
-LensFile = Annotated[Path | None, typer.Option("--lens", metavar="LENS.json|CAL.json", help="Take the lens over, as "
-                                               "board or calibrate wrote it; the field then fixes the pose.")]
-LensSigma = Annotated[str | None, typer.Option("--lens-sigma", metavar="0|own", help="0 holds that lens fast; own as "
-                                               "well as the board told it.")]
-HeightMm = Annotated[float | None, typer.Option("--height-mm", help="The camera's height above the carpet by tape.")]
-HeightSigmaMm = Annotated[float | None, typer.Option("--height-sigma-mm", help="How sure it is; 30 when left out.")]
+RegionName = Annotated[str | None, typer.Option("--region", help="Covered area of the field.")]
+Rotate = Annotated[int | None, typer.Option("--rotate", help="Rotation of the region: 0, 90, 180 or 270.")]
+Options = Annotated[list[str] | None, typer.Option("--option", metavar="NAME=VALUE", help="Option of the fit, such as "
+                                                   "degree=3. May be repeated.")]
+OwnFields = Annotated[Path | None, typer.Option("--fields", metavar="DIR", help="Folder with your own fields.")]
+LensFile = Annotated[Path | None, typer.Option("--lens", metavar="LENS.json|CAL.json", help="Use the lens of a file "
+                                               "from board or calibrate. The field then gives the pose.")]
+LensSigma = Annotated[str | None, typer.Option("--lens-sigma", metavar="0|own", help="Uncertainty of that lens. 0: "
+                                               "fixed; own: as measured with the board.")]
+HeightMm = Annotated[float | None, typer.Option("--height-mm", help="Measured camera height above the carpet.")]
+HeightSigmaMm = Annotated[float | None, typer.Option("--height-sigma-mm",
+                                                     help="Uncertainty of the camera height. By default 30.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print everything as JSON.")]
 ReportAsJson = Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")]
 TAPE_SIGMA_MM = 30.0
@@ -53,13 +54,14 @@ def task_of(image: Path, size: Any, sha256: str, given: dict[str, Any], fields: 
     """Return the request for a picture whose size and hash are known. given: what a file of points says."""
     field_name, region_name = field or given.get("field"), region or given.get("region")
     if field_name is None or region_name is None:
-        raise BadInput("No field or no region is named.", "Give --field and --region, or name them in the points file.",
+        raise BadInput("The field or the region is missing.",
+                       "Use --field and --region, or state them in the points file.",
                        reason="no-field")
     known = fields[field_name]
     turn = rotate if rotate is not None else given.get("rotate")
     if "image_size" in given and ImageSize.of(given["image_size"]) != size:
-        raise Conflict(f"{image} is {size}; the points are for a picture of {given['image_size']}.",
-                       "Give the picture that was clicked.", reason="size-mismatch")
+        raise Conflict(f"{image} has {size}; the points are for an image of {given['image_size']}.",
+                       "Use the image that the points are from.", reason="size-mismatch")
     return CalibrationRequest(
         observations_from_json(given["observations"]), known, known.region(region_name, turn), size,
         model or given.get("model") or "polynomial", {**(given.get("options") or {}), **options}, image_sha256=sha256,
@@ -82,10 +84,10 @@ def options_from(words: list[str] | None, lens: Path | None = None, lens_sigma: 
         options["lens"] = files.read_lens_option(lens)
     if lens_sigma is not None:
         if lens is None:
-            raise typer.BadParameter("there is no --lens that it could be of", param_hint="--lens-sigma")
+            raise typer.BadParameter("it requires --lens", param_hint="--lens-sigma")
         options["lens_sigma"] = lens_sigma
     if height_mm is not None:
         options["height_mm"] = {"value": height_mm, "sigma": height_sigma_mm or TAPE_SIGMA_MM}
     elif height_sigma_mm is not None:
-        raise typer.BadParameter("there is no --height-mm that it could be of", param_hint="--height-sigma-mm")
+        raise typer.BadParameter("it requires --height-mm", param_hint="--height-sigma-mm")
     return options

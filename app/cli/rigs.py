@@ -20,23 +20,23 @@ from app.workflows.rig import check as check_rig
 from app.workflows.rig import refuse_other_sizes
 
 rig = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
-                  help="Cameras that share a field: whether they agree, and all of them as one picture.")
+                  help="Cameras that share a field: compare them, or join their images.")
 
 WhichRig = Annotated[list[str], typer.Argument(metavar="CAL.json… | NAME", help="Calibrations of cameras over one "
-                                               "field; or the name of a rig that a server on this machine keeps, "
-                                               "while it is not running.")]
-PictureFiles = Annotated[list[Path] | None, typer.Option("--picture", metavar="IMAGE", help="What each camera sees "
-                                                         "now, in the order of the cameras; once for each.")]
-DataFolder = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="Where the server keeps everything; "
-                                                 "for a NAME.")]
+                                               "field; or the name of a rig in the data folder of a server that is "
+                                               "not running.")]
+PictureFiles = Annotated[list[Path] | None, typer.Option("--picture", metavar="IMAGE", help="Current image of each "
+                                                         "camera, in the order of the cameras. Repeat for each.")]
+DataFolder = Annotated[Path | None, typer.Option("--data", metavar="DIR",
+                                                 help="Data folder of the server, for a NAME.")]
 
 
 @rig.command()
 def check(
     which: WhichRig, picture: PictureFiles = None,
-    matches: Annotated[Path | None, typer.Option("--matches", metavar="MATCHES.json", help="Things that the first two "
-                                                 "cameras both see, as pair takes them.")] = None,
-    z_mm: Annotated[float, typer.Option("--z", min=0, max=5000, help="Height of the matched things, mm.")] = 0.0,
+    matches: Annotated[Path | None, typer.Option("--matches", metavar="MATCHES.json", help="Points that both of the "
+                                                 "first two cameras cover, in the format of pair.")] = None,
+    z_mm: Annotated[float, typer.Option("--z", min=0, max=5000, help="Height of the matched points, mm.")] = 0.0,
     enough: EnoughOption = Enough.fair, data: DataFolder = None, config: ConfigOption = None,
     as_json: AsJson = False,
 ) -> None:
@@ -46,7 +46,7 @@ def check(
     if matches is not None:
         names = [camera["camera"] for camera in known["cameras"]]
         if len(names) < 2:
-            raise BadInput("Matches need two cameras.", "Give two calibrations.", reason="one-sided")
+            raise BadInput("Matches require two cameras.", "Use two calibrations.", reason="one-sided")
         a, b = names[:2]
         given = [{"a": a, "b": b, "z_mm": z_mm, **files.read_matches(matches)}]
     with progress_bar("Checking the rig") as progress:
@@ -58,15 +58,15 @@ def check(
 @rig.command()
 def stitch(
     which: WhichRig, picture: PictureFiles = None,
-    output: Annotated[Path, typer.Option("--out", "--output", "-o", metavar="OUT.png", help="PNG or JPEG, by its "
-                                         "ending.")] = Path("stitched.png"),
-    width: Annotated[int, typer.Option("--width", min=64, max=8192, help="Of the picture, px.")] = 1600,
+    output: Annotated[Path, typer.Option("--out", "--output", "-o", metavar="OUT.png", help="PNG or JPEG, by the file "
+                                         "name extension.")] = Path("stitched.png"),
+    width: Annotated[int, typer.Option("--width", min=64, max=8192, help="Width of the image, px.")] = 1600,
     data: DataFolder = None, config: ConfigOption = None,
 ) -> None:
     """The whole field corrected in one picture of all cameras; says what none of them sees."""
     known, pictures = _rig(which, picture, data, config)
     if not pictures:
-        raise BadInput("No picture was given.", "Give one for each camera: --picture IMAGE.", reason="no-picture")
+        raise BadInput("No image was given.", "Give one image for each camera: --picture IMAGE.", reason="no-picture")
     refuse_other_sizes(known, pictures)
     stitcher, names = stitcher_of(known, pictures, FieldView(field_from_json(known["field"]), width))
     files.write_picture(output, stitcher.stitch([pictures[name] for name in names]))
@@ -81,20 +81,20 @@ def _rig(which: list[str], picture: list[Path] | None, data: Path | None,
     known = _stored(which[0], data, config) if named else _of_files([Path(word) for word in which])
     cameras, given = [camera["camera"] for camera in known["cameras"]], picture or []
     if len(given) > len(cameras):
-        raise BadInput(f"There are {len(given)} pictures for {len(cameras)} cameras.", "Give one for each, in the "
-                       "order of the cameras.", reason="too-many-pictures")
+        raise BadInput(f"There are {len(given)} images for {len(cameras)} cameras.", "Give one image for each "
+                       "camera, in the order of the cameras.", reason="too-many-pictures")
     return known, {name: files.read_picture(path).pixels for name, path in zip(cameras, given, strict=False)}
 
 
 def _of_files(paths: list[Path]) -> dict[str, Any]:
     calibrations = [files.read_calibration(path) for path in paths]
     if len({json.dumps(calibration.field, sort_keys=True) for calibration in calibrations}) > 1:
-        raise Conflict("The calibrations are for different fields.", "Give cameras over one field.",
+        raise Conflict("The calibrations are for different fields.", "Use calibrations for one field.",
                        reason="different-fields")
     names = [path.stem for path in paths]
     names = names if len(set(names)) == len(names) else [str(path) for path in paths]
     if len(set(names)) < len(names):
-        raise Conflict("A calibration is given twice.", "Give each once.", reason="camera-twice")
+        raise Conflict("A calibration was given twice.", "Give each calibration once.", reason="camera-twice")
     return {"name": "", "title": "", "field": dict(calibrations[0].field), "rectangles": {}, "cameras": [
         {"camera": name, "title": name, "region": None, "rotate": None, "calibration": calibration.to_json(),
          "picture": None} for name, calibration in zip(names, calibrations, strict=True)]}
@@ -122,6 +122,7 @@ def _summary(found: dict[str, Any]) -> str:
         else:
             lines.append(f"{pair['a']} – {pair['b']}: {pair['failed']['what']} {pair['failed']['fix']}")
         if (crossed := (pair["matches"] or {}).get("calibrated")) is not None:
-            lines.append(f"  Matches lie {crossed['median_px']:.2f} px (median) from where the calibrations foretell.")
+            lines.append(f"  The matches are {crossed['median_px']:.2f} px (median) from the positions predicted by "
+                         "the calibrations.")
     lines += [f"{t['text']} {t['fix']}" for camera in found["cameras"] for t in camera["troubles"]]
     return "\n".join(lines)

@@ -15,13 +15,13 @@ from app.scene.export import scene_html
 
 OutFile = Annotated[Path, typer.Option("--out", "--output", "-o", metavar="SCENE.html", help="The page to write.")]
 Before = Annotated[Path | None, typer.Option("--before", metavar="CAL.json", help="An older version of the same "
-                                             "camera, to see what moved.")]
-Dark = Annotated[bool, typer.Option("--dark/--light", help="The ground that it is drawn on.")]
+                                             "camera, to show the changes.")]
+Dark = Annotated[bool, typer.Option("--dark/--light", help="Background of the scene.")]
 
 
 def scene(calibration: CalibrationOrId, output: OutFile, picture: PictureFile = None, before: Before = None,
           dark: Dark = False, data: DataFolder = None, config: ConfigOption = None) -> None:
-    """Write the scene of one calibration in 3-D as a page that any browser opens."""
+    """Write the 3-D scene of one calibration as an HTML page."""
     known, clicked = calibration_and_picture(calibration, picture, data, config)
     older = files.read_calibration(before) if before is not None else None
     name = clicked.camera_name or known.camera or known.field["name"]
@@ -31,4 +31,4 @@ def scene(calibration: CalibrationOrId, output: OutFile, picture: PictureFile = 
     with redirect_stdout(io.StringIO()):  # viser says where it listens; it is for nobody
         html = scene_html(given, pictures, dark=dark, title=f"Scene of {name}, version {known.version}")
     files.write_bytes(output, html.encode("utf-8", "replace"))
-    print(f"Written to {output}.")
+    print(f"Saved as {output}.")

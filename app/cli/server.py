@@ -10,9 +10,9 @@ from app import main
 from app.cli.stored import ConfigOption
 from app.settings import load_settings
 
-DataOption = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="Where everything is kept.")]
-PortOption = Annotated[int | None, typer.Option("--port", min=0, max=65535, help="TCP port; 0 takes any free one.")]
-HostOption = Annotated[str | None, typer.Option("--host", help="Address to listen on; 127.0.0.1 needs no token.")]
+DataOption = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="Folder for all saved data.")]
+PortOption = Annotated[int | None, typer.Option("--port", min=0, max=65535, help="TCP port; 0 selects any free port.")]
+HostOption = Annotated[str | None, typer.Option("--host", help="Address to listen on. 127.0.0.1 requires no token.")]
 OpenOption = Annotated[bool, typer.Option("--open/--no-browser", help="Open the page in a browser.")]
 LogOption = Annotated[bool, typer.Option("--verbose", "-v", help="Log every request.")]
 

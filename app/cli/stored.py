@@ -12,7 +12,7 @@ from app.services.open_store import open_store
 from app.settings import Settings, load_settings
 from app.store.store import Store
 
-ConfigOption = Annotated[Path | None, typer.Option("--config", metavar="FILE", help="Settings, the form of "
+ConfigOption = Annotated[Path | None, typer.Option("--config", metavar="FILE", help="Settings file, in the format of "
                                                    "configs/touchline.yaml.")]
 
 
@@ -21,6 +21,7 @@ def stored(data: Path | None, config: Path | None) -> Iterator[tuple[Store, Sett
     """Open the data folder of the options --data and --config; FileTrouble where there is none."""
     settings = load_settings(config, data=data)
     if not settings.data.is_dir():
-        raise FileTrouble(f"There is no data folder {settings.data}.", "Name the one that the server uses with --data.")
+        raise FileTrouble(f"There is no data folder {settings.data}.",
+                          "Give the data folder of the server with --data.")
     with open_store(settings) as store:
         yield store, settings

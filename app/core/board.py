@@ -48,10 +48,10 @@ class Board:
             raise _refused("The board is not an object.")
         unknown = [str(name) for name in value if name not in {f.name for f in fields(cls)}]
         if unknown:
-            raise _refused(f"A board has no {unknown[0]!r}.")
+            raise _refused(f"Unknown board entry: {unknown[0]!r}.")
         kind = value.get("kind")
         if kind not in KINDS:
-            raise _refused(f"{kind!r} is no kind of board.")
+            raise _refused(f"Unknown kind of board: {kind!r}.")
         columns, rows = (_whole(value.get(name), name) for name in ("columns", "rows"))
         square_mm = _length(value.get("square_mm"), "square_mm")
         if kind == "chessboard":
@@ -62,16 +62,17 @@ class Board:
         marker_mm = _length(value.get("marker_mm"), "marker_mm")
         if marker_mm >= square_mm:
             raise _refused(f"Markers of {marker_mm:g} mm do not fit into squares of {square_mm:g} mm.",
-                           "Measure both: the marker is the smaller one.")
+                           "Measure both: the marker is smaller than the square.")
         dictionary, legacy = value.get("dictionary"), value.get("legacy", False)
         if not isinstance(dictionary, str) or dictionary not in DICTIONARIES:
-            raise _refused(f"{dictionary!r} is no dictionary of markers.", f"Use one of: {', '.join(DICTIONARIES)}.")
+            raise _refused(f"Unknown marker dictionary: {dictionary!r}.", f"Use one of: {', '.join(DICTIONARIES)}.")
         needed = (columns + 1) * (rows + 1) // 2
         if needed > DICTIONARIES[dictionary]:
-            raise _refused(f"The board has {needed} markers, {dictionary} only {DICTIONARIES[dictionary]}.",
+            raise _refused(f"The board has {needed} markers; {dictionary} has only {DICTIONARIES[dictionary]}.",
                            "Choose the dictionary that the board was printed with.")
         if not isinstance(legacy, bool):
-            raise _refused("A board's legacy is neither true nor false.", "Use true for boards printed by OpenCV "
+            raise _refused("The entry legacy of a board is neither true nor false.",
+                           "Use true for boards printed by OpenCV "
                            "before 4.6.")
         return cls(kind, columns, rows, square_mm, marker_mm, dictionary, legacy)
 
@@ -98,7 +99,7 @@ class BoardView:
 
     def __post_init__(self) -> None:
         if len(self.pixels) != len(self.places_mm):
-            raise BadInput(sentence(f"{self.name or 'A view'} has {len(self.pixels)} points in the picture and "
+            raise BadInput(sentence(f"{self.name or 'A view'} has {len(self.pixels)} points in the image and "
                                     f"{len(self.places_mm)} on the board."), "Give one of each for every corner.",
                            reason="bad-view")
         for array in (self.pixels, self.places_mm):
@@ -117,22 +118,23 @@ def views_from_json(value: Any) -> tuple[BoardView, ...]:
     if not isinstance(value, Sequence) or isinstance(value, str):
         raise BadInput("The views are not a list.", form, reason="bad-view")
     if len(value) > MAX_VIEWS:
-        raise BadInput(f"{len(value)} views are more than the {MAX_VIEWS} that a calibration takes.",
-                       "Leave some out: beyond a few dozen, well spread, little is gained.", reason="too-many-views")
+        raise BadInput(f"{len(value)} views were sent; a calibration accepts at most {MAX_VIEWS}.",
+                       "Send fewer: more than a few dozen well-spread views improve the result only slightly.",
+                       reason="too-many-views")
     views = []
     for number, item in enumerate(value, 1):
         if not isinstance(item, Mapping) or set(item) - {"image_points", "object_points", "name"}:
-            raise BadInput(f"View {number} is not of the form of a view.", form, reason="bad-view")
+            raise BadInput(f"View {number} does not have the format of a view.", form, reason="bad-view")
         name = str(item.get("name") or f"view {number}")[:200]
         pixels = as_points(item.get("image_points", ()), f"The image points of {name}").reshape(-1, 2)
         if len(pixels) > MAX_CORNERS:
-            raise BadInput(sentence(f"{name} has {len(pixels)} corners; {MAX_CORNERS} are the most."),
-                           "Use a coarser board.", reason="too-many-points")
+            raise BadInput(sentence(f"{name} has {len(pixels)} corners; at most {MAX_CORNERS} are possible."),
+                           "Use a board with fewer squares.", reason="too-many-points")
         views.append(BoardView(pixels, _places(item.get("object_points", ()), name), name))
     most = max((len(view.pixels) for view in views), default=0)
     if len(views) * most > MAX_WORK:
-        raise BadInput(f"{len(views)} views with up to {most} corners are more than a calibration takes.",
-                       "Leave some views out.", reason="too-many-points")
+        raise BadInput(f"{len(views)} views with up to {most} corners exceed the limit of a calibration.",
+                       "Send fewer views.", reason="too-many-points")
     return tuple(views)
 
 
@@ -142,12 +144,12 @@ def _places(value: Any, name: str) -> NDArray[np.float64]:
         if places.size and (places.ndim != 2 or places.shape[1] not in (2, 3)):
             raise ValueError
     except (TypeError, ValueError, OverflowError):
-        raise BadInput(f"The object points of {name} are not triples of numbers.", "Send [[X, Y, Z], …] in mm.",
+        raise BadInput(f"The object points of {name} are not lists of three numbers.", "Send [[X, Y, Z], …] in mm.",
                        reason="bad-view") from None
     places = places.reshape(-1, places.shape[-1] if places.size else 3)
     if not (np.abs(places) <= MAX_COORDINATE).all():
         raise BadInput(f"The object points of {name} contain a number that is not finite or too large.",
-                       "Correct it.", reason="non-finite-points")
+                       "Correct the number.", reason="non-finite-points")
     return places if places.shape[1] == 3 else np.pad(places, ((0, 0), (0, 1)))
 
 
@@ -155,13 +157,13 @@ def _whole(value: Any, name: str) -> int:
     low, high = CORNERS
     if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value or not low <= value <= high \
             or value != int(value):
-        raise _refused(f"A board's {name} cannot be {value!r}.", f"Count the inner corners: {low} to {high}.")
+        raise _refused(f"{value!r} is not a valid {name} of a board.", f"Count the inner corners: {low} to {high}.")
     return int(value)
 
 
 def _length(value: Any, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.01 <= value <= 10_000:
-        raise _refused(f"A board's {name} cannot be {value!r}.", "Give millimetres, from 0.01 to 10000.")
+        raise _refused(f"{value!r} is not a valid {name} of a board.", "Give millimetres, from 0.01 to 10000.")
     return float(value)
 
 

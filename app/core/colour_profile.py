@@ -23,7 +23,7 @@ NAMES = {  # how each colour usually looks (BGR), until it is clicked
     "orange": (30.0, 112.0, 250.0), "yellow": (40.0, 214.0, 246.0), "blue": (210.0, 96.0, 24.0),
     "pink": (190.0, 92.0, 250.0), "green": (92.0, 232.0, 110.0), "cyan": (222.0, 214.0, 60.0),
     "purple": (214.0, 52.0, 120.0), "red": (44.0, 30.0, 222.0)}
-_FORM = "Give a profile as touchline detect --save-colours writes it."
+_FORM = "Give a profile that touchline detect --save-colours wrote."
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class ColourProfile:
         """Read a profile written by to_json or by hand; BadInput for anything else."""
         known = {"name", "colours", "background", "light", "reach", "margin"}
         if not isinstance(value, Mapping) or not {"name", "colours"} <= set(value) <= known:
-            raise _refused("This is no colour profile.")
+            raise _refused("This is not a colour profile.")
         name, colours = value["name"], value["colours"]
         if not isinstance(name, str) or not 0 < len(name) <= 80 or not name.isprintable():
             raise _refused("The colour profile has no name.")
@@ -69,7 +69,7 @@ class ColourProfile:
             raise _refused("The colour profile has no colours.")
         for colour in colours:
             if colour not in NAMES:
-                raise BadInput(f"There is no colour called {str(colour)[:40]!r} here.",
+                raise BadInput(f"Unknown colour: {str(colour)[:40]!r}.",
                                f"Use one of: {', '.join(NAMES)}.", reason="unknown-colour")
         light = value.get("light")
         return cls(name, {colour: _samples(samples, colour) for colour, samples in colours.items()},
@@ -83,21 +83,21 @@ def _samples(value: Any, colour: str) -> tuple[ColourSample, ...]:
     found = []
     for sample in value:
         if not isinstance(sample, Mapping) or not {"rgb"} <= set(sample) <= {"rgb", "spread"}:
-            raise _refused(f"A sample of {colour} is none.")
+            raise _refused(f"A sample of {colour} is invalid.")
         found.append(ColourSample(_bgr(sample["rgb"]), _number(sample.get("spread", 0.0), 0, 1)))
     return tuple(found)
 
 
 def _bgr(value: Any) -> Bgr:
     if not isinstance(value, (list, tuple)) or len(value) != 3:
-        raise _refused("A colour is not three numbers.")
+        raise _refused("A colour must be three numbers.")
     r, g, b = (_number(v, 0, 255) for v in value)
     return b, g, r
 
 
 def _number(value: Any, low: float, high: float) -> float:
     if type(value) not in (int, float) or not isfinite(value) or not low <= value <= high:
-        raise _refused(f"{str(value)[:40]!r} is no number from {low:g} to {high:g}.")
+        raise _refused(f"{str(value)[:40]!r} is not a number from {low:g} to {high:g}.")
     return float(value)
 
 

@@ -14,7 +14,7 @@ Kind = Literal["ball", "robot", "marker"]
 Covariance = tuple[tuple[float, float], tuple[float, float]]
 _KEYS = {"kind", "team", "id", "pixel", "x_mm", "y_mm", "z_mm", "orientation_deg", "confidence", "covariance_mm2",
          "orientation_sigma_deg", "area_px", "on_carpet"}
-_FORM = "Give what a detection's to_json wrote."
+_FORM = "Give the result of to_json of a detection."
 
 
 @dataclass(frozen=True)
@@ -52,12 +52,12 @@ class Detection:
     def from_json(cls, value: Any) -> Self:
         """Read what to_json wrote; BadInput for anything else."""
         if not isinstance(value, dict) or set(value) != _KEYS:
-            raise _refused("This is no detection.")
+            raise _refused("This is not a detection.")
         kind, team, number = value["kind"], value["team"], value["id"]
         if kind not in get_args(Kind) or not isinstance(team, str | None):
-            raise _refused("A detection is of no known kind.")
+            raise _refused("The kind of a detection is unknown.")
         if not (number is None or (type(number) is int and 0 <= number < 256)) or type(value["on_carpet"]) is not bool:
-            raise _refused("A detection's id is no small number.")
+            raise _refused("The id of a detection is not a valid number.")
         covariance = None
         if value["covariance_mm2"] is not None:
             covariance = tuple(_pair_of_numbers(row) for row in _pair(value["covariance_mm2"]))
@@ -90,7 +90,7 @@ class Detections:
         if (not isinstance(value, dict) or set(value) != {"camera", "frame", "time", "image_size", "detections"}
                 or not isinstance(value["detections"], list) or not isinstance(value["camera"], str | None)
                 or not (value["frame"] is None or (type(value["frame"]) is int and value["frame"] >= 0))):
-            raise _refused("These are no detections.")
+            raise _refused("These are not detections.")
         items = tuple(Detection.from_json(item) for item in value["detections"])
         return cls(items, ImageSize.of(value["image_size"]), value["camera"], value["frame"],
                    _number(value["time"], most=1e12))
@@ -109,13 +109,13 @@ def _number(value: Any, maybe: bool = True, most: float = MAX_COORDINATE) -> Any
     if value is None and maybe:
         return None
     if type(value) not in (int, float) or not isfinite(value) or abs(value) > most:
-        raise _refused(f"{str(value)[:40]!r} is no number of a detection.")
+        raise _refused(f"{str(value)[:40]!r} is not a valid number of a detection.")
     return float(value)
 
 
 def _pair(value: Any) -> Any:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
-        raise _refused("A detection has no pair where one belongs.")
+        raise _refused("A detection must have a pair of numbers here.")
     return value
 
 

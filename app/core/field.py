@@ -190,7 +190,7 @@ class Region:
     def rotated(self, rotate_deg: int) -> Self:
         """The same rectangle, standing otherwise in the picture."""
         if rotate_deg not in QUARTER_TURNS:
-            raise BadInput(f"A region cannot be turned by {rotate_deg}°.", "Use 0, 90, 180 or 270.",
+            raise BadInput(f"A covered area cannot be rotated by {rotate_deg}°.", "Use 0, 90, 180 or 270.",
                            reason="bad-rotation")
         return replace(self, rotate_deg=rotate_deg)
 
@@ -256,7 +256,7 @@ class Field:
         try:
             region = self.regions[name]
         except (KeyError, TypeError):
-            raise NotFound(f"The field {self.name} has no region called {name!r}.",
+            raise NotFound(f"The field {self.name} has no covered area called {name!r}.",
                            f"Use one of: {', '.join(self.regions)}.", reason="unknown-region") from None
         return region if rotate_deg is None else region.rotated(rotate_deg)
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 NAMED = 3  # in a sentence
-FIELD_CHANGED_FIX = "Calibrate it again from its kept points, then activate the new version."
+FIELD_CHANGED_FIX = "Calibrate it again from its saved points, then activate the new version."
 
 
 def field_changes(before: Mapping[str, Any], now: Mapping[str, Any], region: str,

@@ -65,7 +65,7 @@ def _line(value: Any, at: str, far: Point, thick: float) -> Line:
     line = Line(safe_name(value["name"], f"{at}.name"), point(value["from"], f"{at}.from", far),
                 point(value["to"], f"{at}.to", far), number(value.get("width_mm", thick), f"{at}.width_mm", 0.1, 500))
     if line.length_mm < 1:
-        raise refuse(f"{at} ({line.name}) is no longer than a point.", "Give it two different ends.", at)
+        raise refuse(f"{at} ({line.name}) has no length.", "Give it two different ends.", at)
     return line
 
 
@@ -86,7 +86,7 @@ def _region(name: str, value: Any, at: str, length: float, width: float) -> Regi
     """From x and y, from the four borders, or from both if they agree."""
     keys(value, at, (), ("name", "x", "y", "rotate", "width_mm", "height_mm", *BORDERS))
     if value.get("name", name) != name:
-        raise refuse(f"{at} calls itself {value['name']!r}.", "Give it one name.", f"{at}.name")
+        raise refuse(f"{at} has another name inside: {value['name']!r}.", "Give it one name.", f"{at}.name")
     by_lines = all(border in value for border in BORDERS)
     if "x" in value and "y" in value:
         rotate = value.get("rotate", 0)
@@ -95,12 +95,12 @@ def _region(name: str, value: Any, at: str, length: float, width: float) -> Regi
         x_mm, y_mm = (_span(value["x"], f"{at}.x", length / 2), _span(value["y"], f"{at}.y", width / 2))
         region = Region(name, x_mm, y_mm, int(rotate))
         if by_lines and _border_gap(region, value, at, (length, width)) > SAME_MM:
-            raise refuse(f"The four borders of {at} disagree with its x, y and rotate.", "Send one or the other.",
+            raise refuse(f"The four borders of {at} disagree with its x, y and rotate.", "Send only one of them.",
                          at)
         return region
     if by_lines:
         return _region_from_borders(name, value, at, length, width)
-    raise refuse(f"{at} says neither x and y nor all four borders.",
+    raise refuse(f"{at} has neither x and y nor all four borders.",
                  'Send {"x": [from, to], "y": [from, to]} in mm, or the lines left, right, top and bottom.', at)
 
 
@@ -113,8 +113,8 @@ def _region_from_borders(name: str, value: Any, at: str, length: float, width: f
     turned = [Region(name, x_mm, y_mm, turn) for turn in QUARTER_TURNS]
     best = min(turned, key=lambda region: _border_gap(region, value, at, (length, width)))
     if _border_gap(best, value, at, (length, width)) > SAME_MM:
-        raise refuse(f"The four borders of {at} form no rectangle that stands upright in a picture.",
-                     "Let left, top, right and bottom meet at the corners, along the field's x and y.", at)
+        raise refuse(f"The four borders of {at} do not form an upright rectangle.",
+                     "Left, top, right and bottom must meet at the corners, along x and y of the field.", at)
     return best
 
 
@@ -134,11 +134,12 @@ def _ends(value: Any, at: str, far: Point) -> tuple[Point, Point]:
 
 def _span(value: Any, at: str, half: float) -> tuple[float, float]:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
-        raise refuse(f"{at} is no pair of numbers.", "Send [from, to] in mm.", at)
+        raise refuse(f"{at} is not a pair of numbers.", "Send [from, to] in mm.", at)
     far = half * (1 + BESIDE)
     low, high = (number(v, at, -far, far) for v in value)
     if high - low < 10:
-        raise refuse(f"{at} runs from {low:g} to {high:g} mm.", "Send the smaller number first, 10 mm apart or more.",
+        raise refuse(f"{at} runs from {low:g} to {high:g} mm.",
+                     "Send the smaller number first. Both must be at least 10 mm apart.",
                      at)
     return low, high
 
@@ -178,8 +179,8 @@ def _every_name_once(lines: Iterable[str], arcs: Iterable[str], landmarks: Itera
     entries += [(name, f"arcs[{i}].name") for i, name in enumerate(arcs)]
     for name, entry in (*entries, *((name, f"landmarks.{name}") for name in landmarks)):
         if name in taken:
-            raise refuse(f"The name {name!r} is used twice, or is a border's.",
-                         "Give every line, arc and landmark a name of its own.", entry)
+            raise refuse(f"The name {name!r} is used twice, or is the name of a border.",
+                         "Give every line, arc and landmark a unique name.", entry)
         taken.add(name)
 
 
@@ -191,46 +192,49 @@ def refuse(what: str, fix: str, entry: str = "") -> BadInput:
 def keys(value: Any, at: str, required: tuple[str, ...], optional: tuple[str, ...]) -> None:
     """Check that value is a mapping with these keys and no others."""
     if not isinstance(value, Mapping):
-        raise refuse(f"{at or 'The field'} is no mapping.", f"Send an object with {', '.join(required or optional)}.",
+        raise refuse(f"{at or 'The field'} is not an object.",
+                     f"Send an object with {', '.join(required or optional)}.",
                      at)
     for key in required:
         if key not in value:
             raise refuse(f"{at or 'The field'} has no {key}.", f"Add {key}.", f"{at}.{key}".lstrip("."))
     for key in value:
         if key not in required and key not in optional:
-            raise refuse(f"{at or 'The field'} has an entry {str(key)[:MAX_NAME]!r} that nobody knows.",
+            raise refuse(f"{at or 'The field'} has an unknown entry {str(key)[:MAX_NAME]!r}.",
                          f"Use only: {', '.join((*required, *optional))}.", at)
 
 
 def number(value: Any, at: str, low: float, high: float) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
-        shown = repr(value) if isinstance(value, float) else "no such number"
+        shown = repr(value) if isinstance(value, float) else "not a valid number"
         raise refuse(f"{at} is {shown}.", f"Send a number from {low:g} to {high:g}.", at)
     return float(value)
 
 
 def point(value: Any, at: str, far: Point) -> Point:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
-        raise refuse(f"{at} is no pair of numbers.", "Send [x, y] in mm from the field's centre.", at)
+        raise refuse(f"{at} is not a pair of numbers.", "Send [x, y] in mm from the field's centre.", at)
     return number(value[0], at, -far[0], far[0]), number(value[1], at, -far[1], far[1])
 
 
 def safe_name(value: Any, at: str) -> str:
     if not isinstance(value, str) or len(value) > MAX_NAME or not NAME.fullmatch(value):
-        raise refuse(f"{at} is no name that we use in files and addresses.",
-                     f"Use small letters, digits and single hyphens, at most {MAX_NAME}, such as my-field-2.", at)
+        raise refuse(f"{at} is not a valid name.",
+                     f"Use lower-case letters, digits and single hyphens, at most {MAX_NAME} characters, such as "
+                     "my-field-2.",
+                     at)
     return value
 
 
 def text(value: Any, at: str, longest: int) -> str:
     if not isinstance(value, str) or len(value) > longest or not value.isprintable():
-        raise refuse(f"{at} is no plain text.", f"Send one line of at most {longest} characters.", at)
+        raise refuse(f"{at} is not plain text.", f"Send one line of at most {longest} characters.", at)
     return value
 
 
 def choice(value: Any, at: str, allowed: tuple[str, ...]) -> str:
     if not isinstance(value, str) or value not in allowed:
-        raise refuse(f"{at} is not one of the known words.", f"Use one of: {', '.join(allowed)}.", at)
+        raise refuse(f"{at} has an unknown value.", f"Use one of: {', '.join(allowed)}.", at)
     return value
 
 
@@ -247,7 +251,7 @@ def members(value: Any, at: str, read: Callable[[Any, str], T]) -> dict[str, T]:
     names: dict[str, T] = {}
     for i, item in enumerate(found):
         if item.name in names:
-            raise refuse(f"Two {at} are called {item.name}.", "Give each a name of its own.", f"{at}[{i}].name")
+            raise refuse(f"Two {at} have the name {item.name}.", "Give each a unique name.", f"{at}[{i}].name")
         names[item.name] = item
     return names
 

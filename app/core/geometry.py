@@ -54,13 +54,13 @@ class ImageSize:
         try:
             width, height = (int(v) for v in value)
         except (TypeError, ValueError, OverflowError):
-            raise BadInput(f"{value!r} is not a picture size.", "Give it as [width, height] in pixels.",
+            raise BadInput(f"{value!r} is not an image size.", "Give it as [width, height] in pixels.",
                            reason="bad-image-size") from None
         if not all(MIN_SIDE_PX <= side <= MAX_SIDE_PX for side in (width, height)):
-            raise BadInput(f"A picture of {width} × {height} px cannot be calibrated.", "Give a width and a height "
+            raise BadInput(f"An image of {width} × {height} px cannot be calibrated.", "Give a width and a height "
                            f"between {MIN_SIDE_PX} and {MAX_SIDE_PX} pixels.", reason="bad-image-size")
         if width * height > MAX_PICTURE_PX:
-            raise BadInput(f"A picture of {width} × {height} px cannot be calibrated.", f"Give a size of at most "
+            raise BadInput(f"An image of {width} × {height} px cannot be calibrated.", f"Give a size of at most "
                            f"{MAX_PICTURE_PX // 10**6} million pixels.", reason="bad-image-size")
         return cls(width, height)
 

@@ -30,12 +30,12 @@ class Option:
                 return value
             if isinstance(value, (list, tuple)) and all(v in self.choices for v in value):
                 return tuple(c for c in self.choices if c in value)
-            raise self._refuse(value, f'"auto", or a list out of {", ".join(self.choices)}')
+            raise self._refuse(value, f'"auto", or a list from {", ".join(self.choices)}')
         if self.type == "names":
             given = [part.strip() for part in value.split(",")] if isinstance(value, str) else value
             if isinstance(given, (list, tuple)) and given and all(v in self.choices for v in given):
                 return tuple(given)
-            raise self._refuse(value, f"names out of {', '.join(self.choices)}")
+            raise self._refuse(value, f"names from {', '.join(self.choices)}")
         if self.type == "value-and-sigma":
             return self._read_value_and_sigma(value)
         if self.type == "calibration":
@@ -73,7 +73,7 @@ class Option:
         return value
 
     def _refuse(self, value: Any, allowed: str) -> BadInput:
-        return BadInput(f"The option {self.name} cannot be {value!r}.", f"Use {allowed}.", reason="bad-option")
+        return BadInput(f"{value!r} is not valid for the option {self.name}.", f"Use {allowed}.", reason="bad-option")
 
     def to_json(self) -> dict[str, Any]:
         return {"name": self.name, "type": self.type, "default": self.default, "help": self.help,
@@ -86,6 +86,6 @@ def read_options(described: Iterable[Option], given: Mapping[str, Any] | None) -
     given = given or {}
     for name in given:
         if name not in table:
-            raise BadInput(f"There is no option called {name!r} here.", f"Use one of: {', '.join(table)}.",
+            raise BadInput(f"Unknown option: {name!r}.", f"Use one of: {', '.join(table)}.",
                            reason="unknown-option")
     return {name: option.read(given.get(name)) for name, option in table.items()}

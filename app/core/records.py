@@ -81,21 +81,22 @@ class Observation:
             raise BadInput("An observation is not an object.", form, reason="bad-observation")
         unknown = set(value) - {"feature", "kind", "points", "z_mm"}
         if unknown:
-            raise BadInput(f"An observation has no {sorted(unknown)[0]!r}.", form, reason="bad-observation")
+            raise BadInput(f"Unknown entry of an observation: {sorted(unknown)[0]!r}.", form, reason="bad-observation")
         feature, kind, z_mm = value.get("feature"), value.get("kind", "line"), value.get("z_mm", 0.0)
         if isinstance(feature, (list, tuple)):
-            spot = as_points(feature, "A landmark's field position")
+            spot = as_points(feature, "The field position of a landmark")
             if spot.shape != (2,):
-                raise BadInput("A landmark's field position is not a pair of numbers.", form, reason="bad-observation")
+                raise BadInput("The field position of a landmark is not a pair of numbers.",
+                               form, reason="bad-observation")
             feature = (float(spot[0]), float(spot[1]))
         elif not isinstance(feature, str):
-            raise BadInput("An observation names no feature.", form, reason="bad-observation")
+            raise BadInput("An observation has no feature.", form, reason="bad-observation")
         if kind not in ("line", "landmark"):
-            raise BadInput(f"{kind!r} is no kind of observation.", form, reason="bad-observation")
+            raise BadInput(f"Unknown kind of observation: {kind!r}.", form, reason="bad-observation")
         if isinstance(z_mm, bool) or not isinstance(z_mm, (int, float)) or not abs(z_mm) <= 10_000:
-            raise BadInput("An observation's z_mm is no height.", "Give millimetres above the carpet.",
+            raise BadInput("The z_mm of an observation is not a valid height.", "Give millimetres above the carpet.",
                            reason="bad-observation")
-        return cls(feature, kind, as_points(value.get("points", ()), "An observation's points"), float(z_mm))
+        return cls(feature, kind, as_points(value.get("points", ()), "The points of an observation"), float(z_mm))
 
 
 Observations = tuple[Observation, ...]
@@ -108,7 +109,7 @@ def observations_from_json(value: Any) -> Observations:
     observations = tuple(Observation.from_json(item) for item in value)
     count = sum(len(o.points) for o in observations)
     if count > MAX_POINTS:
-        raise BadInput(f"{count} points are more than the {MAX_POINTS} that a fit takes.", "Send fewer points.",
+        raise BadInput(f"{count} points were sent; a fit accepts at most {MAX_POINTS}.", "Send fewer points.",
                        reason="too-many-points")
     return observations
 
@@ -197,7 +198,7 @@ class Calibration:
                 made_by=value.get("made_by", ""),
                 active=bool(value.get("active", False)))
         except (KeyError, TypeError, ValueError, OverflowError) as error:
-            raise BadInput(f"This is no calibration: {error!r}.", "Give a file that Touchline exported as json.",
+            raise BadInput(f"This is not a calibration: {error!r}.", "Send a JSON file that Touchline exported.",
                            reason="bad-calibration") from None
 
     def lens_option(self) -> dict[str, Any]:

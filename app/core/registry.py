@@ -24,7 +24,7 @@ class Registry(Mapping[str, Any]):
             module, _, attribute = self._table[name].partition(":")
         except (KeyError, TypeError):
             raise NotFound(
-                f"There is no {self._kind} called {name!r}.",
+                f"Unknown {self._kind}: {name!r}.",
                 f"Use one of: {', '.join(self._table)}.",
                 reason=f"unknown-{self._kind.replace(' ', '-')}",
             ) from None

@@ -59,7 +59,7 @@ def _centres(value: Any) -> Any:
             and (pair := _pair(mm)) is not None and max(map(abs, pair)) <= MAX_OFFSET_MM}
 
 
-IMPORTED = "It was imported: nothing is known of its error."  # the verdict of another program's file
+IMPORTED = "Imported calibration. Its accuracy is unknown."  # the verdict of another program's file
 
 _BORDER = {"before_pct": _number, "after_pct": _number}
 _SIGMA = {"rms": _number, "median": _number}

@@ -23,7 +23,7 @@ class _OnceEach:
         keys: set[str] = set()
         for key, _ in node.value:
             if not isinstance(key, yaml.ScalarNode) or key.value in keys:
-                raise yaml.constructor.ConstructorError(None, None, "a key is used twice, or is no word",
+                raise yaml.constructor.ConstructorError(None, None, "a key is used twice, or is not text",
                                                         key.start_mark)
             keys.add(key.value)
         return super().construct_mapping(node, deep)
@@ -43,7 +43,7 @@ def plain_from_yaml(raw: bytes, what: str, *, as_text: bool = False, tags: Colle
     as_text: every scalar as the text it is. tags: those that are let pass, and mean nothing.
     """
     if len(raw) > MAX_BYTES:
-        raise _refuse(f"{what} has {len(raw)} bytes; we read at most {MAX_BYTES}.", "Send a shorter one.")
+        raise _refuse(f"{what} has {len(raw)} bytes; the limit is {MAX_BYTES}.", "Send a shorter one.")
     try:
         text = raw.decode("utf-8-sig")
         _check_events(text, what, tags)
@@ -54,7 +54,7 @@ def plain_from_yaml(raw: bytes, what: str, *, as_text: bool = False, tags: Colle
     except (yaml.YAMLError, UnicodeError, ValueError, TypeError, RecursionError) as error:
         where = getattr(error, "problem_mark", None)
         line = f" (line {where.line + 1})" if where else ""
-        raise _refuse(f"{what} is no YAML that we read{line}: {getattr(error, 'problem', None) or error}.",
+        raise _refuse(f"{what} is not valid YAML{line}: {getattr(error, 'problem', None) or error}.",
                       _FIX) from None
 
 
@@ -67,7 +67,7 @@ def _check_events(text: str, what: str, tags: Collection[str]) -> None:
             raise _refuse(f"{what} uses a tag ({event.tag[:40]}).", _FIX)
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if depth > MAX_DEPTH:
-            raise _refuse(f"{what} is nested more than {MAX_DEPTH} deep.", "Flatten it.")
+            raise _refuse(f"{what} has more than {MAX_DEPTH} levels.", "Use fewer levels.")
 
 
 def _refuse(what: str, fix: str) -> BadInput:

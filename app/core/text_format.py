@@ -12,7 +12,7 @@ MIN_SIGMA = 1e-300  # a σ below it is none
 def format_number(value: float, digits: int = 2) -> str:
     """With that many significant digits, whole parts in full: 0.26, 1.5, 124, −0.000064, 3.1 × 10⁻⁸."""
     if not math.isfinite(value):
-        return "not known"
+        return "unknown"
     rounded = float(f"{value:.{digits - 1}e}")
     power = _power(rounded)
     if rounded != 0 and not MIN_PLAIN <= abs(rounded) < MAX_PLAIN:
@@ -51,5 +51,5 @@ def _fixed(value: float, decimals: int) -> str:
 
 
 def sentence(text: str) -> str:
-    """A sentence that may begin with a name we gave, "picture 3" or "view 3"; a file's name stays as it is written."""
-    return re.sub(r"\A(?:picture|view)(?= \d)", lambda name: name[0].capitalize(), text)
+    """A sentence that may begin with a name we gave, "image 3" or "view 3"; a file's name stays as it is written."""
+    return re.sub(r"\A(?:image|picture|view)(?= \d)", lambda name: name[0].capitalize(), text)

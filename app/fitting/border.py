@@ -77,7 +77,7 @@ def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, 
         degree, reason, inliers = _choose_degree(t, value, robust)
     else:
         inliers = _inliers(t, value, degree) if robust else np.ones(t.size, bool)
-        reason = "Chosen by you."
+        reason = "Chosen by the user."
     solved = _solve(t[inliers], value[inliers], degree)
     plain = chebyshev.cheb2poly(solved.coefficients)
     plain = np.pad(plain, (0, degree + 1 - len(plain)))  # numpy drops coefficients that are exactly 0
@@ -94,12 +94,12 @@ def _check_points(position: Array, value: Array, degree: Degree, label: str) -> 
     if position.size < least:
         what = "an automatic degree" if degree == "auto" else f"degree {degree}"
         missing = least - position.size
-        raise FitFailed(f"{capital} has {position.size} point{'s' * (position.size != 1)}; {what} needs {least}.",
-                        f"Click {missing} more point{'s' * (missing != 1)} on {label}.", reason="too-few-points",
+        raise FitFailed(f"{capital} has {position.size} point{'s' * (position.size != 1)}; {what} requires {least}.",
+                        f"Mark {missing} more point{'s' * (missing != 1)} on {label}.", reason="too-few-points",
                         feature=label)
     if np.ptp(position) < 10:
-        raise FitFailed(f"The points of {label} do not spread along it.",
-                        "Click points along its whole length, near both ends too.", reason="collinear-points",
+        raise FitFailed(f"The points of {label} are not spread along it.",
+                        "Mark points along its whole length, also near both ends.", reason="collinear-points",
                         feature=label)
 
 
@@ -107,7 +107,7 @@ def _solve(t: Array, value: Array, degree: int) -> _Solved:
     q, r = np.linalg.qr(chebyshev.chebvander(t, degree))
     diagonal = np.abs(np.diag(r))
     if diagonal.min() < 1e-9 * diagonal.max():
-        raise FitFailed(f"The points do not determine a curve of degree {degree}: too many share a place.",
+        raise FitFailed(f"The points do not determine a curve of degree {degree}: too many have the same position.",
                         "Spread the points along the border, or choose a lower degree.", reason="collinear-points")
     coefficients = np.linalg.solve(r, q.T @ value)
     residuals = value - q @ (q.T @ value)
@@ -198,4 +198,5 @@ def _choose_degree(t: Array, value: Array, robust: bool) -> tuple[int, str, NDAr
 
     degree = next(d for d in rms if d == best or as_good(d))
     listed = ", ".join(f"degree {d} {error:.2f} px" for d, error in rms.items() if abs(d - degree) <= 1 or d == best)
-    return degree, f"Lowest degree within chance of the best leave-one-out error: {listed}.", outliers[degree]
+    return degree, ("Chosen: the lowest degree whose leave-one-out error is not significantly worse than the best "
+                    f"({listed})."), outliers[degree]

@@ -31,8 +31,9 @@ def check_inside_picture(observations: Observations, image_size: ImageSize) -> N
         outside = np.flatnonzero(~inside_picture(o.points, image_size, -1))
         if outside.size:
             x, y = o.points[outside[0]]
-            raise FitFailed(f"Point {outside[0] + 1} of {o.label}, ({x:.6g}, {y:.6g}), is outside the picture of "
-                            f"{image_size}.", "Remove it, or choose the picture it was clicked on.",
+            raise FitFailed(f"Point {outside[0] + 1} of {o.label}, ({x:.6g}, {y:.6g}), is outside the image of "
+                            f"{image_size}.",
+                            "Remove it, or choose the image that it belongs to.",
                             reason="outside-picture", feature=str(o.feature), index=int(outside[0]))
 
 
@@ -49,7 +50,7 @@ def inlier_masks(observations: Observations, owners: Array, inliers: Array) -> t
 
 def outlier_warnings(observations: Observations, owners: Array, inliers: Array, pixels: Array) -> list[Warning]:
     """Return a warning for each click that was left out; pixels: how far off it is."""
-    return [outlier_warning(observations, i, k, f"lies {abs(px):.1f} px from where the camera sees it")
+    return [outlier_warning(observations, i, k, f"is {abs(px):.1f} px from its predicted position")
             for (i, k), fine, px in zip(owners, inliers, pixels, strict=True) if not fine]
 
 
@@ -57,12 +58,14 @@ def outlier_warning(observations: Observations, i: int, k: int, where: str,
                     fix: str = "Drag it onto the line, or remove it.") -> Warning:
     """Return the warning for point k of observation i; where: what is wrong with it, as a verb."""
     observation = observations[i]
-    return Warning("stray-click", f"Point {k + 1} of {observation.label} {where}; it was left out of the fit.", fix,
+    return Warning("stray-click", f"Point {k + 1} of {observation.label} {where} and was excluded from the fit.", fix,
                    str(observation.feature), int(k))
 
 
 def elevated_point_warnings(observations: Observations, who: str) -> list[Warning]:
     """Return a warning for each observation that a model without rays cannot use; who: "a homography"."""
-    return [Warning("above-the-carpet", f"The points on {o.label} are {o.z_mm:g} mm above the carpet; {who} knows only "
-                    "the carpet, so they were left out.", "Fit a lens model to use them.", str(o.feature))
+    return [Warning("above-the-carpet",
+                    f"The points on {o.label} are {o.z_mm:g} mm above the carpet. {who} describes only the carpet, so "
+                    "they were excluded.",
+                    "Fit a physical lens model to use them.", str(o.feature))
             for o in observations if o.z_mm != 0 and len(o.points)]

@@ -12,8 +12,10 @@ DEFAULT_RECTANGLES = 10  # between the far apart borders, unless the rig says ot
 MAX_CORRECTED_PX = 50e6
 
 RECTANGLE_OPTIONS: tuple[Option, ...] = (
-    Option("w_max_rectangle_px", "float", None, "Width of the widest calibration rectangle; the same for all cameras "
-           "of a rig. Empty: from the field and the picture.", (1, 10_000), "px"),
+    Option("w_max_rectangle_px", "float", None,
+           "Width of the widest calibration rectangle; the same for all cameras of a rig. Empty: from the field and "
+           "the image.",
+           (1, 10_000), "px"),
     Option("h_max_rectangle_px", "float", None, "Height of the highest calibration rectangle.", (1, 10_000), "px"),
     Option("n_rectangles_x", "int", None, "Rectangles between the left and the right border.", (1, 1000)),
     Option("n_rectangles_y", "int", None, "Rectangles between the top and the bottom border.", (1, 1000)),
@@ -35,7 +37,8 @@ def corrected_rectangle(settings: Mapping[str, Any], region: Region,
     width = w_max * n_x if w_max else round(region.width_mm * px_per_mm)  # Eq. (3)
     height = h_max * n_y if h_max else round(region.height_mm * px_per_mm)  # Eq. (7)
     if width < 16 or height < 16 or width > 16000 or height > 16000 or width * height > MAX_CORRECTED_PX:
-        raise BadInput(f"The corrected picture would be {width:.0f} × {height:.0f} px.",
-                       "Choose rectangles and numbers that make 16 to 16 000 px each way and at most 50 megapixels.",
+        raise BadInput(f"The corrected image would be {width:.0f} × {height:.0f} px.",
+                       "Choose sizes and numbers of rectangles that result in 16 to 16 000 px per side and at most 50 "
+                       "megapixels.",
                        reason="bad-corrected-size")
     return float(width), float(height), n_x, n_y

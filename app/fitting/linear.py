@@ -51,8 +51,8 @@ def homography_from_lines(incidences: Incidences, centre: Array, bends: Array = 
     """
     rows = len(incidences.pixels)
     if rows < MIN_ROWS:
-        raise FitFailed(f"There are {rows} measurements; a view of the field has 8 unknowns.",
-                        f"Click at least {MIN_ROWS - rows} more points, on four lines that are not all parallel.",
+        raise FitFailed(f"There are {rows} measurements; the homography has 8 unknowns.",
+                        f"Mark at least {MIN_ROWS - rows} more points, on four lines that are not all parallel.",
                         reason="too-few-points")
     about = incidences.pixels - centre
     reach = float(np.linalg.norm(about, axis=1).max())
@@ -73,12 +73,12 @@ def homography_from_lines(incidences: Incidences, centre: Array, bends: Array = 
     best = int(np.argmin(error))
     flattened = np.linalg.svd(g[best], compute_uv=False)[-1] < DEGENERATE  # the picture would fall onto one line
     if flattened or values[best, 1] < DEGENERATE * values[best, -1]:
-        raise FitFailed("The clicked lines do not determine how the camera sees the field.",
-                        "Click points on at least four lines, two in each direction, along their whole length.",
+        raise FitFailed("The marked lines do not determine the position of the field in the image.",
+                        "Mark points on at least four lines, two in each direction, along their whole length.",
                         reason="lines-not-enough")
     if not np.isfinite(error[best]):
-        raise FitFailed("No camera sees the clicked lines where they were clicked: some would lie behind it.",
-                        "Check which line each click belongs to, and the region.", reason="no-camera")
+        raise FitFailed("No camera position matches the marked lines: some would be behind the camera.",
+                        "Check the line of each point and the covered area.", reason="no-camera")
     field_from_plane = np.linalg.inv(unit) @ g[best] * np.sign(depth[best, 0])
     field_from_plane = field_from_plane @ np.diag([1 / reach, 1 / reach, 1.0])
     return PlaneEstimate(field_from_plane, float(bends[best] / reach**2), float(error[best] * spots))
@@ -125,9 +125,9 @@ def pose_from_homography(plane_from_field: Array, focal_px: float) -> tuple[Arra
 
 
 def mirrored_error() -> FitFailed:
-    return FitFailed("The field appears mirrored in the picture.",
-                     "Check which border is left and which is right; a mirrored picture must be "
-                     "flipped back first.", reason="mirrored")
+    return FitFailed("The field is mirrored in the image.",
+                     "Check which border is left and which is right. Flip a mirrored image before you use it.",
+                     reason="mirrored")
 
 
 def tsai_two_stage(pixels: Array, field_mm: Array) -> tuple[Array, Array, float, float]:
@@ -139,7 +139,8 @@ def tsai_two_stage(pixels: Array, field_mm: Array) -> tuple[Array, Array, float,
     Raises FitFailed straight from above, where stage two is undetermined.
     """
     if len(pixels) < 5:
-        raise FitFailed("The two-stage method needs five landmarks.", "Click more landmarks.", reason="too-few-points")
+        raise FitFailed("The two-stage method requires five landmarks.",
+                        "Mark more landmarks.", reason="too-few-points")
     u, v = pixels[:, 0], pixels[:, 1]
     x, y = field_mm[:, 0], field_mm[:, 1]
     unit = max(float(np.abs(field_mm).max()), 1.0)
@@ -148,7 +149,7 @@ def tsai_two_stage(pixels: Array, field_mm: Array) -> tuple[Array, Array, float,
     c = np.array([[a1, a2], [a4, a5]])  # the rotation's upper left 2 × 2, divided by t_y
     square, det = float(np.sum(c**2)), float(np.linalg.det(c))
     if abs(det) < 1e-18:
-        raise FitFailed("The landmarks lie on one line.", "Click landmarks spread over the field.",
+        raise FitFailed("The landmarks are on one line.", "Mark landmarks spread over the field.",
                         reason="collinear-points")
     t_y = np.sqrt((square - np.sqrt(max(square**2 - 4 * det**2, 0.0))) / (2 * det**2))
     furthest = int(np.argmax(u**2 + v**2))
@@ -173,5 +174,5 @@ def tsai_two_stage(pixels: Array, field_mm: Array) -> tuple[Array, Array, float,
             translation = np.array([t_x, t_y, t_z])
             k1 = fk / f * f**2 / float(np.mean(u**2 + v**2))
             return rotation, -rotation.T @ translation, float(f), float(k1)
-    raise FitFailed("Seen straight from above, focal length and height cannot be told apart.",
-                    "Give the camera's height.", reason="height-unknown")
+    raise FitFailed("A camera that looks straight down cannot separate focal length and height.",
+                    "Enter the camera height.", reason="height-unknown")

@@ -59,17 +59,17 @@ def adjust_to_tape(field: Field, distances: Sequence[TapeDistance]) -> MeasuredF
     for number, distance in enumerate(distances):
         for end, name in (("from", distance.start), ("to", distance.end)):
             if name not in field.landmarks:
-                raise BadInput(f"The field has no landmark called {name!r}.", "Name landmarks of the field.",
+                raise BadInput(f"The field has no landmark called {name!r}.", "Use landmarks of the field.",
                                reason="unknown-landmark", entry=f"distances[{number}].{end}")
         if distance.start == distance.end:
-            raise BadInput("A distance is measured between two landmarks.", "Name another one.",
+            raise BadInput("A distance is measured between two landmarks.", "Choose another landmark.",
                            reason="unknown-landmark", entry=f"distances[{number}].to")
     measured = np.array([distance.mm for distance in distances])
     sigma = np.array([distance.sigma_mm for distance in distances])
     size = 2 * len(field.lines) + 3 * len(field.arcs)
     if size > MAX_UNKNOWNS:
-        raise BadInput("The field has more lines and arcs than are adjusted at once.", "Take off those that nobody has "
-                       "measured.", reason="too-many-markings")
+        raise BadInput("The field has more lines and arcs than can be adjusted at once.",
+                       "Remove those that were not measured.", reason="too-many-markings")
     named = {name: field.landmarks[name] for distance in distances for name in (distance.start, distance.end)}
     used = JoinedField(replace(field, landmarks=named))
 
@@ -100,11 +100,12 @@ def as_found(calibration: Calibration, field: Field) -> MeasuredField:
     """
     if calibration.field_changes(field.to_json()):
         raise Conflict("The calibration was made before the field was changed.",
-                       "Calibrate again, then adopt what that finds.", reason="field-changed")
+                       "Calibrate again, then adopt the result.", reason="field-changed")
     report = calibration.report
     if not report.get("line_offsets_mm"):
-        raise Conflict("This calibration does not tell where the lines lie.",
-                       "Calibrate with a lens model, from points on more lines than the borders.", reason="no-offsets")
+        raise Conflict("This calibration does not determine the positions of the lines.",
+                       "Calibrate with a physical lens model and with points on more lines than the borders.",
+                       reason="no-offsets")
     region = field.region(calibration.region, calibration.rotate)
     across = field.as_painted(report, region).line_offsets_mm
     sigmas = field.as_painted({"line_offsets_mm": report.get("line_offset_sigmas_mm")}, region).line_offsets_mm
@@ -127,8 +128,9 @@ def _measured(moved: Field, offsets: Mapping[str, tuple[float, float | None]],
     try:
         field = field_from_json(replace(rounded_field(moved), line_sigma_mm=sigma_mm).to_json())
     except BadInput as refused:
-        raise BadInput(f"What was measured leads to no field: {refused.what}", "Look for a distance that was read or "
-                       "typed wrongly, or for the wrong field.", reason="bad-measures") from None
+        raise BadInput(f"The measured distances do not fit any field: {refused.what}",
+                       "Check whether a distance was read or entered incorrectly, or whether the field type is wrong.",
+                       reason="bad-measures") from None
     return MeasuredField(field, offsets, residuals_mm)
 
 

@@ -71,18 +71,18 @@ def nearest_camera(model: CameraModel, lenses: tuple[tuple[str, tuple[str, ...]]
             found.append((camera, approximation_error(model, camera, region, hat_height_mm)))
     best = min((loss.worst_at_any_height_mm for _, loss in found), default=float("inf"))
     if not best < float("inf"):
-        raise Conflict("No lens of this format comes near this calibration over its region.",
-                       "Fit brown-conrady to the same clicks, and export that.", reason="no-approximation")
+        raise Conflict("No lens of this format is close to this calibration over its covered area.",
+                       "Fit brown-conrady to the same points, and export that version.", reason="no-approximation")
     return next((c, loss) for c, loss in found if loss.worst_at_any_height_mm <= NO_WORSE * best + NO_WORSE_MM)
 
 
 def _cannot_hold(model: CameraModel, format: Format) -> Conflict:
     known = ", ".join(format.lenses)
     if not isinstance(model, RayCamera):
-        return Conflict(f"{format.title} describes a camera with rays; {model.TITLE} has none.",
-                        f"Fit {next(iter(format.lenses))} to the same clicks, or ask for approximate=true: the nearest "
-                        "camera over the region, with its error in mm.", reason="format-cannot-hold")
+        return Conflict(f"{format.title} requires a physical lens model. {model.TITLE} is not one.",
+                        f"Fit {next(iter(format.lenses))} to the same points, or use approximate=true: the nearest "
+                        "camera over the covered area, with its error in mm.", reason="format-cannot-hold")
     why = "pixels that are not square" if format.square_pixels and model.NAME in format.lenses else "this lens"
-    return Conflict(f"{format.title} cannot hold {why} ({model.TITLE}, {', '.join(model.LENS.TERMS)}).",
-                    f"Fit {known} to the same clicks, or ask for approximate=true: the nearest lens over the region, "
-                    "with its error in mm.", reason="format-cannot-hold")
+    return Conflict(f"{format.title} cannot represent {why} ({model.TITLE}, {', '.join(model.LENS.TERMS)}).",
+                    f"Fit {known} to the same points, or use approximate=true: the nearest lens over the covered "
+                    "area, with its error in mm.", reason="format-cannot-hold")

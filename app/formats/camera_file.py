@@ -53,21 +53,21 @@ class CameraFile:
         Conflict where the file is of a picture of another shape, BadInput where nobody says the size.
         """
         if wanted is None and self.image_size is None:
-            raise BadInput("The file does not say for which picture size it is.",
-                           "Say it: image_size, as WIDTHxHEIGHT in pixels.", reason="no-image-size")
+            raise BadInput("The file does not state the image size.",
+                           "Enter it: image_size, as WIDTHxHEIGHT in pixels.", reason="no-image-size")
         if wanted is None or wanted == self.image_size:
             return self
         if self.image_size is None:
             return replace(self, image_size=wanted)
         old = self.image_size
         if old.width * wanted.height != old.height * wanted.width:
-            raise Conflict(f"The file is for pictures of {old}, not of {wanted}.",
-                           "Use the size it was made for, or one of the same shape.", reason="size-mismatch")
+            raise Conflict(f"The file is for images of {old}, not of {wanted}.",
+                           "Use that size, or one with the same aspect ratio.", reason="size-mismatch")
         s = wanted.width / old.width
         return replace(self, image_size=wanted, focal_px=(self.focal_px[0] * s, self.focal_px[1] * s),
                        centre_px=(s * (self.centre_px[0] + 0.5) - 0.5, s * (self.centre_px[1] + 0.5) - 0.5),
                        metadata=replace(self.metadata, rectangle=None),
-                       notes=(*self.notes, f"It was for pictures of {old}; focal length and centre are scaled."))
+                       notes=(*self.notes, f"The file was for images of {old}. Focal length and centre were scaled."))
 
     def lens(self) -> Intrinsics:
         """Return the lens alone, to be held fixed in a fit; BadInput where it is none."""
@@ -77,17 +77,18 @@ class CameraFile:
     def camera(self, view: dict[str, Any]) -> RayCamera:
         """Return the camera with its pose. view: the fields of a TopView."""
         if self.pose is None:
-            raise BadInput("The file does not say where the camera hangs.", "Hold its lens in a fit of the field.",
+            raise BadInput("The file does not state the camera pose.", "Use its lens as a known lens when you fit the "
+                                                                       "field.",
                            reason="no-pose")
         camera = MODELS[self.model](lens_terms=self.terms, focal_px=self.focal_px[0], aspect=self.aspect,
                                     centre_px=self.centre_px, rotation=self.pose.rotation,
                                     position_mm=self.pose.position_mm, **view)
         if not camera.plausible():
-            raise format_error("These numbers describe no camera over a field.",
+            raise format_error("These numbers do not describe a camera above a field.",
                                "Check their units: pixels, mm and radians.")
         return camera
 
 
 def checked_size(width: Any, height: Any) -> ImageSize:
-    return ImageSize(integer(width, "The picture's width", MIN_SIDE_PX, MAX_SIDE_PX),
-                     integer(height, "The picture's height", MIN_SIDE_PX, MAX_SIDE_PX))
+    return ImageSize(integer(width, "The image width", MIN_SIDE_PX, MAX_SIDE_PX),
+                     integer(height, "The image height", MIN_SIDE_PX, MAX_SIDE_PX))

@@ -30,7 +30,7 @@ def read_intrinsics(value: Any, at: str) -> tuple[tuple[float, float], tuple[flo
     """Return focal lengths and centre, px, of a camera matrix {rows, cols, data} without skew."""
     fx, skew, cx, zero, fy, cy, *last = matrix(value, at, 3, 3)
     if abs(skew) > 1e-9 * abs(fx) or zero != 0 or last != [0, 0, 1]:
-        raise format_error(f"{at} is no camera matrix without skew.", "Give [fx, 0, cx, 0, fy, cy, 0, 0, 1].")
+        raise format_error(f"{at} is not a camera matrix without skew.", "Use [fx, 0, cx, 0, fy, cy, 0, 0, 1].")
     return (fx, fy), (cx, cy)
 
 
@@ -60,6 +60,6 @@ def lens_from_terms(terms: tuple[float, ...], at: str, fisheye: bool = False) ->
     if fisheye:
         return "fisheye", terms
     if any(terms[len(TERMS):]):
-        raise format_error(f"{at} has terms beyond k6 (thin prism or tilt), which no lens here has.",
+        raise format_error(f"{at} has terms beyond k6 (thin prism or tilt), which are not supported.",
                            "Calibrate with at most eight terms.")
     return "brown-conrady", (*terms[:len(TERMS)], *(0.0,) * (len(TERMS) - len(terms)))

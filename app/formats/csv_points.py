@@ -36,7 +36,7 @@ def write(calibration: Calibration, _: Progress = no_progress) -> bytes:
 def read(data: bytes) -> Observations:
     """Read the clicks, or without any the grid as landmarks. Needs feature, raw_x_px and raw_y_px."""
     if len(data) > MAX_BYTES:
-        raise format_error(f"The file has {len(data)} bytes; we read at most {MAX_BYTES}.", "Give a shorter one.")
+        raise format_error(f"The file has {len(data)} bytes. The limit is {MAX_BYTES}.", "Use a shorter file.")
     try:
         rows = csv.reader(data.decode("utf-8-sig").splitlines())
         header = [name.strip() for name in next(rows, [])]
@@ -45,10 +45,10 @@ def read(data: bytes) -> Observations:
                          "Save it with commas between the columns and decimal points.")
         for name in ("feature", "raw_x_px", "raw_y_px"):
             if header.count(name) != 1:
-                raise format_error(f"The table has no column {name}.", f"Give the columns {', '.join(COLUMNS)}.")
+                raise format_error(f"The table has no column {name}.", f"Add the columns {', '.join(COLUMNS)}.")
         return _observations(header, rows)
     except (UnicodeDecodeError, csv.Error) as error:
-        raise format_error(f"The file is no table of text: {str(error)[:100]}.", "Give CSV in UTF-8.") from None
+        raise format_error(f"The file is not a text table: {str(error)[:100]}.", "Use CSV in UTF-8.") from None
 
 
 def _rows(calibration: Calibration) -> Iterator[tuple[str | float | None, ...]]:
@@ -81,7 +81,7 @@ def _observations(header: list[str], rows: Iterator[list[str]]) -> Observations:
     grid: list[Observation] = []
     for line, row in enumerate(rows, 2):
         if line > MAX_POINTS:
-            raise BadInput(f"The table has more than {MAX_POINTS} rows.", "Give a shorter one.",
+            raise BadInput(f"The table has more than {MAX_POINTS} rows.", "Use a shorter file.",
                            reason="too-many-points")
         if not any(row):
             continue
@@ -110,10 +110,10 @@ def _observation(feature: str, kind: str, z_mm: float, points: list[tuple[float,
 def _position(text: str, at: str) -> tuple[float, float]:
     parts = text.split()
     if len(parts) != 2:
-        raise format_error(f"{at} names no field position: {text[:40]!r}.", 'Write it as "1200 -300", in mm.')
+        raise format_error(f"{at} is not a field position: {text[:40]!r}.", 'Write it as "1200 -300", in mm.')
     return number(parts[0], f"{at}, feature"), number(parts[1], f"{at}, feature")
 
 
 FORMAT = Format("Points (CSV)", "text/csv", ".csv",
-                "Every model: its clicks, and pixels and millimetres over the region.", write, read,
+                "All models: the points, and pixels and millimetres over the covered area.", write, read,
                 recognises=lambda data: b"raw_x_px" in data[:300])

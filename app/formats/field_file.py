@@ -11,7 +11,7 @@ from app.formats.ssl_field import field_from_wire, field_to_wire
 from app.ssl_protocol.messages import Geometry, Sender, WrapperPacket
 from app.ssl_protocol.protobuf import decode, encode
 
-FIX = "Give a field exported as JSON, or a geometry packet of the league."
+FIX = "Use a field exported as JSON, or a geometry packet of the league."
 
 
 def write_field(field: Field, format: str) -> tuple[bytes, str, str]:
@@ -31,10 +31,10 @@ def read_field(data: bytes, known: Iterable[Field] = ()) -> Field:
     if ssl_vision.recognises(data):
         geometry = decode(WrapperPacket, data).geometry
         if geometry is None:
-            raise format_error("The packet holds no field.", FIX)
+            raise format_error("The packet contains no field.", FIX)
         return field_from_wire(geometry.field, known)
     try:
         value = json.loads(data)
     except (ValueError, RecursionError):
-        raise refuse("The file is no field.", FIX) from None
+        raise refuse("The file is not a field.", FIX) from None
     return field_from_json(value)

@@ -21,19 +21,19 @@ def write(calibration: Calibration, _: Progress = no_progress) -> bytes:
 def read(data: bytes) -> Calibration:
     """Read what write wrote; BadInput for anything else. Every number is checked, the model is rebuilt."""
     if len(data) > MAX_BYTES:
-        raise BadInput(f"The file has {len(data)} bytes; a calibration has at most {MAX_BYTES}.",
-                       "Give a file that Touchline exported as json.", reason="bad-calibration")
+        raise BadInput(f"The file has {len(data)} bytes. The limit for a calibration is {MAX_BYTES}.",
+                       "Use a file that Touchline exported as json.", reason="bad-calibration")
     try:
         value = json.loads(data, parse_constant=_refuse_constant, parse_float=_finite)
     except (ValueError, RecursionError) as error:
-        raise BadInput(f"The file is no JSON: {error}.", "Give a file that Touchline exported as json.",
+        raise BadInput(f"The file is not valid JSON: {error}.", "Use a file that Touchline exported as json.",
                        reason="bad-calibration") from None
     if not isinstance(value, dict) or value.get("format") != NAME:
-        raise BadInput("The file is no Touchline calibration.", "Give a file that Touchline exported as json.",
+        raise BadInput("The file is not a Touchline calibration.", "Use a file that Touchline exported as json.",
                        reason="bad-calibration")
     calibration = Calibration.from_json(value)
     if not isinstance(calibration.model_parameters, dict):
-        raise BadInput("The file names no model.", "Give a file that Touchline exported as json.",
+        raise BadInput("The file names no model.", "Use a file that Touchline exported as json.",
                        reason="bad-calibration")
     model_from_json(calibration.model_name, calibration.model_parameters)
     observations_from_json(calibration.observations)
@@ -43,13 +43,13 @@ def read(data: bytes) -> Calibration:
 def _finite(text: str) -> float:
     value = float(text)
     if abs(value) == float("inf"):
-        raise ValueError(f"{text} is beyond all numbers")
+        raise ValueError(f"{text} is out of range")
     return value
 
 
 def _refuse_constant(name: str) -> Any:
-    raise ValueError(f"{name} is no number of JSON's")
+    raise ValueError(f"{name} is not a JSON number")
 
 
-FORMAT = Format("Touchline JSON", "application/json", ".json", "Everything: every model, with all that it came from.",
+FORMAT = Format("Touchline JSON", "application/json", ".json", "Complete: all models, with their points and settings.",
                 write, read, recognises=lambda data: data.lstrip()[:1] == b"{" and f'"{NAME}"'.encode() in data)

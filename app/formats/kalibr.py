@@ -35,8 +35,8 @@ def read(data: bytes) -> CameraFile:
     value = plain_from_yaml(data, "The file", as_text=True)
     cameras = [key for key in value if re.fullmatch(r"cam[0-9]+", key)] if isinstance(value, dict) else []
     if len(cameras) != 1:
-        raise format_error(f"The file holds {len(cameras)} cameras." if cameras else "The file holds no camera.",
-                     "Give a chain with one camera, cam0.")
+        raise format_error(f"The file contains {len(cameras)} cameras." if cameras else "The file contains no camera.",
+                     "Use a chain with one camera, cam0.")
     at = cameras[0]
     camera = value[at]
     if require(camera, "camera_model", at) != "pinhole":

@@ -67,8 +67,8 @@ def header(calibration: Calibration, export: ExportCamera, *words: str, pose: bo
     if export.loss is not None:
         hat = "" if export.loss.hat_worst_mm is None else (
             f", {export.loss.hat_worst_mm:.3f} mm {export.loss.hat_height_mm:g} mm above it")
-        lines.append(f"Nearest lens of this format to {calibration.model_name}: at worst {export.loss.worst_mm:.3f} mm "
-                     f"off on the carpet, {export.loss.rms_mm:.3f} mm rms{hat}.")
+        lines.append(f"Nearest lens of this format to {calibration.model_name}: largest error "
+                     f"{export.loss.worst_mm:.3f} mm on the carpet, {export.loss.rms_mm:.3f} mm rms{hat}.")
     lines.append("touchline: " + json.dumps(metadata_json(calibration, export, pose=pose), allow_nan=False))
     return "".join(f"# {line}\n" for line in lines)
 
@@ -81,18 +81,18 @@ def metadata_from_comment(data: bytes) -> Metadata:
     try:
         value = json.loads(found[1].decode())
     except (ValueError, RecursionError):
-        raise format_error("The line that begins with # touchline: is spoilt.", "Restore or remove it.") from None
+        raise format_error("The line that begins with # touchline: is damaged.", "Restore or remove it.") from None
     return metadata_from_json(value)
 
 
 def metadata_from_json(value: Any) -> Metadata:
     """Read metadata from JSON; unknown entries, of later versions, are ignored."""
     if not isinstance(value, dict):
-        raise format_error("What Touchline wrote about the field is spoilt.", "Export the calibration anew.")
+        raise format_error("The field data that Touchline wrote is damaged.", "Export the calibration again.")
     at = "touchline"
     rotate = value.get("rotate")
     if rotate is not None and (isinstance(rotate, bool) or rotate not in QUARTER_TURNS):
-        raise format_error(f"{at}.rotate is none of {', '.join(map(str, QUARTER_TURNS))}.", "Correct it.")
+        raise format_error(f"{at}.rotate is not one of {', '.join(map(str, QUARTER_TURNS))}.", "Correct it.")
     rectangle = None
     if "rectangle" in value:
         w, h, n_x, n_y = numbers(value["rectangle"], f"{at}.rectangle", (4,))
@@ -119,5 +119,5 @@ def _name(value: dict[str, Any], key: str) -> str | None:
     if not isinstance(name, str) or not NAME.fullmatch(name):
         if key == "camera":
             return None  # cameras may be called what they like elsewhere
-        raise format_error(f"touchline.{key} is no name.", "Correct it.")
+        raise format_error(f"touchline.{key} is not a name.", "Correct it.")
     return name

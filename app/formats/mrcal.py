@@ -50,7 +50,7 @@ def read(data: bytes) -> CameraFile:
     if metadata.field is not None:
         pose = camera_matrix.pose_from_field(rt[:3], np.array(rt[3:]) * MM_PER_M)
     elif any(rt):
-        notes = ("Its extrinsics belong to another frame than a field's, and were left aside.",)
+        notes = ("The extrinsics do not refer to a field and were ignored.",)
     lens = camera_matrix.lens_from_terms(tuple(terms), "intrinsics")
     return CameraFile("mrcal", *lens, (fx, fy), (cx, cy), size, metadata, pose, notes=notes)
 

@@ -49,4 +49,4 @@ def _npz(**arrays: Any) -> bytes:
 
 
 FORMAT = Format("Remap table (numpy)", "application/octet-stream", ".npz",
-                "Every model, as a table that corrects pictures; cannot be read back.", write)
+                "All models, as a table that corrects images. Cannot be imported.", write)

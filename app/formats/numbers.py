@@ -33,13 +33,13 @@ def number(value: Any, at: str, low: float = -MAX_COORDINATE, high: float = MAX_
     if isinstance(value, str):
         text = value.strip()
         if DECIMAL_COMMA.fullmatch(text[:MAX_DIGITS]):
-            raise format_error(f"{at} is written with a decimal comma ({text[:40]}).", "Write a decimal point.")
+            raise format_error(f"{at} is written with a decimal comma ({text[:40]}).", "Use a decimal point.")
         value = float(text) if len(text) <= MAX_DIGITS and NUMBER.fullmatch(text) else None
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise format_error(f"{at} is no number.", "Correct it.")
+        raise format_error(f"{at} is not a number.", "Correct it.")
     if not low <= value <= high:  # NaN is in no range
         raise format_error(f"{at} is {value:g}." if isinstance(value, float) and math.isfinite(value) else
-                     f"{at} is beyond all numbers that can be meant.", f"Give a number from {low:g} to {high:g}.")
+                     f"{at} is out of range.", f"Use a number from {low:g} to {high:g}.")
     return float(value)
 
 
@@ -47,7 +47,7 @@ def integer(value: Any, at: str, low: int, high: int) -> int:
     """Return a whole number; 640.0 is one."""
     found = number(value, at, low, high)
     if found != int(found):
-        raise format_error(f"{at} is {found:g}.", "Give a whole number.")
+        raise format_error(f"{at} is {found:g}.", "Use a whole number.")
     return int(found)
 
 
@@ -56,17 +56,17 @@ def numbers(value: Any, at: str, counts: Iterable[int]) -> tuple[float, ...]:
     counts = tuple(counts)
     many = " or ".join(map(str, counts))
     if not isinstance(value, (list, tuple)):
-        raise format_error(f"{at} is no list of numbers.", f"Give {many} numbers.")
+        raise format_error(f"{at} is not a list of numbers.", f"Use {many} numbers.")
     if len(value) not in counts:
-        commas = " If it was written with decimal commas, write points." if len(value) > max(counts) else ""
-        raise format_error(f"{at} has {len(value)} number{'' if len(value) == 1 else 's'}.", f"Give {many}.{commas}")
+        commas = " If the file has decimal commas, use decimal points." if len(value) > max(counts) else ""
+        raise format_error(f"{at} has {len(value)} number{'' if len(value) == 1 else 's'}.", f"Use {many}.{commas}")
     return tuple(number(v, f"{at}[{i}]") for i, v in enumerate(value))
 
 
 def require(value: Any, key: str, at: str) -> Any:
     """Return value[key] of what must be a mapping with that key."""
     if not isinstance(value, dict):
-        raise format_error(f"{at} is no mapping.", f"Give one with {key}.")
+        raise format_error(f"{at} is not a mapping.", f"Use a mapping with {key}.")
     if key not in value:
         raise format_error(f"{at} has no {key}.", f"Add {key}.")
     return value[key]
@@ -76,7 +76,7 @@ def vector(value: Any, at: str, counts: tuple[int, ...]) -> tuple[float, ...]:
     """Return the numbers of {rows, cols, data}, a row or a column."""
     rows, columns = (integer(require(value, key, at), f"{at}.{key}", 1, 100) for key in ("rows", "cols"))
     if min(rows, columns) != 1:
-        raise format_error(f"{at} is {rows} × {columns}.", "Give one row or one column.")
+        raise format_error(f"{at} is {rows} × {columns}.", "Use one row or one column.")
     found = numbers(require(value, "data", at), f"{at}.data", counts)
     if len(found) != rows * columns:
         raise format_error(f"{at} has {len(found)} numbers for {rows} × {columns}.", "Correct the file.")
@@ -87,7 +87,7 @@ def matrix(value: Any, at: str, rows: int, columns: int) -> tuple[float, ...]:
     """Return the numbers of {rows, cols, data}, row by row, after checking the shape."""
     shape = tuple(integer(require(value, key, at), f"{at}.{key}", 1, 100) for key in ("rows", "cols"))
     if shape != (rows, columns):
-        raise format_error(f"{at} is {shape[0]} × {shape[1]}.", f"Give a matrix of {rows} × {columns}.")
+        raise format_error(f"{at} is {shape[0]} × {shape[1]}.", f"Use a matrix of {rows} × {columns}.")
     return numbers(require(value, "data", at), f"{at}.data", (rows * columns,))
 
 

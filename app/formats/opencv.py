@@ -45,7 +45,7 @@ def read(data: bytes) -> CameraFile:
     """One camera; BadInput for anything else. Of values that we do not know only the form is looked at."""
     value = plain_from_yaml(DIRECTIVE.sub(b"", data), "The file", as_text=True, tags=(TAG,))
     if not isinstance(value, dict):
-        raise format_error("The file holds no camera matrix.", "Give one with camera_matrix.")
+        raise format_error("The file contains no camera matrix.", "Use a file with camera_matrix.")
     focal, centre = camera_matrix.read_intrinsics(_one_of(value, MATRIX_NAMES), "camera_matrix")
     fisheye = integer(value.get("fisheye_model", 0), "fisheye_model", 0, 1) == 1
     terms = vector(_one_of(value, TERMS_NAMES), "distortion_coefficients", (4,) if fisheye else (4, 5, 8, 12, 14))
@@ -65,7 +65,8 @@ def _one_of(value: dict[str, Any], names: tuple[str, ...]) -> Any:
     for name in names:
         if name in value:
             return value[name]
-    raise format_error(f"The file has no {names[0]}.", f"Give one camera, with {MATRIX_NAMES[0]} and {TERMS_NAMES[0]}.")
+    raise format_error(f"The file has no {names[0]}.", f"Use a file with one camera, with {MATRIX_NAMES[0]} and "
+                                                       f"{TERMS_NAMES[0]}.")
 
 
 FORMAT = Format("OpenCV YAML", "application/yaml", ".yml",

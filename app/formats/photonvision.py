@@ -45,12 +45,12 @@ def read(data: bytes) -> CameraFile:
 
 def _json(data: bytes) -> Any:
     if len(data) > MAX_BYTES:
-        raise format_error(f"The file has {len(data)} bytes; we read at most {MAX_BYTES}.", "Give a shorter one.")
+        raise format_error(f"The file has {len(data)} bytes. The limit is {MAX_BYTES}.", "Use a shorter file.")
     try:
         return json.loads(data)
     except (ValueError, RecursionError) as error:
-        raise format_error(f"The file is no JSON: {str(error)[:99]}.",
-                           "Give the file that PhotonVision exported.") from None
+        raise format_error(f"The file is not valid JSON: {str(error)[:99]}.",
+                           "Use the file that PhotonVision exported.") from None
 
 
 FORMAT = Format("PhotonVision JSON", "application/json", ".photon.json", "Brown–Conrady lenses; no pose.", write, read,

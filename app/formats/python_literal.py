@@ -19,11 +19,11 @@ CLOSING = {"{": "}", "[": "]", "(": ")"}
 def literal(data: bytes, what: str) -> Any:
     """Return the value: dict, list (of tuples as well), str, float, or the words None, True and False as they stand."""
     if len(data) > MAX_BYTES:
-        raise format_error(f"{what} has {len(data)} bytes; we read at most {MAX_BYTES}.", "Give a shorter one.")
+        raise format_error(f"{what} has {len(data)} bytes. The limit is {MAX_BYTES}.", "Use a shorter file.")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise format_error(f"{what} is no text.", "Give the file as it was written.") from None
+        raise format_error(f"{what} is not text.", "Use the original file.") from None
     reader = _Reader(text, what)
     value = reader.value(0)
     if reader.kind != "end":
@@ -44,7 +44,7 @@ class _Reader:
             found = TOKEN.match(self._text, self._at)
             self._left -= 1
             if self._left < 0:
-                raise format_error(f"{self._what} has more than {MAX_TOKENS} parts.", "Give a shorter one.")
+                raise format_error(f"{self._what} has more than {MAX_TOKENS} parts.", "Use a shorter file.")
             if found is None:
                 raise self.wrong()
             self._at = found.end()
@@ -96,5 +96,5 @@ class _Reader:
 
     def wrong(self) -> Exception:
         line = self._text.count("\n", 0, min(self._at, len(self._text))) + 1
-        return format_error(f"{self._what} is no literal that we read (line {line}).",
-                            "Give the file as it was written.")
+        return format_error(f"{self._what} cannot be read (line {line}).",
+                            "Use the original file.")

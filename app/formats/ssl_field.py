@@ -90,7 +90,8 @@ def field_from_wire(sent: FieldSize, known: Iterable[Field] = ()) -> Field:
             "regions": {name: {"x": list(xs), "y": list(ys)} for name, (xs, ys) in regions.items()},
             "extras": extras})
     except BadInput as refused:
-        raise format_error(f"The packet's field is none: {refused.what}", "Say the field by name.") from None
+        raise format_error(f"The field in the packet is not valid: {refused.what}",
+                           "Enter the field by name.") from None
 
 
 def _line(line: Line) -> FieldLine:

@@ -36,7 +36,8 @@ def camera_from_wire(sent: CameraCalibration, field: Field) -> CameraFile:
     q = np.array([sent.q0, sent.q1, sent.q2, sent.q3])
     length = float(np.linalg.norm(q))
     if not 0.5 < length < 2:
-        raise format_error(f"The camera's quaternion has the length {length:g}.", "Give one of length 1: x, y, z, w.")
+        raise format_error(f"The camera's quaternion has the length {length:g}.",
+                           "Use a quaternion of length 1: x, y, z, w.")
     rotation = matrix_from_quaternion(q / length)
     pose = checked_pose(vector_from_matrix(rotation), -rotation.T @ np.array([sent.tx, sent.ty, sent.tz]))
     return CameraFile("ssl-vision", "ssl", (sent.distortion,), (sent.focal_length, sent.focal_length),

@@ -32,13 +32,13 @@ def read(data: bytes, camera_id: int | None = None) -> CameraFile:
     """Read the camera with this id, or the only one."""
     geometry = decode(WrapperPacket, data).geometry
     if geometry is None or not geometry.calib:
-        raise format_error("The packet holds no camera's calibration.", "Give a geometry packet with calib.")
+        raise format_error("The packet contains no camera calibration.", "Use a geometry packet with calib.")
     ids = [camera.camera_id for camera in geometry.calib]
     if camera_id is None and len(ids) > 1:
-        raise Conflict(f"The packet holds the cameras {', '.join(map(str, ids))}.", "Say which: camera_id.",
+        raise Conflict(f"The packet contains the cameras {', '.join(map(str, ids))}.", "Enter one: camera_id.",
                        reason="several-cameras")
     if camera_id is not None and camera_id not in ids:
-        raise Conflict(f"The packet holds no camera {camera_id}.", f"It has {', '.join(map(str, ids))}.",
+        raise Conflict(f"The packet contains no camera {camera_id}.", f"It has {', '.join(map(str, ids))}.",
                        reason="no-such-camera")
     sent = geometry.calib[0 if camera_id is None else ids.index(camera_id)]
     return camera_from_wire(sent, field_from_wire(geometry.field))

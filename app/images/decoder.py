@@ -66,13 +66,13 @@ class ImageDecoder:
             answer = worker.decode(data, declared)
         except TimeoutError:
             worker = self._replace(worker)
-            raise BadImage(f"The picture took longer than {self.limits.wall_s:g} s to decode.",
-                           "Scale it down, or save it again as an ordinary JPEG.", reason="slow-image") from None
+            raise BadImage(f"The image took longer than {self.limits.wall_s:g} s to decode.",
+                           "Scale it down, or save it again as a standard JPEG.", reason="slow-image") from None
         except OSError:
             worker = self._replace(worker)
             if self._closed:
                 raise _shutting_down() from None
-            raise BadImage("The picture broke the decoder, which has been restarted.", RESAVE,
+            raise BadImage("The image crashed the decoder. The decoder has been restarted.", RESAVE,
                            reason="undecodable-image") from None
         except BaseException:
             worker = self._replace(worker)
@@ -84,8 +84,8 @@ class ImageDecoder:
         if answer.kind == decoder_worker.OTHER_SIZE:
             raise declared.other_size(*decoder_worker.SIZE.unpack(answer.body))
         if answer.kind == decoder_worker.OUT_OF_MEMORY:
-            raise BadImage("The picture needs more memory than a decoder gets.",
-                           "Scale it down, or save it again as an ordinary JPEG.", reason="image-needs-memory")
+            raise BadImage("The image needs more memory than a decoder is allowed.",
+                           "Scale it down, or save it again as a standard JPEG.", reason="image-needs-memory")
         raise declared.undecodable()
 
     def _take(self) -> DecoderProcess:
@@ -95,7 +95,7 @@ class ImageDecoder:
         try:
             worker = self._free.get(timeout=self._patience_s)
         except queue.Empty:
-            raise Unavailable("Too many pictures are being read at once.", "Try again in a moment.",
+            raise Unavailable("Too many images are being read at once.", "Try again in a moment.",
                               reason="decoder-busy") from None
         return worker if worker.is_alive else self._replace(worker)
 

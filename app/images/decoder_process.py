@@ -64,5 +64,5 @@ class DecoderProcess:
                 self._child.await_ready(START_S)
                 self._is_ready = True
         except OSError:
-            raise Unavailable("The process that decodes pictures does not start.",
+            raise Unavailable("The process that decodes images does not start.",
                               "Free some memory, or reinstall Touchline.", reason="decoder-down") from None

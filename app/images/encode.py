@@ -13,12 +13,12 @@ PNG_COMPRESSION = 3  # of 9; a third slower files for a fifth of the bytes gaine
 def encode(pixels: NDArray[np.uint8], format: str = "png", quality: int = 90) -> bytes:
     """(height, width, 3) BGR or (height, width) grey uint8 as a PNG or JPEG file; quality 1–100 is JPEG's."""
     if format not in ENCODED_MEDIA_TYPES:
-        raise BadInput(f"Pictures are not written as {format!r}.",
+        raise BadInput(f"Images cannot be written as {format!r}.",
                        f"Use one of: {', '.join(ENCODED_MEDIA_TYPES)}.", reason="unknown-image-format")
     if not 1 <= quality <= 100:
         raise BadInput(f"A JPEG quality of {quality} does not exist.", "Use 1 to 100.", reason="bad-quality")
     options = {"png": [cv2.IMWRITE_PNG_COMPRESSION, PNG_COMPRESSION], "jpg": [cv2.IMWRITE_JPEG_QUALITY, quality]}
     done, buffer = cv2.imencode(f".{format}", np.ascontiguousarray(pixels), options[format])
     if not done:
-        raise BadInput("The picture cannot be encoded.", "Use PNG, or a smaller picture.", reason="not-encodable")
+        raise BadInput("The image cannot be encoded.", "Use PNG, or a smaller image.", reason="not-encodable")
     return buffer.tobytes()

@@ -30,7 +30,7 @@ def screen_jpeg(data: bytes, limits: ImageLimits) -> DeclaredImage:
         if marker == EOI:
             break
         if marker in OTHER_KINDS:
-            raise unsupported("The JPEG picture is of a rare kind (lossless, hierarchical or arithmetic).")
+            raise unsupported("The JPEG image has an unsupported type (lossless, hierarchical or arithmetic).")
         if marker in PLAIN:
             if size:
                 raise damaged("it declares its size twice")
@@ -41,18 +41,18 @@ def screen_jpeg(data: bytes, limits: ImageLimits) -> DeclaredImage:
             if size is None:
                 raise damaged("its pixels come before its size")
             if scans > limits.max_jpeg_scans:
-                raise BadImage(f"The picture has more than {limits.max_jpeg_scans} scans.",
-                               "Save it again as an ordinary JPEG or as PNG.", reason="too-many-scans")
+                raise BadImage(f"The image has more than {limits.max_jpeg_scans} scans.",
+                               "Save it again as a standard JPEG or as PNG.", reason="too-many-scans")
             found = NEXT_MARKER.search(data, position)
             if found is None:
                 raise truncated("JPEG")
             position = found.start()
         elif marker not in SEGMENTS:
-            raise damaged(f"it holds an unknown part ({marker:02X})")
+            raise damaged(f"it contains an unknown segment ({marker:02X})")
     else:
-        raise damaged("it has too many parts")
+        raise damaged("it has too many segments")
     if size is None or scans == 0:
-        raise damaged("it holds no pixels")
+        raise damaged("it contains no pixels")
     return DeclaredImage("jpeg", *size, position)
 
 
@@ -60,7 +60,7 @@ def _segment(data: bytes, position: int) -> tuple[int, memoryview, int]:
     """Marker and body of the segment at a position, and where the next begins."""
     fill = FILL.match(data, position)
     if fill is None and position < len(data):
-        raise damaged("a part begins with the wrong byte")
+        raise damaged("a segment begins with the wrong byte")
     if fill is None or fill.end() == len(data):
         raise truncated("JPEG")
     marker, position = data[fill.end()], fill.end() + 1
@@ -79,5 +79,5 @@ def _size(body: memoryview) -> tuple[int, int]:
         raise damaged("its size is missing")
     precision, height, width, components = struct.unpack_from(">BHHB", body)
     if precision != 8 or components not in (1, 3, 4):
-        raise unsupported(f"The JPEG picture has {components} colour parts of {precision} bits.")
+        raise unsupported(f"The JPEG image has {components} colour components of {precision} bits.")
     return width, height

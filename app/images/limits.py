@@ -6,7 +6,7 @@ from app.core.errors import BadImage, ImageTooLarge
 from app.core.geometry import MIN_SIDE_PX
 
 RESAVE = "Open it in an image program and save it again as PNG or JPEG."
-SEND_AGAIN = "Copy or export the picture again; the file is probably incomplete or damaged."
+SEND_AGAIN = "Copy or export the image again. The file is probably incomplete or damaged."
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ class DeclaredImage:
     length: int | None = field(default=None, compare=False)
 
     def undecodable(self) -> BadImage:
-        return BadImage(f"The {self.format.upper()} picture cannot be decoded.", SEND_AGAIN, reason="undecodable-image")
+        return BadImage(f"The {self.format.upper()} image cannot be decoded.", SEND_AGAIN, reason="undecodable-image")
 
     def other_size(self, width: int, height: int) -> BadImage:
-        return BadImage(f"The picture declares {self.width} × {self.height} px, but holds {width} × {height} px.",
+        return BadImage(f"The image declares {self.width} × {self.height} px, but contains {width} × {height} px.",
                         RESAVE, reason="image-size-mismatch")
 
 
@@ -48,15 +48,15 @@ DEFAULT_LIMITS = ImageLimits()
 
 def damaged(what: str) -> BadImage:
     """The bytes contradict their own format; what: a clause about it."""
-    return BadImage(f"The picture is damaged: {what}.", SEND_AGAIN, reason="damaged-image")
+    return BadImage(f"The image is damaged: {what}.", SEND_AGAIN, reason="damaged-image")
 
 
 def truncated(kind: str) -> BadImage:
-    return BadImage(f"The {kind} picture ends too early.", SEND_AGAIN, reason="truncated-image")
+    return BadImage(f"The {kind} image is incomplete.", SEND_AGAIN, reason="truncated-image")
 
 
 def animated(kind: str) -> BadImage:
-    return BadImage(f"The {kind} picture is animated.", "Send one still picture.", reason="animated-image")
+    return BadImage(f"The {kind} image is animated.", "Send a still image.", reason="animated-image")
 
 
 def unsupported(what: str) -> BadImage:
@@ -69,9 +69,9 @@ def checked_size(width: int, height: int, limits: ImageLimits) -> None:
     if width < 1 or height < 1:
         raise damaged(f"it declares {width} × {height} px")
     if width > limits.max_side_px or height > limits.max_side_px or width * height > limits.max_pixels:
-        raise ImageTooLarge(f"The picture declares {width} × {height} px.",
-                            f"Send at most {limits.max_pixels / 1e6:g} million pixels and {limits.max_side_px} px a "
-                            "side; scale it down or crop it.")
+        raise ImageTooLarge(f"The image declares {width} × {height} px.",
+                            f"Send at most {limits.max_pixels / 1e6:g} million pixels and {limits.max_side_px} px per "
+                            "side. Scale it down or crop it.")
     if min(width, height) < MIN_SIDE_PX:
-        raise BadImage(f"The picture has {width} × {height} px.", "Send the whole picture of a camera.",
+        raise BadImage(f"The image has {width} × {height} px.", "Send a full camera image.",
                        reason="image-too-small")

@@ -36,12 +36,13 @@ def screen_png(data: bytes, limits: ImageLimits) -> DeclaredImage:
         elif kind not in (b"IHDR", b"PLTE"):
             ancillary += len(body)
         if chunks > MAX_CHUNKS or ancillary > MAX_ANCILLARY_BYTES:
-            raise damaged("it carries more notes than pixels")
+            raise damaged("it contains more metadata than pixels")
     if raw_bytes > compressed * DEFLATE_MAX_RATIO:
         raise truncated("PNG")
     if raw_bytes > max(limits.png_ratio_free_bytes, compressed * limits.max_png_ratio):
-        raise BadImage(f"The picture unpacks to {raw_bytes / compressed:.0f} times its size, as no camera's does.",
-                       "Send the camera's own picture, or save it as JPEG.", reason="image-bomb")
+        raise BadImage(f"The image decompresses to {raw_bytes / compressed:.0f} times its size. This is not plausible "
+                       "for a camera image.",
+                       "Send the original camera image, or save it as JPEG.", reason="image-bomb")
     return DeclaredImage("png", width, height)
 
 
@@ -49,10 +50,10 @@ def _header(data: bytes) -> tuple[int, int, int]:
     """Width, height and the bytes that the pixels unpack to."""
     kind, body, _ = _chunk(data, SIGNATURE_BYTES)
     if kind != b"IHDR" or len(body) != 13:
-        raise damaged("a PNG begins with its size")
+        raise damaged("its size is not at the beginning")
     width, height, depth, colour, _, _, interlace = struct.unpack(">IIBBBBB", body)
     if depth not in BIT_DEPTHS.get(colour, ()) or interlace > 1:
-        raise damaged("its pixel format does not exist")
+        raise damaged("its pixel format is invalid")
     return width, height, height * (1 + (width * depth * CHANNELS[colour] + 7) // 8)
 
 
@@ -67,5 +68,5 @@ def _chunk(data: bytes, position: int) -> tuple[bytes, memoryview, int]:
     body = memoryview(data)[position + 8:end]
     critical = kind[:1].isupper()
     if critical and crc32(body, crc32(kind)) != struct.unpack_from(">I", data, end)[0]:
-        raise damaged(f"the checksum of its {kind.decode('latin-1')} part is wrong")
+        raise damaged(f"the checksum of its {kind.decode('latin-1')} chunk is wrong")
     return kind, body, end + 4

@@ -23,9 +23,9 @@ FORMATS: dict[bytes, Screen] = {  # by the bytes that a file begins with
 }
 
 REFUSED: dict[bytes, str] = {  # so that the refusal can name what came
-    b"GIF8": "a GIF picture", b"II*\0": "a TIFF picture", b"MM\0*": "a TIFF picture",
-    b"\0\0\0\x0cjP": "a JPEG 2000 picture", b"\xffO\xffQ": "a JPEG 2000 picture",
-    b"#?RADIANCE": "a Radiance HDR picture", b"v/1\x01": "an OpenEXR picture", b"%PDF": "a PDF document",
+    b"GIF8": "a GIF image", b"II*\0": "a TIFF image", b"MM\0*": "a TIFF image",
+    b"\0\0\0\x0cjP": "a JPEG 2000 image", b"\xffO\xffQ": "a JPEG 2000 image",
+    b"#?RADIANCE": "a Radiance HDR image", b"v/1\x01": "an OpenEXR image", b"%PDF": "a PDF document",
     b"<svg": "an SVG drawing", b"PK": "a ZIP archive",
 }
 
@@ -33,10 +33,10 @@ REFUSED: dict[bytes, str] = {  # so that the refusal can name what came
 def screen(data: bytes, limits: ImageLimits = DEFAULT_LIMITS) -> DeclaredImage:
     """What the picture declares itself to be; BadImage or ImageTooLarge if we would not decode it."""
     if not data:
-        raise BadImage("The file is empty.", "Choose a file that holds a picture.", reason="empty-image")
+        raise BadImage("The file is empty.", "Choose an image file.", reason="empty-image")
     if len(data) > limits.max_bytes:
         raise ImageTooLarge(f"The file has {len(data) / 1e6:.1f} MB.",
-                            f"Send at most {limits.max_bytes / 1e6:g} MB; save it as JPEG or scale it down.",
+                            f"Send at most {limits.max_bytes / 1e6:g} MB. Save it as JPEG or scale it down.",
                             reason="image-file-too-large")
     for magic, read in FORMATS.items():
         if data.startswith(magic):
@@ -44,11 +44,11 @@ def screen(data: bytes, limits: ImageLimits = DEFAULT_LIMITS) -> DeclaredImage:
             checked_size(declared.width, declared.height, limits)
             return declared
     kind = _kind(data)
-    raise BadImage(f"This is {kind}, which is not read here." if kind else "The file is not an image.",
-                   f"Send PNG, JPEG, BMP or WebP. {RESAVE}", reason="unknown-image-format")
+    raise BadImage(f"This file is {kind}, which is not supported." if kind else "The file is not an image.",
+                   f"Use PNG, JPEG, BMP or WebP. {RESAVE}", reason="unknown-image-format")
 
 
 def _kind(data: bytes) -> str | None:
     if data[4:12] in (b"ftypavif", b"ftypavis", b"ftypheic", b"ftypmif1"):
-        return "an AVIF or HEIC picture"
+        return "an AVIF or HEIC image"
     return next((kind for magic, kind in REFUSED.items() if data.startswith(magic)), None)

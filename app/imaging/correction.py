@@ -43,9 +43,9 @@ class CorrectedView:
     def _natural(self, model: Rectification | Calibration) -> ImageSize:
         corrected = model.corrected_size
         if not 0 <= self.margin_px <= 4096:
-            raise BadInput(f"A margin of {self.margin_px} px cannot be drawn.", "Use 0 to 4096.", reason="bad-view")
+            raise BadInput(f"A margin of {self.margin_px} px is not possible.", "Use 0 to 4096.", reason="bad-view")
         if self.width is not None and not 16 <= self.width <= 8192:
-            raise BadInput(f"A width of {self.width} px cannot be drawn.", "Use 16 to 8192.", reason="bad-view")
+            raise BadInput(f"A width of {self.width} px is not possible.", "Use 16 to 8192.", reason="bad-view")
         return ImageSize(corrected.width + 2 * self.margin_px, corrected.height + 2 * self.margin_px)
 
     def corrected_from_view(self, model: Rectification, points: Points) -> Points:
@@ -91,7 +91,7 @@ def correction_map(model: Rectification, view: CorrectedView = CorrectedView(),
     """The map for one view of one model."""
     size, natural = view.size(model), model.corrected_size
     if size.width * size.height > min(max(natural.width * natural.height, MAX_ENLARGED_PX), MAX_MAP_PX):
-        raise BadInput(f"A corrected picture of {size} is too large.",
+        raise BadInput(f"A corrected image of {size} is too large.",
                        "Choose a smaller margin, width or rectangle size.", reason="bad-view")
     raw_x = np.empty((size.height, size.width), np.float32)
     raw_y = np.empty_like(raw_x)

@@ -59,7 +59,7 @@ def correction_mesh(model: CameraModel, margin_px: int = 0, columns: int | None 
     size = view.size(model)
     for count in (columns, rows):
         if count is not None and not 2 <= count <= MAX_NODES:
-            raise BadInput(f"A mesh of {count} nodes in a row or column cannot be made.", f"Use 2 to {MAX_NODES}.",
+            raise BadInput(f"A mesh with {count} nodes in a row or column is not possible.", f"Use 2 to {MAX_NODES}.",
                            reason="bad-mesh")
     wanted = columns or (max(2, round((rows - 1) * size.width / size.height) + 1) if rows else FIRST_COLUMNS)
     while True:

@@ -41,9 +41,9 @@ class FieldView:
 
     def __post_init__(self) -> None:
         if not 64 <= self.width <= 8192:
-            raise BadInput(f"A width of {self.width} px cannot be drawn.", "Use 64 to 8192.", reason="bad-view")
+            raise BadInput(f"A width of {self.width} px is not possible.", "Use 64 to 8192.", reason="bad-view")
         if self.size.width * self.size.height > MAX_PX:
-            raise BadInput(f"A picture of {self.size} is too large.", "Choose a smaller width.", reason="bad-view")
+            raise BadInput(f"An image of {self.size} is too large.", "Choose a smaller width.", reason="bad-view")
 
     @property
     def px_per_mm(self) -> float:
@@ -107,8 +107,8 @@ class Stitcher:
            progress: Progress = no_progress) -> Self:
         """cameras: model, size of its raw picture, and the region that it shows first."""
         if not cameras:
-            raise FitFailed("No camera of this rig has both a calibration and a picture.",
-                            "Calibrate its cameras, and let them give pictures.", reason="nothing-to-stitch")
+            raise FitFailed("No camera of this rig has both a calibration and an image.",
+                            "Calibrate the cameras and start their images.", reason="nothing-to-stitch")
         size = view.size
         raws = np.empty((len(cameras), size.height, size.width, 2), np.float32)
         weights = np.empty((len(cameras), size.height, size.width), np.float32)
@@ -145,8 +145,8 @@ class Stitcher:
             if part is None:
                 continue
             if ImageSize(pixels.shape[1], pixels.shape[0]) != part.size:
-                raise BadInput("A picture has another size than its camera's calibration.",
-                               "Give pictures of the size that was calibrated.", reason="size-mismatch")
+                raise BadInput("The size of an image differs from the calibration of its camera.",
+                               "Use images of the calibrated size.", reason="size-mismatch")
             corrected = part.map.apply(pixels)
             cv2.copyTo(corrected, part.alone, out[part.window])
             if len(self.seam):
@@ -169,9 +169,9 @@ class Stitcher:
             x, y = at[unseen].T
             where = {"x": [float(x.min()), float(x.max())], "y": [float(y.min()), float(y.max())]}
         area = share * field.length_mm * field.width_mm / 1e6
-        words = ("All of the field is seen." if where is None else
-                 f"{area:.2g} m² of the field ({100 * share:.2g} %) is seen by no camera, within x {where['x'][0]:.0f} "
-                 f"to {where['x'][1]:.0f} mm and y {where['y'][0]:.0f} to {where['y'][1]:.0f} mm.")
+        words = ("The whole field is covered." if where is None else
+                 f"{area:.2g} m² ({100 * share:.2g} %) of the field is not covered by any camera, within x "
+                 f"{where['x'][0]:.0f} to {where['x'][1]:.0f} mm and y {where['y'][0]:.0f} to {where['y'][1]:.0f} mm.")
         return {"share": share, "m2": area, "where": where, "words": words}
 
 

@@ -40,7 +40,7 @@ class DaskCluster:
     def __init__(self, address: str) -> None:
         found = ADDRESS.fullmatch(address)
         if found is None or int(found["port"]) > 65535:
-            raise BadInput(f"{address!r} is no address of a scheduler.", "Write dask://host:port.",
+            raise BadInput(f"{address!r} is not the address of a scheduler.", "Enter it as dask://host:port.",
                            reason="bad-settings")
         if importlib.util.find_spec("distributed") is None:
             raise Unavailable("Jobs on a cluster need the Python package distributed.",
@@ -118,16 +118,16 @@ class DaskCluster:
             security = Security(require_encryption=True) if self._tls else None
             # Asked here, since a client that has failed leaves the thread of its loop behind.
             if security is not None and security.get_connection_args("client")["ssl_context"] is None:
-                raise ValueError("no certificate is named.")
+                raise ValueError("no certificate is set.")
             return Client(f"{'tls' if self._tls else 'tcp'}://{self._host}:{self._port}", timeout=HANDSHAKE_S,
                           security=security, set_as_default=False, name="touchline")
         except (RuntimeError, TypeError, ValueError) as error:
             raise Unavailable(f"Dask refuses to connect to {self._host}:{self._port}: {str(error)[:200]}",
-                              "Correct Dask's settings for TLS: the files of certificates and key.",
+                              "Correct Dask's TLS settings: the certificate and key files.",
                               reason="no-scheduler") from None
 
     def _unreachable(self) -> TouchlineError:
-        return Unavailable(f"The cluster's scheduler at {self._host}:{self._port} does not answer.",
+        return Unavailable(f"The cluster's scheduler at {self._host}:{self._port} is not responding.",
                            f"Start it: dask scheduler --port {self._port}, then workers; or set jobs.engine to local.",
                            reason="no-scheduler")
 

@@ -53,8 +53,8 @@ class DaskRunner:
                 raise JobStopped
             if now > deadline:
                 raise JobTimeout if worker else Unavailable(
-                    f"No worker of the cluster was free for the job within {wall_s:g} s.", "Start workers, or more of "
-                    "them: dask worker tcp://SCHEDULER:8786 --nthreads 1.", reason="no-free-worker")
+                    f"No worker of the cluster was available for the job within {wall_s:g} s.",
+                    "Start more workers: dask worker tcp://SCHEDULER:8786 --nthreads 1.", reason="no-free-worker")
             if worker is None and not has_said_so and now > start + WAITING_NOTICE_S:
                 has_said_so = True
                 report(0.0, "Waiting for a worker of the cluster")
@@ -82,8 +82,8 @@ class DaskRunner:
         except KilledWorker:
             raise WorkerDied from None
         except Exception as error:
-            raise Unavailable(f"The cluster cannot do Touchline's jobs: {type(error).__name__}: {str(error)[:200]}",
-                              "Install the same Python and the same Touchline on its scheduler and its workers: "
+            raise Unavailable(f"The cluster cannot run Touchline's jobs: {type(error).__name__}: {str(error)[:200]}",
+                              "Install the same versions of Python and Touchline on its scheduler and its workers: "
                               "pip install 'touchline[dask]'.", reason="cluster-differs") from None
         if "lost" in answer:
             raise WorkerDied

@@ -13,8 +13,8 @@ from app.core.errors import Cancelled
 from app.jobs.execute import execute, plain
 
 MIN_INTERVAL_S = 0.05  # between two reports of progress; more often nobody sees
-SHARE = ("Let every worker have the server's data folder under the same path, such as a shared folder, or set "
-         "jobs.engine to local. If they have it: upload the picture again.")
+SHARE = ("Make the server's data folder available to every worker under the same path, such as a shared folder, or "
+         "set jobs.engine to local. If it is available, upload the image again.")
 
 
 def do(request_text: str) -> str:
@@ -27,7 +27,7 @@ def do(request_text: str) -> str:
         detail = f"The cluster's workers have Touchline {__version__}, the server has {request['version']}."
         return json.dumps({"problem": {"reason": "cluster-differs", "title": "Cluster differs", "status": 503,
                                        "detail": detail,
-                                       "fix": "Install the same version everywhere and start the workers again."}})
+                                       "fix": "Install the same version on all machines and restart the workers."}})
     # Dask gives the job of a lost worker to the next one by itself. How often it may lose one is for the server to
     # count, so whoever finds it begun says so and does nothing. (The name of one whose worker dies stays behind on
     # the scheduler, some fifty bytes.)

@@ -68,8 +68,8 @@ class JobEngine:
                 if job.attempt > MAX_ATTEMPTS:
                     self._fail(job.id, WorkerDied())
                 elif spec is None or not self._is_known(spec):
-                    self._fail(job.id, Unavailable("This version of Touchline does not know what this job was to do.",
-                                                   "Ask for it again.", reason="job-lost"))
+                    self._fail(job.id, Unavailable("This version of Touchline does not support this job.",
+                                                   "Start the job again.", reason="job-lost"))
                 else:
                     self._put(0, (job.id, spec))
             if not self._queue.empty():
@@ -95,7 +95,7 @@ class JobEngine:
             own = [job for job in under_way if self._callers[job.id] == caller]
             for jobs, most, whose in ((own, MAX_QUEUED_EACH, "of your jobs"), (under_way, MAX_QUEUED, "jobs")):
                 if sum(job.state == "queued" for job in jobs) >= most:
-                    raise Busy(f"{most} {whose} are waiting already.", "Wait for some to end, or cancel some.",
+                    raise Busy(f"{most} {whose} are already waiting.", "Wait until some have ended, or cancel some.",
                                reason="too-many-jobs")
             job = self._registry.add(kind, job_spec)
             self._callers[job.id] = caller
@@ -201,17 +201,19 @@ class JobEngine:
         if isinstance(error, TouchlineError):
             return error
         if isinstance(error, WorkerDied):
-            return Unavailable(f"The process that did this job ended before the job did, {MAX_ATTEMPTS} times.",
-                               "Give it less at once; on a cluster, look at the memory limit and the log of its "
+            return Unavailable(f"The process that ran this job ended before the job was complete, {MAX_ATTEMPTS} "
+                               "times.",
+                               "Reduce the size of the job. On a cluster, check the memory limit and the log of its "
                                "workers.", reason="worker-died")
         if isinstance(error, JobTimeout):
-            return BadInput(f"The job took longer than {self._wall_s:g} s.", "Give it less at once.",
+            return BadInput(f"The job took longer than {self._wall_s:g} s.", "Reduce the size of the job.",
                                reason="job-too-long")
         if isinstance(error, JobFailed) and error.problem["reason"] == "job-needs-memory":
-            return BadInput("The job needs more memory than it gets.", "Give it less at once: fewer or smaller "
-                               "pictures.", reason="job-needs-memory")
+            return BadInput("The job needs more memory than it is allowed.", "Use fewer or smaller images.",
+                            reason="job-needs-memory")
         id = secrets.token_hex(4)
         log.error("unexpected error %s in a job: %s", id,
                   error.problem.get("trace") if isinstance(error, JobFailed) else repr(error))
-        return Unavailable(f"Something broke here that should not (error {id}).",
-                           f"Try again; if it stays, report it with the log around error {id}.", reason="unexpected")
+        return Unavailable(f"An unexpected error occurred (error {id}).",
+                           f"Try again. If the error remains, report it with the log around error {id}.",
+                           reason="unexpected")

@@ -61,7 +61,7 @@ class JobRegistry:
         for stored in reversed(table.list(MAX_ROWS)):
             job = replace(stored, spec=None, attempt=max(1, stored.attempt))
             if not job.ended:
-                message = f"The server was started anew; {WAITING.lower()}" if job.state == "running" else job.message
+                message = f"The server was restarted; {WAITING.lower()}" if job.state == "running" else job.message
                 job = replace(job, state="queued", progress=0.0, attempt=stored.attempt + 1, message=message)
                 unfinished.append((job, JobSpec.from_json(stored.spec)))
             self._jobs[job.id] = job
@@ -89,8 +89,9 @@ class JobRegistry:
         with self._lock:
             job = self._jobs.get(id) or self._unlisted.get(id)
         if job is None:
-            raise NotFound(f"There is no job {id!r}.", f"List them with GET /api/v1/jobs; of those that have ended the "
-                           f"last {self._kept} are kept, and all of the last {self._kept_s / 60:g} minutes.",
+            raise NotFound(f"There is no job {id!r}.", f"List jobs with GET /api/v1/jobs. The last {self._kept} ended "
+                                                       "jobs are listed, and all jobs that ended in the last "
+                                                       f"{self._kept_s / 60:g} minutes.",
                            reason="unknown-job")
         return job
 
@@ -147,7 +148,7 @@ class JobRegistry:
             if id not in self._jobs or self._jobs[id].ended:
                 return False
             self._completing.add(id)
-            job = self._jobs[id] = replace(self._jobs[id], message="Keeping the result")
+            job = self._jobs[id] = replace(self._jobs[id], message="Saving the result")
         table = self._table_of(id)
         if table is None:
             result = save()
@@ -155,7 +156,7 @@ class JobRegistry:
             with table.transaction():
                 result = save()
                 if not table.finish(id, job.attempt, "done", result, None, "Done"):
-                    raise Unavailable("The job's row says that somebody else has it.", "Ask for the job again.",
+                    raise Unavailable("The job was taken over by another server.", "Start the job again.",
                                       reason="job-lost")
         with self._changing:
             return self._update(id, state="done", progress=1.0, message="Done", result=result)
@@ -193,7 +194,8 @@ class JobRegistry:
             job = self.get(id)
             if job.state == "running":
                 self._write(id, lambda table: table.requeue(id, job.attempt, message, counts=False))
-            return self._update(id, state="queued", progress=0.0, message=f"{message}; this goes on when it is back")
+            return self._update(id, state="queued", progress=0.0, message=f"{message}. The job continues when the "
+                                                                          "server is back")
 
     def _table_of(self, id: str) -> JobTable | None:
         return self._table if id in self._written_s else None

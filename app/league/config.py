@@ -38,13 +38,14 @@ class PublishingConfig:
     def __post_init__(self) -> None:
         _ = self.address
         if not MIN_INTERVAL_S <= self.interval_s <= MAX_INTERVAL_S:
-            raise BadInput(f"{self.interval_s:g} s is no interval.",
+            raise BadInput(f"{self.interval_s:g} s is not a valid interval.",
                            f"Give {MIN_INTERVAL_S:g} to {MAX_INTERVAL_S:g} seconds.", reason="bad-interval")
         if not (math.isfinite(self.limit_mm) and self.limit_mm >= 0):
-            raise BadInput("The limit is no length.", "Give millimetres, 0 or more.", reason="bad-limit")
+            raise BadInput("The limit is not a valid length.", "Give millimetres, 0 or more.", reason="bad-limit")
         for name, number in self.numbers.items():
             if not 0 <= number < 2**32:
-                raise BadInput(f"{number} is no camera number for {name!r}.", "Give a whole number from 0.",
+                raise BadInput(f"{number} is not a valid camera number for {name!r}.",
+                               "Give a whole number, 0 or more.",
                                reason="bad-camera-number")
 
     @property
@@ -63,7 +64,7 @@ class PublishingConfig:
                 raise TypeError
             return cls(**given)
         except (AttributeError, TypeError):
-            raise BadInput("The kept settings for the network are not understood.", "Set them anew.",
+            raise BadInput("The saved network settings cannot be read.", "Enter them again.",
                            reason="bad-publishing") from None
 
 

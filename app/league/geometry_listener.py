@@ -116,8 +116,9 @@ class GeometryListener:
                 self.problem = self.address.network_error(error)
             except Exception:
                 log.exception("the group could not be listened to")
-                self.problem = Unavailable("The group could not be listened to.",
-                                           "It is tried again; the server's log says why.", reason="absorbing-failed")
+                self.problem = Unavailable("The multicast group cannot be received.",
+                                           "Touchline tries again automatically. See the server log for the reason.",
+                                           reason="absorbing-failed")
             self._ended.wait(RETRY_S)
 
     def _listen(self) -> None:
@@ -168,7 +169,8 @@ class GeometryListener:
             if packet.geometry is None:
                 return replace(sender, source=sender.source if packet.source is None else packet.source)
             if len(packet.geometry.calib) > MAX_CAMERAS:
-                raise BadInput(f"The packet has {len(packet.geometry.calib)} cameras.", "Send fewer.",
+                raise BadInput(f"The packet has {len(packet.geometry.calib)} cameras, which is too many.",
+                               "Send fewer cameras.",
                                reason="bad-protobuf")
         except BadInput as refused:
             return replace(sender, refused=sender.refused + 1, why=refused.what)

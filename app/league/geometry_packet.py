@@ -141,21 +141,23 @@ def _problem(one: PublishedCamera, before: Iterable[PublishedCamera], config: Pu
     """Return why an encoded camera is left out; None where it is sent."""
     name, worst = one.name, one.wire.loss.worst_at_any_height_mm
     if one.calibration.field["name"] != field_name:
-        return Conflict(f"{name} looks at {one.calibration.field['name']}, and a packet has one field: {field_name}.",
-                        "Publish that field instead, or switch this camera's field.", reason="other-field")
+        return Conflict(f"{name} covers the field {one.calibration.field['name']}, but a packet has one field: "
+                        f"{field_name}.",
+                        "Publish that field instead, or change the field of this camera.", reason="other-field")
     if field is not None and (changes := one.calibration.field_changes(field)):
         return Conflict(f"{name} was calibrated before {field_name} was changed: {changes_in_words(changes)}.",
                         FIELD_CHANGED_FIX, reason="field-changed")
     twin = next((other for other in before if other.sent is not None and other.number == one.number), None)
     if twin is not None:
-        return Conflict(f"{name} and {twin.name} would both be camera {one.number}.",
-                        f"Give {name} a number of its own.", reason="number-taken")
+        return Conflict(f"{name} and {twin.name} both have camera number {one.number}.",
+                        f"Give {name} another number.", reason="number-taken")
     if not math.isfinite(worst):
-        return Conflict(f"The league's lens does not reach all that {name} sees.",
-                        "Fit the ssl model to the same clicks, and activate that.", reason="loss-unlimited")
+        return Conflict(f"The SSL lens model does not cover the whole area of {name}.",
+                        "Fit the SSL lens model to the same points, and activate the new version.",
+                        reason="loss-unlimited")
     if worst > config.limit_mm and config.approved.get(name) != one.calibration.id:
-        return Conflict(f"The league's lens puts {name} {worst:.1f} mm off at worst; the limit is "
+        return Conflict(f"The largest error of the SSL lens model for {name} is {worst:.1f} mm; the limit is "
                         f"{config.limit_mm:g} mm.",
-                        "Fit the ssl model to the same clicks and activate that, or approve this loss.",
+                        "Fit the SSL lens model to the same points and activate the new version, or publish anyway.",
                         reason="loss-above-limit")
     return None

@@ -38,15 +38,17 @@ class MulticastAddress:
         except ValueError:
             fine = False
         if not fine:
-            raise BadInput(f"{self.group[:64]!r} is no multicast group.",
+            raise BadInput(f"{self.group[:64]!r} is not a multicast group.",
                            f"Give an address from 224.0.0.0 to 239.255.255.255, such as {GROUP}.", reason="bad-group")
         if not 1 <= self.port <= 65535:
-            raise BadInput(f"{self.port} is no UDP port.", f"Give one from 1 to 65535, such as {PORT}.",
+            raise BadInput(f"{self.port} is not a UDP port.", f"Give one from 1 to 65535, such as {PORT}.",
                            reason="bad-port")
         if not 0 <= self.ttl <= 255:
-            raise BadInput(f"{self.ttl} is no TTL.", "Give 1 for the local network, at most 255.", reason="bad-ttl")
+            raise BadInput(f"{self.ttl} is not a valid TTL.",
+                           "Give 1 for the local network, at most 255.", reason="bad-ttl")
         if not _may_be_interface(self.interface):
-            raise BadInput(f"{self.interface[:64]!r} is no interface.", known_interfaces(), reason="bad-interface")
+            raise BadInput(f"{self.interface[:64]!r} is not a network interface.",
+                           known_interfaces(), reason="bad-interface")
 
     def request(self) -> bytes:
         """Return the socket option's struct ip_mreqn: group, address, interface index; NetworkError."""
@@ -62,23 +64,23 @@ class MulticastAddress:
 
     def no_interface_error(self) -> NetworkError:
         named = f"no interface {self.interface}" if self.interface else "no network for multicast"
-        return NetworkError(f"This machine has {named} now.", known_interfaces(), reason="no-interface")
+        return NetworkError(f"This computer has {named}.", known_interfaces(), reason="no-interface")
 
     def network_error(self, error: OSError) -> NetworkError:
         """Translate a socket error into its cause and remedy."""
         if error.errno in (errno.ENODEV, errno.EADDRNOTAVAIL, errno.ENXIO):
             return self.no_interface_error()
         if error.errno in (errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN):
-            return NetworkError(f"No address leads to {self.group}.",
-                                  f"Plug in or switch on the network. {known_interfaces()}", reason="no-route")
+            return NetworkError(f"No network reaches {self.group}.",
+                                  f"Connect or enable the network. {known_interfaces()}", reason="no-route")
         if error.errno in (errno.EPERM, errno.EACCES):
-            return NetworkError(f"The system forbids multicast to {self.group}, port {self.port}.",
-                                  "Let this program through the firewall.", reason="forbidden")
+            return NetworkError(f"The operating system does not permit multicast to {self.group}, port {self.port}.",
+                                  "Allow this program in the firewall.", reason="forbidden")
         if error.errno == errno.EADDRINUSE:
-            return NetworkError(f"Another program keeps port {self.port} to itself.",
-                                  "End it, or let it share the port (SO_REUSEADDR).", reason="port-taken")
-        return NetworkError(f"The network refuses {self.group}, port {self.port}: {error.strerror or error}.",
-                              "Check the interface; it is tried again.", reason="network")
+            return NetworkError(f"Another program uses port {self.port} exclusively.",
+                                  "Close it, or configure it to share the port (SO_REUSEADDR).", reason="port-taken")
+        return NetworkError(f"The network rejects {self.group}, port {self.port}: {error.strerror or error}.",
+                              "Check the interface. Touchline tries again automatically.", reason="network")
 
 
 def interfaces() -> list[dict[str, str | None]]:
@@ -100,7 +102,7 @@ def is_here(address: str) -> bool:
 def known_interfaces() -> str:
     """Name the interfaces in a sentence, for an error."""
     named = [f"{i['name']} ({i['address']})" for i in interfaces() if i["address"]]
-    return f"Name one of this machine's interfaces: {', '.join(named[:8]) or 'none is up'}."
+    return f"Use an interface of this computer: {', '.join(named[:8]) or 'none is up'}."
 
 
 def _address_of(probe: socket.socket, name: str) -> str | None:

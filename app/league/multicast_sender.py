@@ -40,7 +40,7 @@ class MulticastSender:
         tried once more with a new socket.
         """
         if len(packet) > MAX_BYTES:
-            raise BadInput(f"The packet has {len(packet)} bytes; a datagram carries at most {MAX_BYTES}.",
+            raise BadInput(f"The packet has {len(packet)} bytes; the limit of a datagram is {MAX_BYTES}.",
                            "Send fewer cameras or lines.", reason="packet-too-long")
         with self._lock:
             for last in (self._socket is None, True):

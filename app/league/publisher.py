@@ -85,6 +85,7 @@ class Publisher:
             problem = error
         except Exception:
             log.exception("geometry could not be published")
-            problem = Unavailable("Geometry could not be published.", "It is tried again; the server's log says why.",
+            problem = Unavailable("The geometry cannot be published.",
+                                  "Touchline tries again automatically. See the server log for the reason.",
                                   reason="publishing-failed")
         return PublishStatus(before.packets, before.bytes, before.last_s, before.failures + 1, problem, cameras)

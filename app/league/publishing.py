@@ -97,11 +97,13 @@ class Publishing:
         """Return one that has sent geometry; NotFound, or Conflict."""
         found = None if self._listener is None else self._listener.get(id)
         if found is None:
-            raise NotFound(f"Nobody was heard from {id}.", "See GET /api/v1/publishing/heard, with absorb switched on.",
+            raise NotFound(f"No geometry was received from {id}.",
+                           "See GET /api/v1/publishing/heard, with absorb enabled.",
                            reason="unknown-sender")
         if found.geometry is None:
-            raise Conflict(f"{id} has sent no geometry yet.", "Wait until it does; the league's software sends it "
-                           "every few seconds.", reason="no-geometry")
+            raise Conflict(f"{id} has sent no geometry yet.",
+                           "Wait until it sends geometry. The league software sends it every few seconds.",
+                           reason="no-geometry")
         return found
 
     @property
@@ -110,14 +112,16 @@ class Publishing:
         publisher, listener = self._publisher, self._listener
         found = []
         if publisher is not None and (problem := publisher.status.problem) is not None:
-            found.append(Warning("publishing", f"Geometry is not published: {problem.what}", problem.fix))
+            found.append(Warning("publishing", f"The geometry is not published: {problem.what}", problem.fix))
         if listener is not None and (problem := listener.problem) is not None:
-            found.append(Warning("absorbing", f"The network is not listened to: {problem.what}", problem.fix))
+            found.append(Warning("absorbing", f"No geometry is received: {problem.what}", problem.fix))
         if publisher is not None and listener is not None:
             for other, one in contradictions(listener.publishers, publisher.status.cameras):
-                found.append(Warning("two-publishers", f"{other.address} also publishes camera {one.number}, which is "
-                                     f"{one.name}, with another calibration.", "Two publishers confuse every team: "
-                                     "switch one of them off, or take theirs over."))
+                found.append(Warning("two-publishers",
+                                     f"{other.address} also publishes camera {one.number}, which is {one.name}, with "
+                                     "another calibration.",
+                                     "Only one program may publish: stop one of them, or import the "
+                                     "other calibration."))
         return tuple(found)
 
     def _apply(self, config: PublishingConfig) -> None:

@@ -54,13 +54,14 @@ class BoardCapture:
         pose = None if quad is None else BoardPose.from_points(quad, self.size)
         if pose is None:
             self._before.clear()
-            return {"still": False, "new": False, "hint": "No board is seen: show it whole, and in enough light."}
+            return {"still": False, "new": False, "hint": "No board detected. Show the whole board in good light."}
         self._before = [(then, other) for then, other in self._before
                         if pose.moved_px(other) <= MAX_STILL_SHARE * self.size.width]
         still = bool(self._before) and now_s - self._before[0][0] >= STILL_S
         self._before.append((now_s, pose))
         new = not any(pose.is_like(other) for other in self.poses)
-        hint = "" if still and new else ("Hold it still." if new else "There is such a view already: move or tilt it.")
+        hint = "" if still and new else ("Hold the board still." if new else "This pose is already captured. Move or "
+                                                                             "tilt the board.")
         return {"still": still, "new": new, "hint": hint}
 
     def add_view(self, quad: Any) -> None:

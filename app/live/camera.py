@@ -95,7 +95,7 @@ class LiveCamera:
             self.detections.require_view(view)
             return
         if self.calibration is None:
-            raise Conflict("This camera has no active calibration.", "Activate one, or watch the raw view.",
+            raise Conflict("This camera has no active calibration.", "Activate a calibration, or use the raw view.",
                            reason="not-calibrated")
         if mismatch := self._mismatch():
             raise Conflict(mismatch["what"], mismatch["fix"], reason=mismatch["reason"])
@@ -107,12 +107,13 @@ class LiveCamera:
         if process is None:
             return ("offline", self._supervisor.problem) if self._supervisor.problem else ("connecting", None)
         if why := stall_reason(process, now):
-            return "stalled", {"reason": "stalled", "what": why, "fix": "Look at its cable, its power and the network; "
-                               "it is tried again by itself."}
+            return "stalled", {"reason": "stalled", "what": why, "fix": "Check its cable, its power and the network. "
+                                                                        "Touchline reconnects automatically."}
         if process.values["state"] != "live":
             return process.values["state"], process.values["problem"]
         if why := frozen_reason(process, self.spec["source"].partition(":")[0]):
-            return "stalled", {"reason": "frozen", "what": why, "fix": "Restart the camera, or what sends its picture."}
+            return "stalled", {"reason": "frozen", "what": why, "fix": "Restart the camera, or the device that sends "
+                                                                       "its images."}
         if mismatch := self._mismatch():
             return "mismatch", mismatch
         return "live", None
@@ -153,7 +154,7 @@ class LiveCamera:
             if problem is not None:
                 raise error_from_json(problem)
             await asyncio.sleep(POLL_S)
-        raise Unavailable("No picture has come from this source.", "Check its address, its cable and its power.",
+        raise Unavailable("No image received from this source.", "Check its address, its cable and its power.",
                           reason="camera-silent")
 
     async def board(self, board: dict[str, Any], after: int) -> dict[str, Any]:

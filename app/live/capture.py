@@ -131,8 +131,8 @@ class FrameCapture:
             return answer.result(timeout_s)
         except TimeoutError:
             answer.cancel()  # it may not be done any more: nobody would know
-            raise Unavailable("The camera gives no frames now, so it cannot be asked.",
-                              "Wait until it is live again, then set it.", reason="camera-silent") from None
+            raise Unavailable("The camera sends no frames, so its settings cannot be changed.",
+                              "Wait until it is live again, then try again.", reason="camera-silent") from None
 
     def run(self) -> None:
         """Work until the process ends, on a thread of its own."""
@@ -209,7 +209,7 @@ class FrameCapture:
 
 def no_frames() -> Unavailable:
     """Return the error for a camera from which nothing comes."""
-    return Unavailable("The camera gives no frames now.", "Look at its state, then try again.", reason="camera-silent")
+    return Unavailable("The camera sends no frames.", "Check its state, then try again.", reason="camera-silent")
 
 
 def _answer(source: Source, action: Callable[[Source], Any], answer: Future[Any]) -> None:

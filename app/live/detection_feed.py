@@ -98,5 +98,5 @@ def json_text(body: bytes) -> str:
 
 
 def _off() -> Conflict:
-    return Conflict("Seeing is switched off for this camera.", "Switch it on: PUT /api/v1/cameras/{id}/seeing with "
+    return Conflict("Object detection is off for this camera.", "Enable it: PUT /api/v1/cameras/{id}/seeing with "
                     '"on": true.', reason="seeing-off")

@@ -33,7 +33,8 @@ IDLE_S = 0.5
 RETRY_S = 1.0  # after a picture that could not be processed
 RATE_FRAMES = 30  # frames from which the rate is computed
 DIGITS = 4  # in the JSON: a ten-thousandth of a pixel or millimetre
-NO_POSITIONS = "This camera has no calibration in use: sizes are guessed from its field, and there are no places."
+NO_POSITIONS = ("This camera has no active calibration. Sizes are estimated from its field, and positions are not "
+                "available.")
 
 
 @dataclass
@@ -97,8 +98,8 @@ class LiveDetector:
                     what = error.what
                 else:
                     what = type(error).__name__
-                    self._failures.add("Nothing is detected", error)
-                self._send_result(taken, request, None, (f"This picture could not be looked at: {what}",))
+                    self._failures.add("Object detection failed", error)
+                self._send_result(taken, request, None, (f"Object detection failed for this image: {what}",))
                 self._state = DetectorState()
                 self._changed.wait(RETRY_S)
                 self._changed.clear()

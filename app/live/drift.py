@@ -59,7 +59,7 @@ class CameraDriftMonitor:
             self._changed.wait()
             self._changed.clear()
             if (target := self._target) is not None:
-                with self._failures.surviving("The camera is not watched for drift"):
+                with self._failures.surviving("The camera is not monitored for drift"):
                     self._follow(target)
                     continue
                 self.newest = None

@@ -63,7 +63,7 @@ class Encoder:
             for number, (spec, interval_s) in watched.items():
                 # A new stream is sent the newest frame at once; the others have had it.
                 if number not in done or (taken.seq > seq and self._is_due(number, taken, interval_s)):
-                    with self._failures.surviving("A picture is not drawn"):
+                    with self._failures.surviving("A picture could not be encoded"):
                         self._encode(number, spec, taken)
             seq, done = taken.seq, set(watched)
 

@@ -47,4 +47,5 @@ def failure_words(failures: dict[str, Any] | None) -> list[dict[str, str]]:
     if not newest or not newest["is_recent"]:
         return []
     return [{"severity": "warning", "text": f"{newest['what']}: {newest['error']}.",
-             "fix": "Restart the camera or free memory on the server; if it stays, report the server's log."}]
+             "fix": "Restart the camera or free memory on the server. If the problem remains, report the server's "
+                    "log."}]

@@ -107,7 +107,7 @@ class FrameBuffer:
             seq = taken.seq
             if taken.moment >= due - EARLY_SHARE / FPS:
                 due = max(due, taken.moment - 1 / FPS) + 1 / FPS
-                with self._failures.surviving("A frame is not recorded"):
+                with self._failures.surviving("A frame could not be recorded"):
                     self._keep(taken)
 
     def _keep(self, taken: CapturedFrame) -> None:
@@ -131,5 +131,5 @@ def _encoded(pixels: NDArray[np.uint8]) -> bytes:
     done, buffer = cv2.imencode(".jpg", np.ascontiguousarray(pixels), [
         cv2.IMWRITE_JPEG_QUALITY, QUALITY, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444])
     if not done:
-        raise BadImage("A frame cannot be encoded.", "Look at the camera's picture.", reason="not-encodable")
+        raise BadImage("A frame could not be encoded.", "Check the camera's picture.", reason="not-encodable")
     return buffer.tobytes()

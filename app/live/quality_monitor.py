@@ -40,7 +40,7 @@ class QualityMonitor:
         """Work until the process ends, on a thread of its own."""
         seq, due = 0, time.monotonic()
         while True:
-            with self._failures.surviving("Light and focus are not judged"):
+            with self._failures.surviving("Light and focus are not evaluated"):
                 if time.monotonic() >= due and not self._capture.resting:
                     due = time.monotonic() + FLICKER_EVERY_S
                     self._flicker = self._burst(seq) or self._flicker

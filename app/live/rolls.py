@@ -83,8 +83,9 @@ class RollMonitor:
                 self._rolls.extend(new)
                 self._newest = {"watch": watch, "seq": seq, "time": taken.time, "width": size.width,
                               "height": size.height, "tracks": _drawn_tracks(rolling, taken),
-                              "hint": "" if rolling.is_still else "Nearly the whole picture changes again and again: "
-                              "fix the camera, and switch its automatic exposure off."}
+                              "hint": "" if rolling.is_still else "Nearly the whole picture changes repeatedly. "
+                                                                  "Secure the camera, and switch off its automatic "
+                                                                  "exposure."}
                 self._lock.notify_all()
 
 

@@ -32,7 +32,7 @@ def take_still(capture: FrameCapture, frames: int, over_s: float, timeout_s: flo
         time.sleep(max(0.0, begun + over_s * count / (frames - 1) - time.monotonic()))
         taken = capture.next(last.seq, max(0.0, deadline - time.monotonic()))
         if taken.frame.pixels.shape != first.frame.pixels.shape:
-            raise Unavailable("The picture's size changed meanwhile.", "Try again.", reason="size-changed")
+            raise Unavailable("The image size changed while the image was taken.", "Try again.", reason="size-changed")
         last = taken
         background.add(taken.frame.pixels)
         count += 1

@@ -54,7 +54,7 @@ class StageRenderer:
             self._came.wait()
             self._came.clear()
             if self._work is not None:
-                with self._failures.surviving("What was detected is not drawn"):
+                with self._failures.surviving("Detections are not drawn"):
                     self._render(*self._work)
                 self._work = None
 

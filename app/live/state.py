@@ -51,11 +51,11 @@ def stall_reason(status: ProcessStatus, now: float, grace_s: float = 0.0) -> str
     state, silent_s = status.values["state"], now - status.received_s
     # A camera maker's library may hold up the whole process while it looks for its cameras.
     if silent_s > (STALL_S if state == "live" else UNKNOWN_S) + grace_s:
-        return "Its process says nothing any more."
+        return "The camera process is not responding."
     if state == "live" and status.frame_age_s(now) > status.stall_s + grace_s:
-        return f"No picture has come for {status.frame_age_s(now):.1f} s."
+        return f"No frame received for {status.frame_age_s(now):.1f} s."
     if state == "connecting" and status.values["since_s"] + silent_s > OPEN_S + grace_s:
-        return f"It has not answered for {OPEN_S:g} s."
+        return f"The camera has not responded for {OPEN_S:g} s."
     return None
 
 
@@ -64,7 +64,7 @@ def frozen_reason(status: ProcessStatus, scheme: str) -> str | None:
     unchanged_s = (status.values.get("quality") or {}).get("unchanged_s", 0.0)
     if scheme in STATIC_SOURCES or unchanged_s < FROZEN_S:
         return None
-    return f"It has sent the very same picture for {unchanged_s:.0f} s."
+    return f"The picture has not changed for {unchanged_s:.0f} s."
 
 
 def calibration_mismatch(status: ProcessStatus, confirmed: Identity | None,
@@ -72,12 +72,12 @@ def calibration_mismatch(status: ProcessStatus, confirmed: Identity | None,
     """Return the problem where the calibration belongs to another camera or another size; None where it fits."""
     size, identity = status.size, status.identity
     if size is not None and image_size is not None and size != image_size:
-        return {"reason": "other-size", "what": f"The camera gives {size}; its calibration was made for {image_size}.",
-                "fix": "Set the camera back to that size, or calibrate it at this one."}
+        return {"reason": "other-size", "what": f"The camera sends {size}; its calibration is for {image_size}.",
+                "fix": "Set the camera to that resolution, or calibrate it at this one."}
     if image_size is None or confirmed is None or identity is None:
         return None
     difference = identity.differs_from(confirmed)
     return difference and {
         "reason": "other-camera",
-        "what": f"This may be another camera than the one that was calibrated: {difference}.",
-        "fix": "Look at the picture; confirm it if it is the same camera in the same place, or calibrate anew."}
+        "what": f"This may not be the camera that was calibrated: {difference}.",
+        "fix": "Check the picture. Confirm it if it is the same camera in the same position, or calibrate it again."}

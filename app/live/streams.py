@@ -32,8 +32,8 @@ class Streams:
         """Yield a viewer of a stream; it is encoded only while somebody watches."""
         if spec not in self._viewers:
             if len(self._viewers) >= MAX_STREAMS:
-                raise Unavailable("This camera is watched in too many sizes and qualities.",
-                                  "Ask for a width that others watch, such as 960.", reason="too-many-channels")
+                raise Unavailable("This camera is streamed at too many sizes and qualities.",
+                                  "Use a width that others use, such as 960.", reason="too-many-channels")
             self._last_number += 1
             self._viewers[spec], self._numbers[spec] = set(), self._last_number
         viewer = Viewer(max_fps)

@@ -23,10 +23,10 @@ class CameraProcess(AsyncProcess):
 
     PROGRAM = Program("app.live.worker_main:main", MEMORY_BYTES)
     START_S = 30.0  # importing OpenCV takes 0.3 s, on a busy small machine some seconds
-    CANNOT_START = "The camera's process cannot be started.", "Free some memory.", "camera-process"
-    NOT_READY = "The camera's process does not start.", "Free some memory, or reinstall Touchline.", "camera-process"
-    SILENT = "The camera does not answer.", "Look at its state, then try again.", "camera-silent"
-    ENDED = "The camera's process was ended.", "Try again in a moment.", "camera-silent"
+    CANNOT_START = "The camera process cannot be started.", "Free some memory.", "camera-process"
+    NOT_READY = "The camera process does not start.", "Free some memory, or reinstall Touchline.", "camera-process"
+    SILENT = "The camera is not responding.", "Check its state, then try again.", "camera-silent"
+    ENDED = "The camera process has ended.", "Try again in a moment.", "camera-silent"
 
 
 class CameraSupervisor:

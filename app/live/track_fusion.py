@@ -69,7 +69,7 @@ class TrackFusion:
             except TouchlineError as error:
                 self._problems[name] = error
             except TimeoutError:
-                self._problems[name] = Unavailable("This camera sends no frames.", "Look at its state.",
+                self._problems[name] = Unavailable("The camera sends no frames.", "Check its state.",
                                                    reason="camera-silent")
             await asyncio.sleep(RETRY_S)
 
@@ -77,7 +77,7 @@ class TrackFusion:
         self._received_s[name] = time.monotonic()
         self._problems.pop(name, None)
         if message["calibration"] is None:
-            self._problems[name] = Unavailable("This camera has no calibration in use.", "Activate one.",
+            self._problems[name] = Unavailable("This camera has no active calibration.", "Activate a calibration.",
                                                reason="not-calibrated")
         self._tracker.add(name, message["time_s"], [Detection.from_json(item) for item in message["items"]])
 

@@ -108,5 +108,5 @@ class CameraWorker:
         try:
             return actions[request["what"]](request)
         except MemoryError:
-            raise BadInput("The camera's process has not enough memory for this.", "Ask for fewer frames.",
+            raise BadInput("The camera process does not have enough memory for this.", "Request fewer frames.",
                            reason="camera-memory") from None

@@ -77,7 +77,8 @@ class Distortion:
             if not np.isfinite([*terms, x, y]).all():
                 raise ValueError("not finite")
         except (KeyError, TypeError, ValueError, OverflowError):
-            raise BadInput("This is no lens from straight lines.", "Send one as the report on straight lines gives it.",
+            raise BadInput("This is not a lens from straight lines.",
+                           "Send a lens as the report on straight lines gives it.",
                            reason="bad-lens") from None
         return cls(name, terms, (x, y), size)
 

@@ -31,8 +31,8 @@ class Homography(TopView):
 
     NAME: ClassVar[str] = "homography"
     TITLE: ClassVar[str] = "Homography"
-    HELP: ClassVar[str] = ("A camera without lens distortion, straight from four lines. "
-                           "Exact for a perfect lens; a bent picture leaves centimetres.")
+    HELP: ClassVar[str] = ("A camera without lens distortion, directly from four lines. Exact for a perfect lens; with "
+                           "distortion, errors of centimetres remain.")
 
     field_from_raw: Matrix
     width_px: float

@@ -78,13 +78,13 @@ class Intrinsics:
             if set(p) != names:
                 raise ValueError(f"expected {', '.join(sorted(names))}")
             if not isinstance(p["image_size"], Mapping):
-                raise ValueError("image_size is no object")
+                raise ValueError("image_size is not an object")
             lens = cls(str(p["model"]), tuple(map(float, p["terms"])), float(p["focal_px"]), float(p["aspect"]),
                        tuple(map(float, p["centre_px"])),
                        ImageSize.of((p["image_size"]["width"], p["image_size"]["height"])),
                        tuple(map(str, p["estimated"])), tuple(tuple(map(float, row)) for row in p["covariance"]))
         except (KeyError, TypeError, ValueError, OverflowError) as error:
-            raise BadInput(f"This is no lens: {error}.", "Give what a board calibration answered as its lens.",
+            raise BadInput(f"This is not a lens: {error}.", "Send the lens that a board calibration returned.",
                            reason="bad-parameters") from None
         lens._refuse_nonsense()
         return lens
@@ -103,5 +103,6 @@ class Intrinsics:
             c = np.array(self.covariance)
             fine = np.isfinite(c).all() and np.allclose(c, c.T, rtol=1e-6, atol=0) and (np.diag(c) >= 0).all()
         if not fine:
-            raise BadInput("These parameters describe no lens.", "Give what a board calibration answered as its lens.",
+            raise BadInput("These parameters do not describe a lens.",
+                           "Send the lens that a board calibration returned.",
                            reason="bad-parameters")

@@ -19,7 +19,8 @@ class Division(RayCamera):
 
     NAME: ClassVar[str] = "division"
     TITLE: ClassVar[str] = "Division"
-    HELP: ClassVar[str] = "A pinhole with one distortion number: the fewest clicks a bent picture can be fitted with."
+    HELP: ClassVar[str] = ("A pinhole with one distortion parameter: requires the fewest points of all models with "
+                           "distortion.")
     LENS: ClassVar[type] = DivisionLens
     EXAMPLE_TERMS: ClassVar = ((-0.25,), (0.06,), (-1e-9,))
 
@@ -30,7 +31,7 @@ class BrownConrady(RayCamera):
 
     NAME: ClassVar[str] = "brown-conrady"
     TITLE: ClassVar[str] = "Brown–Conrady"
-    HELP: ClassVar[str] = "A pinhole with radial and tangential distortion: right for nearly every field camera."
+    HELP: ClassVar[str] = "A pinhole with radial and tangential distortion: suitable for nearly every field camera."
     LENS: ClassVar[type] = BrownConradyLens
     EXAMPLE_TERMS: ClassVar = ((-0.28, 0.09, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
                                (0.06, 0.01, 0.001, -0.002, 0.003, 0.0, 0.0, 0.0),
@@ -43,7 +44,8 @@ class Fisheye(RayCamera):
 
     NAME: ClassVar[str] = "fisheye"
     TITLE: ClassVar[str] = "Fisheye (Kannala–Brandt)"
-    HELP: ClassVar[str] = "For lenses so wide that straight lines become arcs; needs points out to the picture's edge."
+    HELP: ClassVar[str] = ("For very wide lenses that show straight lines as arcs. Requires points out to the edge of "
+                           "the image.")
     LENS: ClassVar[type] = KannalaBrandtLens
     EXAMPLE_TERMS: ClassVar = ((0.0, 0.0, 0.0, 0.0), (-0.02, 0.004, -0.001, 0.0), (0.08, -0.03, 0.01, -0.002))
 
@@ -54,7 +56,7 @@ class Ssl(RayCamera):
 
     NAME: ClassVar[str] = "ssl"
     TITLE: ClassVar[str] = "SSL"
-    HELP: ClassVar[str] = ("The Small Size League's one-term lens: choose it when the league's software must use "
-                           "the result.")
+    HELP: ClassVar[str] = ("The one-parameter lens of the Small Size League: choose it when SSL-Vision must use the "
+                           "result.")
     LENS: ClassVar[type] = SslLens
     EXAMPLE_TERMS: ClassVar = ((0.3,), (-0.05,), (1e-9,))

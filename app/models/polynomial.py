@@ -40,8 +40,8 @@ class Polynomial(CameraModel):
 
     NAME: ClassVar[str] = "polynomial"
     TITLE: ClassVar[str] = "Boundary polynomials"
-    HELP: ClassVar[str] = ("Straightens the four borders exactly and needs no lens model. "
-                           "Under a strong lens, centimetres remain inside the field.")
+    HELP: ClassVar[str] = ("Straightens the four borders exactly and requires no lens model. With strong distortion, "
+                           "errors of centimetres remain inside the field.")
 
     left: Curve
     right: Curve
@@ -169,8 +169,8 @@ class Polynomial(CameraModel):
                 and all(1 <= len(c.coefficients) <= MAX_DEGREE + 1 and c.scale > 0 for c in curves)
                 and len(self.across_mm) == 2 and self.across_mm[1] > 0
                 and 2 <= len(self.down_mm) <= 9 and self.down_mm[1:] != (0.0,) * (len(self.down_mm) - 1)):
-            raise BadInput("These parameters describe no camera over a field.",
-                           "Give what Touchline exported as json.", reason="bad-parameters")
+            raise BadInput("These parameters do not describe a camera over a field.",
+                           "Send the JSON that Touchline exported.", reason="bad-parameters")
 
     @classmethod
     def examples(cls) -> Iterable[Self]:

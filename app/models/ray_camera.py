@@ -106,8 +106,8 @@ class RayCamera(TopView, RayModel):
             model = cls(**{name: tuple(map(float, p[name])) for name in tuples}, focal_px=float(p["focal_px"]),
                         aspect=float(p["aspect"]), **read_rectangle(p))
         if not model.plausible():
-            raise BadInput("These parameters describe no camera over a field.",
-                           "Give what Touchline exported as json.", reason="bad-parameters")
+            raise BadInput("These parameters do not describe a camera over a field.",
+                           "Send the JSON that Touchline exported.", reason="bad-parameters")
         return model
 
     @classmethod

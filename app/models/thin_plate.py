@@ -43,8 +43,8 @@ class ThinPlate(CameraModel):
 
     NAME: ClassVar[str] = "thin-plate"
     TITLE: ClassVar[str] = "Thin-plate spline"
-    HELP: ClassVar[str] = ("Bends what another model leaves, as little as the clicks allow. Needs clicks all over the "
-                           "field: where there are none it only guesses smoothly.")
+    HELP: ClassVar[str] = ("Corrects the remaining error of another model, as smoothly as the points allow. Requires "
+                           "points all over the field; elsewhere it extrapolates.")
     INTERPOLATES: ClassVar[bool] = True
 
     base_name: str
@@ -131,16 +131,16 @@ class ThinPlate(CameraModel):
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         with reading_parameters(cls, parameters) as p:
             if p["base_name"] not in BASES:
-                raise ValueError(f"the base is none of {', '.join(BASES)}")
+                raise ValueError(f"the base is not one of {', '.join(BASES)}")
             model = cls(p["base_name"], model_from_json(p["base_name"], p["base"]),
                         *(tuple((float(x), float(y)) for x, y in p[name]) for name in ("knots", "weights", "plane")),
                         float(p["reach"]))
             numbers = np.array([*model.knots, *model.weights, *model.plane])
             if not (len(model.knots) == len(model.weights) and len(model.plane) == 3
                     and (np.abs(numbers) < MAX_COORDINATE).all() and model.reach in REACHES):
-                raise ValueError("the spline's numbers do not belong together")
+                raise ValueError("the numbers of the spline do not belong together")
         if unfolded_reach(model.base, model._spline) < model.reach:
-            raise BadInput("This thin-plate spline folds the picture.", "Give what Touchline exported as json.",
+            raise BadInput("This thin-plate spline folds the image.", "Send the JSON that Touchline exported.",
                            reason="bad-parameters")
         return model
 

@@ -46,8 +46,8 @@ def reading_parameters(model: type, given: Mapping[str, Any]) -> Iterator[dict[s
             raise ValueError(f"expected {', '.join(sorted(names))}")
         yield parameters
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise BadInput(f"These are no parameters of a {model.NAME} model: {error}.",
-                       "Give what Touchline exported as json.", reason="bad-parameters") from None
+        raise BadInput(f"These are not parameters of the model {model.NAME}: {error}.",
+                       "Send the JSON that Touchline exported.", reason="bad-parameters") from None
 
 
 def read_rectangle(p: Mapping[str, Any]) -> dict[str, Any]:
@@ -68,6 +68,7 @@ def read_rectangle(p: Mapping[str, Any]) -> dict[str, Any]:
             and view["width_px"] * view["height_px"] <= 2e8
             and 1 <= view["n_rectangles_x"] <= 1000 and 1 <= view["n_rectangles_y"] <= 1000
             and region.x_mm[0] < region.x_mm[1] and region.y_mm[0] < region.y_mm[1]):
-        raise BadInput("These parameters describe no rectangle of a field.", "Give what Touchline exported as json.",
+        raise BadInput("These parameters do not describe a rectangle of a field.",
+                       "Send the JSON that Touchline exported.",
                        reason="bad-parameters")
     return view

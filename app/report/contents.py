@@ -38,12 +38,12 @@ def report_picture(calibration: Calibration, frame_of: Callable[[str], Frame],
     """Load the picture that was clicked, if it is still stored. frame_of: by its id."""
     if calibration.snapshot is None:
         return ReportPicture(None,
-                             "The calibration came without its picture: it was imported, or made from points alone.",
+                             "The calibration has no image: it was imported, or made from points alone.",
                              camera_name)
     try:
         return ReportPicture(frame_of(calibration.snapshot), camera_name=camera_name)
     except (NotFound, DamagedFile, BadImage) as refusal:
-        return ReportPicture(None, f"Its picture cannot be shown: {refusal.what}", camera_name)
+        return ReportPicture(None, f"The image cannot be shown: {refusal.what}", camera_name)
 
 
 def contents(calibration: Calibration, picture: ReportPicture) -> dict[str, Any]:
@@ -102,8 +102,7 @@ def _verdict(report: Mapping[str, Any]) -> dict[str, Any]:
     part = report.get("verdict") or {}
     level = part.get("level")
     return {"level": level if level in LEVELS else "unknown", "mm": number(part.get("mm")),
-            "sentence": text(part.get("sentence")) or "The calibration came without a verdict, so nothing is known of "
-            "its error."}
+            "sentence": text(part.get("sentence")) or "The calibration has no verdict, so its error is unknown."}
 
 
 def _distortion(report: Mapping[str, Any]) -> dict[str, Any]:
@@ -144,9 +143,9 @@ def uncertainty(calibration: Calibration, built: Restored) -> dict[str, Any]:
     carpet = _map(calibration, built, 0.0)
     if isinstance(model, RayModel):
         return {"carpet": carpet, "hat": _map(calibration, built, hat_mm)}
-    return {"carpet": carpet, "hat": {"map": None, "z_mm": hat_mm, "why": f"This model ({model.TITLE}) knows only the "
-            f"carpet: it has no rays, so nothing tells where a hat {hat_mm:g} mm above it is seen.",
-            "fix": "Use a lens model where robots' hats matter."}}
+    return {"carpet": carpet, "hat": {"map": None, "z_mm": hat_mm, "why": f"This model ({model.TITLE}) is valid only "
+            f"on the carpet. Positions at robot-top height ({hat_mm:g} mm) are unknown.",
+            "fix": "Use a physical lens model if robot positions matter."}}
 
 
 def _map(calibration: Calibration, built: Restored, z_mm: float) -> dict[str, Any]:

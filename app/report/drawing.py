@@ -56,7 +56,7 @@ def draw(calibration: Calibration, picture: ReportPicture, contents: Mapping[str
     lines = workflow.overlay(built.model, built.field, built.region)
     before = _picture(picture.frame.pixels, [*_lines(lines, calibration.image_size),
                                              *_clicks(observations, calibration.outliers(observations),
-                                                      calibration.image_size)], "The picture as it was taken")
+                                                      calibration.image_size)], "The raw image")
     try:
         view = _view(calibration.corrected_size)
         pixels = workflow.correct(picture.frame.pixels, built.model, calibration.image_size, view)
@@ -64,7 +64,7 @@ def draw(calibration: Calibration, picture: ReportPicture, contents: Mapping[str
     except TouchlineError as refusal:
         return ReportDrawings(before, None, maps, str(refusal))
     height, width = pixels.shape[:2]
-    return ReportDrawings(before, _picture(pixels, _lines(lines, ImageSize(width, height)), "The corrected picture"),
+    return ReportDrawings(before, _picture(pixels, _lines(lines, ImageSize(width, height)), "The corrected image"),
                           maps)
 
 

@@ -18,22 +18,23 @@ class Figure:
 
 
 HEAD = {
-    "cv_rms_mm": Figure("Held-out error", "mm", "how far points that the fit had not seen were missed: what the next "
-                        "place will be like; blind where nothing was clicked"),
-    "check_rms_mm": Figure("Error on unused lines", "mm", "on lines and landmarks that the fit did not rest on"),
-    "expected_mm": Figure("Expected error, carpet", "mm", "what the clicks' noise leaves uncertain, over the whole "
-                          "region; blind to what the model cannot bend to"),
-    "expected_hat_mm": Figure("Expected error, hat height", "mm", "the same where robots carry their patterns"),
-    "rms_px": Figure("Residual", "px", "how far clicks lie from the fitted lines; small does not mean right"),
-    "max_px": Figure("Largest residual", "px", "the worst click that counts"),
+    "cv_rms_mm": Figure("Cross-validated error", "mm", "error at points that were excluded from the fit in turn; does "
+                        "not cover areas without points"),
+    "check_rms_mm": Figure("Error on check points", "mm", "on lines and landmarks that the fit does not use"),
+    "expected_mm": Figure("Expected error, carpet", "mm", "effect of the noise of the points over the whole covered "
+                          "area; does not include errors that the model cannot represent"),
+    "expected_hat_mm": Figure("Expected error, robot tops", "mm", "the same at the height of the robot markers"),
+    "rms_px": Figure("Residual", "px", "distance of points from the fitted lines; a small value does not prove "
+                                       "accuracy"),
+    "max_px": Figure("Largest residual", "px", "the largest of all points except outliers"),
     "rms_mm": Figure("Residual on the field", "mm", "the same on the carpet"),
-    "max_mm": Figure("Largest residual on the field", "mm", "the worst click that counts, on the carpet"),
-    "mm_per_px": Figure("One pixel", "mm/px", "what a pixel is worth on the carpet, in the middle of all clicks"),
-    "inliers": Figure("Points that count", "", "clicks that the report rests on", 0),
-    "outliers": Figure("Strays", "", "clicks that were left out as mistakes, listed below", 0),
-    "distortion_before_pct": Figure("Distortion before", "%", "how far a border bows from its chord, mean of the four: "
-                                    "negative is barrel, positive pincushion, within ±3 % a standard lens"),
-    "distortion_after_pct": Figure("Distortion after", "%", "what is left of it in the corrected picture"),
+    "max_mm": Figure("Largest residual on the field", "mm", "the largest of all points except outliers, on the carpet"),
+    "mm_per_px": Figure("One pixel", "mm/px", "size of a pixel on the carpet, in the centre of all points"),
+    "inliers": Figure("Points used", "", "points in the fit and the checks", 0),
+    "outliers": Figure("Outliers", "", "points excluded as mistakes, listed below", 0),
+    "distortion_before_pct": Figure("Distortion before", "%", "deviation of a border from its chord, mean of the "
+                                    "four; negative is barrel, positive is pincushion; typical lens: within ±3 %"),
+    "distortion_after_pct": Figure("Distortion after", "%", "remaining distortion in the corrected image"),
 }
 
 

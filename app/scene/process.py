@@ -22,10 +22,10 @@ class SceneProcess(AsyncProcess):
 
     PROGRAM = Program("app.scene.worker_main:main", MEMORY_BYTES, NICE)
     START_S = 45.0  # importing viser takes 1 s, on a busy small machine many
-    CANNOT_START = NOT_READY = ("The scene's process cannot be started.",
+    CANNOT_START = NOT_READY = ("The 3-D scene cannot be started.",
                                 "Free some memory, then open the scene again.", "scene-process")
-    SILENT = "The scene does not answer.", "Open it again.", "scene-silent"
-    ENDED = "The scene's process has ended.", "Open the scene again.", "scene-gone"
+    SILENT = "The scene is not responding.", "Open it again.", "scene-silent"
+    ENDED = "The 3-D scene has ended.", "Open the scene again.", "scene-gone"
 
     @classmethod
     async def open(cls, on_click: OnClick) -> "SceneProcess":

@@ -22,7 +22,8 @@ class SceneRegistry:
     async def scene(self, on_click: OnClick = lambda _click: None) -> AsyncIterator[tuple[str, SceneProcess]]:
         """Yield a scene of one's own and its name in an address; Busy, Unavailable."""
         if self._count >= MAX_SCENES:
-            raise Busy(f"{MAX_SCENES} scenes are open at once.", "Close one in another tab.", reason="too-many-scenes")
+            raise Busy(f"{MAX_SCENES} scenes are open, which is the maximum.",
+                       "Close one in another tab.", reason="too-many-scenes")
         self._count += 1
         try:
             process = await SceneProcess.open(on_click)
@@ -41,7 +42,7 @@ class SceneRegistry:
         try:
             return self._open[name]
         except KeyError:
-            raise NotFound("This scene is not open any more.", "Open it from the page.",
+            raise NotFound("This scene is no longer open.", "Open it from the page.",
                            reason="unknown-scene") from None
 
     async def aclose(self) -> None:

@@ -124,7 +124,7 @@ class CameraService:
         if calibration.snapshot is None:
             return None
         with suppress(TouchlineError):
-            return self._store.snapshots.for_job(calibration.snapshot, "the calibration's picture")
+            return self._store.snapshots.for_job(calibration.snapshot, "the calibration image")
         return None
 
     def confirm(self, calibration: Calibration, identity: Identity, by: str = "") -> None:
@@ -163,7 +163,8 @@ class CameraService:
 
     def _refuse_settings(self, id: str) -> None:
         if self._from_settings(id):
-            raise Conflict(f"The camera {id!r} stands in the settings file.", "Change it there, and start anew.",
+            raise Conflict(f"The camera {id!r} is defined in the settings file.",
+                           "Edit the file and restart the server.",
                            reason="camera-in-settings")
 
 
@@ -171,5 +172,5 @@ def _read(id: str, body: Mapping[str, Any]) -> CameraSettings:
     try:
         return CameraSettings(id=id, **body)
     except ValidationError:
-        raise Conflict(f"The kept definition of the camera {id!r} is not understood.",
-                       "Remove it and add it anew.", reason="camera-definition") from None
+        raise Conflict(f"The saved definition of the camera {id!r} is not valid.",
+                       "Delete the camera and add it again.", reason="camera-definition") from None

@@ -99,7 +99,7 @@ class Services:
         over_s = FRAME_INTERVAL_S * (frames - 1) if over_s is None else over_s
         frame = await take_frame(self.live.get(camera), frames=frames, over_s=over_s)
         if await is_abandoned():
-            raise Cancelled("Nobody waits for this picture any more.", "Take it again.")
+            raise Cancelled("The request for this image was closed.", "Take the image again.")
         return await self.run_in_thread(frame.save, self.store, purpose)
 
     async def run_in_thread(self, work: Callable[Given, Result], *args: Given.args, **kwargs: Given.kwargs) -> Result:
@@ -116,7 +116,7 @@ class Services:
 
         def progress(_share: float, _message: str) -> None:
             if gone.is_set():
-                raise Cancelled("Nobody waits for this picture any more.", "Ask for it again.")
+                raise Cancelled("The request for this image was closed.", "Request it again.")
 
         async def watch() -> None:
             while not await is_abandoned():

@@ -65,8 +65,10 @@ class DetectionService:
             if error.reason != "seeing-exists":
                 raise
             current = self._store.detection_plans.get(id)
-            raise Stale("Somebody else has set what this camera sees since you opened it.", "Look at it again, then "
-                        "change it.", reason="stale-seeing", current=dict(current.body), etag=current.etag) from None
+            raise Stale("Another user has changed the object detection of this camera since you opened it.",
+                        "Check the current "
+                        "settings, then change them.", reason="stale-seeing", current=dict(current.body),
+                        etag=current.etag) from None
 
     def colours(self, name: str) -> ColourProfile:
         """Return a saved profile; NotFound."""
@@ -111,7 +113,7 @@ class DetectionService:
         """Send a packet to the league's multicast group; return why it could not be sent."""
         sender = self._publishing.publisher.sender
         if sender is None:
-            return Conflict("Nothing is published to the network.", "Switch it on: PUT /api/v1/publishing with "
+            return Conflict("Publishing is off.", "Switch it on: PUT /api/v1/publishing with "
                             '"enabled": true.', reason="not-publishing")
         try:
             sender.send(packet)

@@ -23,9 +23,9 @@ MAX_NOTED = 500  # of all cameras together; a loose cable makes two a minute
 WORKS = {"live": True, "mismatch": True, "stalled": False, "offline": False}  # other states tell nothing new
 ALARMS = {
     "knocked": "{} moved by {}.",
-    "replaced": "{} was turned far, or replaced.",
-    "out-of-focus": "The focus of {} was changed.",
-    "misplaced": "The calibration of {} does not fit the field's lines.",
+    "replaced": "{} was rotated far, or replaced.",
+    "out-of-focus": "The focus of {} has changed.",
+    "misplaced": "The calibration of {} does not match the field lines.",
 }
 
 
@@ -92,7 +92,7 @@ class CameraEvents:
         elif alarm is None and known.alarm is not None:
             if drift["state"] != "steady":  # whoever covers the lines does not put the camera back
                 return known
-            self._add(id, "cleared", "{} is steady again.")
+            self._add(id, "cleared", "{} is in its calibrated position again.")
         return replace(known, alarm=alarm)
 
     def _add(self, camera: str, kind: Kind, text: str) -> None:
@@ -104,7 +104,7 @@ def newest_events(noted: tuple[_Event, ...], store: Store, cameras: CameraServic
     titles = {camera.id: camera.title for camera in cameras.all()}
 
     def title(camera: str | None) -> str:
-        return "the pictures from files" if camera is None else titles.get(camera, camera)
+        return "the images from files" if camera is None else titles.get(camera, camera)
 
     activated = [{"at": row["at"], "kind": "activated", "camera": row["camera"], "version": row["version"],
                   "by": row["by"] or None, "text": f"Version {row['version']} of {title(row['camera'])} was activated."}

@@ -26,8 +26,9 @@ def delete_field(services: Services, name: str, etag: str | None) -> None:
     """Delete one of the operator's own; Conflict while a camera, a rig or publishing names it."""
     if services.fields.is_own(name) and (users := _users(services, name)):
         more = f" and {len(users) - 3} more" if len(users) > 3 else ""
-        raise Conflict(f"The field {name} is used: {', '.join(users[:3])}{more}.",
-                       "Give each another field first, then delete this one.", reason="field-used", users=users)
+        raise Conflict(f"The field {name} is in use: {', '.join(users[:3])}{more}.",
+                       "Select another field for each of them, then delete this field.", reason="field-used",
+                       users=users)
     services.fields.delete(name, etag)
 
 
@@ -58,9 +59,10 @@ def with_known_field(services: Services, draft: Draft) -> dict[str, Any]:
     shown = draft.to_json()
     name, region = shown["field"], shown["region"]
     if name is not None and name not in services.fields:
-        return {"notice": f"The field {name} of this draft was deleted: choose another. Its clicks are kept.", **shown,
+        return {"notice": f"The field {name} of this draft was deleted. Choose another field. The points are saved.",
+                **shown,
                 "field": None, "region": None, "rotate": None}
     if name is not None and region is not None and region not in services.fields[name].regions:
-        return {"notice": f"The field {name} has no part called {region} any more: choose another. The clicks are "
-                          "kept.", **shown, "region": None, "rotate": None}
+        return {"notice": f"The field {name} no longer has a covered area called {region}. Choose another. The points "
+                          "are saved.", **shown, "region": None, "rotate": None}
     return shown

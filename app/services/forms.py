@@ -42,5 +42,5 @@ class ObservationForm(Strict):
     feature: Annotated[str, Field(min_length=1, max_length=200)] | Pair = Field(
         description="a border, line, arc or landmark of the field by name, or a field position [x, y] in mm")
     kind: Literal["line", "landmark"] = "line"
-    points: Annotated[list[Pair], Field(max_length=20_000)] = Field(description="[x, y] px in the raw picture")
+    points: Annotated[list[Pair], Field(max_length=20_000)] = Field(description="[x, y] px in the raw image")
     z_mm: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0

@@ -17,7 +17,7 @@ from app.services.container import Services
 from app.services.forms import FittedModelForm, Name, Note, ObservationForm, OptionValues, Rotate, Size, Strict
 from app.workflows import interchange
 
-FIX = "Give a file that Touchline exported as json."
+FIX = "Use a file that Touchline exported as json."
 MAX_IMPORT_BYTES = 4 << 20
 OPTIONS = ("camera", "field", "region", "rotate", "image_size", "camera_id", "model")  # given beside the file
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
@@ -62,7 +62,7 @@ def import_file(services: Services, data: bytes, texts: Mapping[str, str], by: s
     if isinstance(content, Calibration):
         given = [name for name in OPTIONS if name != "camera" and texts[name]]
         if given:
-            raise BadInput(f"A calibration exported as json says its {given[0]} itself.", f"Leave {given[0]} out.",
+            raise BadInput(f"A calibration exported as json already states its {given[0]}.", f"Omit {given[0]}.",
                            reason="bad-request")
         checked = _checked(content, data)
         mine = replace(checked, camera=options.camera or checked.camera)
@@ -77,12 +77,13 @@ def _import_options(texts: Mapping[str, str]) -> interchange.ImportOptions:
     given: dict[str, Any] = {name: text for name, text in texts.items() if name != "file" and text}
     for name in ("field", "region", "camera", "model"):
         if name in given and not NAME.fullmatch(given[name]):
-            raise BadInput(f"The {name} {given[name][:64]!r} is no name.", f"Send the {name} as it is called here.",
+            raise BadInput(f"The {name} {given[name][:64]!r} is not a valid name.",
+                           f"Send the name of an existing {name}.",
                            reason="bad-request")
     for name in ("rotate", "camera_id"):
         if name in given:
             if not re.fullmatch(r"[0-9]{1,10}", given[name]):
-                raise BadInput(f"{name} is no whole number.", f"Send {name} as digits.", reason="bad-request")
+                raise BadInput(f"{name} is not a whole number.", f"Send {name} as digits.", reason="bad-request")
             given[name] = int(given[name])
     if "image_size" in given:
         given["image_size"] = interchange.size_from_text(given["image_size"])
@@ -96,12 +97,13 @@ def _checked(calibration: Calibration, data: bytes) -> Calibration:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         location = ".".join(str(part) for part in first["loc"])
-        raise BadInput(f"This is no calibration: {location}: {first['msg']}.", FIX, reason="bad-calibration") from None
+        raise BadInput(f"This is not a valid calibration: {location}: {first['msg']}.", FIX,
+                       reason="bad-calibration") from None
     field = field_from_json(calibration.field)
     field.region(calibration.region, calibration.rotate)
     model = model_from_json(calibration.model_name, calibration.model_parameters)
     if model.corrected_size != calibration.corrected_size:
-        raise BadInput("This is no calibration: its model and its corrected size disagree.", FIX,
+        raise BadInput("This is not a valid calibration: its model and its corrected size do not match.", FIX,
                        reason="bad-calibration")
     origin = f"Imported: version {calibration.version} of {calibration.created_at[:40]}."
     return replace(calibration, field=field.to_json(), report=completed_report(calibration.report), snapshot=None,

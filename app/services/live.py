@@ -62,7 +62,7 @@ async def when_awake(camera: LiveCamera, take: Callable[[float], Awaitable[T]], 
 
 
 def _silent(camera: LiveCamera) -> Unavailable:
-    problem = camera.status()["problem"] or {"what": "This camera has shown no picture yet.",
+    problem = camera.status()["problem"] or {"what": "This camera has not delivered a frame yet.",
                                              "fix": "Try again in a moment.", "reason": "camera-silent"}
     return Unavailable(problem["what"], problem["fix"], reason=problem["reason"])
 

@@ -46,8 +46,8 @@ class PublishingService:
         """
         with self._lock:
             before = self.publisher.config
-            check_etag(etag, content_etag(before.to_json()), "Somebody else has changed what is published since you "
-                       "looked.", "stale-publishing", before.to_json())
+            check_etag(etag, content_etag(before.to_json()), "Another user has changed the publishing settings since "
+                       "you opened them.", "stale-publishing", before.to_json())
             saved = {**self._changes, **changes}
             for name in MERGED:
                 if name in changes:
@@ -78,9 +78,9 @@ class PublishingService:
             return PublishingConfig.from_json({**self._own.to_json(), **self._changes})
         except (BadInput, ValueError, RecursionError, OSError):
             self._changes = {}
-            self._damage = (Warning("publishing-damaged", f"{self._path.name} in the data folder cannot be read: "
-                                    "nothing is published.", "Set anew what is to be sent, or correct the file and "
-                                    "start again."),)
+            self._damage = (Warning("publishing-damaged", f"{self._path.name} in the data folder cannot be read. "
+                                    "Nothing is published.", "Enter the publishing settings again, or correct the "
+                                    "file and restart the server."),)
             return PublishingConfig()
 
 

@@ -24,7 +24,7 @@ def checked_definition(services: Services, definition: Mapping[str, Any]) -> dic
     cameras = [{"camera": camera, "region": None, "rotate": None} if isinstance(camera, str) else camera
                for camera in definition["cameras"]]
     if len({camera["camera"] for camera in cameras}) < len(cameras):
-        raise BadInput("A camera stands in the rig twice.", "Name each camera once.", reason="camera-twice")
+        raise BadInput("The rig contains a camera twice.", "List each camera once.", reason="camera-twice")
     rectangles = Rectangles.of_rig(definition)
     for camera in cameras:
         services.cameras.get(camera["camera"])
@@ -64,7 +64,7 @@ def snapshots_by_camera(services: Services, rig: Document, texts: Iterable[str])
         camera, _, id = text.rpartition(":")
         camera = camera or store.snapshots.get(id).camera or ""
         if camera not in known:
-            raise BadInput(f"It is not known which camera of the rig took the picture {id!r}.",
+            raise BadInput(f"The camera of the rig that took the image {id!r} is unknown.",
                            f"Write CAMERA:{id}, with one of {', '.join(known)}.", reason="unknown-camera")
         snapshots[camera] = store.snapshots.get(id).id
     return snapshots

@@ -35,20 +35,20 @@ def scene_content(services: Services, calibrations: Sequence[str] | None = None,
             active = store.calibrations.active(camera["camera"])
             if active is None:
                 missing.append({"camera": camera["camera"], "text": f"{services.cameras.title(camera['camera'])} has "
-                                "no active calibration.", "fix": "Calibrate it, and activate the version."})
+                                "no active calibration.", "fix": "Calibrate the camera and activate the version."})
             else:
                 shown.append(active)
         if not shown:
-            raise Conflict("No camera of this rig is calibrated.", "Calibrate one, and activate the version.",
+            raise Conflict("No camera of this rig is calibrated.", "Calibrate a camera and activate the version.",
                            reason="not-calibrated")
     else:
         shown = [store.calibrations.get(id) for id in dict.fromkeys(calibrations or ())]
     if not shown:
-        raise BadInput("There is nothing to show.", "Name calibrations, a rig or a lens.", reason="nothing-to-show")
+        raise BadInput("There is nothing to show.", "Select calibrations, a rig or a lens.", reason="nothing-to-show")
     older = store.calibrations.get(before) if before is not None else None
     if older is not None and (len(shown) > 1 or older.camera != shown[0].camera
                               or older.image_size != shown[0].image_size):
-        raise Conflict("These two versions are not of one camera at one size.",
+        raise Conflict("The two versions are not for the same camera and image size.",
                        "Choose an older version of the same camera.", reason="size-mismatch")
     return SceneContent({"cameras": [
         {"key": one.id, "title": title_of(services, one), "calibration": one.to_json(),

@@ -45,8 +45,8 @@ def _snap(frame: Frame, point: list[float], hint: Hint) -> Snapped | Unsnapped:
 def _fit(services: Services, fit: Any, frame: Frame) -> tuple[CameraModel, Field, Region]:
     model = model_from_json(fit.model.name, fit.model.parameters)
     if model.image_size != frame.size:
-        raise Conflict(f"The fit is for {model.image_size}, the picture has {frame.size.width} × {frame.size.height}.",
-                       "Fit this picture first.", reason="size-mismatch")
+        raise Conflict(f"The fit is for {model.image_size}, the image has {frame.size.width} × {frame.size.height}.",
+                       "Fit the model to this image first.", reason="size-mismatch")
     field = services.fields[fit.field]
     return model, field, field.region(fit.region, fit.rotate)
 

@@ -70,7 +70,7 @@ class Identity:
             if ours != theirs:
                 return f"its {name} is {ours or 'unknown'}, not {theirs or 'unknown'}"
         if not self.serial and self.port != other.port:
-            return f"it is plugged in at {self.port or 'an unknown port'}, not {other.port or 'an unknown one'}"
+            return f"it is connected to {self.port or 'an unknown port'}, not {other.port or 'an unknown port'}"
         if not self.serial and not self.port and self.address != other.address:
             return f"its address is {self.address}, not {other.address}"
         return None
@@ -144,7 +144,8 @@ class BaseSource:
         return ()
 
     def set_control(self, name: str, value: Any) -> Control:
-        raise NotFound(f"This source has no setting called {name!r}.", "It has none that can be changed while it runs.",
+        raise NotFound(f"This source has no setting called {name!r}.", "It has no settings that can be changed while "
+                                                                       "it is running.",
                        reason="unknown-control")
 
 

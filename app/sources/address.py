@@ -29,7 +29,7 @@ def split_address(url: str) -> tuple[str, str, dict[str, str]]:
     The target is decoded from its %XX; a network camera's is everything between :// and #, as it was written.
     """
     if not isinstance(url, str) or len(url) > MAX_ADDRESS or not url.isprintable():
-        raise BadInput("The source is no address.", FORM, reason="bad-source")
+        raise BadInput("The camera address is not valid.", FORM, reason="bad-source")
     try:
         parts = urlsplit(url)
         theirs = parts.scheme in KEEP_THEIR_QUERY
@@ -38,10 +38,10 @@ def split_address(url: str) -> tuple[str, str, dict[str, str]]:
         target = parts.netloc + parts.path
         target = target + f"?{parts.query}" * bool(parts.query) if theirs else unquote(target, errors="strict")
     except ValueError:  # also what is no UTF-8
-        raise BadInput("The source is no address.", FORM, reason="bad-source") from None
+        raise BadInput("The camera address is not valid.", FORM, reason="bad-source") from None
     given = dict(pairs)
     if not parts.scheme or "://" not in url or not target or (parts.fragment and not theirs) or len(given) < len(pairs):
-        raise BadInput("The source is no address, or gives an option twice.", FORM, reason="bad-source")
+        raise BadInput("The camera address is not valid, or contains an option twice.", FORM, reason="bad-source")
     return parts.scheme, target, given
 
 
@@ -65,7 +65,8 @@ def read_query(described: tuple[Option, ...], given: Mapping[str, str]) -> dict[
     for name in given:
         if name not in table:
             raise BadInput(f"This source has no option called {name!r}.",
-                           f"Use one of: {', '.join(table)}." if table else "It has none.", reason="unknown-option")
+                           f"Use one of: {', '.join(table)}." if table else "It has no options.",
+                           reason="unknown-option")
     return {name: _read_one(option, given[name]) if name in given else option.default
             for name, option in table.items()}
 

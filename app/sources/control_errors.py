@@ -10,7 +10,8 @@ def unknown_control(name: Any, known: Iterable[str]) -> NotFound:
     """Return the error for a control that this camera lacks."""
     known = ", ".join(known)
     return NotFound(f"This camera has no setting called {str(name)[:40]!r}.",
-                    f"It has: {known}." if known else "It has none that can be changed.", reason="unknown-control")
+                    f"It has: {known}." if known else "It has no settings that can be changed.",
+                    reason="unknown-control")
 
 
 def refused_value(label: str, value: str, allowed: str) -> BadInput:

@@ -54,8 +54,8 @@ def encode(message: Any) -> bytes:
 def decode(kind: type[Message], data: bytes) -> Message:
     """The message in the bytes; BadInput where they are none of that kind."""
     if len(data) > MAX_BYTES:
-        raise BadInput(f"The message has {len(data)} bytes; a datagram carries at most {MAX_BYTES}.",
-                       "Give a single packet.", reason="bad-protobuf")
+        raise BadInput(f"The message has {len(data)} bytes. The limit for a datagram is {MAX_BYTES}.",
+                       "Send a single packet.", reason="bad-protobuf")
     return _message(kind, memoryview(data))
 
 
@@ -68,12 +68,12 @@ def _message(kind: type[Message], data: memoryview) -> Message:
             continue
         f_kind, label = f.metadata["kind"], f.metadata["label"]
         if wire_type != _wire_type(f_kind):
-            raise _refuse(f"{kind.__name__}.{f.name} is of another type")
+            raise _refuse(f"{kind.__name__}.{f.name} has another type")
         read = _read(f_kind, value, f.name)
         if label == "repeated":
             found.setdefault(f.name, []).append(read)
             if len(found[f.name]) > MAX_REPEATED:
-                raise _refuse(f"{kind.__name__}.{f.name} comes more than {MAX_REPEATED} times")
+                raise _refuse(f"{kind.__name__}.{f.name} occurs more than {MAX_REPEATED} times")
         else:
             found[f.name] = read
     for f in fields(kind):
@@ -97,7 +97,7 @@ def _walk(data: memoryview) -> Iterator[tuple[int, int, Any]]:
             if length is None:
                 length, at = _varint(data, at)
             if length > len(data) - at:
-                raise _refuse("it ends in the middle of a field")
+                raise _refuse("it ends within a field")
             value, at = data[at:at + length], at + length
         else:
             raise _refuse(f"a field has the wire type {wire_type}")
@@ -109,7 +109,7 @@ def _varint(data: memoryview, at: int) -> tuple[int, int]:
     value = 0
     for shift in range(0, 70, 7):
         if at >= len(data):
-            raise _refuse("it ends in the middle of a number")
+            raise _refuse("it ends within a number")
         byte, at = data[at], at + 1
         value |= (byte & 0x7F) << shift
         if byte < 0x80:
@@ -129,7 +129,7 @@ def _read(kind: Any, value: Any, name: str) -> Any:
         try:
             return bytes(value).decode()
         except UnicodeDecodeError:
-            raise _refuse(f"{name} is no text") from None
+            raise _refuse(f"{name} is not text") from None
     if kind == "uint32":
         return value & 0xFFFFFFFF
     return ((value & 0xFFFFFFFF) ^ 0x80000000) - 0x80000000  # int32 and enum: the low 32 bits, signed
@@ -169,5 +169,5 @@ def _number(value: int) -> bytes:
 
 
 def _refuse(what: str) -> BadInput:
-    return BadInput(f"This is no such message: {what}.", "Give a packet as the league's software sends it.",
+    return BadInput(f"This message is not valid: {what}.", "Send a packet in the format of the league's software.",
                     reason="bad-protobuf")

@@ -41,7 +41,7 @@ CHUNK = 1 << 20
 MAX_HEAD_BYTES = 1 << 20
 MAX_ROW_BYTES = 64 << 20  # the largest rows are jobs with everything that they found, some MB
 MAX_FILE_BYTES = 256 << 20  # no picture that is taken in is larger
-FIX = "Take another archive: this one cannot be restored."
+FIX = "Use another archive. This archive cannot be restored."
 
 
 def archive_pieces(database: Database, folder: Path, fields: Path | None, clock: Clock) -> Iterator[bytes]:
@@ -106,11 +106,12 @@ def restore_archive(file: Path, database: Database, folder: Path) -> dict[str, i
             with database.writing("The archive") as rows:
                 counts = _restore_tables(source, rows, database.is_sqlite)
                 if counts != json.loads(_read(source, "end.json", MAX_HEAD_BYTES))["rows"]:
-                    raise BadInput("The archive has not all of its rows.", FIX, reason="bad-archive")
+                    raise BadInput("The archive is incomplete: rows are missing.", FIX, reason="bad-archive")
             return counts
     except (zipfile.BadZipFile, zlib.error, KeyError, TypeError, ValueError, EOFError, NotImplementedError,
             RecursionError) as error:
-        raise BadInput(f"{file.name} is no whole archive of Touchline: {error}.", FIX, reason="bad-archive") from None
+        raise BadInput(f"{file.name} is not a complete Touchline archive: {error}.", FIX,
+                       reason="bad-archive") from None
 
 
 def _read(source: zipfile.ZipFile, name: str, max_bytes: int) -> bytes:
@@ -121,7 +122,7 @@ def _read(source: zipfile.ZipFile, name: str, max_bytes: int) -> bytes:
 
 def _bounded(data: bytes, name: str, max_bytes: int) -> bytes:
     if len(data) > max_bytes:
-        raise BadInput(f"{name} in the archive has more than {max_bytes >> 20} MiB in one piece.", FIX,
+        raise BadInput(f"{name} in the archive is larger than {max_bytes >> 20} MiB.", FIX,
                        reason="bad-archive")
     return data
 
@@ -129,9 +130,9 @@ def _bounded(data: bytes, name: str, max_bytes: int) -> bytes:
 def _check_head(source: zipfile.ZipFile) -> None:
     head = json.loads(_read(source, "touchline.json", MAX_HEAD_BYTES))
     if head["format"] != FORMAT:
-        raise BadInput(f"The archive is of the kind {head['format']!r}, not {FORMAT}.", FIX, reason="bad-archive")
+        raise BadInput(f"The archive has the format {head['format']!r}, not {FORMAT}.", FIX, reason="bad-archive")
     if head["form"] != FORM:
-        raise Conflict(f"The archive's tables have form {head['form']}; this Touchline knows {FORM}.",
+        raise Conflict(f"The archive has the table format {head['form']}; this Touchline supports {FORM}.",
                        f"Restore it with Touchline {head['software']}, then update.", reason="archive-form")
 
 
@@ -163,7 +164,7 @@ def _restore_file(source: zipfile.ZipFile, name: str, folder: Path) -> None:
     if kind == "pictures" and PICTURE.fullmatch(file):
         data = _read(source, name, MAX_FILE_BYTES)
         if sha256(data).hexdigest() != file[:64]:
-            raise BadInput(f"The picture {file} in the archive is damaged.", FIX, reason="bad-archive")
+            raise BadInput(f"The image {file} in the archive is damaged.", FIX, reason="bad-archive")
         write_atomically(make_folder(folder / kind) / file, data)
     elif kind == "fields" and FIELD.fullmatch(file):
         path = make_folder(folder / kind) / file

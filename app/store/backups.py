@@ -88,8 +88,8 @@ class Backups:
         """Return what an operator should know about the backups."""
         if self._failure is None:
             return ()
-        return (Warning("no-backup", f"The last backup was not made: {self._failure}.",
-                        "Check the data folder's disk; free some space there."),)
+        return (Warning("no-backup", f"The last backup failed: {self._failure}.",
+                        "Check the disk of the data folder, and free some space."),)
 
     def make(self) -> None:
         """Copy the database now, check the copy, and only then give it its name."""

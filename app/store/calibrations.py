@@ -76,7 +76,7 @@ class CalibrationRepository(Repository):
         with self._changing("The deletion", id, SHOWN) as (rows, row):
             self._check_version(row, etag)
             if rows.scalar(select(ActiveRow.camera_key).where(ActiveRow.calibration == id)) is not None:
-                raise Conflict("This calibration is its camera's active one.", "Activate another version first.",
+                raise Conflict("This calibration is active for its camera.", "Activate another version first.",
                                reason="calibration-active")
             row.deleted_at = timestamp(self._clock)
 
@@ -118,16 +118,16 @@ class CalibrationRepository(Repository):
         former = self.active_id(chosen.camera)
         if etag in (None, former or NOTHING_ACTIVE) or former == chosen.id:
             return
-        now, what = None, "No version of this camera is active any more."
+        now, what = None, "No version of this camera is active now."
         if former is not None:
             now = {**self.history(chosen.camera, 1)[0], "version": self.get(former).version}
-            what = f"{now['by'] or 'Somebody'} has activated version {now['version']} since you looked."
+            what = f"{now['by'] or 'Another user'} has activated version {now['version']} since you opened this page."
         check_etag(etag, former or NOTHING_ACTIVE, what, "stale-activation", now,
-                   "Look at that version, then activate yours if it is the better one.")
+                   "Compare the two versions, then activate the better one.")
 
     def _check_version(self, row: CalibrationRow, etag: str | None) -> Calibration:
         known = self._read(row, self._active_ids(row.camera_key))
-        check_etag(etag, version_etag(known), "Somebody else has changed this version since you opened it.",
+        check_etag(etag, version_etag(known), "Another user has changed this version since you opened it.",
                    "stale-calibration", {"note": known.note, "active": known.active})
         return known
 

@@ -85,7 +85,7 @@ class ClipRepository:
         header, begin = self._header(id)
         sizes = [frame["bytes"] for frame in header["frames"]]
         if not 0 <= number < len(sizes):
-            raise NotFound(f"The clip has no frame {number}.", f"Ask for 0 to {len(sizes) - 1}.",
+            raise NotFound(f"The clip has no frame {number}.", f"Request a frame from 0 to {len(sizes) - 1}.",
                            reason="unknown-frame")
         try:
             with self._path(id).open("rb") as file:

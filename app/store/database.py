@@ -91,7 +91,7 @@ class Database:
                 self.check_owner(rows)
                 yield rows
                 if self._failed:
-                    raise Unavailable("A part of this could not be saved, so nothing was.", "Try again.",
+                    raise Unavailable("Nothing was saved, because a part of it could not be saved.", "Try again.",
                                       reason="not-saved")
                 rows.execute(update(LedgerRow).values(changes=LedgerRow.changes + 1))
                 rows.commit()
@@ -121,24 +121,26 @@ class Database:
         except (DBAPIError, sqlite3.Error) as error:
             raise self._error(what, error) from error
         except NoConnection:
-            raise Busy("The database has more to do than it can.", "Try again in a moment.") from None
+            raise Busy("The database is overloaded.", "Try again in a moment.") from None
 
     def _error(self, what: str | None, error: Exception) -> TouchlineError:
-        done = f"{what} was not saved" if what else "This cannot be read now"
+        done = f"{what} was not saved" if what else "The data cannot be read"
         cause = getattr(error, "orig", error)
         code = getattr(cause, "sqlite_errorcode", None)
         if code is not None and code & 0xFF in DAMAGED_CODES:
-            return Unavailable(f"{done}: the database is damaged.", "Start Touchline again: it moves the damaged "
-                               "database aside and restores the newest backup.", reason="database-damaged")
+            return Unavailable(f"{done}: the database is damaged.", "Restart Touchline. It moves the damaged database "
+                               "to quarantine and restores the newest backup.", reason="database-damaged")
         if self._is_full(cause, code):
             return DiskFull(f"{done}: the disk is full.",
                             "Free some space on the disk of the data folder, then try again.")
         if self.is_sqlite:
-            return Unavailable(f"{done}: {cause}.", "Check the data folder's disk and permissions, then try again.",
+            return Unavailable(f"{done}: {cause}.", "Check the disk and the permissions of the data folder, then try "
+                                                    "again.",
                                reason="not-saved")
         if isinstance(error, OperationalError):
-            return Unavailable(f"{done}: the database does not answer.",
-                               "Check that PostgreSQL runs and can be reached, then try again.", reason="database-away")
+            return Unavailable(f"{done}: the database is not responding.",
+                               "Check that PostgreSQL is running and can be reached, then try again.",
+                               reason="database-away")
         raise error  # a mistake of ours: the log shall have all of it
 
     def _is_full(self, cause: Any, code: int | None) -> bool:
@@ -162,11 +164,11 @@ def is_full(folder: Path) -> bool:
 
 def postgresql_url(setting: str) -> URL:
     """The setting `database`, checked; its password is in no message."""
-    fix = "Write it as postgresql+psycopg://USER:PASSWORD@HOST/DATABASE, or leave it out for SQLite."
+    fix = "Write it as postgresql+psycopg://USER:PASSWORD@HOST/DATABASE, or omit it for SQLite."
     try:
         url = make_url(setting)
     except (ArgumentError, ValueError):
-        raise BadInput("The setting `database` is no address of a database.", fix, reason="bad-settings") from None
+        raise BadInput("The setting `database` is not the address of a database.", fix, reason="bad-settings") from None
     if url.get_backend_name() != "postgresql":
         raise BadInput(f"The setting `database` names {url.get_backend_name()}, which is not supported.", fix,
                        reason="bad-settings")
@@ -203,8 +205,8 @@ def postgresql_engine(url: URL, connections: int) -> Engine:
         engine = create_engine(url, pool_size=connections, max_overflow=0, pool_pre_ping=True,
                                connect_args={"connect_timeout": 5})
     except ModuleNotFoundError:
-        raise BadInput("The setting `database` names PostgreSQL, and its driver is not installed.",
-                       "Install it: pip install 'touchline[postgres]'.", reason="bad-settings") from None
+        raise BadInput("The setting `database` names PostgreSQL, but the driver is not installed.",
+                       "Install the driver: pip install 'touchline[postgres]'.", reason="bad-settings") from None
 
     @event.listens_for(engine, "connect")
     def _set(connection: Any, _: Any) -> None:

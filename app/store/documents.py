@@ -64,9 +64,10 @@ class DocumentRepository(Repository):
         with self._database.writing(self._what) as rows:
             if self._lookup(rows, name) is not None:
                 raise Conflict(f"There is already a {self.noun} called {name!r}.",
-                               "Choose another name, or change that one.", reason=f"{self.word}-exists")
+                               f"Choose another name, or change the existing {self.noun}.",
+                               reason=f"{self.word}-exists")
             if (rows.scalar(select(func.count()).select_from(self._select().subquery())) or 0) >= self.max_count:
-                raise Conflict(f"There are {self.max_count} already.", "Remove one that is not used any more.",
+                raise Conflict(f"The maximum of {self.max_count} is reached.", "Delete one that is no longer used.",
                                reason=f"too-many-{self.plural}")
             row = self._build(rows, name, body, by, None)
             rows.add(row)
@@ -99,13 +100,13 @@ class DocumentRepository(Repository):
         if row is None:
             raise self._deleted(name)
         current = self._read(row)
-        check_etag(etag, current.etag, f"Somebody else has changed this {self.noun} since you opened it.",
+        check_etag(etag, current.etag, f"Another user has changed this {self.noun} since you opened it.",
                    f"stale-{self.word}", dict(current.body))
         return row
 
     def _deleted(self, name: str) -> TouchlineError:
         """Return the error for who changes one that somebody else has deleted."""
-        return Stale(f"Somebody else has removed this {self.noun}.", "Make it anew, without If-Match.",
+        return Stale(f"Another user has deleted this {self.noun}.", "Create it again, without If-Match.",
                      reason=f"stale-{self.word}", current=None, etag=None)
 
     def _lookup(self, rows: Session, name: str, **options: bool) -> Any:
@@ -153,7 +154,7 @@ class PresetRepository(DocumentRepository):
     """The presets of one kind, by name."""
 
     table, kind, member = PresetRow, "presets", "preset"
-    listing = "List what there is."
+    listing = "Use one of the existing names."
 
     def _key_of(self, name: str) -> str:
         return f"{self.word}:{name}"
@@ -174,7 +175,7 @@ class ColourProfileRepository(PresetRepository):
 class DetectionPlanRepository(PresetRepository):
     """What each camera is to detect."""
 
-    noun, word, plural = "camera's plan", "seeing", "seeing"
+    noun, word, plural = "detection plan", "seeing", "seeing"
 
 
 def is_name(name: str) -> bool:
@@ -184,5 +185,6 @@ def is_name(name: str) -> bool:
 
 def check_name(name: str, what: str) -> None:
     if not is_name(name):
-        raise BadInput(f"{what} has a name that cannot be kept.", "Choose small letters, digits and hyphens.",
+        raise BadInput(f"{what} has a name that is not valid.",
+                       "Use letters, digits, dots and hyphens, starting with a letter or digit.",
                        reason="bad-name")

@@ -73,8 +73,8 @@ class DraftRepository(Repository):
         with self._database.writing("The draft") as rows:
             row = rows.scalar(select(DraftRow).where(DraftRow.snapshot == snapshot).with_for_update())
             current = self._read(row, snapshot)
-            check_etag(etag, current.etag, "Somebody else has saved this draft since you opened it.", "stale-draft",
-                       current.to_json(), "Compare it with the current one, then save yours over it.")
+            check_etag(etag, current.etag, "Another user has saved this draft since you opened it.", "stale-draft",
+                       current.to_json(), "Compare it with the current draft, then overwrite it.")
             draft = Draft(snapshot, dict(body), current.revision + 1, timestamp(self._clock), by)
             record = {"revision": draft.revision, "updated_at": draft.updated_at, "updated_by": by, "draft": draft.body}
             rows.merge(checksummed(DraftRow, record, "The draft", snapshot=snapshot, revision=draft.revision,

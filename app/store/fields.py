@@ -23,7 +23,8 @@ def load_fields(folder: Path | None = None) -> dict[str, Field]:
     if folder is None:
         return dict(_shipped_fields())
     if not folder.is_dir():
-        raise NotFound(f"There is no folder {folder.name!r} of fields.", "Name an existing folder in the settings.",
+        raise NotFound(f"The folder {folder.name!r} of fields does not exist.",
+                       "Enter an existing folder in the settings.",
                        reason="no-fields")
     fields = [load_field(path) for path in sorted(folder.glob("*.yaml"))]
     return {field.name: field for field in fields}
@@ -38,8 +39,8 @@ def load_field(path: Path) -> Field:
     """Load the field of one file."""
     field = read_yaml(path, field_from_json, f"The field file {path.name}", "no-fields")
     if field.name != path.stem:
-        raise BadInput(f"The file {path.name} holds the field {field.name!r}.",
-                       f"Call the file {field.name}.yaml, or the field {path.stem}.", reason="bad-field")
+        raise BadInput(f"The file {path.name} contains the field {field.name!r}.",
+                       f"Rename the file to {field.name}.yaml, or the field to {path.stem}.", reason="bad-field")
     return field
 
 
@@ -87,15 +88,17 @@ class FieldRepository(Mapping[str, Field]):
         self._refuse_shipped(name)
         field = field_from_json(value)
         if field.name != name:
-            raise BadInput(f"The field calls itself {field.name!r}, not {name!r}.", "Use one name in both places.",
+            raise BadInput(f"The name in the field is {field.name!r}, not {name!r}.", "Use one name in both places.",
                            reason="bad-field", entry="name")
         with self._lock:
             if new and name in self._own:
-                raise Conflict(f"There is already a field called {name!r}.", "Choose another name, or change that one.",
+                raise Conflict(f"There is already a field called {name!r}.",
+                               "Choose another name, or change the existing field.",
                                reason="field-exists", entry="name")
             self._check_etag(name, etag)
             if name not in self._own and len(self._own) >= MAX_OWN_FIELDS:
-                raise Conflict(f"There are {MAX_OWN_FIELDS} fields already.", "Delete one that is not used any more.",
+                raise Conflict(f"The maximum of {MAX_OWN_FIELDS} fields is reached.",
+                               "Delete a field that is no longer used.",
                                reason="too-many-fields")
             text = yaml.safe_dump(field.to_json(), allow_unicode=True, sort_keys=False)
             with translate_disk_errors("The field"):
@@ -129,12 +132,12 @@ class FieldRepository(Mapping[str, Field]):
         if etag is None:
             return
         known = self._own.get(name)
-        happened = "removed" if known is None else "changed"
+        happened = "deleted" if known is None else "changed"
         check_etag(etag, "" if known is None else field_etag(known),
-                   f"Somebody else has {happened} this field since you opened it.", "stale-field",
+                   f"Another user has {happened} this field since you opened it.", "stale-field",
                    None if known is None else known.to_json())
 
     def _refuse_shipped(self, name: str) -> None:
         if name in self._shipped:
-            raise Conflict(f"The field {name} comes with Touchline and stays as it is.",
-                           "Give yours a name of its own.", reason="shipped-field", entry="name")
+            raise Conflict(f"The field {name} is built into Touchline and cannot be changed.",
+                           "Choose another name for your field.", reason="shipped-field", entry="name")

@@ -95,7 +95,7 @@ def translate_disk_errors(what: str) -> Iterator[None]:
             raise DiskFull(f"{what} was not saved: the disk is full.",
                            "Free some space on the disk of the data folder, then try again.") from error
         raise Unavailable(f"{what} was not saved: {error.strerror or error}.",
-                          "Check the data folder's disk and permissions, then try again.",
+                          "Check the disk and the permissions of the data folder, then try again.",
                           reason="not-saved") from error
 
 
@@ -105,7 +105,7 @@ def read_yaml(path: Path, parse: Callable[[Any], T], what: str, reason: str) -> 
         with path.open("rb") as file:
             raw = file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise NotFound(f"{what} cannot be read: {error.strerror}.", "Check the file and who may read it.",
+        raise NotFound(f"{what} cannot be read: {error.strerror}.", "Check the file and its permissions.",
                        reason=reason) from None
     try:
         return parse(plain_from_yaml(raw, f"The file {path.name}"))

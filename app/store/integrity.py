@@ -36,7 +36,7 @@ def find_damage(path: Path, min_changes: int = 0) -> str | None:
     except sqlite3.Error as error:
         return f"it cannot be read: {error}"
     if changes is None:
-        return "it is no database of Touchline"
+        return "it is not a Touchline database"
     if changes < min_changes:
         return f"it is older than its newest backup: change {changes}, not {min_changes}"
     return None

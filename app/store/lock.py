@@ -18,8 +18,9 @@ class FolderLock:
         except OSError:
             owner = os.read(self._handle, 20).decode("ascii", "replace").strip()
             os.close(self._handle)
-            raise Unavailable(f"The data folder {folder} is used by another Touchline (process {owner or 'unknown'}).",
-                              "End that one, or name another folder with --data.",
+            raise Unavailable(f"The data folder {folder} is in use by another Touchline (process "
+                              f"{owner or 'unknown'}).",
+                              "Stop that process, or choose another folder with --data.",
                               reason="data-folder-in-use") from None
         os.ftruncate(self._handle, 0)
         os.pwrite(self._handle, f"{os.getpid()}\n".encode(), 0)

@@ -74,7 +74,7 @@ def open_postgresql(setting: str, folder: Path, quarantine: Quarantine) -> tuple
         except DBAPIError as error:
             place = database.url.set(password=None).render_as_string()
             raise Unavailable(f"The database {place} cannot be used: {str(error.orig).strip().splitlines()[0]}.",
-                              "Check that PostgreSQL runs, and the setting `database`.",
+                              "Check that PostgreSQL is running, and check the setting `database`.",
                               reason="database-away") from None
         undo.pop_all()
     _check_rows(database, None, quarantine)
@@ -95,9 +95,9 @@ def _refuse_orphans(folder: Path) -> None:
     """Refuse pictures without a database that knows them: it was lost, or another folder is meant."""
     pictures = folder / "pictures"
     if pictures.is_dir() and any(not path.name.startswith(".") for path in pictures.iterdir()):
-        raise Unavailable(f"The folder {folder} holds pictures, and the database that knows them is missing.",
-                          f"Put {FILE} back (or name the right database in the settings), restore an archive with "
-                          "touchline restore, or name an empty folder with --data.", reason="database-missing")
+        raise Unavailable(f"The folder {folder} contains images, but their database is missing.",
+                          f"Put {FILE} back, enter the correct database in the settings, restore an archive with "
+                          "touchline restore, or choose an empty folder with --data.", reason="database-missing")
 
 
 def _refuse_other_folder(database: Database, folder: Path) -> None:
@@ -105,9 +105,9 @@ def _refuse_other_folder(database: Database, folder: Path) -> None:
     with database.reading() as rows:
         known = rows.scalar(select(func.count()).select_from(SnapshotRow)) or 0
     if known and not (folder / "pictures").exists():
-        raise Unavailable(f"The database knows {known} pictures, and the folder {folder} has none.",
-                          "Name with --data the folder that belongs to this database, or another database in the "
-                          "settings. If the pictures are lost, make an empty folder `pictures` there.",
+        raise Unavailable(f"The database lists {known} images, but the folder {folder} contains none.",
+                          "Choose the folder of this database with --data, or enter another database in the settings. "
+                          "If the images are lost, create an empty folder `pictures` there.",
                           reason="pictures-missing")
 
 
@@ -122,15 +122,15 @@ def _outdated(path: Path, backups: Backups) -> str | None:
 def _restore(path: Path, damage: str, backups: Backups, quarantine: Quarantine) -> None:
     backup = backups.newest_good()
     if backup is None:
-        raise Unavailable(f"The database {path} is damaged ({damage}), and there is no backup of it that is whole.",
-                          f"Put a good {FILE} there, restore an archive into an empty folder with touchline restore, "
-                          "or name an empty folder with --data.", reason="database-damaged")
+        raise Unavailable(f"The database {path} is damaged ({damage}), and there is no intact backup.",
+                          f"Put an intact {FILE} there, restore an archive to an empty folder with touchline restore, "
+                          "or choose an empty folder with --data.", reason="database-damaged")
     for bad in backups.all():
         if bad.changes > backup.changes:
             quarantine.move(bad.path, "it cannot be read", kind="backups")
     restored = path.with_name(f"{FILE}.unfinished")
     shutil.copyfile(backup.path, restored)
-    note = f"It was damaged ({damage}). The backup of change {backup.changes} was restored in its place."
+    note = f"The database was damaged ({damage}). The backup of change {backup.changes} was restored."
     moved = _quarantine_database(path, quarantine, damage, note)
     for more in LOG_ENDINGS:
         path.with_name(FILE + more).unlink(missing_ok=True)
@@ -141,9 +141,9 @@ def _restore(path: Path, damage: str, backups: Backups, quarantine: Quarantine) 
                 upgrade(database.engine)
             saved, lost = salvage_rows(moved, database)
         if saved:
-            note += f" {saved} newer rows that were whole were taken from the damaged one."
+            note += f" {saved} newer intact rows were recovered from the damaged database."
         if lost:
-            note += " Some of it could not be read: look whether your newest work is there."
+            note += " Some of it could not be read. Check that your newest work is there."
         write_atomically(moved.with_name(moved.name + ".note"), note.encode())
     log.error("%s: %s", path, note)
 

@@ -26,9 +26,9 @@ WAIT_S = 5.0  # PostgreSQL may take a moment to notice that a killed server has 
 KEEP_S = 1.0  # how often the lock is looked at
 GRACE_S = 3.0  # for a server that did not sign off: it may live, and take its lock back
 
-TAKEN = "The database is used by another Touchline"
-LOST = f"{TAKEN}: this one saves nothing."
-RESTART = "End one of them, then start this one again."
+TAKEN = "The database is in use by another Touchline"
+LOST = f"{TAKEN}. This server saves nothing."
+RESTART = "Stop one of them, then restart this server."
 
 
 class PostgresLock:
@@ -123,7 +123,7 @@ class PostgresLock:
         until = monotonic() + WAIT_S
         while self._lock() is None:
             if monotonic() > until:
-                raise Unavailable(f"{TAKEN}.", "End that one, or name another database in the settings.",
+                raise Unavailable(f"{TAKEN}.", "Stop that server, or enter another database in the settings.",
                                   reason="data-folder-in-use")
             sleep(0.1)
 

@@ -6,7 +6,7 @@ from typing import Any
 from app.core.errors import Stale
 from app.store.checksummed import json_text
 
-LOOK_AGAIN = "Look at it again, then change it."
+LOOK_AGAIN = "Check the current version, then repeat your change."
 
 
 def content_etag(content: Any) -> str:

@@ -31,7 +31,7 @@ class DamagedFile(Unavailable):
     def __init__(self, damage: Damage) -> None:
         place = damage.to_json()["file"]
         super().__init__(f"A file of the data folder is damaged and was moved to {place}.",
-                         "Restore it from a backup, or make it anew.", file=place)
+                         "Restore it from a backup, or create it again.", file=place)
         self.damage = damage
 
 

@@ -42,13 +42,13 @@ class PictureQuota:
     def check_free(self) -> None:
         """Raise DiskFull where a picture would take what calibrations may need."""
         if self._free(self._folder) < MIN_FREE_BYTES:
-            raise DiskFull(f"The picture was not saved: less than {MIN_FREE_BYTES // MB} MB of the disk are free.",
+            raise DiskFull(f"The image was not saved. Less than {MIN_FREE_BYTES // MB} MB are free on the disk.",
                            "Free some space on the disk of the data folder, then try again. Calibrations can still "
                            "be saved.")
 
     def refusal(self) -> DiskFull:
-        return DiskFull(f"The picture was not saved: pictures take {self.used_bytes / MB:.0f} MB, and all of them are "
-                        "in use.", "Raise uploads_mb in the settings, or download everything and begin a new data "
+        return DiskFull(f"The image was not saved. Images use {self.used_bytes / MB:.0f} MB, and all of them are in "
+                        "use.", "Increase uploads_mb in the settings, or download all data and start with a new data "
                         "folder.", reason="uploads-full")
 
     def warnings(self) -> tuple[Warning, ...]:
@@ -56,6 +56,6 @@ class PictureQuota:
         free = self._free(self._folder)
         if free >= WARN_FREE_BYTES:
             return ()
-        more = " New pictures are refused; calibrations are still saved." if free < MIN_FREE_BYTES else ""
+        more = " New images are refused. Calibrations are still saved." if free < MIN_FREE_BYTES else ""
         return (Warning("disk-nearly-full", f"{free // MB} MB are free on the disk of the data folder.{more}",
                         "Free some space there."),)

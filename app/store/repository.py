@@ -121,9 +121,10 @@ class Repository:
     def _page(self, limit: int, cursor: str | None, read: Callable[[Any], T], *where: ColumnElement[bool]) -> Page[T]:
         """Return a page, newest first. Nothing is shown twice or missed while others come and go."""
         if not 1 <= limit <= MAX_PAGE:
-            raise BadInput(f"A page cannot hold {limit}.", f"Ask for 1 to {MAX_PAGE}.", reason="bad-limit")
+            raise BadInput(f"A page cannot have {limit} entries.", f"Request 1 to {MAX_PAGE} entries.",
+                           reason="bad-limit")
         if cursor is not None and not (isinstance(cursor, str) and re.fullmatch(r"[0-9]{1,12}", cursor)):
-            raise BadInput("This is no cursor of ours.", "Send the next_cursor of the page before, or none.",
+            raise BadInput("The cursor is not valid.", "Send the next_cursor of the previous page, or none.",
                            reason="bad-cursor")
         query = select(self.table).where(self.table.damaged.is_(None), *where)
         if cursor is not None:

@@ -18,11 +18,11 @@ UNFINISHED = "restore-unfinished"  # while it is there, the folder is not opened
 def restore_into(file: Path, folder: Path, database: str | None) -> dict[str, int]:
     """Restore the archive and count the rows of each table; Conflict if the folder or the database is not empty."""
     if not file.is_file():
-        raise NotFound(f"There is no file {file}.", "Name a zip that archive or GET /archive has written.",
+        raise NotFound(f"The file {file} does not exist.", "Choose a zip file from archive or GET /archive.",
                        reason="no-archive")
     if folder.is_dir() and any(folder.iterdir()):
-        raise Conflict(f"The folder {folder} is not empty.", "Name an empty or a new folder: nothing is ever restored "
-                       "over something else.", reason="folder-not-empty")
+        raise Conflict(f"The folder {folder} is not empty.", "Choose an empty or a new folder. Existing data is never "
+                       "overwritten.", reason="folder-not-empty")
     is_new = not folder.is_dir()
     make_folder(folder)
     with closing(FolderLock(folder)):
@@ -50,7 +50,7 @@ def _remove_all(folder: Path, itself: bool) -> None:
 def refuse_unfinished(folder: Path) -> None:
     """Raise Unavailable for a folder in which a restore was cut short."""
     if (folder / UNFINISHED).exists():
-        raise Unavailable(f"The folder {folder} comes from a restore that did not end.",
+        raise Unavailable(f"The folder {folder} is from an incomplete restore.",
                           "Delete that folder and restore the archive again.", reason="restore-unfinished")
 
 
@@ -63,6 +63,6 @@ def _fill(file: Path, folder: Path, setting: str | None) -> dict[str, int]:
     database, lock = open_postgresql(setting, folder, Quarantine(folder / "quarantine"))
     with closing(database), closing(lock):
         if database.changes() != 0:
-            raise Conflict("The database is not empty.", "Name a new database in the settings: nothing is ever "
-                           "restored over something else.", reason="database-not-empty")
+            raise Conflict("The database is not empty.", "Enter a new database in the settings. Existing data is "
+                           "never overwritten.", reason="database-not-empty")
         return restore_archive(file, database, folder)

@@ -26,9 +26,10 @@ def schema_of(engine: Engine) -> str | None:
 def check_not_newer(schema: str | None) -> None:
     """Raise Unavailable for what only a newer Touchline understands."""
     if schema is not None and schema > HEAD:  # names of steps are numbers of four digits
-        raise Unavailable(f"The database was made by a newer Touchline (form {schema}; this one knows {HEAD}).",
-                          "Start the newer one, or restore an archive or backup from before the update into an empty "
-                          "folder.", reason="newer-database")
+        raise Unavailable(f"The database was made by a newer Touchline (format {schema}; this version supports "
+                          f"{HEAD}).",
+                          "Start the newer version, or restore an archive or backup from before the update to an "
+                          "empty folder.", reason="newer-database")
 
 
 def upgrade(engine: Engine) -> None:

@@ -57,7 +57,7 @@ class SnapshotRepository(Repository):
     """Snapshots and their files. quota: how much of the disk the pictures may take."""
 
     table, kind, noun = SnapshotRow, "snapshots", "snapshot"
-    listing = "List them with GET /api/v1/snapshots, or send the picture again."
+    listing = "List them with GET /api/v1/snapshots, or send the image again."
 
     def __init__(self, database: Database, quarantine: Quarantine, clock: Clock, folder: Path,
                  quota: PictureQuota) -> None:
@@ -103,7 +103,7 @@ class SnapshotRepository(Repository):
 
     def all_for_job(self, ids: Iterable[str]) -> Sequence[dict[str, str]]:
         """Return the same for several, called "picture 1" and so on."""
-        return [self.for_job(id, f"picture {number}") for number, id in enumerate(ids, 1)]
+        return [self.for_job(id, f"image {number}") for number, id in enumerate(ids, 1)]
 
     def picture(self, id: str) -> bytes:
         """Return the bytes as they came, checked; they are a stranger's, so only app.images decodes them."""

@@ -12,7 +12,7 @@ def load_plans() -> dict[str, StageConfig]:
     """Load every plan that comes with Touchline, by name, in order."""
     plans = [load_plan(path) for path in sorted((shipped("configs") / "stages").glob("*.yaml"))]
     if not plans:
-        raise NotFound("The plans of stages that come with Touchline are not installed.", "Install Touchline again.",
+        raise NotFound("The detection plans of Touchline are not installed.", "Install Touchline again.",
                        reason="no-stages")
     return {plan.name: plan for plan in plans}
 
@@ -26,6 +26,6 @@ def named_plan(name: str) -> StageConfig:
     """Return a plan that comes with Touchline; NotFound."""
     plans = load_plans()
     if name not in plans:
-        raise NotFound(f"There is no plan of stages called {name[:40]!r}.", f"Use one of: {', '.join(plans)}.",
+        raise NotFound(f"There is no detection plan called {name[:40]!r}.", f"Use one of: {', '.join(plans)}.",
                        reason="unknown-stages")
     return plans[name]

@@ -116,4 +116,5 @@ def _usable(folder: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise Unavailable(f"The data folder {folder} cannot be used: {error.strerror or error}.",
-                          "Name another with --data, or let this user write there.", reason="data-folder") from None
+                          "Choose another folder with --data, or give this user write permission.",
+                          reason="data-folder") from None

@@ -21,7 +21,7 @@ from app.core.options import read_options
 from app.vision.stages import STAGES, FrameState, Stage, StageContext
 
 MAX_STAGES = 20
-_FORM = 'Write {"name", "title", "stages": [{"stage": NAME, OPTION: VALUE, …}, …]}, and "corrected": true if you like.'
+_FORM = 'Send {"name", "title", "stages": [{"stage": NAME, OPTION: VALUE, …}, …]}, and optionally "corrected": true.'
 # What a stage reads that another one writes.
 _AFTER = {"blobs": "colours", "butterfly": "blobs", "tags": "blobs", "markers": "blobs", "ball": "blobs"}
 
@@ -38,15 +38,15 @@ class StageConfig:
     @classmethod
     def from_json(cls, value: Any) -> Self:
         if not isinstance(value, Mapping) or set(value) - {"corrected"} != {"name", "title", "stages"}:
-            raise BadInput("This is no plan of stages.", _FORM, reason="bad-stages")
+            raise BadInput("This is not a plan of stages.", _FORM, reason="bad-stages")
         listed, corrected = value["stages"], value.get("corrected", False)
         if not isinstance(corrected, bool):
-            raise BadInput("A plan's corrected is neither true nor false.", _FORM, reason="bad-stages")
+            raise BadInput("The value of corrected in the plan must be true or false.", _FORM, reason="bad-stages")
         if not isinstance(listed, (list, tuple)) or not 0 < len(listed) <= MAX_STAGES:
-            raise BadInput(f"A plan has between 1 and {MAX_STAGES} stages.", _FORM, reason="bad-stages")
+            raise BadInput(f"A plan must have 1 to {MAX_STAGES} stages.", _FORM, reason="bad-stages")
         texts = [value["name"], value["title"]]
         if not all(isinstance(text, str) and 0 < len(text) <= 80 and text.isprintable() for text in texts):
-            raise BadInput("The plan of stages has no name or no title.", _FORM, reason="bad-stages")
+            raise BadInput("The plan of stages needs a name and a title.", _FORM, reason="bad-stages")
         stages: list[tuple[str, Mapping[str, Any]]] = []
         for entry in listed:
             if not isinstance(entry, Mapping) or not isinstance(entry.get("stage"), str):
@@ -55,8 +55,8 @@ class StageConfig:
             options = read_options(STAGES[name].OPTIONS, {k: v for k, v in entry.items() if k != "stage"})
             needed, before = _AFTER.get(name), [done for done, _ in stages]
             if name in before or (needed and needed not in before):
-                raise BadInput(f"The stage {name} stands in the wrong place.",
-                               f"Name it once, after {needed}." if needed else "Name it once.", reason="bad-stages")
+                raise BadInput(f"The stage {name} is in the wrong position.",
+                               f"List it once, after {needed}." if needed else "List it once.", reason="bad-stages")
             stages.append((name, options))
         return cls(*texts, tuple(stages), corrected)
 
@@ -89,7 +89,7 @@ class StagePipeline:
         """Process one frame (height, width, 3) BGR. clock: seconds, to time the stages, without drawing."""
         size = ImageSize(pixels.shape[1], pixels.shape[0])
         if size != self.context.image_size:
-            raise BadInput(f"The picture is {size}; these stages were set up for {self.context.image_size}.",
+            raise BadInput(f"The image is {size}; these stages are set up for {self.context.image_size}.",
                            "Set them up for this size.", reason="size-mismatch")
         state, took, drawn = FrameState.of(pixels), {}, {}
         for stage in self._stages:

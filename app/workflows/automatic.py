@@ -244,9 +244,9 @@ def no_match_error(seen: DetectedLines, searched: SearchResult) -> FitFailed:
     """Return the error that says why no camera was found."""
     lines = len(searched.lines)
     if lines < 3:
-        return FitFailed(f"Only {lines} straight line{'' if lines == 1 else 's'} could be seen in the picture."
-                         if lines else "No line could be seen in the picture.",
-                         "Show more of the field's lines, with more light or sharper, or click points.",
+        return FitFailed(f"Only {lines} straight line{'' if lines == 1 else 's'} detected in the image."
+                         if lines else "No line detected in the image.",
+                         "Use a sharper or brighter image that shows more field lines, or mark points.",
                          reason="no-lines")
-    return FitFailed(f"{lines} lines were seen, but no camera above this field and region sees its lines there.",
-                     "Check that the field and the region are the right ones, or click points.", reason="no-match")
+    return FitFailed(f"{lines} lines were detected, but they match no camera pose above this field and covered area.",
+                     "Check the field type and the covered area, or mark points.", reason="no-match")

@@ -30,11 +30,11 @@ def pose_prior_from_json(value: Mapping[str, Any] | None) -> PosePrior:
     """Read {"height_mm", "turn_deg"}, each where it is known; BadInput for other keys and values."""
     for name, number in (value or {}).items():
         if name not in PRIOR_RANGES:
-            raise BadInput(f"Nothing rough is called {name!r}.", f"Give {' or '.join(PRIOR_RANGES)}.",
+            raise BadInput(f"There is no approximate value {name!r}.", f"Use {' or '.join(PRIOR_RANGES)}.",
                            reason="bad-rough")
         low, high = PRIOR_RANGES[name]
         if isinstance(number, bool) or not isinstance(number, (int, float)) or not low <= number <= high:
-            raise BadInput(f"The rough {name} cannot be {number!r}.", f"Give a number from {low:g} to {high:g}.",
+            raise BadInput(f"The approximate {name} cannot be {number!r}.", f"Use a number from {low:g} to {high:g}.",
                            reason="bad-rough")
     return PosePrior(**(value or {}))
 
@@ -77,7 +77,7 @@ class AutomaticRequest:
 
         A picture without a match is an answer as well: the detected lines and why none matched.
         """
-        progress(0.0, "Looking for lines")
+        progress(0.0, "Detecting lines")
         lines = automatic.detect_lines(frame.pixels)
         found, searched = automatic.assign_lines(lines, self.field, self.region, pose_prior_from_json(self.rough),
                                                  subprogress(progress, 0.15, 0.6))
@@ -118,11 +118,11 @@ def median_frame(pictures: Pictures, progress: Progress = no_progress) -> Frame:
         return first
     background = Background(first.pixels.shape, count)
     for number, (_, read) in enumerate(pictures):
-        progress(number / count, f"Reading picture {number + 1} of {count}")
+        progress(number / count, f"Reading image {number + 1} of {count}")
         frame = first if number == 0 else read()
         if frame.size != first.size:
-            raise Conflict(f"Picture {number + 1} is {frame.size}, the first {first.size}.",
-                           "Give pictures of one camera in one mode.", reason="size-mismatch")
+            raise Conflict(f"Image {number + 1} is {frame.size}, the first image is {first.size}.",
+                           "Use images from one camera at one resolution.", reason="size-mismatch")
         background.add(frame.pixels)
     return replace(first, pixels=np.ascontiguousarray(background.picture))
 

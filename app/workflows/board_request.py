@@ -35,11 +35,11 @@ def find(pixels: NDArray[np.uint8], board: Board, name: str = "") -> BoardView:
     """Find the board in one picture; FitFailed where there is none."""
     view = find_board(pixels, board, name)
     if view is None:
-        raise FitFailed(sentence(f"{name or 'The picture'} shows no {board.kind} of {board.columns} × {board.rows} "
+        raise FitFailed(sentence(f"{name or 'The image'} shows no {board.kind} of {board.columns} × {board.rows} "
                                  "inner corners."),
-                        "Count the inner corners again; the whole board must be in the picture, sharp and unhidden."
+                        "Count the inner corners again. The whole board must be visible and sharp in the image."
                         if board.kind == "chessboard" else
-                        "Check columns, rows and dictionary, and whether the board is an old one (legacy).",
+                        "Check columns, rows and dictionary, and whether the board has the legacy pattern.",
                         reason="no-board")
     return view
 
@@ -50,7 +50,7 @@ def calibrate_board(views: Sequence[BoardView], board: Board | None, image_size:
     """{"model", "lens", "board", "image_size", "report"}, plain JSON. board: None where views bring their places."""
     fit = fit_board(tuple(views), image_size, board_model(model), options,
                     lambda fraction, message: progress(fraction * FITTING, message))
-    progress(FITTING, "Judging it")
+    progress(FITTING, "Evaluating the lens")
     report = board_report(fit)
     progress(1.0, "Done")
     return {"model": model, "lens": fit.lens.to_json(), "board": board.to_json() if board else None,
@@ -77,23 +77,23 @@ class BoardCalibrationRequest:
     def from_pictures(self, pictures: Pictures, progress: Progress = no_progress) -> dict[str, Any]:
         """Find the board in pictures of one size and fit. A picture without a board is left out, with a warning."""
         if self.board is None:
-            raise BadInput("No board is given.", "Say what the pictures show: kind, columns, rows and square_mm.",
+            raise BadInput("The board is missing.", "Enter the board in the images: kind, columns, rows and square_mm.",
                            reason="no-board")
         views, blank, size, count = [], [], None, len(pictures)
         for number, (name, read) in enumerate(pictures):
-            progress(LOOKING * number / count, f"Looking for the board in {name} ({number + 1} of {count})")
+            progress(LOOKING * number / count, f"Detecting the board in {name} ({number + 1} of {count})")
             frame = read()
             size = size or frame.size
             if frame.size != size:
-                raise Conflict(sentence(f"{name} is {frame.size}, the ones before are {size}."),
-                               "Take all pictures with one camera at one size.", reason="size-mismatch")
+                raise Conflict(sentence(f"{name} is {frame.size}, the previous images are {size}."),
+                               "Take all images with one camera at one resolution.", reason="size-mismatch")
             try:
                 views.append(find(frame.pixels, self.board, name))
             except FitFailed as none:
                 blank.append((number, none))
         if size is None or not views:
-            raise blank[0][1] if blank else BadInput("There are no pictures.", "Give about twenty pictures of the "
-                                                     "board.", reason="too-few-views")
+            raise blank[0][1] if blank else BadInput("There are no images.", "Use about 20 images of the board.",
+                                                     reason="too-few-views")
         done = self.from_views(tuple(views), size, subprogress(progress, LOOKING, 1.0))
         warnings = [Warning(none.reason, none.what, none.fix, index=number).to_json() for number, none in blank]
         return {**done, "report": {**done["report"], "warnings": [*done["report"]["warnings"], *warnings]}}

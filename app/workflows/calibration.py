@@ -82,12 +82,14 @@ def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float
     covariance: a report's, possibly imported; Conflict where it is not this model's.
     """
     if covariance is None or sensitivity_of(model) is None:
-        raise Conflict(f"{model.TITLE} have no common parameters whose error could be known." if covariance is None else
-                       f"{model.TITLE} cannot tell how places move with its parameters.",
-                       "Use a lens model; held-out error is known for every model.", reason="no-covariance")
+        raise Conflict(f"{model.TITLE}: the expected error is unknown, because this calibration has no "
+                       "covariance." if covariance is None else
+                       f"{model.TITLE}: the expected error cannot be computed for this model.",
+                       "Use a physical lens model. The cross-validated error is available for every model.",
+                       reason="no-covariance")
     if z_mm != 0 and not isinstance(model, RayModel):
-        raise Conflict(f"{model.TITLE} knows only the carpet, not what is {z_mm:g} mm above it.",
-                       "Use a lens model, or z_mm 0.", reason="no-rays")
+        raise Conflict(f"{model.TITLE}: positions are available on the carpet only, not {z_mm:g} mm above it.",
+                       "Use a physical lens model, or z_mm 0.", reason="no-rays")
     names, matrix = covariance_from_json(covariance, model)
     fit = Fit(model, (), (), covariance=matrix, parameter_names=names)
     sigma = expected_error(fit, region, z_mm, grid_over(region, columns, rows))
@@ -97,8 +99,8 @@ def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float
 def difference(one: CameraModel, other: CameraModel, region: Region) -> dict[str, Any]:
     """How far two calibrations of one picture are apart over the region, in mm and px, as plain JSON."""
     if tuple(one.image_size) != tuple(other.image_size):
-        raise Conflict("The two calibrations are for pictures of different sizes.",
-                       "Compare calibrations of one camera at one size.", reason="size-mismatch")
+        raise Conflict("The two calibrations are for images of different sizes.",
+                       "Compare calibrations of one camera at one resolution.", reason="size-mismatch")
     return difference_report(one, other, region)
 
 
@@ -116,9 +118,9 @@ def fit_border(points: Points, axis: str, degree: int | str, image_size: ImageSi
     spans the picture and the distortion is signed, its middle taken for the inside; without, it is a magnitude.
     """
     if axis not in ("x_of_y", "y_of_x"):
-        raise BadInput(f"{axis!r} is no axis of a border.", "Use x_of_y or y_of_x.", reason="bad-axis")
+        raise BadInput(f"{axis!r} is not an axis of a border.", "Use x_of_y or y_of_x.", reason="bad-axis")
     if degree != "auto" and (isinstance(degree, bool) or not isinstance(degree, int) or not 1 <= degree <= MAX_DEGREE):
-        raise BadInput(f"A border cannot have degree {degree!r}.", f'Use 1 to {MAX_DEGREE}, or "auto".',
+        raise BadInput(f"A border cannot have the degree {degree!r}.", f'Use 1 to {MAX_DEGREE}, or "auto".',
                        reason="bad-option")
     points = as_points(points, "The border's points").reshape(-1, 2)
     run = 1 if axis == "x_of_y" else 0
@@ -162,8 +164,8 @@ def transform(model: CameraModel, points: Points, source: Space, target: Space, 
 
 def _transform_at_height(model: CameraModel, points: Points, source: Space, target: Space, z_mm: float) -> Points:
     if not isinstance(model, RayModel):
-        raise Conflict(f"{model.TITLE} know only the carpet, not what is {z_mm:g} mm above it.",
-                       "Use a lens model, or z_mm 0.", reason="no-rays")
+        raise Conflict(f"{model.TITLE}: positions are available on the carpet only, not {z_mm:g} mm above it.",
+                       "Use a physical lens model, or z_mm 0.", reason="no-rays")
     if source == "field":
         raw = model.project(np.concatenate([points, np.full((*points.shape[:-1], 1), z_mm)], axis=-1))
         return raw if target == "image" else model.corrected_from_raw(raw)
@@ -181,8 +183,8 @@ def correct(pixels: NDArray[np.uint8], model: CameraModel, image_size: ImageSize
 def check_size(size: ImageSize, wanted: ImageSize) -> None:
     """Refuse a picture of another size: a calibration holds for one size only."""
     if size != wanted:
-        raise Conflict(f"The picture is {size}; the calibration was made for {wanted}.",
-                       "Use a picture of that size, or calibrate this one.", reason="size-mismatch")
+        raise Conflict(f"The image is {size}; the calibration is for {wanted}.",
+                       "Use an image of that size, or calibrate the camera at this size.", reason="size-mismatch")
 
 
 def overlay(model: CameraModel, field: Field, region: Region, frame: Literal["raw", "corrected"] = "raw",

@@ -63,9 +63,10 @@ class CalibrationRequest:
 
     def __post_init__(self) -> None:
         if not self.observations:
-            raise BadInput("There are no observations.", "Click points on the four borders.", reason="too-few-points")
+            raise BadInput("There are no points.", "Mark points on the four borders.", reason="too-few-points")
         if self.n_points > MAX_POINTS:
-            raise BadInput(f"There are {self.n_points} points.", f"Send at most {MAX_POINTS}: more tell nothing new.",
+            raise BadInput(f"There are {self.n_points} points.", f"Send at most {MAX_POINTS}. More points do not "
+                                                                 "improve the fit.",
                            reason="too-many-points")
 
     @property

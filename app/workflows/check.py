@@ -36,13 +36,13 @@ def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_prog
     """
     size = ImageSize(pixels.shape[1], pixels.shape[0])
     if size != calibration.image_size:
-        raise Conflict(f"The picture is {size}, the calibration is for {calibration.image_size}.",
-                       "Check with a picture of that size, or calibrate the camera again.", reason="size-mismatch")
+        raise Conflict(f"The image is {size}; the calibration is for {calibration.image_size}.",
+                       "Use an image of that size, or calibrate the camera again.", reason="size-mismatch")
     model, field, region = Restored.of(calibration)
-    progress(0.0, "Looking for the field's lines")
+    progress(0.0, "Detecting the field lines")
     gray = opencv.to_grey(pixels)
     seen = measure_lines(model, gray, field, region)
-    progress(0.7, "Judging")
+    progress(0.7, "Evaluating")
     lines = [asdict(line) for line in line_deviations(seen)]
     own_mm = _own_mm(calibration.report)
     others = _other_lines_px(gray, seen) / max(float(seen.stands_for_px.sum()), 1e-9)

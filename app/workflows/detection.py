@@ -63,13 +63,15 @@ def detect(pixels: NDArray[np.uint8], config: StageConfig, *, calibration: Calib
     """
     size = ImageSize(pixels.shape[1], pixels.shape[0])
     if size.width * size.height > MAX_PX:
-        raise BadInput(f"A picture of {size} is too large to detect objects in.", "Use a picture of at most "
-                       f"{MAX_PX / 1e6:.0f} million pixels, or set the camera to fewer.", reason="image-too-large")
+        raise BadInput(f"The image ({size}) is too large for object detection.",
+                       f"Use an image of at most {MAX_PX / 1e6:.0f} million pixels, or lower the camera's resolution.",
+                       reason="image-too-large")
     if calibration is None and mm_per_px is None:
-        raise BadInput("Nothing tells how large things are in this picture.",
-                       "Give a calibration, or how many mm a pixel is.", reason="no-scale")
+        raise BadInput("The scale of this image is unknown.",
+                       "Select a calibration, or enter the mm per pixel.", reason="no-scale")
     if eye_mm is not None and not eye_mm[2] > 0:
-        raise BadInput("A camera hangs above the carpet.", "Give its height in mm, more than 0.", reason="bad-eye")
+        raise BadInput("The camera height must be above the carpet.", "Enter the height in mm, more than 0.",
+                       reason="bad-eye")
     if calibration is not None:
         check_size(size, calibration.image_size)
     profile = colour_profile_for(pixels, config, profile, clicks)
@@ -84,14 +86,14 @@ def detect(pixels: NDArray[np.uint8], config: StageConfig, *, calibration: Calib
 
 def colour_profile_for(pixels: NDArray[np.uint8], config: StageConfig, profile: ColourProfile | None = None,
                        clicks: Clicks | None = None) -> ColourProfile:
-    """Return a profile, with clicks in this picture added; without both it is found in the picture."""
+    """Return a profile, with clicks in this picture added; without both it is detected in the image."""
     if clicks:
         return learn_profile(profile.name if profile else "clicked", [(pixels, _read(clicks))], profile)
     if profile is not None:
         return profile
     everywhere = next((options["everywhere"] for name, options in config.stages if name == "colours"), ())
     read_near = ("pink", "green") if any(name == "butterfly" for name, _ in config.stages) else ()
-    return automatic_profile("found in the picture", pixels, tuple(dict.fromkeys([*everywhere, *read_near])))
+    return automatic_profile("detected in the image", pixels, tuple(dict.fromkeys([*everywhere, *read_near])))
 
 
 def _read(clicks: Clicks) -> dict[str, list[tuple[float, ...]]]:
@@ -102,9 +104,9 @@ def _read(clicks: Clicks) -> dict[str, list[tuple[float, ...]]]:
             raise BadInput(f"There is no colour called {str(colour)[:40]!r} here.",
                            f"Use one of: {', '.join(NAMES)}, {BACKGROUND}.", reason="unknown-colour")
         if len(places) > MAX_CLICKS or any(len(place) not in (2, 4) for place in places):
-            raise BadInput(f"The clicks on {colour} are no clicks, or more than {MAX_CLICKS}.",
-                           "Send [x, y] for a click, or [x0, y0, x1, y1] for a box.", reason="bad-clicks")
-        found[colour] = [tuple(as_points(np.reshape(place, (-1, 2)), f"The clicks on {colour}").ravel().tolist())
+            raise BadInput(f"The samples of {colour} are invalid, or more than {MAX_CLICKS}.",
+                           "Send [x, y] for a point, or [x0, y0, x1, y1] for a box.", reason="bad-clicks")
+        found[colour] = [tuple(as_points(np.reshape(place, (-1, 2)), f"The samples of {colour}").ravel().tolist())
                          for place in places]
     return found
 
@@ -130,8 +132,8 @@ def pipeline_for(config: StageConfig, size: ImageSize, profile: ColourProfile, c
     if not config.corrected:
         return StagePipeline(config, context)
     if calibration is None:
-        raise Conflict("A picture is corrected by a calibration, and there is none.",
-                       "Activate or name a calibration, or look at the raw picture.", reason="no-calibration")
+        raise Conflict("The image cannot be corrected, because there is no calibration.",
+                       "Activate or select a calibration, or use the raw image.", reason="no-calibration")
     return RectifiedDetector(config, context, calibration, BESIDE_MM, field_area)
 
 

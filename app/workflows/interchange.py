@@ -105,9 +105,9 @@ def read_file(data: bytes, name: str = "", camera_id: int | None = None) -> Cali
     chosen = max(named, key=lambda n: len(readable[n].suffix), default=found[0] if found else None)
     if chosen is None:
         if data[:4] == b"PK\x03\x04":
-            raise BadInput("A remap table holds no model that could be read back.", "Give the calibration as json.",
+            raise BadInput("A remap table contains no model and cannot be imported.", "Import the calibration as json.",
                            reason="unknown-file")
-        raise BadInput("The file is of no format that we read.", f"Give one of: {', '.join(readable)}.",
+        raise BadInput("The file format is not supported.", f"Use one of: {', '.join(readable)}.",
                        reason="unknown-file")
     if chosen == "ssl-vision":
         return readable[chosen].read(data, camera_id)
@@ -120,11 +120,11 @@ def calibration_from_file(found: CameraFile | Observations, options: ImportOptio
     if isinstance(found, CameraFile):
         return _of_camera(found, options, fields)
     if options.field is None or options.region is None or options.image_size is None:
-        raise BadInput("The table holds points, and not where they are from.",
-                       "Say field, region and image_size, as WIDTHxHEIGHT.", reason="no-field")
+        raise BadInput("The table contains points, but not their field, covered area and image size.",
+                       "Enter field, region and image_size (as WIDTHxHEIGHT).", reason="no-field")
     if sum(len(observation.points) for observation in found) > MAX_TABLE_POINTS:
-        raise BadInput(f"The table has more than {MAX_TABLE_POINTS} points.", "Keep some hundred of them: more tell "
-                       "nothing new.", reason="too-many-points")
+        raise BadInput(f"The table has more than {MAX_TABLE_POINTS} points.",
+                       "Use a few hundred. More points do not improve the fit.", reason="too-many-points")
     field = _known(fields, options.field)
     request = CalibrationRequest(found, field, field.region(options.region, options.rotate), options.image_size,
                                  options.model or "polynomial", camera=options.camera,
@@ -165,8 +165,8 @@ def _of_camera(given: CameraFile, options: ImportOptions, fields: Mapping[str, F
                        software=f"touchline {__version__}", note=note)
 
 
-_UNKNOWN = Warning("imported", "This calibration was imported: nothing here knows how large its error is.",
-                   "Click the field's lines in a picture of this camera and compare.")
+_UNKNOWN = Warning("imported", "This calibration was imported. Its error is unknown.",
+                   "Mark the field lines in an image from this camera, and compare.")
 
 
 def _field(found: CameraFile, options: ImportOptions, fields: Mapping[str, Field]) -> Field:
@@ -175,13 +175,14 @@ def _field(found: CameraFile, options: ImportOptions, fields: Mapping[str, Field
     if found.field is not None:
         return field_from_wire(field_to_wire(found.field), fields.values())
     if found.metadata.field is None:
-        raise BadInput("The file does not say over which field the camera hangs.", "Say it: field.", reason="no-field")
+        raise BadInput("The file does not state the field of the camera.", "Enter it: field.", reason="no-field")
     return _known(fields, found.metadata.field)
 
 
 def _known(fields: Mapping[str, Field], name: str) -> Field:
     if name not in fields:
-        raise NotFound(f"There is no field called {name!r} here.", "Save it here first, or say another: field.",
+        raise NotFound(f"There is no field called {name!r} here.", "Save the field here first, or enter another: "
+                                                                   "field.",
                        reason="unknown-field")
     return fields[name]
 
@@ -215,7 +216,7 @@ def _region(found: CameraFile, options: ImportOptions, field: Field) -> Region:
 def _view(found: CameraFile, region: Region) -> dict[str, Any]:
     size = found.image_size
     if size is None:
-        raise BadInput("The file does not say for which picture size it is.", "Say it: image_size.",
+        raise BadInput("The file does not state the image size.", "Enter it: image_size.",
                        reason="no-image-size")
     drawn = found.metadata.rectangle or corrected_rectangle(NO_OPTIONS, region, size)
     return dict(zip(RECTANGLE_FIELDS, (*drawn, region, size), strict=True))
@@ -225,5 +226,5 @@ def size_from_text(text: str) -> ImageSize:
     """1280x1024; BadInput for anything else."""
     found = re.fullmatch(r"\s*([0-9]{1,5})\s*[x×X]\s*([0-9]{1,5})\s*", text)
     if found is None:
-        raise BadInput(f"{text[:40]!r} is no picture size.", "Write it as 1280x1024.", reason="bad-image-size")
+        raise BadInput(f"{text[:40]!r} is not an image size.", "Write it as 1280x1024.", reason="bad-image-size")
     return ImageSize.of((int(found[1]), int(found[2])))

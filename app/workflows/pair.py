@@ -44,10 +44,11 @@ def evaluate_pair(points_a: Any, points_b: Any, a: Calibration | None = None, b:
     two calibrations are judged by the lines and landmarks that both were clicked on.
     """
     if (points_a is None) != (points_b is None) or (a is None) != (b is None):
-        raise BadInput("Only one of two was given.", "Give points for both pictures, and both calibrations or none.",
+        raise BadInput("Points or calibrations are given for one camera only.",
+                       "Send points for both images, and both calibrations or none.",
                        reason="one-sided")
     if points_a is None and a is None:
-        raise BadInput("There is nothing to judge.", "Give matched points, or two calibrations.",
+        raise BadInput("There is nothing to compare.", "Send matched points, or two calibrations.",
                        reason="nothing-given")
     _refuse_different_fields(a, b)
     parts: dict[str, Callable[[], dict[str, Any]]] = {}
@@ -62,7 +63,7 @@ def evaluate_pair(points_a: Any, points_b: Any, a: Calibration | None = None, b:
         parts["agreement"] = lambda: _agreement(a, b, *models, matches)
     found, failed = {}, []
     for number, (name, part) in enumerate(parts.items()):
-        progress(number / len(parts), f"Judging the pair: {name}")
+        progress(number / len(parts), f"Evaluating the pair: {name}")
         try:
             found[name] = part()
         except FitFailed as refusal:
@@ -106,7 +107,7 @@ class _Matches:
 
 def _refuse_different_fields(a: Calibration | None, b: Calibration | None) -> None:
     if a is not None and b is not None and a.field != b.field:
-        raise Conflict("The two calibrations are for different fields.", "Choose two cameras over one field.",
+        raise Conflict("The two calibrations are for different fields.", "Choose two cameras above the same field.",
                        reason="different-fields")
 
 
@@ -119,8 +120,8 @@ def _heights(z_mm: float | Sequence[float | None], count: int) -> Array:
     if not isinstance(z_mm, Sequence):
         return np.full(count, float(z_mm))
     if len(z_mm) != count:
-        raise BadInput(f"There are {len(z_mm)} heights for {count} matches.", "Give one height for all, or one for "
-                       "each match, null where it is not known.", reason="bad-matches")
+        raise BadInput(f"There are {len(z_mm)} heights for {count} matches.",
+                       "Send one height for all, or one for each match (null if it is unknown).", reason="bad-matches")
     return np.array([np.nan if z is None else float(z) for z in z_mm])
 
 
@@ -164,7 +165,8 @@ def _calibrated(model_a: CameraModel, model_b: CameraModel, matches: _Matches) -
     found = calibrated_epipolar_px(model_a, model_b, matches.a, matches.b)
     seen = found[np.isfinite(found)]
     if not seen.size:
-        raise FitFailed("None of the matches is within reach of both lenses.", "Check that the points belong to these "
+        raise FitFailed("None of the matches is within the range of both lenses.",
+                        "Check that the points belong to these "
                         "cameras.", reason="nothing-shared")
     rotation, centre = pose_between(model_a, model_b)
     return {"median_px": float(np.median(seen)), "rms_px": float(np.sqrt(np.mean(seen**2))),

@@ -91,8 +91,8 @@ class RectifiedDetector:
         """As StagePipeline.process; the stages' pictures are corrected ones."""
         size = ImageSize(pixels.shape[1], pixels.shape[0])
         if size != self.context.image_size:
-            raise BadInput(f"The picture is {size}, the calibration was made for {self.context.image_size}.",
-                           "Use a picture of that size, or calibrate this one.", reason="size-mismatch")
+            raise BadInput(f"The image is {size}; the calibration is for {self.context.image_size}.",
+                           "Use an image of that size, or calibrate the camera at this size.", reason="size-mismatch")
         began = clock() if clock else 0.0
         rectified = self._map.apply(pixels)
         took = {STAGE: 1000 * (clock() - began)} if clock else {}

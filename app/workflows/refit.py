@@ -23,8 +23,8 @@ def run_refit(spec: Any, progress: Progress) -> dict[str, Any]:
         share = subprogress(progress, number / len(spec["calibrations"]), (number + 1) / len(spec["calibrations"]),
                             f"{before.camera}: ")
         if not before.observations:
-            raise Conflict(f"The calibration of {before.camera} keeps no clicks.", "It was imported: calibrate the "
-                           "camera anew.", reason="no-observations")
+            raise Conflict(f"The calibration of {before.camera} has no points.",
+                           "It was imported. Calibrate the camera again.", reason="no-observations")
         request = _request(before, spec["rectangles"], spec.get("field"))
         made.append(request.record(request.run(share), parent=before.id).to_json())
     return {"made": made}
@@ -33,11 +33,11 @@ def run_refit(spec: Any, progress: Progress) -> dict[str, Any]:
 def _request(before: Calibration, rectangles: dict[str, Any], field: Any) -> CalibrationRequest:
     options = {**before.options, **rectangles}
     if field is None:
-        return CalibrationRequest.of(before, options, "refitted with the rectangles of its rig")
+        return CalibrationRequest.of(before, options, "fitted again with the shared calibration grid of its rig")
     now = field_from_json(field)
     known = {*now.lines, *now.arcs, *now.landmarks, *BORDERS}
     kept = tuple(o for o in observations_from_json(before.observations)
                  if not isinstance(o.feature, str) or o.feature in known)
     return CalibrationRequest(kept, now, now.region(before.region, before.rotate), before.image_size,
                               before.model_name, options, before.camera, before.snapshot, before.image_sha256,
-                              "made again from its points after the field was changed")
+                              "fitted again to its points after the field was changed")

@@ -32,7 +32,7 @@ from app.workflows.calibration_request import CalibrationRequest
 
 MIN_LINES, MIN_MARKING_POINTS = 3, 3  # and points on each
 WORSE, WORSE_PX = 3.0, 1.5  # times, and px of 1280, that lines may lie further off than before: else it is another lens
-AFRESH = "Calibrate the camera anew: find its lines, or click them."
+AFRESH = "Calibrate the camera again: detect the field lines, or mark points."
 # Options that the kept lens replaces; everything else was the operator's choice.
 OWN_OPTIONS = ("lens", "lens_sigma", "terms", "leanings", "start", "click_sigma_px", "height_mm", "centre_sigma_px")
 
@@ -44,16 +44,17 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
     before: the picture that the calibration came from, where it is stored.
     """
     if frame.size != calibration.image_size:
-        raise Conflict(f"The picture is {frame.size}, the calibration is for {calibration.image_size}.",
-                       "Set the camera back to that size, or calibrate it at this one.", reason="size-mismatch")
+        raise Conflict(f"The image is {frame.size}; the calibration is for {calibration.image_size}.",
+                       "Set the camera to that resolution, or calibrate it at this one.", reason="size-mismatch")
     model, field, region = Restored.of(calibration)
-    progress(0.0, "Looking for the field's lines")
+    progress(0.0, "Detecting the field lines")
     found = track_lines(opencv.to_grey(frame.pixels), model, field,
                         None if before is None else opencv.to_grey(before.pixels))
     observations = None if found is None else _observed(found, field, region)
     if found is None or len(observations) < MIN_LINES:
-        raise FitFailed("Too few of the field's lines are where this camera could have been moved to.",
-                        f"Clear the lines and switch the lamps on, then try again. {AFRESH}", reason="lines-not-found")
+        raise FitFailed("Too few field lines were detected near their previous positions.",
+                        f"Uncover the lines and switch the lamps on, then try again. {AFRESH}",
+                        reason="lines-not-found")
     size, part = frame.size, subprogress(progress, 0.3, 1.0)
     field = field_from_json(calibration.field)  # where its lines lie is found again
     options = {name: value for name, value in calibration.options.items() if name not in OWN_OPTIONS}
@@ -70,10 +71,11 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
     before_px = float(calibration.report.get("rms_px") or 0.0)
     if off_px > max(WORSE * before_px, WORSE_PX * max(size.width / 1280, 0.5)):
         if isinstance(model, RayModel):
-            raise FitFailed(f"With the lens kept, the lines lie {off_px:.1f} px off: it is another lens, another focus "
-                            "or another field.", AFRESH, reason="lens-changed")
-        raise FitFailed(f"Moved along with the picture, the lines lie {off_px:.1f} px off: that is too far for "
-                        f"{model.TITLE.lower()}, which knows no lens apart from where it stands.", AFRESH,
+            raise FitFailed(f"With the same lens, the lines are {off_px:.1f} px off. The lens, the focus or the field "
+                            "has changed.", AFRESH, reason="lens-changed")
+        raise FitFailed(f"After shifting the points with the image, the lines are {off_px:.1f} px off. This is too "
+                        f"far for {model.TITLE.lower()}, which does not separate the lens from the camera "
+                        "pose.", AFRESH,
                         reason="moved-too-far")
     request = CalibrationRequest(observations, field, region, size, calibration.model_name, options, calibration.camera,
                                  snapshot, frame.sha256 or None, note)
@@ -93,7 +95,7 @@ def _moved_along(calibration: Calibration, found: TrackedLines, size: ImageSize)
     """The points that a model without rays rests on, moved as the picture was; a tilt moves it as a homography does."""
     before = observations_from_json(list(calibration.observations))
     if not before:
-        raise FitFailed("This calibration has no points that could be moved along: it was imported.", AFRESH,
+        raise FitFailed("This calibration was imported and has no points, so its pose cannot be updated.", AFRESH,
                         reason="no-observations")
     across = np.einsum("ni,nik->nk", found.normals, _bending(found.places, size))
     off = np.sum((found.points - found.places) * found.normals, axis=1)
@@ -131,15 +133,15 @@ def _summary(calibration: Calibration, before: CameraModel, done: CalibrationRes
                "seen_share": round(found.share, 3), "lines_px": round(off_px, 3),
                "picture_px": round(found.moved_px, 2), "turned_deg": None, "moved_mm": None,
                "verdict": done.report["verdict"]}
-    kept = "moved along"
+    kept = "With the points shifted"
     if isinstance(before, RayModel):
         turn = np.array(done.model.camera_from_field) @ np.array(before.camera_from_field).T
         summary["turned_deg"] = round(float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))), 4)
         summary["moved_mm"] = round(float(np.linalg.norm(np.subtract(done.model.position_mm, before.position_mm))), 1)
-        kept = "with its lens kept"
+        kept = "With the same lens"
     return {**summary, "sentence":
-            f"The picture had moved by {found.moved_px:.1f} px; {kept}, {summary['points']} points on "
-            f"{summary['lines']} lines fit to {off_px:.2f} px."}
+            f"The image had moved by {found.moved_px:.1f} px. {kept}, {summary['points']} points on "
+            f"{summary['lines']} lines fit within {off_px:.2f} px."}
 
 
 def run_register(spec: Any, progress: Progress) -> dict[str, Any]:

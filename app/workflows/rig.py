@@ -49,7 +49,7 @@ def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
     if wanted:
         with ImageDecoder(workers=1) as decoder:
             for number, camera in enumerate(wanted):
-                progress(READING * number / len(wanted), f"Reading the picture of {camera['title']}")
+                progress(READING * number / len(wanted), f"Reading the image from {camera['title']}")
                 pictures[camera["camera"]] = decoder.frame_from_bytes(read_checked(**camera["picture"])).pixels
     found = check(rig, pictures, spec["matches"], subprogress(progress, READING if wanted else 0.0, 1.0))
     return {**found, "missing": spec["missing"]}
@@ -89,7 +89,7 @@ def _of_accuracy(camera: Mapping[str, Any], calibration: Calibration, pixels: Pi
     found = verdict_in(pixels, *Restored.of(calibration))
     if found["level"] == "poor":
         yield {"camera": camera["camera"], "reason": "lines-misplaced", "level": "poor",
-               "text": f"In its picture: {camera['title']}. {found['sentence']}", "fix": found["fix"]}
+               "text": f"In the image from {camera['title']}: {found['sentence']}", "fix": found["fix"]}
 
 
 def _pair(rig: Mapping[str, Any], titles: Mapping[str, str], names: tuple[str, str],
@@ -138,7 +138,7 @@ def _evidence(rig: Mapping[str, Any], names: tuple[str, str], both: tuple[Calibr
         evidence = from_pictures(models[0], shown[0], models[1], shown[1], field, progress)
         if len(evidence) >= MIN_MEASURES:
             return evidence, "pictures", notes
-        notes.append("The pictures show too few lines where both cameras look.")
+        notes.append("The images show too few lines in the area that both cameras cover.")
     a, b = both
     return from_clicks(models[0], observations_from_json(a.observations), field.region(a.region, a.rotate), models[1],
                        observations_from_json(b.observations), field.region(b.region, b.rotate), field), "clicks", notes
@@ -175,19 +175,20 @@ def _troubles(rig: Mapping[str, Any], camera: Mapping[str, Any], mine: Rectangle
         yield trouble("not-calibrated", f"{title} has no active calibration.", f"Calibrate {title}, and activate it.")
         return
     if calibration["field"] != rig["field"]["name"]:
-        yield trouble("other-field", f"{title} is calibrated on the field {calibration['field']}, the rig's is "
-                      f"{rig['field']['name']}.", f"Calibrate {title} on {rig['field']['name']}.")
+        yield trouble("other-field", f"{title} is calibrated on the field {calibration['field']}; the field of the "
+                                     f"rig is {rig['field']['name']}.", f"Calibrate {title} on {rig['field']['name']}.")
         return
     if changes := _changes(rig, calibration):
         yield trouble("field-changed", f"{title} was calibrated before the field was changed: "
                       f"{changes_in_words(changes)}.", FIELD_CHANGED_FIX)
     if camera["region"] is not None and calibration["region"] != camera["region"]:
-        yield trouble("other-region", f"{title} is calibrated on {calibration['region']}, the rig gives it "
-                      f"{camera['region']}.", f"Calibrate {title} on {camera['region']}, or change the rig.")
+        yield trouble("other-region", f"{title} is calibrated on {calibration['region']}; its covered area in the rig "
+                                      f"is {camera['region']}.", f"Calibrate {title} on {camera['region']}, or change "
+                                                                 "the rig.")
     if mine is not None and wanted is not None and not mine.same_as(wanted):
-        yield trouble("other-rectangles", f"{title} is calibrated with {mine.words()}; the rig has {wanted.words()}: "
-                      "equal corrected pixels of two cameras are not equal distances.",
-                      f"Refit {title} with the rig's rectangles, then activate the new version.")
+        yield trouble("other-rectangles", f"{title} is calibrated with {mine.words()}; the rig has {wanted.words()}. "
+                                          "Corrected pixels of the two cameras differ in scale.",
+                      f"Fit {title} again with the shared calibration grid of the rig, then activate the new version.")
 
 
 def _changes(rig: Mapping[str, Any], calibration: Mapping[str, Any]) -> tuple[str, ...]:
@@ -208,8 +209,8 @@ def refuse_other_sizes(rig: Mapping[str, Any], pictures: Mapping[str, Pixels]) -
             continue
         size, wanted = ImageSize(pixels.shape[1], pixels.shape[0]), ImageSize.of(calibration["image_size"])
         if size != wanted:
-            raise Conflict(f"The picture of {camera['title']} is {size}; its calibration was made for {wanted}.",
-                           "Use pictures of that size, or calibrate it anew.", reason="size-mismatch")
+            raise Conflict(f"The image from {camera['title']} is {size}; its calibration is for {wanted}.",
+                           "Use an image of that size, or calibrate the camera again.", reason="size-mismatch")
 
 
 def _matches_of(matches: Sequence[Mapping[str, Any]], a: str, b: str) -> Mapping[str, Any] | None:
@@ -226,8 +227,8 @@ def _refuse_unknown(matches: Sequence[Mapping[str, Any]], known: set[str]) -> No
     for one in matches:
         for name in (one["a"], one["b"]):
             if name not in known:
-                raise BadInput(f"Matches name a camera {name!r} that is not of this rig.",
+                raise BadInput(f"Matches name a camera {name!r} that is not in this rig.",
                                f"Use two of: {', '.join(sorted(known))}.", reason="unknown-camera")
         if len(one["points_a"]) != len(one["points_b"]):
-            raise BadInput("Matches have not the same number of points on both sides.", "Give as many in one picture "
-                           "as in the other.", reason="bad-matches")
+            raise BadInput("The matches do not have the same number of points in both images.",
+                           "Send the same number of points for each image.", reason="bad-matches")

@@ -51,7 +51,8 @@ class RollRecorder:
         """
         size = ImageSize(pixels.shape[1], pixels.shape[0])
         if self._size is not None and size != self._size:
-            raise BadInput("The frames differ in size.", "Use one camera in one mode.", reason="size-mismatch")
+            raise BadInput("The frames have different sizes.", "Use one camera at one resolution.",
+                           reason="size-mismatch")
         self._size = size
         number = self.frames if number is None else number
         self._first_s = float(seconds) if not self.frames else self._first_s
@@ -79,15 +80,15 @@ class RollRecorder:
     @property
     def size(self) -> ImageSize:
         if self._size is None:
-            raise BadInput("There is no frame.", "Give a film, or wait for the camera.", reason="nothing-given")
+            raise BadInput("There are no frames.", "Use a video, or wait for the camera.", reason="nothing-given")
         return self._size
 
     def report(self, model: CameraModel | None = None, name: str | None = None) -> dict[str, Any]:
         """Return all figures as plain JSON; `corrected` where a model was given, `lens` where three rolls give one."""
         figures = roll_report(self.rolls, self.size, model, name)
         if not self.is_still:
-            raise BadInput("Nearly the whole picture changes again and again: the camera is not still, or its light is "
-                           "not.", "Fix the camera, and switch its automatic exposure off.", reason="camera-not-still")
+            raise BadInput("Nearly the whole image changes repeatedly: the camera or its light is not steady.",
+                           "Secure the camera, and switch off its automatic exposure.", reason="camera-not-still")
         return {**figures, "frames": self.frames, "seconds": self._last_s - self._first_s,
                 "runs": [roll.to_json() for roll in self.rolls], "lens": lens_or_none(self.rolls, figures, self.size)}
 

@@ -52,7 +52,7 @@ def run_motion(spec: Any, progress: Progress) -> dict[str, Any]:
         report = {**report, "runs": [roll.to_json() for roll in rolls]}
     lens = made = None
     if spec["make"] != "report":
-        progress(FOLLOWING, "Making the rolls straight")
+        progress(FOLLOWING, "Straightening the rolls")
         kind, held = spec["lens"], spec["centre_sigma_px"]
         if spec["make"] == "refined":
             kind = check_refinable(calibration)
@@ -73,7 +73,7 @@ class FilmRecorder(RollRecorder):
 def track_film(path: Path, progress: Progress = no_progress, calibration: Calibration | None = None) -> FilmRecorder:
     """Record the rolls of a film, which is read once. calibration: refused early where its picture size differs."""
     if not path.is_file():
-        raise NotFound(f"There is no film {path.name!r}.", "Correct the path.", reason="unknown-video")
+        raise NotFound(f"There is no video {path.name!r}.", "Check the path.", reason="unknown-video")
     rolling = FilmRecorder()
     with closing(VideoSource.open(path.name, OPTIONS, SourceContext(decode=frame_from_bytes,
                                                                     pictures=path.parent))) as film:
@@ -89,7 +89,7 @@ def track_film(path: Path, progress: Progress = no_progress, calibration: Calibr
             rolling.add(film.moment_s, frame.pixels)
             rolling.last = frame.pixels
             if number % PROGRESS_EVERY == 0:
-                progress(number / (number + 200), f"Following what moves: {film.moment_s:.1f} s, "
+                progress(number / (number + 200), f"Tracking motion: {film.moment_s:.1f} s, "
                                                   f"{len(rolling.rolls)} rolls")
     rolling.end()
     return rolling
@@ -136,11 +136,12 @@ def lens_record(rolls: Sequence[RecordedRoll], size: ImageSize, kind: str = "aut
     figures = roll_report(rolls, size)
     used = agreeing_rolls(rolls, figures)
     if not figures["raw"]["free"]:
-        raise FitFailed("These are no free rolls: what moved was driven or pushed.", "Forget them, and let one ball "
-                        "roll while nobody else moves.", reason="not-free")
+        raise FitFailed("These are not free rolls. The moving object was driven or pushed.",
+                        "Delete them, and roll one ball while nothing else moves.", reason="not-free")
     if len(used) < MIN_FOR_LENS:
-        raise FitFailed(f"{len(used)} rolls agree with each other; {MIN_FOR_LENS} are needed for a lens.",
-                        "Roll more, quickly, in several directions, near the borders.", reason="too-few-rolls")
+        raise FitFailed(f"{len(used)} rolls agree with each other. A lens needs {MIN_FOR_LENS}.",
+                        "Roll the ball more often, fast, in several directions, near the edges of the image.",
+                        reason="too-few-rolls")
     found = straightness((), [roll.points for roll in used], size, lens=kind, centre_sigma_px=centre_sigma_px)
     border = found["bow"]["border"]
     by_lines, by_rolls = 100 * border["sigma_px"] / border["length_px"], figures["raw"]["border_sigma_pct"]
@@ -160,16 +161,18 @@ def lens_record(rolls: Sequence[RecordedRoll], size: ImageSize, kind: str = "aut
 def check_refinable(calibration: Calibration | None) -> str:
     """Return the name of the calibration's lens; Conflict where rolls cannot refine it."""
     if calibration is None:
-        raise Conflict("There is no calibration to refine.", "Activate one, or name one.", reason="not-calibrated")
+        raise Conflict("There is no calibration to refine.", "Activate or select a calibration.",
+                       reason="not-calibrated")
     if calibration.model_name not in LINE_LENSES:
-        raise Conflict(f"Straight rolls cannot refine {calibration.model_name}: it has no terms that they tell.",
-                       f"Fit one of {', '.join(LINE_LENSES)}; or make a lens of the rolls.", reason="not-refinable")
+        raise Conflict(f"Straight rolls cannot refine {calibration.model_name}, because they determine none of its "
+                       "terms.",
+                       f"Fit one of {', '.join(LINE_LENSES)}, or fit a lens to the rolls.", reason="not-refinable")
     if calibration.options.get("lens"):
-        raise Conflict("This calibration holds a lens from elsewhere, which it would lose.",
-                       "Refine one whose own clicks told its lens, or make a lens of the rolls.",
+        raise Conflict("This calibration uses a lens from elsewhere, which would be replaced.",
+                       "Refine a calibration whose lens was fitted to its own points, or fit a lens to the rolls.",
                        reason="not-refinable")
     if not calibration.observations:
-        raise Conflict("This calibration was imported and has no clicks.", "Calibrate from a picture first.",
+        raise Conflict("This calibration was imported and has no points.", "Calibrate from an image first.",
                        reason="not-refinable")
     return calibration.model_name
 
@@ -179,15 +182,15 @@ def refine(calibration: Calibration, lens: Mapping[str, Any], note: str = "",
     """Fit the calibration's own clicks again, with the distortion of that lens record as a prior."""
     check_refinable(calibration)
     options = {**calibration.options, "lens": {"name": lens["model"], "lens": lens["lens"]}, "lens_sigma": "own"}
-    request = CalibrationRequest.of(calibration, options, note or f"Version {calibration.version}, its lens refined by "
-                                    f"{lens['report']['rolls']} rolls")
+    request = CalibrationRequest.of(calibration, options, note or f"Version {calibration.version}, lens refined with "
+                                                                  f"{lens['report']['rolls']} rolls")
     return request.record(request.run(progress), parent=calibration.id)
 
 
 def check(make: str, lens: str, centre_sigma_px: float | None) -> None:
     """Refuse what can be refused before a film is read."""
     if make not in MAKE:
-        raise BadInput(f"Rolls make no {make!r}.", f"Use one of: {', '.join(MAKE)}.", reason="bad-option")
+        raise BadInput(f"Rolls cannot be used for {make!r}.", f"Use one of: {', '.join(MAKE)}.", reason="bad-option")
     check_choice(lens, centre_sigma_px)
 
 
@@ -197,6 +200,6 @@ def model_for_size(calibration: Calibration | None, size: ImageSize) -> tuple[Ca
         return None, None
     wanted = calibration.image_size
     if wanted != size:
-        raise Conflict(f"The rolls are of pictures of {size}, the calibration of {wanted}.",
-                       "Use what the camera showed in the mode that was calibrated.", reason="size-mismatch")
+        raise Conflict(f"The rolls are from images of {size}; the calibration is for {wanted}.",
+                       "Use rolls recorded at the resolution that was calibrated.", reason="size-mismatch")
     return model_of(calibration), calibration.id

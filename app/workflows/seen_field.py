@@ -23,8 +23,8 @@ def seen_field(pixels: NDArray[np.uint8], calibration: Calibration, field: Field
     alone.
     """
     if (pixels.shape[1], pixels.shape[0]) != tuple(calibration.image_size):
-        raise Conflict(f"The picture is {pixels.shape[1]} × {pixels.shape[0]}, the calibration is for "
-                       f"{calibration.image_size}.", "Take a picture of that size.", reason="size-mismatch")
+        raise Conflict(f"The image is {pixels.shape[1]} × {pixels.shape[0]}; the calibration is for "
+                       f"{calibration.image_size}.", "Take an image of that size.", reason="size-mismatch")
     progress(0.0, "Detecting lines")
     model, chains = model_of(calibration), detect_lines(pixels).chains
     progress(0.7, "Measuring lines")

@@ -42,7 +42,7 @@ def straightness(edges: Sequence[Sequence[Points]], lines: Sequence[Any], size: 
     clicked = len(chains)
     where = [0] * clicked + [number for number, found in enumerate(edges) for _ in found]
     chains += [chain for found in edges for chain in found]
-    progress(LOOKING, "Making them straight")
+    progress(LOOKING, "Straightening the edges")
     fit = _fit(chains, size, lens, where, centre_sigma_px)
     progress(1.0, "Done")
     return _report(fit, chains, clicked)
@@ -57,8 +57,9 @@ def undistort(pixels: NDArray[np.uint8], lens: Distortion, width: int | None = N
     """Undo a lens' distortion of a picture (h, w, 3), at its own size or `width` px wide; Conflict for another size."""
     seen = ImageSize(pixels.shape[1], pixels.shape[0])
     if seen != lens.image_size:
-        raise Conflict(f"The picture is {seen}, the lens is of pictures of {lens.image_size}.",
-                       "Send a picture of the camera and mode that the lens is of.", reason="size-mismatch")
+        raise Conflict(f"The image is {seen}; the lens is for images of {lens.image_size}.",
+                       "Use an image from the camera and at the resolution that the lens was measured with.",
+                       reason="size-mismatch")
     return correction_map(UndistortedView(lens), CorrectedView(width=width)).apply_finely(pixels)
 
 
@@ -114,21 +115,22 @@ def _report(fit: PlumbLineFit, chains: list[Points], clicked: int) -> dict[str, 
                    "straight": nullable_points(straight.corrected_from_raw(drawn[c.index]).round(2))}
                   for c in fit.chains],
         "lenses": list(LINE_LENSES),
-        "cannot_see": "Straight edges tell how the picture bends, not its focal length and hardly its centre.",
+        "cannot_see": "Straight edges measure the distortion. They do not give the focal length, and hardly the "
+                      "centre.",
     }
 
 
 def _sentence(fit: PlumbLineFit, verdict: SagVerdict) -> str:
     bow = verdict.most
     if verdict.answer == "none":
-        return (f"No significant distortion: the edge that bows most does so by {bow.px:.2f} ± {bow.sigma_px:.2f} px, "
-                f"and edges are straight to {fit.before_px:.2f} px as they are.")
+        return (f"No significant distortion. The largest bow of an edge is {bow.px:.2f} ± {bow.sigma_px:.2f} px. "
+                f"Without correction, edges are straight within {fit.before_px:.2f} px.")
     if verdict.answer == "unknown":
-        return ("These edges do not tell whether the picture is bent: mark or show more long straight edges, near the "
-                "picture's edge and across it.")
+        return ("Inconclusive: these edges do not show whether the image is distorted. Mark or show more long "
+                "straight edges, near the edge of the image and across it.")
     digits = 2 if bow.sigma_px < 0.095 else 1
-    return (f"The lens bows an edge of {bow.length_px:.0f} px by {bow.px:.{digits}f} ± {bow.sigma_px:.{digits}f} px; "
-            f"once that is taken out, edges are straight to {fit.after_px:.2f} px.")
+    return (f"The lens bows an edge of {bow.length_px:.0f} px by {bow.px:.{digits}f} ± {bow.sigma_px:.{digits}f} px. "
+            f"After correction, edges are straight within {fit.after_px:.2f} px.")
 
 
 def _bow(bow: LineSag) -> dict[str, float | None]:
@@ -145,4 +147,4 @@ def _drawn(chain: Points, most: int, ordered: bool) -> Points:
 
 
 def _name(index: int, picture: int, clicked: int) -> str:
-    return f"line {index + 1}" if index < clicked else f"picture {picture + 1}, edge {index - clicked + 1}"
+    return f"line {index + 1}" if index < clicked else f"image {picture + 1}, edge {index - clicked + 1}"

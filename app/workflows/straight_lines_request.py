@@ -34,15 +34,15 @@ class StraightLinesRequest:
         self.check_given(count)
         size, edges, names = self.image_size, [], {}
         for number, (name, read) in enumerate(pictures):
-            progress(straight_lines.LOOKING * number / count, f"Looking for edges in {name} ({number + 1} of {count})")
+            progress(straight_lines.LOOKING * number / count, f"Detecting edges in {name} ({number + 1} of {count})")
             frame = read()
             size = size or frame.size
             if frame.size != size:
-                raise Conflict(sentence(f"{name} is {frame.size}, not {size}."),
-                               "Give pictures of one camera in one mode.", reason="size-mismatch")
+                raise Conflict(sentence(f"{name} is {frame.size}, the previous images are {size}."),
+                               "Use images from one camera at one resolution.", reason="size-mismatch")
             if frame.sha256 in names:  # counted twice, its edges would pass for twice as many things
-                raise BadInput(sentence(f"{name} is the same picture as {names[frame.sha256]}."),
-                               "Leave one of them out.", reason="same-picture")
+                raise BadInput(sentence(f"{name} is the same image as {names[frame.sha256]}."),
+                               "Remove one of them.", reason="same-picture")
             names[frame.sha256] = name
             edges.append(edge_chains(frame.pixels))
         found = straight_lines.straightness(edges, self.lines, size, lens=self.lens,
@@ -52,11 +52,11 @@ class StraightLinesRequest:
     def check_given(self, count: int) -> None:
         """Refuse a request without pictures and lines. count: of pictures."""
         if not count and not self.lines:
-            raise BadInput("There is neither a picture nor a line.", "Give pictures of one camera, or lines and the "
-                           "size of their picture.", reason="nothing-given")
+            raise BadInput("There are no images and no lines.", "Send images from one camera, or lines and their "
+                                                                "image size.", reason="nothing-given")
         if not count and self.image_size is None:
-            raise BadInput("The size of the picture is not given.", 'Give "image_size": [width, height], or the '
-                           "picture.", reason="no-image-size")
+            raise BadInput("The image size is missing.", 'Send "image_size": [width, height], or the image.',
+                           reason="no-image-size")
 
     def to_json(self) -> dict[str, Any]:
         return {"lens": self.lens, "centre_sigma_px": self.centre_sigma_px, "lines": list(self.lines),

@@ -87,7 +87,7 @@ def test_without_a_token_signing_out_changes_nothing(standing):
 
 def test_a_wrong_token_at_the_login_is_told(guarded):
     answer = guarded.post("/login", data={"token": "wrong"})
-    assert answer.status_code == 401 and "not the token" in answer.text
+    assert answer.status_code == 401 and "access token is wrong" in answer.text
     assert guarded.get("/api/v1/models").status_code == 401
 
 

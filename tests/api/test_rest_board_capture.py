@@ -66,7 +66,7 @@ def test_what_was_taken_before_is_not_taken_again_and_by_hand_it_is(films):
 def test_a_camera_before_which_there_is_no_board_says_so(films):
     with listening(films, "bare") as line:
         told = line.receive_json()
-    assert told["quad"] is None and told["corners"] == [] and told["hint"].startswith("No board is seen")
+    assert told["quad"] is None and told["corners"] == [] and told["hint"].startswith("No board detected")
     assert told["wanted"]["outline"] and told["count"] == 0
 
 

@@ -94,7 +94,7 @@ def test_the_lens_of_a_calibration_is_held_as_well_as_its_own_clicks_told_it(sta
     fast = standing.post(CAL, json={**body, "options": {"lens": first["id"]}}).json()
     refusal = standing.post(CAL, json={**body, "options": {**own, "lens": fast["id"]}})
     assert refusal.status_code == 422 and refusal.json()["type"].endswith("lens-sigma-unknown")
-    assert "hold it fast" in refusal.json()["fix"]
+    assert "fix the lens" in refusal.json()["fix"]
 
 
 REFUSED = {

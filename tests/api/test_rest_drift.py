@@ -118,7 +118,7 @@ def test_a_calibration_that_was_never_right_inside_the_field_is_an_alarm_though_
             "observations": [o.to_json() for o in border_observations(source.camera, region, 9)]}).json()
         assert client.post(f"{API}/calibrations/{made['id']}/activate").status_code == 200
         told = becomes(client, "misplaced")
-    assert told["alarm"] is True and told["px"] < 0.1 and "Farthest off" in told["sentence"] and told["fix"]
+    assert told["alarm"] is True and told["px"] < 0.1 and "Largest error" in told["sentence"] and told["fix"]
 
 
 def test_without_a_calibration_nothing_is_followed_or_registered(served):

@@ -33,7 +33,7 @@ def test_activations_of_all_cameras_are_listed_newest_first(client, task, calibr
     assert [(one["kind"], one["camera"], one["version"], one["by"], one["text"]) for one in found] == [
         ("activated", "removed", 1, "Cy", "Version 1 of removed was activated."),
         ("activated", "north", 1, "Bo", "Version 1 of North half was activated."),
-        ("activated", None, 1, "Ada", "Version 1 of the pictures from files was activated.")]
+        ("activated", None, 1, "Ada", "Version 1 of the images from files was activated.")]
     assert [one["at"] for one in found] == sorted((one["at"] for one in found), reverse=True)
     assert events(client, limit=1) == found[:1]
     for limit in (0, 201, "many"):

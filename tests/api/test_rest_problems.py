@@ -67,7 +67,7 @@ def test_the_place_of_a_mistake_is_named(standing):
 
 
 def test_who_is_one_too_many_is_told_when_to_try_again():
-    answer = problem_of(Busy("20 of your jobs are waiting already.", "Wait for some to end."))
+    answer = problem_of(Busy("20 of your jobs are already waiting.", "Wait until some have ended."))
     assert answer.status_code == 429 and int(answer.headers["retry-after"]) > 0
     assert "retry-after" not in problem_of(NotFound("There is no job.", "List them.")).headers
 

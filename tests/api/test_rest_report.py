@@ -136,7 +136,7 @@ def test_every_model_has_a_report_whose_page_and_json_say_the_same_numbers(stand
     for warning in calibration["report"]["warnings"]:
         assert warning["text"] in page.text and warning["fix"] in page.text
     if model in ("polynomial", "thin-plate"):
-        assert "no rays" in said["uncertainty"]["hat"]["why"]
+        assert "only on the carpet" in said["uncertainty"]["hat"]["why"]
     sigma = calibration["report"]["sigma_mm"]
     assert html.count("data:image/png") == (0 if sigma is None else 1 + ("hat" in sigma))
     for name, known in (("carpet", sigma), ("hat", (sigma or {}).get("hat"))):

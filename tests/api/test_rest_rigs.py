@@ -128,7 +128,7 @@ def test_a_check_by_matches_holds_them_against_the_foretold_geometry(client, rig
 
 def test_a_check_by_clicks_says_what_it_cannot_see(client, rig):
     (pair,) = client.post(f"{rig}/check", json={"pictures": "none"}).json()["pairs"]
-    assert pair["from"] == "clicks" and "Check with pictures" in pair["verdict"]["fix"]
+    assert pair["from"] == "clicks" and "Check with current images" in pair["verdict"]["fix"]
 
 
 @pytest.mark.parametrize("as_job", [False, True])

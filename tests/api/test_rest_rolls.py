@@ -140,7 +140,7 @@ def test_the_active_calibration_is_refined_as_a_new_version_that_is_not_active(c
     assert done["state"] == "done" and done["result"]["lens"] is None, done
     made = client.get(f"{API}/calibrations/{done['result']['calibration']}").json()
     assert made["version"] > calibration["version"] and made["parent"] and not made["active"]
-    assert made["camera"] == "ball" and made["options"]["lens_sigma"] == "own" and "refined by" in made["note"]
+    assert made["camera"] == "ball" and made["options"]["lens_sigma"] == "own" and "lens refined with" in made["note"]
     assert client.get(f"{API}/calibrations/{calibration['id']}").json()["active"]
     assert client.get(f"{API}/calibrations/{made['id']}/uncertainty.json").status_code == 200
     assert client.get(f"{API}/calibrations/{made['id']}/report.html").status_code == 200

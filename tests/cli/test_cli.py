@@ -46,7 +46,7 @@ def test_help_and_version_answer(touchline):
 
 def test_calibrate_says_the_verdict_in_millimetres_and_writes_the_whole_record(touchline, picture, tmp_path):
     code, out, err = touchline("calibrate", picture, "--points", CLICKS, "-o", "cal.json", "--note", "first")
-    assert (code, err) == (0, "") and re.search(r"\d mm", out) and "Written to cal.json" in out
+    assert (code, err) == (0, "") and re.search(r"\d mm", out) and "Saved as cal.json" in out
     record = json.loads((tmp_path / "cal.json").read_text())
     assert record["field"] == "ssl-2008" and record["note"] == "first" and record["image_size"] == [780, 580]
     assert record["software"] == f"touchline {__version__}" and len(record["image_sha256"]) == 64
@@ -223,7 +223,7 @@ def test_serve_says_its_address_and_sigterm_ends_it_though_a_request_is_half_sen
         assert json.load(urlopen(url + "api/v1/health", timeout=60))["status"] == "ok"
         port = url.rstrip("/").split(":")[-1]
         code, _, err = touchline("serve", "--port", port, "--data", tmp_path / "d2")
-        assert code == 4 and "fix: Choose another with --port" in err
+        assert code == 4 and "fix: Choose another port with --port" in err
         half_sent = socket.create_connection(("127.0.0.1", int(port)))
         half_sent.sendall(b"POST /api/v1/fit/border HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\n"
                           b"Content-Length: 1000\r\n\r\n{")

@@ -43,8 +43,8 @@ def automatic(touchline, seen, answers, tmp_path):
 
 def test_auto_writes_a_calibration_and_its_points_which_calibrate_takes(touchline, automatic, tmp_path):
     code, out, err = automatic
-    assert (code, err) == (0, "") and "of the lines that should be in the picture were found" in out
-    assert "Written to cal.json." in out
+    assert (code, err) == (0, "") and "of the expected lines were detected" in out
+    assert "Saved as cal.json." in out
     height_m, reach_m = map(float, re.search(r"Camera (\S+) ± (\S+) m above the carpet", out).groups())
     assert abs(height_m - SPEC.height_mm / 1000) < 1.5 * reach_m < 1.5  # ± what holds in 95 of 100
     points = json.loads((tmp_path / "points.json").read_text())
@@ -55,7 +55,7 @@ def test_auto_writes_a_calibration_and_its_points_which_calibrate_takes(touchlin
 
 def test_auto_declines_with_the_reason_and_writes_no_calibration(touchline, seen, tmp_path):
     code, out, err = touchline("auto", "blank.png", "--field", "ssl-div-b", "-o", "cal.json", "--points", "points.json")
-    assert (code, out) == (3, "") and err.startswith("error: No line could be seen in the picture.\nfix: ")
+    assert (code, out) == (3, "") and err.startswith("error: No line detected in the image.\nfix: ")
     assert not (tmp_path / "cal.json").exists()
     assert json.loads((tmp_path / "points.json").read_text())["observations"] == []
 
@@ -69,11 +69,11 @@ def test_what_cannot_be_meant_is_refused(touchline, seen, words, code):
 
 def test_check_says_whether_it_still_holds_and_ends_with_5_where_it_does_not(touchline, automatic, tmp_path):
     code, out, err = touchline("check", "cal.json", "frame.png", "--drawn", "drawn.png", "--enough", "good")
-    assert (code, err) == (0, "") and out.startswith("The calibration still holds: ")
+    assert (code, err) == (0, "") and out.startswith("The calibration is still valid: ")
     assert "touch-line-top" in out and cv2.imread(str(tmp_path / "drawn.png")).shape == (682, 816, 3)
     cv2.imwrite(str(tmp_path / "knocked.png"), np.roll(cv2.imread(str(tmp_path / "frame.png")), 3, axis=1))
     code, out, err = touchline("check", "cal.json", "knocked.png")
-    assert (code, err) == (5, "") and out.startswith("The calibration no longer holds: ") and "has moved" in out
+    assert (code, err) == (5, "") and out.startswith("The calibration is no longer valid: ") and "has moved" in out
     code, out, _ = touchline("check", "cal.json", "knocked.png", "--enough", "any", "--json")
     assert code == 0 and json.loads(out)["verdict"]["reason"] == "moved"
     code, _, err = touchline("check", "cal.json", "blank.png")

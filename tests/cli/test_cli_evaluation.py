@@ -55,7 +55,7 @@ def test_compare_says_which_models_could_not_be_fitted(touchline, picture, tmp_p
     (tmp_path / "few.json").write_text(json.dumps(task))
     code, out, _ = touchline("compare", picture, "--points", "few.json", "--models", "polynomial,homography",
                              "--option", "degree=3")
-    assert code == 0 and "homography" in out and "could not be fitted: " in out
+    assert code == 0 and "homography" in out and "cannot be fitted: " in out
     code, _, err = touchline("compare", picture, "--points", "few.json", "--models", "polynomial,no-such")
     assert code == 3 and "no-such" in err
 
@@ -177,7 +177,7 @@ def test_calibrate_holds_another_calibrations_lens_as_well_as_its_clicks_told_it
     assert second["options"]["lens"]["covariance"] == first["report"]["covariance"]
     assert touchline(*CALIBRATE, "--lens", "first.json", "-o", "fast.json")[0] == 0
     code, out, err = touchline(*CALIBRATE, "--lens", "fast.json", *own)
-    assert (code, out) == (3, "") and "fix: Hold a lens from a board" in err
+    assert (code, out) == (3, "") and "fix: Use a lens from a board" in err
 
 
 def test_a_lens_or_a_height_that_cannot_be_is_refused(touchline, over_the_field, tmp_path):
@@ -211,10 +211,10 @@ def test_pair_says_in_millimetres_whether_two_cameras_agree(touchline, tmp_path)
     (tmp_path / "rows.json").write_text(json.dumps([[*p, *q] for p, q in zip(*seen, strict=True)]))
     both = ("--a", "a.json", "--b", "b.json")
     code, out, err = touchline("pair", *both)
-    assert (code, err) == (0, "") and re.search(r"agree to \d\.\d mm \(median\)", out)
-    assert "Good. Both cameras put the same thing at the same place." in out
+    assert (code, err) == (0, "") and re.search(r"agree within \d\.\d mm \(median\)", out)
+    assert "Good. The two cameras agree." in out
     code, out, _ = touchline("pair", "m.json")
-    assert code == 0 and re.search(r"Fundamental matrix from \d\d of 40 matches", out) and "agree to" not in out
+    assert code == 0 and re.search(r"Fundamental matrix from \d\d of 40 matches", out) and "agree within" not in out
     as_rows = touchline("pair", "rows.json", *both, "--json")[1]
     assert json.loads(as_rows) == evaluate_pair(*seen, a, b)
     one_each = {**json.loads((tmp_path / "m.json").read_text()), "z_mm": [None] * 40}

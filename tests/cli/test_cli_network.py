@@ -47,7 +47,7 @@ def test_publish_sends_once_and_says_what_is_lost(touchline, tmp_path, way):
         assert ear.receive(0.2) is None
     geometry = listener.Packet.FromString(came.data).geometry
     assert [calib.camera_id for calib in geometry.calib] == [4, 5] and came.ttl == 0
-    assert "ssl-0.json: camera 4 of plain, at worst 0.0000 mm" in out and f"{len(came.data)} bytes" in out
+    assert "ssl-0.json: camera 4 of plain, largest error 0.0000 mm" in out and f"{len(came.data)} bytes" in out
     assert "150 mm above it" in out
 
 
@@ -55,9 +55,9 @@ def test_publish_sends_nothing_where_one_camera_loses_too_much(touchline, tmp_pa
     a, b = written(tmp_path, "ssl", 0), written(tmp_path, "fisheye", 1)
     with Listener(**way) as ear:
         code, _, told = touchline("publish", a, b, *options(way), "--camera-id", 0, "--camera-id", 1)
-        assert code == 3 and "mm off at worst" in told and "fix:" in told
+        assert code == 3 and "The largest error of the SSL lens model" in told and "fix:" in told
         code, _, told = touchline("publish", a, a, *options(way))
-        assert code == 3 and "would both be camera 0" in told
+        assert code == 3 and "both have camera number 0" in told
         assert ear.receive(0.2) is None
         assert touchline("publish", a, b, *options(way), "--camera-id", 0, "--camera-id", 1, "--approve")[0] == 0
         assert ear.receive() is not None
@@ -99,7 +99,7 @@ def test_absorb_tells_who_is_there_and_keeps_what_import_reads(touchline, tmp_pa
         port = saying.result()
     assert code == 0
     assert f"127.0.0.1, port {port}, other: 1 packets, 1 with geometry" in out and "camera 2 at " in out
-    assert "no field that is known here" in out
+    assert "mm, unknown field" in out
     kept = tmp_path / "heard" / f"127.0.0.1-{port}.pb"
     assert kept.read_bytes() == packet
     code, _, err = touchline("import", kept, "--camera-id", 2, "-o", "back.json")
@@ -110,7 +110,7 @@ def test_absorb_tells_who_is_there_and_keeps_what_import_reads(touchline, tmp_pa
 
 def test_absorb_says_that_nobody_was_heard(touchline, way):
     code, out, told = touchline("absorb", "--for", 0.1, "--json", *options(way))
-    assert code == 0 and json.loads(out) == [] and "Nobody was heard in 0.1 s" in told
+    assert code == 0 and json.loads(out) == [] and "No sender was detected in 0.1 s" in told
 
 
 def udp_sockets(pid: int) -> set[str]:

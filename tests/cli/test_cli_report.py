@@ -55,7 +55,7 @@ def test_a_page_is_written_and_the_verdict_is_said(touchline, calibration, pictu
     code, out, err = touchline("report", calibration, "--picture", picture, "--out", "report.html")
     verdict = json.loads(calibration.read_text())["report"]["verdict"]
     assert err == "" and code == (0 if verdict["level"] in ("good", "fair") else POOR)
-    assert verdict["sentence"] in out and "Written to report.html" in out
+    assert verdict["sentence"] in out and "Saved as report.html" in out
     page = (tmp_path / "report.html").read_text()
     assert page.startswith("<!doctype html>") and page.count("data:image/jpeg") == 2
     assert page.count("data:image/png") == 2
@@ -86,8 +86,8 @@ def test_fair_is_enough_where_nothing_is_said(touchline, calibration):
 def test_another_picture_is_told_and_one_of_another_size_refused(touchline, calibration, picture, tmp_path):
     cv2.imwrite(str(tmp_path / "other.png"), np.zeros((580, 780), np.uint8))
     _, out, _ = touchline("report", calibration, "--picture", "other.png", "--out", "report.html")
-    assert "not the picture that was clicked" in out
-    assert "not the picture that was clicked" in (tmp_path / "report.html").read_text()
+    assert "not the calibration image" in out
+    assert "not the calibration image" in (tmp_path / "report.html").read_text()
     cv2.imwrite(str(tmp_path / "small.png"), np.zeros((58, 78), np.uint8))
     code, out, err = touchline("report", calibration, "--picture", "small.png", "--out", "small.html")
     assert (code, out) == (3, "") and re.fullmatch(r"error: .+\nfix: .+\n", err)
@@ -101,7 +101,7 @@ def test_by_its_id_out_of_the_servers_folder_with_its_own_picture(touchline, cal
         calibration.write_text(json.dumps(record))
         kept = store.calibrations.add(read_calibration(calibration))
         code, _, err = touchline("report", kept.id, "--data", tmp_path / "data")
-        assert code == 4 and "is used by another" in err  # the server is running
+        assert code == 4 and "is in use by another" in err  # the server is running
     code, out, err = touchline("report", kept.id, "--data", tmp_path / "data", "--enough", "any", "--json",
                                "--out", "report.html")
     said = json.loads(out)

@@ -76,12 +76,12 @@ def test_matches_are_taken_as_pair_takes_them(touchline, files, matches):
 
 def test_the_stitched_picture_is_written_and_what_nobody_sees_is_said(touchline, files, tmp_path):
     code, out, _ = touchline("rig", "stitch", *files, *PICTURES, "-o", "hall.png", "--width", "800")
-    assert code == 0 and "All of the field is seen." in out
+    assert code == 0 and "The whole field is covered." in out
     assert cv2.imread(str(tmp_path / "hall.png")).shape == (550, 800, 3)
     code, out, _ = touchline("rig", "stitch", *files, "--picture", "north.png", "-o", "half.jpg")
-    assert code == 0 and "seen by no camera" in out
+    assert code == 0 and "not covered by any camera" in out
     code, _, err = touchline("rig", "stitch", *files, "-o", "none.png")
-    assert code == 3 and "fix: Give one for each camera" in err
+    assert code == 3 and "fix: Give one image for each camera" in err
 
 
 def test_a_rig_that_a_server_keeps_is_checked_by_its_name(touchline, calibrations, tmp_path):

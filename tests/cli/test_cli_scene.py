@@ -21,7 +21,7 @@ def test_a_page_is_written_and_nothing_else_is_said(touchline, calibration, tmp_
     record.get("calibration", record)["model"]["parameters"]["position_mm"][0] += 30
     (tmp_path / "old.json").write_text(json.dumps(record))
     code, out, err = touchline("scene", calibration, "--before", "old.json", "--dark", "-o", "scene.html")
-    assert (code, out, err) == (0, "Written to scene.html.\n", "")
+    assert (code, out, err) == (0, "Saved as scene.html.\n", "")
     page = (tmp_path / "scene.html").read_text()
     assert "__VISER_EMBED_DATA__" in page and "<title>Scene of cam0, version 1</title>" in page
 

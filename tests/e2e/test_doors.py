@@ -112,7 +112,7 @@ def test_a_button_whose_work_was_refused_keeps_the_focus_and_the_next_key_is_its
         asked.append(route.request.post_data_json["camera"])
         route.fulfill(status=503, content_type="application/problem+json", json={
             "type": "/problems/camera-silent", "title": "Unavailable", "status": 503,
-            "detail": "This camera has shown no picture yet.", "fix": "Try again in a moment."})
+            "detail": "This camera has not delivered a frame yet.", "fix": "Try again in a moment."})
 
     page.route("**/api/v1/snapshots", refuse)
     button = page.get_by_test_id("camera-east")

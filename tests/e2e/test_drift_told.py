@@ -32,7 +32,7 @@ def followed(server):
 
 def is_told(page, level: str) -> None:
     """Wherever the page is: by bell, status bar, rail and title. level: "bad", or "ok" where it stands well."""
-    told = page.get_by_test_id("problem").filter(has_text="Knocked: The camera was knocked")
+    told = page.get_by_test_id("problem").filter(has_text="Knocked: The camera has moved")
     if level == "bad":
         expect(told).to_have_count(1, timeout=LONG_MS)
         expect(page.get_by_test_id("bell")).to_have_attribute("data-level", "bad")
@@ -41,14 +41,14 @@ def is_told(page, level: str) -> None:
         expect(page).to_have_title(re.compile("^▲ "))
     else:
         expect(told).to_have_count(0, timeout=LONG_MS)
-        expect(page).not_to_have_title(re.compile("Knocked: The camera was knocked"))
+        expect(page).not_to_have_title(re.compile("Knocked: The camera has moved"))
 
 
 def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so(operator, server, followed, tmp_path):
     page = operator.page
     operator.visit()
     card = page.get_by_test_id(f"drift-{ID}")
-    expect(card).to_contain_text("Steady", timeout=LONG_MS)
+    expect(card).to_contain_text("No movement detected", timeout=LONG_MS)
     is_told(page, "ok")
     page.get_by_test_id("rail-system").click()
     assert server.api("PATCH", f"/cameras/{ID}/controls", json={"controls": {"knock": 4}}).ok

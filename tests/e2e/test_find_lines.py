@@ -26,7 +26,7 @@ def test_found_lines_stand_in_the_draft_beside_the_clicks_and_one_undo_takes_the
     clicked = operator.points("left")
     page.get_by_test_id("do-find-lines").click()
     expect(page.get_by_test_id("lines-found")).to_be_visible(timeout=LONG_MS)
-    expect(page.get_by_test_id("lines-found")).to_contain_text("of the lines that should be in the picture were found")
+    expect(page.get_by_test_id("lines-found")).to_contain_text("of the expected lines were detected")
     found = {o["feature"]: len(o["points"]) for o in operator.draft()["observations"]}
     assert found["right"] > 5 and found["centre-circle"] > 5 and operator.points("left") == clicked
     page.keyboard.press("Control+z")
@@ -85,5 +85,5 @@ def test_a_picture_without_lines_is_declined_in_words_and_changes_nothing(operat
     operator.page.get_by_test_id("do-find-lines").click()
     told = operator.page.get_by_test_id("lines-found")
     expect(told).to_contain_text(
-        f"{t('calibrate.find-lines-panel.nothing-added')} No line could be seen in the picture.", timeout=LONG_MS)
+        f"{t('calibrate.find-lines-panel.nothing-added')} No line detected in the image.", timeout=LONG_MS)
     assert operator.draft()["observations"] == []

@@ -67,7 +67,7 @@ def test_under_the_pointer_stands_the_error_that_the_map_shows_there(saved, serv
 def test_a_model_that_knows_no_expected_error_says_why(clicked):
     operator = clicked("polynomial").next("verify")
     operator.page.get_by_test_id("do-heat").first.click()
-    expect(operator.page.get_by_test_id("no-map")).to_contain_text("no common parameters", timeout=LONG_MS)
+    expect(operator.page.get_by_test_id("no-map")).to_contain_text("there is no covariance", timeout=LONG_MS)
     expect(operator.page.get_by_test_id("heat-corrected")).to_have_count(0)
 
 

@@ -62,7 +62,7 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
             t("network.summary.sent", count=1, total=2, group=way["group"], port=way["port"], interface="lo"))
         assert len(listener.Packet.FromString(ear.receive().data).geometry.calib) == 1
 
-        expect(page.get_by_text("would both be camera 0")).to_be_visible()
+        expect(page.get_by_text("both have camera number 0")).to_be_visible()
         page.get_by_test_id("number-east").fill("1")
         with page.expect_response(lambda r: r.request.method == "GET" and r.url.endswith("/publishing/heard")):
             pass  # the panel is drawn again while the number is being typed
@@ -100,5 +100,5 @@ def test_an_interface_that_is_not_there_is_told_on_the_page(page, own_server):
     assert own_server.api("PUT", "/publishing", json={"interface": "gone0"}).ok
     page.reload()
     page.get_by_test_id("publish").click()
-    expect(page.get_by_test_id("notice").filter(has_text="This machine has no interface gone0 now.")).to_be_visible()
+    expect(page.get_by_test_id("notice").filter(has_text="This computer has no interface gone0.")).to_be_visible()
     expect(page.get_by_test_id("network-state")).to_have_attribute("data-state", "off")

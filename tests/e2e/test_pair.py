@@ -321,7 +321,7 @@ def test_things_on_the_carpet_alone_are_refused_with_what_to_do(desk, seen, tmp_
     desk.match(seen.a[11], seen.b[11])
     refusal = desk.page.get_by_test_id("pair-refusal")
     expect(refusal).to_contain_text("plane", timeout=LONG_MS)
-    expect(refusal).to_contain_text("off that plane, such as robots' hats")
+    expect(refusal).to_contain_text("off that plane, such as robot tops")
     desk.page.screenshot(path=tmp_path / "plane.png")
 
 

@@ -71,7 +71,7 @@ def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, se
     picture = page.get_by_test_id("stitched")
     expect(picture).to_be_visible(timeout=LONG_MS)
     expect(picture).to_have_js_property("naturalWidth", 1200, timeout=LONG_MS)
-    expect(page.get_by_test_id("unseen")).to_contain_text("All of the field is seen")
+    expect(page.get_by_test_id("unseen")).to_contain_text("The whole field is covered")
     expect(page.locator("[data-testid=rig-overlay] .paint").nth(9)).to_be_attached()
     page.get_by_test_id("check-rig").click()
     verdict = page.get_by_test_id("rig-verdict")
@@ -100,7 +100,7 @@ def test_cameras_with_other_rectangles_are_refitted_by_one_button_and_not_activa
     assert server.api("PUT", "/rigs/hall", json=body).status_code == 201
     before = server.api("GET", "/cameras/rig-north").json()["active_calibration"]
     page.goto(f"{server.url}/#/field/rigs/hall")
-    expect(page.get_by_test_id("member-rig-north")).to_contain_text("Refit Rig-North", timeout=LONG_MS)
+    expect(page.get_by_test_id("member-rig-north")).to_contain_text("Fit Rig-North again", timeout=LONG_MS)
     page.get_by_test_id("refit-rig").click()
     expect(page.get_by_text(t("rig.notice.refitted", count=1))).to_be_visible(timeout=2 * LONG_MS)
     versions = server.api("GET", "/calibrations?camera=rig-north").json()["items"]

@@ -40,7 +40,7 @@ def test_each_roll_has_its_number_and_a_reload_loses_none(rolling, server, tmp_p
     page = rolling
     expect(page.get_by_test_id("rolls-pct")).to_contain_text("±", timeout=LONG_MS)
     expect(page.get_by_test_id("roll-track").nth(2)).to_be_attached(timeout=LONG_MS)
-    expect(page.get_by_test_id("rolls-sentence")).to_contain_text("raw picture")
+    expect(page.get_by_test_id("rolls-sentence")).to_contain_text("raw image")
     page.screenshot(path=tmp_path / "rolls.png")
     before = kept(server)
     page.reload()

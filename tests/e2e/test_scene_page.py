@@ -105,7 +105,7 @@ def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept
 def test_a_model_without_rays_says_why_there_is_no_camera(operator, kept):
     page = operator.page
     page.goto(f"{operator.server.url}/#/field/scene/{kept[1]}")
-    expect(page.get_by_test_id("no-frustum")).to_contain_text("no rays", timeout=LONG_MS)
+    expect(page.get_by_test_id("no-frustum")).to_contain_text("no frustum", timeout=LONG_MS)
     expect(page.get_by_test_id("scene-height")).to_have_count(0)
     expect(page.get_by_test_id("sheet-carpet")).to_be_disabled()
     page.goto(f"{operator.server.url}/#/field/scene/{'0' * 16}")

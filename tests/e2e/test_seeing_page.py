@@ -116,7 +116,7 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
     expect(page.get_by_test_id("plan")).to_have_value("ssl")
     expect(page.get_by_test_id("publish-words")).to_contain_text(t("detection.publish.off"))
     page.get_by_test_id("publish").check()
-    expect(page.get_by_test_id("publish-problem")).to_contain_text("Nothing is published", timeout=LONG_MS)
+    expect(page.get_by_test_id("publish-problem")).to_contain_text("Publishing is off.", timeout=LONG_MS)
     until(lambda: kept(server)["publish"], bool)
     page.get_by_test_id("publish").uncheck()
     expect(page.get_by_test_id("publish-words")).to_contain_text(t("detection.publish.off"))

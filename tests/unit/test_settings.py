@@ -73,9 +73,9 @@ def test_the_environment_can_name_the_file(tmp_path, monkeypatch):
     ("token: short", "token"),
     ("cameras: [{id: a, source: x}, {id: a, source: y}]", "same id"),
     ("cameras: [{id: ../a, source: x}]", "cameras.0.id"),
-    ("a: [1", "not YAML"),
-    ("- 1", "holds no settings"),
-    ("data: !!python/object/apply:os.getcwd []", "not YAML"),
+    ("a: [1", "not valid YAML"),
+    ("- 1", "contains no settings"),
+    ("data: !!python/object/apply:os.getcwd []", "not valid YAML"),
 ])
 def test_a_mistake_in_the_file_is_named(tmp_path, text, said):
     with pytest.raises(BadInput, match=re.escape(said)) as refused:

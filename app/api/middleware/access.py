@@ -38,7 +38,7 @@ LOGIN_PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Touc
 form{{display:grid;gap:12px;width:22rem}}
 input,button{{font:inherit;padding:.5rem .7rem;border-radius:6px;border:1px solid #445}}
 button{{background:#2f81f7;color:#fff;border:0}}p{{margin:0;color:#f0b45b}}</style>
-<form method="post" action="/login"><h1>Touchline</h1><label for="token">Access token, as the server printed it</label>
+<form method="post" action="/login"><h1>Touchline</h1><label for="token">Access token (printed by the server)</label>
 <input id="token" name="token" type="password" autocomplete="current-password" required autofocus>
 <p role="alert">{message}</p><button>Sign in</button></form></html>"""
 
@@ -95,13 +95,13 @@ class AccessControl:
         host = headers.get("host", "")
         name = _name(host)
         if name is None:
-            return framework_problem(400, "The Host header is no host.")
+            return framework_problem(400, "The Host header is not a host name.")
         if self.hosts and name not in self.hosts:
-            return framework_problem(403, "This server does not answer to that host name.")
+            return framework_problem(403, "This server does not accept that host name.")
         changes = scope["type"] == "websocket" or scope["method"] not in SAFE
         if (changes and _is_elsewhere(headers.get("origin"), host)) or (
                 headers.get("sec-fetch-site") in ("cross-site", "same-site") and (changes or not _is_link(headers))):
-            return framework_problem(403, "This request comes from another site's page.")
+            return framework_problem(403, "This request comes from a page of another site.")
         return None
 
     def _refuse_token(self, scope: Scope, headers: Headers) -> Response | None:
@@ -113,7 +113,7 @@ class AccessControl:
         cookie = _cookie(headers)
         if hmac.compare_digest(cookie, cookie_of(self.token)):
             return None
-        answer = framework_problem(401, "This server wants an access token.", {"WWW-Authenticate": "Bearer"})
+        answer = framework_problem(401, "This server requires an access token.", {"WWW-Authenticate": "Bearer"})
         if (given or cookie) and self.wrong.too_many(_address(scope)):
             answer = too_many_tokens()
         elif "text/html" in headers.get("accept", ""):
@@ -157,8 +157,8 @@ def _address(scope: Scope) -> str:
 
 
 def too_many_tokens() -> Response:
-    return problem(429, "too-many-wrong-tokens", "Too many wrong tokens from this address.",
-                   "Wait a minute, then send the token that the server printed.", {"Retry-After": "60"})
+    return problem(429, "too-many-wrong-tokens", "Too many wrong access tokens from this address.",
+                   "Wait one minute, then send the token that the server printed.", {"Retry-After": "60"})
 
 
 def _attributes(request: Request) -> dict[str, Any]:
@@ -185,7 +185,7 @@ def login_router(token: str | None) -> APIRouter:
             return answer
         if wrong.too_many(_address(request.scope)):
             return too_many_tokens()
-        return HTMLResponse(LOGIN_PAGE.format(message="That is not the token that the server printed."), 401)
+        return HTMLResponse(LOGIN_PAGE.format(message="The access token is wrong."), 401)
 
     @router.post("/logout")
     def logout(request: Request) -> Response:

@@ -100,8 +100,8 @@ class LimitedConnection(HttpToolsProtocol):
 
     def _late(self) -> None:
         self._timer = None
-        self._close(408, "too-slow", f"The request's headers were not whole after {self.head_s:g} s.",
-                    "Send the request at once.")
+        self._close(408, "too-slow", f"The request headers were incomplete after {self.head_s:g} s.",
+                    "Send the complete request without delay.")
 
     def _close(self, status: int, reason: str, detail: str, fix: str, headers: dict[str, str] | None = None) -> None:
         if self.transport.is_closing():

@@ -76,8 +76,8 @@ class _Body:
         try:
             message = await self._next(self._deadline)
         except TimeoutError:
-            await self._answer(408, "too-slow", f"The request was not whole after {self._seconds:g} s.",
-                               "Send it again over a faster connection, or send less.")
+            await self._answer(408, "too-slow", f"The request was incomplete after {self._seconds:g} s.",
+                               "Send it again over a faster connection, or send less data.")
             return {"type": "http.disconnect"}
         self._size += len(message.get("body", b""))
         self._is_complete = not message.get("more_body", False)
@@ -94,8 +94,8 @@ class _Body:
     async def refuse_size(self) -> None:
         """Answer 413, then read on for a moment so that the client reads the answer."""
         what = "file" if self._is_upload else "body"
-        fix = ("Scale the picture down or save it as JPEG." if self._is_upload else
-               "Send less at once; points in bulk go as application/octet-stream.")
+        fix = ("Reduce the image size, or save it as JPEG." if self._is_upload else
+               "Send less data per request. Send large numbers of points as application/octet-stream.")
         limit = self.limit - ENVELOPE_BYTES if self._is_upload else self.limit
         await self._answer(413, "too-large", f"The {what} has more than {limit / MB:g} MB.", fix)
 

@@ -26,27 +26,27 @@ log = logging.getLogger("touchline")
 
 # Errors of the framework itself: reason and fix for each status.
 FRAMEWORK = {
-    400: ("bad-request", "Correct the request: the form of every body is in /api/v1/openapi.json."),
+    400: ("bad-request", "Correct the request. See /api/v1/openapi.json for the format."),
     401: ("token-needed", "Send Authorization: Bearer TOKEN; the server printed the token when it started."),
-    403: ("refused", "Open the page under its own address."),
-    404: ("not-found", "Check the path; /docs lists them all."),
+    403: ("refused", "Open the page at the address of the server."),
+    404: ("not-found", "Check the path. /docs lists all paths."),
     405: ("method-not-allowed", "Use one of the methods named in the Allow header."),
-    413: ("too-large", "Send less at once."),
+    413: ("too-large", "Send less data per request."),
     415: ("wrong-content-type", "Send application/json, or multipart/form-data for a file."),
-    416: ("bad-range", "Ask for a range within the file."),
+    416: ("bad-range", "Request a range within the file."),
     431: ("headers-too-large", "Send fewer or shorter headers."),
 }
 
 # What to do about a value, by the type of pydantic's error.
 VALUE_FIXES = {
-    "missing": "Add it.",
-    "extra_forbidden": "Leave it out, or correct its name.",
+    "missing": "Add this value.",
+    "extra_forbidden": "Remove it, or correct its name.",
     "finite_number": "Send a finite number.",
     "json_invalid": "Send valid JSON: no NaN, no comments, no trailing commas.",
     "less_than_equal": "Stay within the limit that is named.",
     "greater_than_equal": "Stay within the limit that is named.",
-    "too_long": "Send fewer.",
-    "too_short": "Send more.",
+    "too_long": "Send fewer values.",
+    "too_short": "Send more values.",
     "string_too_long": "Shorten it.",
     "string_unicode": "Send valid Unicode text.",
     "model_attributes_type": "Send a JSON object, with Content-Type: application/json.",
@@ -91,7 +91,7 @@ def bad_request(errors: Sequence[Any]) -> Response:
               "kind": str(error["type"])} for error in errors[:20]]
     first = found[0] if found else {"at": "body", "what": "unreadable", "kind": "bad"}
     reason = VALUE_REASONS.get(first["kind"], "bad-request")
-    fix = VALUE_FIXES.get(first["kind"], "Correct it: the form of every body is in /api/v1/openapi.json.")
+    fix = VALUE_FIXES.get(first["kind"], "Correct the value. See /api/v1/openapi.json for the format.")
     return problem(422, reason, f"{first['at']}: {first['what']}.", fix, errors=found)
 
 
@@ -121,7 +121,7 @@ class UnexpectedErrors:
             # Only a server that is ending cancels a request; its log has said so.
             if scope["type"] == "http" and not started:
                 await problem(503, "shutting-down", "The server is shutting down.",
-                              "Try again when it is back.")(scope, receive, send)
+                              "Try again after the server has restarted.")(scope, receive, send)
         except Exception:
             if scope["type"] != "http":
                 raise
@@ -129,8 +129,8 @@ class UnexpectedErrors:
             log.exception("unexpected error %s on %s %s", id, scope["method"], scope["path"])
             if started:
                 raise  # half a response has gone: only cutting the connection can say so
-            answer = problem(500, "unexpected", f"Something broke here that should not (error {id}).",
-                             f"Try again; if it stays, report it with the log around error {id}.",
+            answer = problem(500, "unexpected", f"An internal error occurred (error {id}).",
+                             f"Try again. If the error occurs again, report it with the log lines of error {id}.",
                              title="Unexpected error")
             await answer(scope, receive, send)
 

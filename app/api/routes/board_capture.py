@@ -24,8 +24,9 @@ MIN_INTERVAL_S = 0.2  # between two detections: five a second at most
 IDLE_SHARE = 4  # and four times as long as a detection took, so that a fifth of a core is the most
 FIRST_MESSAGE_S = 10.0
 MAX_MESSAGE = 100_000  # characters
-SESSIONS = SessionLimit(2, "Others hold a board before this camera.",  # a page, and the one before its reload
-                        "Wait until they are done, or use another camera.", "board-watched")
+# 2: a page, and the one before its reload
+SESSIONS = SessionLimit(2, "Another user is capturing a board with this camera.",
+                        "Wait until the capture ends, or use another camera.", "board-watched")
 
 Corner = Annotated[list[Number], Field(min_length=2, max_length=2)]
 Quad = Annotated[list[Corner], Field(min_length=4, max_length=4)]
@@ -90,7 +91,7 @@ class BoardSession:
         snapshot = None
         if found["quad"] is not None and (self._take or (self._automatic and state["still"] and state["new"])):
             if watched.is_full:
-                raise BadInput(f"{MAX_VIEWS} views are as many as a lens needs.", "Find the lens from them.",
+                raise BadInput(f"{MAX_VIEWS} views are the maximum for one lens.", "Fit the lens to these views.",
                                reason="too-many-views")
             snapshot = await self._take_snapshot()
             watched.add_view(found["quad"])
@@ -114,5 +115,5 @@ class BoardSession:
 
 
 async def _receive(socket: WebSocket) -> BoardMessage:
-    return await receive_json(socket, BoardMessage, MAX_MESSAGE, 'Say {"board": {…}, "taken": [], "automatic": true} '
+    return await receive_json(socket, BoardMessage, MAX_MESSAGE, 'Send {"board": {…}, "taken": [], "automatic": true} '
                               'first, later {"automatic": false} or {"take": true}.')

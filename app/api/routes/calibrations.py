@@ -36,7 +36,7 @@ class NoteChange(Strict):
 
 @router.get("/activations", response_model=responses.Activations)
 def list_activations(services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None) -> Json:
-    """List activations of a camera, when and by whom, newest first; without a camera, for pictures from files.
+    """List activations of a camera, when and by whom, newest first; without a camera, for images from files.
 
     The ETag, the id of the version that is active now or "none", goes into If-Match of the next activation.
     """
@@ -49,7 +49,7 @@ def list_activations(services: ServicesDep, camera: Annotated[IdQuery | None, Qu
 
 @router.patch("/{id}", response_model=responses.Calibration)
 def change_note(services: ServicesDep, id: Id, body: NoteChange, if_match: IfMatch = None) -> Json:
-    """Change the note beside a version: nothing else of it ever changes.
+    """Change the note of a version: nothing else of it ever changes.
 
     With If-Match, the ETag of GET, only if nobody has changed it since: else 412, with `current`.
     """
@@ -74,7 +74,7 @@ def _version(store: Store, id: str) -> Any:
 
 
 ACCEPTED: Responses = {202: {"model": responses.Job, "description": "a job: ?job=true"}}
-Approximate = Annotated[bool, Query(description="the nearest that the format can hold, with its error")]
+Approximate = Annotated[bool, Query(description="the best approximation in the format, with its error")]
 CameraNumber = Annotated[int | None, Query(ge=0, le=2**32 - 1,
                                            description="the camera's number in a format that has one")]
 FILE: Responses = {200: {"content": {"application/json": {}, BINARY: BYTES}}}
@@ -106,7 +106,7 @@ def _created(calibration: Calibration) -> Json:
 
 @router.post("/compare", response_model=responses.Ranking, responses=ACCEPTED)
 async def compare_models(request: Request, services: ServicesDep, body: CompareRequest, job: AsJob = False) -> Response:
-    """Rank every model (or those in `models`) on the same clicks; saves nothing and may take ten seconds.
+    """Rank every model (or those in `models`) on the same points; saves nothing and may take ten seconds.
 
     With ?job=true a job, whose result is the same ranking.
     """
@@ -131,8 +131,8 @@ async def import_calibration(request: Request, services: ServicesDep, by: Operat
 @router.get("", response_model=responses.Calibrations)
 def list_calibrations(services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None, limit: Limit = 50,
                       cursor: Cursor = None, brief: Annotated[bool, Query(
-                          description="without points, residuals, covariances and the field's definition, with what "
-                          "of the field has changed since")] = False,
+                          description="without points, residuals, covariances and the field's definition, with the "
+                          "changes of the field since then")] = False,
                       ) -> Response:
     """List versions, newest first."""
     if brief:
@@ -162,7 +162,7 @@ def read_calibration(services: ServicesDep, id: Id) -> Json:
 
 @router.delete("/{id}", status_code=204, response_class=Response)
 def delete_calibration(services: ServicesDep, id: Id, if_match: IfMatch = None) -> None:
-    """Delete one version; the active one cannot be deleted. With If-Match only if nobody has changed it since."""
+    """Delete one version; the active one cannot be deleted. With If-Match only if it is unchanged."""
     services.store.calibrations.delete(id, if_match)
 
 

@@ -38,9 +38,9 @@ async def add_camera(services: ServicesDep, by: OperatorDep, body: requests.NewC
 
 @router.post("/test", response_model=responses.CameraTest)
 async def test_camera(services: ServicesDep, body: requests.CameraTest) -> Json:
-    """Open a source in a process of its own and return one picture, or why there is none. Nothing is saved."""
+    """Open a source in a process of its own and return one image, or the reason why there is none. Nothing is saved."""
     if TESTS.locked():
-        raise Busy("Two cameras are being tried out already.", "Wait some seconds.", reason="too-many-tests")
+        raise Busy("Two camera tests are already running.", "Wait a few seconds.", reason="too-many-tests")
     async with TESTS:
         status, png = await services.cameras.try_source(body.source)
     frame = await services.run_in_thread(services.decoder.frame_from_bytes, png)
@@ -52,9 +52,9 @@ async def test_camera(services: ServicesDep, body: requests.CameraTest) -> Json:
 
 @router.get("/found", response_model=responses.FoundCameras)
 async def find_cameras(services: ServicesDep) -> Json:
-    """Find connected cameras and their addresses, as far as this machine can tell; takes up to five seconds."""
+    """Find connected cameras and their addresses from this machine; takes up to five seconds."""
     if SEARCHES.locked():
-        raise Busy("Cameras are being looked for already.", "Wait some seconds.", reason="already-looking")
+        raise Busy("A camera search is already running.", "Wait a few seconds.", reason="already-looking")
     async with SEARCHES:
         return Json({"items": await services.run_in_thread(discover_cameras, services.cameras.source_context())})
 
@@ -86,9 +86,9 @@ def read_camera(services: ServicesDep, id: Id) -> Json:
 @router.patch("/{id}", response_model=responses.Camera)
 async def change_camera(services: ServicesDep, by: OperatorDep, id: Id, body: requests.CameraChanges,
                         if_match: IfMatch = None) -> Response:
-    """Change a camera that was added; what is left out stays. Its process starts anew where its source changed."""
+    """Change a camera that was added; omitted values stay. Its process restarts if its source has changed."""
     if if_match is None:
-        raise IfMatchNeeded("The request does not say which definition it was made from.")
+        raise IfMatchNeeded("The request does not state the version of the definition that it changes.")
     changes = {name: value for name, value in body.model_dump(exclude_unset=True).items() if name != "source" or value}
     camera = await services.run_in_thread(services.cameras.change, id, changes, if_match, by)
     if body.source is not None:
@@ -99,7 +99,7 @@ async def change_camera(services: ServicesDep, by: OperatorDep, id: Id, body: re
 
 @router.delete("/{id}", status_code=204, response_class=Response)
 async def remove_camera(services: ServicesDep, id: Id, if_match: IfMatch = None) -> None:
-    """Remove a camera that was added. Its pictures and calibrations stay."""
+    """Remove a camera that was added. Its images and calibrations stay."""
     await services.run_in_thread(services.cameras.remove, id, if_match)
     await services.live.forget(id)
 
@@ -128,10 +128,10 @@ async def confirm_camera(services: ServicesDep, by: OperatorDep, id: Id) -> Json
     """Confirm that this is the calibrated camera, although it looks like another: apply its calibration again."""
     camera = services.live.get(id)
     if camera.identity is None:
-        raise Conflict("The camera has not been seen yet.", "Wait until it is live, then confirm it.",
+        raise Conflict("The camera has not been live yet.", "Wait until it is live, then confirm it.",
                        reason="camera-silent")
     if camera.calibration is None:
-        raise Conflict("This camera has no active calibration.", "There is nothing to confirm.",
+        raise Conflict("This camera has no active calibration.", "There is no calibration to confirm.",
                        reason="not-calibrated")
     await services.run_in_thread(services.cameras.confirm, camera.calibration, camera.identity, by)
     services.live.refresh(id)

@@ -63,7 +63,7 @@ def delete_clip(services: ServicesDep, id: Id) -> None:
 @in_thread
 def show_frame_of_clip(services: ServicesDep, id: Id, number: int, stage: Stage = RAW,
                        plan: PlanName = None) -> Response:
-    """Return a frame, counted from 0: as it was, with detections drawn, or the picture of a stage."""
+    """Return a frame, counted from 0: as it was, with detections drawn, or the image of a stage."""
     if stage == RAW:
         return Response(services.store.clips.frame(id, number), media_type="image/jpeg")
     return picture(detect_in_clip(services, id, number, plan, stage)[1], "jpg")

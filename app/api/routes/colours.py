@@ -47,8 +47,8 @@ async def save_colours(services: ServicesDep, by: OperatorDep, name: Id, body: C
     except Conflict as error:
         if error.reason != "colours-exists":
             raise
-        raise IfMatchNeeded("There are such colours already, and the request does not say which state of them it was "
-                            "made from.") from None
+        raise IfMatchNeeded("This colour profile already exists, and the request does not state the "
+                            "version that it changes.") from None
     for camera in await services.run_in_thread(services.detection.used_by, name):
         services.live.refresh(camera)
     return versioned(await services.run_in_thread(_profile_json, services, preset), preset.etag,
@@ -58,17 +58,18 @@ async def save_colours(services: ServicesDep, by: OperatorDep, name: Id, body: C
 @router.delete("/colours/{name}", status_code=204, response_class=Response)
 @in_thread
 def remove_colours(services: ServicesDep, name: Id, if_match: IfMatch = None) -> None:
-    """Delete a profile; refused while cameras use it. With If-Match only if nobody has changed it since."""
+    """Delete a profile; refused while cameras use it. With If-Match only if it is unchanged."""
     if cameras := services.detection.used_by(name):
         services.store.colour_profiles.get(name)
-        raise Conflict(f"Cameras go by the colours {name!r}: {', '.join(cameras)}.", "Give them other colours first.",
+        raise Conflict(f"Cameras use the colour profile {name!r}: {', '.join(cameras)}.",
+                       "Select another colour profile for these cameras first.",
                        reason="colours-used")
     services.store.colour_profiles.delete(name, if_match)
 
 
 @router.post("/cameras/{id}/colours/learn", response_model=responses.LearnedColours)
 async def learn_colours(services: ServicesDep, id: Id, body: LearnBody) -> Json:
-    """Learn a profile from clicks and boxes on the newest frame or a snapshot, added to another one; or automatically.
+    """Learn a profile from points and boxes on the newest frame or a snapshot, added to another one; or automatically.
 
     Nothing is saved: PUT it as a camera's `profile`, or under a name.
     """
@@ -76,7 +77,7 @@ async def learn_colours(services: ServicesDep, id: Id, body: LearnBody) -> Json:
     base = (await services.run_in_thread(services.detection.colours, body.base) if isinstance(body.base, str) else
             None if body.base is None else ColourProfile.from_json(body.base))
     if not body.automatic and not any(body.clicks.values()) and base is None:
-        raise BadInput("No colour is clicked.", "Click the ball and each team's colour, or ask for automatic.",
+        raise BadInput("No colour is marked.", "Mark the ball and each team colour, or use automatic detection.",
                        reason="no-colours")
     png = None if body.snapshot is not None else (await take_frame(services.live.get(id))).png
 

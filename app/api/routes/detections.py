@@ -57,7 +57,7 @@ async def detect_in_snapshot(request: Request, services: ServicesDep, body: Dete
 @router.post("/detections/picture.{format}", response_class=Response, responses=PICTURE)
 async def draw_detections(request: Request, services: ServicesDep, format: Format, body: DetectionBody,
                           stage: Annotated[str, Query(max_length=64)] = DRAWN) -> Response:
-    """Return the snapshot with detections drawn, or the picture of one stage: `?stage=colours`."""
+    """Return the snapshot with detections drawn, or the image of one stage: `?stage=colours`."""
     def draw(found: DetectionResult, frame: Frame, calibration: Calibration | None) -> Response:
         pixels: Any = found.seen.pictures.get(stage)
         if pixels is None:
@@ -106,7 +106,7 @@ async def set_seeing(services: ServicesDep, by: OperatorDep, id: Id, body: Detec
     """
     await services.run_in_thread(services.cameras.get, id)
     if if_match is None:
-        raise IfMatchNeeded("The request does not say which state of it it was made from.")
+        raise IfMatchNeeded("The request does not state which version of the settings it changes.")
     await services.run_in_thread(services.detection.save, id, body.model_dump(), if_match, by)
     if body.publish and body.on:
         services.live.get(id)  # publishing needs nobody who watches

@@ -21,9 +21,9 @@ def docs_router(static: Path) -> APIRouter:
     @router.get("/docs")
     def docs() -> Response:
         if not (static / "vendor" / "swagger-ui" / "swagger-ui-bundle.js").is_file():
-            raise Unavailable("The documentation page's files are not there.",
-                              "Install Touchline again while npm's registry can be reached; "
-                              "/api/v1/openapi.json says the same.", reason="docs-not-built")
+            raise Unavailable("The files of the documentation page are missing.",
+                              "Install Touchline again with access to the npm registry, or use /api/v1/openapi.json.",
+                              reason="docs-not-built")
         return HTMLResponse(PAGE)
 
     return router

@@ -37,7 +37,7 @@ class Refit(Strict):
     """Which cameras are calibrated again."""
 
     cameras: Annotated[list[CameraId], Value(min_length=1, max_length=100)] | None = Value(
-        None, description="left out: all whose active calibration was made before the field was changed")
+        None, description="by default all cameras whose active calibration is older than the field change")
 
 
 @router.get("", response_model=responses.PlayingFields)
@@ -137,23 +137,23 @@ def adopt_offsets(services: ServicesDep, body: Painted) -> Json:
 
 
 class CalibratedPicture(Strict):
-    """A field, and a calibrated picture that may show more of it."""
+    """A field, and a calibrated image that may show more of it."""
 
     field: dict[str, Any]
     calibration: Id
-    snapshot: Id | None = Value(None, description="left out: the picture that was calibrated")
+    snapshot: Id | None = Value(None, description="by default the calibration image")
 
 
 @router.post("/seen", response_model=responses.SeenField)
 async def add_seen(request: Request, services: ServicesDep, body: CalibratedPicture) -> Json:
-    """Add lines and circles that a calibrated picture shows and the field does not have. Nothing is saved.
+    """Add lines and circles that a calibrated image shows and the field does not have. Nothing is saved.
 
     The calibration says where the carpet is; it may be one of another field in the same place, such as the borders.
     """
     calibration = await services.run_in_thread(services.store.calibrations.get, body.calibration)
     snapshot = body.snapshot or calibration.snapshot
     if snapshot is None:
-        raise Conflict("This calibration has no picture.", "Say which to look at: snapshot.", reason="no-picture")
+        raise Conflict("This calibration has no image.", "Select an image with snapshot.", reason="no-picture")
     field = field_from_json(body.field)
 
     def look(progress: Progress) -> Json:
@@ -164,18 +164,18 @@ async def add_seen(request: Request, services: ServicesDep, body: CalibratedPict
 @router.post("/{name}/refit", status_code=202, response_model=responses.Job)
 @in_thread
 def refit_field(services: ServicesDep, by: OperatorDep, name: Id, body: Refit) -> Response:
-    """Start a job that makes calibrations again from their kept points on the field as it is now, as new versions of
+    """Start a job that makes calibrations again from their saved points on the current field, as new versions of
     which none is activated: {"calibrations": [id, …]}."""
     field = services.fields[name]
     outdated = outdated_calibrations(services, field)
     known = {calibration.camera for calibration in outdated}
     if unknown := set(body.cameras or ()) - known:
-        raise BadInput(f"The active calibration of {sorted(unknown)[0]} is not outdated by a change of this field.",
-                       f"Use {', '.join(sorted(map(str, known))) or 'none: all are of the field as it is'}.",
+        raise BadInput(f"The active calibration of {sorted(unknown)[0]} matches this field.",
+                       f"Use {', '.join(sorted(map(str, known))) or 'none: all calibrations match the field'}.",
                        reason="unknown-camera")
     chosen = [one.to_json() for one in outdated if body.cameras is None or one.camera in body.cameras]
     if not chosen:
-        raise Conflict("Every active calibration was made for the field as it is.", "There is nothing to make again.",
+        raise Conflict("All active calibrations match the field.", "No new versions are needed.",
                        reason="nothing-to-refit")
     spec = {"calibrations": chosen, "rectangles": {}, "field": field.to_json()}
     return accepted(services.jobs.start("field-refit", run_refit, spec, "calibrations", {"by": by}, caller=by))

@@ -21,7 +21,7 @@ from app.workflows.calibration_request import CalibrationRequest, run_attempt, r
 
 router = APIRouter()
 
-Quick = Annotated[bool, Query(description="leave the cross-validation out")]
+Quick = Annotated[bool, Query(description="without cross-validation")]
 MeshMargin = Annotated[int | None, Query(
     ge=0, le=2000, description="with `mesh`: the corrected view with so much carpet around the region, px, as GET "
     "/calibrations/{id}/mesh describes it; its nodes in base64 as raw_px, and the field in it as overlay")]
@@ -42,7 +42,7 @@ def _model_json(name: str) -> dict[str, Any]:
 
 @router.post("/fit/border", tags=["fit"], response_model=responses.Border)
 async def fit_border(services: ServicesDep, body: BorderRequest) -> Json:
-    """Fit one border's curve to its clicks: degree, coefficients, residuals, outliers, distortion."""
+    """Fit one border's curve to its points: degree, coefficients, residuals, outliers, distortion."""
     points = as_points(body.points, "The border's points")
     arguments = points, body.axis, body.degree, image_size(body.image_size)
     if len(points) <= FEW_POINTS:
@@ -53,7 +53,7 @@ async def fit_border(services: ServicesDep, body: BorderRequest) -> Json:
 @router.post("/fit/preview", tags=["fit"], response_model=responses.Preview)
 async def preview_calibration(request: Request, services: ServicesDep, body: FitRequest,
                               quick: Quick = False, mesh_margin_px: MeshMargin = None) -> Response:
-    """Return what POST /calibrations would save for the same body: model, report and the field in the picture.
+    """Return what POST /calibrations would save for the same body: model, report and the field in the image.
 
     With the model "auto", the most probable lens; which model is saved, a comparison of all of them decides.
     """

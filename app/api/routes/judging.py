@@ -40,7 +40,7 @@ def uncertainty_of(services: ServicesDep, id: Id, z_mm: HeightMm = 0.0) -> Json:
 @router.get("/calibrations/{id}/uncertainty.png", response_class=Response, responses=PNG)
 @in_thread
 def uncertainty_picture(services: ServicesDep, id: Id, z_mm: HeightMm = 0.0) -> Response:
-    """Draw the same as a heat map with a scale in mm and the worst place marked, oriented as the corrected picture."""
+    """Draw the same as a heat map with a scale in mm and the largest error marked, oriented as the corrected image."""
     calibration = services.store.calibrations.get(id)
     grid = _uncertainty(calibration, z_mm)["grid"]
     return _heat_map(grid["sigma_mm"], calibration, f"expected error at z = {z_mm:g} mm")
@@ -49,7 +49,7 @@ def uncertainty_picture(services: ServicesDep, id: Id, z_mm: HeightMm = 0.0) -> 
 @router.get("/calibrations/{id}/difference/{other}.json", response_model=responses.Difference)
 @in_thread
 def difference_between(services: ServicesDep, id: Id, other: Id) -> Json:
-    """Return how far two calibrations of one picture are apart over the region: mm on the carpet and px in it."""
+    """Return the difference of two calibrations of one image over the region: mm on the carpet and px in it."""
     return Json(_difference(services.store.calibrations.get(id), services.store.calibrations.get(other)))
 
 
@@ -78,7 +78,7 @@ def _heat_map(values_mm: Any, calibration: Calibration, title: str) -> Response:
 @router.get("/calibrations/{id}/report.html", response_class=HTMLResponse, responses=HTML)
 @in_thread
 def report_page(services: ServicesDep, id: Id) -> HTMLResponse:
-    """Return one self-contained page: verdict, numbers, pictures before and after, error maps, versions and hashes."""
+    """Return one self-contained page: verdict, figures, images before and after, error maps, versions and hashes."""
     calibration = services.store.calibrations.get(id)
     shown = _shown(services, calibration)
     contents = report.contents(calibration, shown)
@@ -106,30 +106,30 @@ def _shown(services: Services, calibration: Calibration) -> report.ReportPicture
 
 
 class PairRequest(Strict):
-    """The same things in two pictures, two calibrations over one field, or both."""
+    """The same points in two images, two calibrations over one field, or both."""
 
     points_a: Annotated[list[Pair | None], Field(max_length=20_000)] | None = Field(
-        None, description="[x, y] px in picture a; null for one that is not clicked yet and only counts")
+        None, description="[x, y] px in image a; null for a point that is not marked yet and only counts")
     points_b: Annotated[list[Pair | None], Field(max_length=20_000)] | None = Field(
-        None, description="and in picture b")
+        None, description="and in image b")
     calibration_a: Name | None = None
     calibration_b: Name | None = None
     z_mm: HeightForm | Annotated[list[HeightForm | None], Field(max_length=20_000)] = Field(
-        0.0, description="height of the matched things, mm: of all, or of each, null where it is not known")
+        0.0, description="height of the matched points, mm: of all, or of each, null where it is unknown")
 
 
 class PairLinesRequest(Strict):
-    """Points in the pictures of a pair, for their epipolar lines: by a matrix, or by two calibrations."""
+    """Points in the images of a pair, for their epipolar lines: by a matrix, or by two calibrations."""
 
-    points_a: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in picture a")
-    points_b: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in picture b")
+    points_a: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in image a")
+    points_b: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in image b")
     matrix: Annotated[list[Annotated[list[Number], Field(min_length=3, max_length=3)]],
                       Field(min_length=3, max_length=3)] | None = Field(None, description="as `POST /pairs` returns it")
     image_size_a: Size | None = Field(None, description="[width, height] px, with a matrix")
     image_size_b: Size | None = None
     calibration_a: Name | None = None
     calibration_b: Name | None = None
-    z_mm: HeightForm | None = Field(0.0, description="height of the things, mm; null where it is not known")
+    z_mm: HeightForm | None = Field(0.0, description="height of the points, mm; null where it is unknown")
 
 
 @router.post("/pairs", response_model=responses.Pair)
@@ -147,7 +147,7 @@ async def judge_pair(request: Request, services: ServicesDep, body: PairRequest)
 @router.post("/pairs/lines", response_model=responses.PairLines)
 @in_thread
 def epipolar_lines(services: ServicesDep, body: PairLinesRequest) -> Json:
-    """Return epipolar lines of points, each in the other picture, and where that shows the same place at `z_mm`.
+    """Return epipolar lines of points, each in the other image, and the same position there at `z_mm`.
 
     By a fundamental `matrix` they are straight; by two calibrations they bend as the lenses do, null without rays.
     """
@@ -157,5 +157,5 @@ def epipolar_lines(services: ServicesDep, body: PairLinesRequest) -> Json:
     if body.matrix is None and None not in ids:
         calibrations = map(services.store.calibrations.get, ids)
         return Json(lines_by_calibrations(*calibrations, body.points_a, body.points_b, body.z_mm))
-    raise BadInput("It is not said what tells the lines.", "Give a matrix and both pictures' sizes, or two "
-                   "calibrations.", reason="one-sided")
+    raise BadInput("The request has no source for the lines.",
+                   "Send a matrix and both image sizes, or two calibrations.", reason="one-sided")

@@ -29,15 +29,15 @@ SUMMARY = ("id", "created_at", "camera", "note", "model", "board", "image_size")
 
 
 class BoardViewForm(Strict):
-    """One view of a board: corners in the picture, and where they are on the board."""
+    """One view of a board: corners in the image, and their positions on the board."""
 
-    image_points: Annotated[list[Pair], Field(max_length=10_000)] = Field(description="[x, y] px in the raw picture")
+    image_points: Annotated[list[Pair], Field(max_length=10_000)] = Field(description="[x, y] px in the raw image")
     object_points: Annotated[list[Triple], Field(max_length=10_000)] = Field(description="[x, y, z] mm on the board")
     name: Annotated[str, Field(max_length=200)] = ""
 
 
 class BoardRequest(Strict):
-    """Pictures of a board, or views of it, from which a lens is found."""
+    """Images of a board, or views of it, for a lens calibration."""
 
     snapshots: Annotated[list[Name], Field(min_length=1, max_length=500)] | None = None
     views: Annotated[list[BoardViewForm], Field(min_length=1, max_length=1000)] | None = None
@@ -52,16 +52,16 @@ class BoardRequest(Strict):
 
 
 class StraightnessRequest(Strict):
-    """Pictures of one camera, lines clicked in the first of them (or in none), or both."""
+    """Images of one camera, lines marked in the first of them (or in none), or both."""
 
     snapshots: Annotated[list[Name], Field(max_length=50)] = Field([])
     lines: Annotated[list[Annotated[list[Pair], Field(max_length=20_000)]], Field(max_length=2000)] = Field(
         [], description="[[x, y], …] px along one straight edge each")
-    image_size: Size | None = Field(None, description="of the picture, where there are only lines")
+    image_size: Size | None = Field(None, description="of the image, required if there are only lines")
     lens: Name = Field("auto", description="division, division-even, brown-conrady, or auto")
     centre_sigma_px: Annotated[float, Field(ge=0, le=MAX_COORDINATE)] | None = Field(
-        None, description="how far the lens' centre may be from the picture's; 0 holds it, 1 % of the diagonal by "
-                          "default")
+        None, description="uncertainty of the lens centre around the image centre; 0: fixed; by default 1 % of the "
+                          "diagonal")
 
 
 class PlumbLensForm(Strict):
@@ -76,7 +76,7 @@ class PlumbLensForm(Strict):
 
 
 class StraightenedRequest(Strict):
-    """A picture, and the lens whose distortion is removed."""
+    """An image, and the lens whose distortion is removed."""
 
     snapshot: Name
     lens: PlumbLensForm
@@ -115,7 +115,7 @@ def calibrate_lens(services: ServicesDep, by: OperatorDep, body: BoardRequest) -
     From `snapshots` of one board, or from `views`: corners in the picture and their places on the board in mm.
     """
     if (body.snapshots is None) == (body.views is None):
-        raise BadInput("Either snapshots or views are needed.", 'Send "snapshots": [id, …], or "views" with '
+        raise BadInput("The request has neither snapshots nor views.", 'Send "snapshots": [id, …], or "views" with '
                        '"image_size".', reason="no-views")
     task = BoardCalibrationRequest(None if body.board is None else Board.from_json(body.board), body.model,
                                    body.options)
@@ -126,7 +126,7 @@ def calibrate_lens(services: ServicesDep, by: OperatorDep, body: BoardRequest) -
 
 def _from_views(body: BoardRequest, task: BoardCalibrationRequest) -> tuple[Any, dict[str, Any]]:
     if body.image_size is None:
-        raise BadInput("The size of the pictures is not given.", 'Send "image_size": [width, height].',
+        raise BadInput("The request has no image size.", 'Send "image_size": [width, height].',
                        reason="no-image-size")
     views = views_from_json([view.model_dump() for view in body.views])
     return run_views, {"task": task.to_json(), "views": [view.to_json() for view in views],
@@ -136,17 +136,17 @@ def _from_views(body: BoardRequest, task: BoardCalibrationRequest) -> tuple[Any,
 def _from_snapshots(services: Services, body: BoardRequest,
                     task: BoardCalibrationRequest) -> tuple[Any, dict[str, Any]]:
     if task.board is None:
-        raise BadInput("No board is given.", 'Send "board": {"kind", "columns", "rows", "square_mm"}.',
+        raise BadInput("The request has no board.", 'Send "board": {"kind", "columns", "rows", "square_mm"}.',
                        reason="no-board")
     pictures = pictures_of_one_size(services, body.snapshots, image_size(body.image_size),
-                                    "Take all pictures with one camera at one size.")
+                                    "Use images of one camera at one resolution.")
     return run_pictures, {"task": task.to_json(), "pictures": pictures}
 
 
 @router.post("/straightness", response_model=responses.Straightness, responses=ACCEPTED)
 async def judge_straightness(request: Request, services: ServicesDep, body: StraightnessRequest,
                              job: AsJob = False) -> Response:
-    """Measure edges of pictures, or lines clicked in one: how far the lens bends them, and what correction leaves.
+    """Measure edges of images, or lines marked in one: how far the lens bends them, and what correction leaves.
 
     Needs no field and no board, and gives no focal length. With ?job=true a job, whose result is the same.
     """
@@ -168,5 +168,5 @@ def _spec(services: Services, body: StraightnessRequest) -> dict[str, Any]:
     size = image_size(body.image_size)
     task = StraightLinesRequest(body.lens, body.centre_sigma_px, tuple(body.lines), size)
     task.check_given(len(body.snapshots))
-    pictures = pictures_of_one_size(services, body.snapshots, size, "Send pictures of one camera in one mode.")
+    pictures = pictures_of_one_size(services, body.snapshots, size, "Use images of one camera at one resolution.")
     return {"task": task.to_json(), "pictures": pictures}

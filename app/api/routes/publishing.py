@@ -23,7 +23,7 @@ WireNumber = Annotated[int, Field(ge=0, le=2**32 - 1)]
 
 
 class PublishingChanges(Strict):
-    """What is to change; what is left out stays."""
+    """The settings to change; omitted values stay."""
 
     enabled: bool = False
     absorb: bool = False
@@ -33,11 +33,11 @@ class PublishingChanges(Strict):
     ttl: Annotated[int, Field(ge=0, le=255)] = 1
     interval_s: Annotated[float, Field(ge=0.1, le=60)] = 3.0
     limit_mm: Annotated[Number, Field(ge=0, le=100_000)] = 10.0
-    field: CameraId | None = Field(None, description="where cameras see several; null: that of most")
+    field: CameraId | None = Field(None, description="if cameras have different fields; null: that of most cameras")
     numbers: Annotated[dict[CameraId, WireNumber | None], Field(max_length=100)] = Field(
-        {}, description="cameras' numbers on the wire, null for that of the region; cameras not named stay")
+        {}, description="cameras' numbers on the wire, null for that of the region; other cameras are unchanged")
     approved: Annotated[dict[CameraId, Name | None], Field(max_length=100)] = Field(
-        {}, description="calibrations, by camera, whose loss is accepted; cameras not named stay")
+        {}, description="calibrations, by camera, whose loss is accepted; other cameras are unchanged")
 
 
 class ImportBody(Strict):
@@ -50,7 +50,7 @@ class ImportBody(Strict):
     rotate: Rotate | None = None
     image_size: Size | None = None
     sha256: Annotated[str, Field(min_length=64, max_length=64)] | None = Field(
-        None, description="of the packet that was looked at: 409 where the sender has sent another one since")
+        None, description="of the checked packet; 409 if the sender has sent a different one since then")
 
 
 @router.get("", response_model=responses.Publishing)
@@ -66,7 +66,7 @@ def read_publishing(services: ServicesDep) -> Json:
 
 @router.put("", response_model=responses.Publishing)
 async def set_publishing(services: ServicesDep, body: PublishingChanges, if_match: IfMatch = None) -> Json:
-    """Change some settings, also for after a restart; what is left out stays. 409 where this network cannot send it.
+    """Change some settings, also for after a restart; omitted values stay. 409 where this network cannot send it.
 
     With If-Match only if nobody has changed them since: else 412, with `current`.
     """
@@ -92,14 +92,14 @@ def import_heard(services: ServicesDep, by: OperatorDep, id: Id, body: ImportBod
     """Save one camera of a sender's newest packet as a new version of a calibration; its note says who sent it."""
     sender = services.publishing.publisher.remote_publisher(id)
     if body.sha256 is not None and body.sha256 != hashlib.sha256(sender.data).hexdigest():
-        raise Conflict(f"{id} has sent another geometry since.", "Look at it again, then take it over.",
+        raise Conflict(f"{id} has sent a different geometry since then.", "Check the new geometry, then import it.",
                        reason="heard-changed")
     given = body.model_dump(exclude={"sha256", "image_size"}, exclude_none=True)
     texts = dict.fromkeys(OPTIONS, "") | {name: str(value) for name, value in given.items()} | {"file": "heard.pb"}
     if body.image_size is not None:
         texts["image_size"] = "x".join(map(str, body.image_size))
     at = datetime.fromtimestamp(sender.geometry_at, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
-    origin = (f"Heard from {sender.address}, port {sender.port} ({source_name(sender.source)}), as camera "
+    origin = (f"Received from {sender.address}, port {sender.port} ({source_name(sender.source)}), as camera "
               f"{body.camera_id}, at {at}.")
     record = import_file(services, sender.data, texts, by, origin)[0]
     return created(record, f"calibrations/{record['id']}")

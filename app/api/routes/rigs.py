@@ -28,10 +28,10 @@ router = APIRouter(prefix="/rigs", tags=["rigs"])
 
 FIRST_S = 20.0  # cameras that were asleep, their stages to be set up, on a busy machine
 FOLLOW_S = 0.6  # for a single response, where nobody else follows
-Width = Annotated[int, Query(ge=64, le=8192, description="of the picture, px")]
+Width = Annotated[int, Query(ge=64, le=8192, description="of the image, px")]
 SnapshotNames = Annotated[list[str], Query(
-    max_length=32, description="CAMERA:SNAPSHOT, or the id of a snapshot that one of its cameras took; newest frames "
-                               "when left out")]
+    max_length=32, description="CAMERA:SNAPSHOT, or the id of a snapshot that one of its cameras took; by default the "
+                               "newest frames")]
 
 
 @router.get("", response_model=responses.Rigs)
@@ -61,20 +61,20 @@ def save_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schemas.Rig
     except Conflict as error:
         if error.reason != "rig-exists":
             raise
-        raise IfMatchNeeded("There is such a rig already, and the request does not say which state of it it was made "
-                            "from.") from None
+        raise IfMatchNeeded("This rig already exists, and the request does not state the "
+                            "version that it changes.") from None
 
 
 @router.delete("/{name}", status_code=204, response_class=Response)
 @in_thread
 def remove_rig(services: ServicesDep, name: Id, if_match: IfMatch = None) -> None:
-    """Delete a rig; its cameras and their calibrations stay. With If-Match only if nobody has changed it since."""
+    """Delete a rig; its cameras and their calibrations stay. With If-Match only if it is unchanged."""
     services.store.rigs.delete(name, if_match)
 
 
 @router.get("/{name}/stitched.json", response_model=responses.StitchedView)
 async def describe_stitched(request: Request, services: ServicesDep, name: Id, width: Width = 1200) -> Json:
-    """Describe the picture of that width: the field's lines in its pixels, each camera's share, what no camera sees."""
+    """Describe the image of that width: the field lines in its pixels, each camera's share, what no camera covers."""
     return await services.process_picture(ImageSize(width, width), partial(_describe_stitched, services, name, width),
                                request.is_disconnected)
 
@@ -94,7 +94,7 @@ def _describe_stitched(services: Services, name: str, width: int, progress: Prog
 async def show_stitched(request: Request, services: ServicesDep, name: Id, format: Literal["jpg", "png"],
                         snapshot: SnapshotNames = [],  # noqa: B006
                         width: Width = 1200) -> Response:
-    """Return the whole field corrected in one picture, seams feathered; hatched where no camera sees.
+    """Return the whole field corrected in one image, seams feathered; hatched where no camera covers it.
 
     X-Unseen-Share says how much of the field that is; X-Rig-Missing names cameras without a picture or calibration.
     """
@@ -119,7 +119,7 @@ async def show_stitched(request: Request, services: ServicesDep, name: Id, forma
 @router.post("/{name}/check", response_model=responses.RigCheck, responses=ACCEPTED)
 async def check_rig(request: Request, services: ServicesDep, name: Id, body: schemas.RigCheck,
                     job: AsJob = False) -> Response:
-    """Compare its cameras where two see the same carpet: mm map, worst place, mean, p95, max, there and at
+    """Compare its cameras where two see the same carpet: mm map, largest, mean, p95, max, there and at
     hat height; the fundamental matrix of each pair; and what to do, in plain words.
 
     By matches where they are given, else by the field's lines in pictures, else by the calibrations' own clicks.
@@ -144,7 +144,7 @@ async def check_rig(request: Request, services: ServicesDep, name: Id, body: sch
 @router.post("/{name}/refit", status_code=202, response_model=responses.Job)
 @in_thread
 def refit_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schemas.RigRefit) -> Response:
-    """Start a job that refits cameras to their own clicks with the rig's rectangles, as new versions of which none is
+    """Start a job that refits cameras to their own points with the rig's rectangles, as new versions of which none is
     activated: {"calibrations": [id, …]}."""
     saved = services.store.rigs.get(name)
     rig, shown = rigs.rig_spec(services, saved), rigs.rig_json(services, saved)
@@ -152,9 +152,9 @@ def refit_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schemas.Ri
     chosen = others if body.cameras is None else body.cameras
     calibrations = [c["calibration"] for c in rig["cameras"] if c["camera"] in chosen and c["calibration"] is not None]
     if not calibrations:
-        raise Conflict("There is nothing to refit: every calibrated camera has the rig's rectangles."
+        raise Conflict("No new versions are needed: all calibrated cameras use the calibration grid of the rig."
                        if body.cameras is None else "None of these cameras has an active calibration.",
-                       "Name cameras that are calibrated.", reason="nothing-to-refit")
+                       "Select calibrated cameras.", reason="nothing-to-refit")
     spec = {"calibrations": calibrations, "rectangles": shown["rectangles"]}
     return accepted(services.jobs.start("rig-refit", run_refit, spec, "calibrations", {"by": by}, caller=by))
 
@@ -207,5 +207,6 @@ async def _first(viewer: Any) -> bytes:
     try:
         return await viewer.next(FIRST_S)
     except TimeoutError:
-        raise Unavailable("No camera of this rig has shown anything yet.", "Look at their states, then try again.",
+        raise Unavailable("No camera of this rig has delivered a frame yet.",
+                          "Check the camera states, then try again.",
                           reason="camera-silent") from None

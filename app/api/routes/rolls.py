@@ -28,8 +28,8 @@ router = APIRouter(tags=["rolls"])
 MIN_INTERVAL_S = 0.1  # between two messages: ten a second at most
 MAX_ROLLS = 1000
 SAVED = ("at", "seconds", "points", "rms_px", "straight_px")
-SESSIONS = SessionLimit(4, "Others watch what rolls before this camera.",
-                        "Wait until they are done, or read GET /api/v1/cameras/{id}/rolls.", "rolls-watched")
+SESSIONS = SessionLimit(4, "Another user is recording rolls with this camera.",
+                        "Wait until the recording ends, or read GET /api/v1/cameras/{id}/rolls.", "rolls-watched")
 
 
 class RollChange(Strict):
@@ -38,7 +38,7 @@ class RollChange(Strict):
 
 @router.get("/cameras/{id}/rolls", response_model=responses.Rolls)
 def list_rolls(services: ServicesDep, id: Id) -> Json:
-    """List saved rolls, oldest first, and their straightness: Eq. (9) of each, of zones, along the picture's edge.
+    """List saved rolls, oldest first, and their straightness: Eq. (9) of each, of zones, along the image edge.
 
     Corrected as well, where the camera's active calibration is of pictures of their size.
     """
@@ -121,16 +121,16 @@ class RollForm(Strict):
 class MotionRequest(Strict):
     """One of camera, film and rolls; the rest says what is made from them."""
 
-    camera: Name | None = Field(None, description="the rolls that are kept of it, without those left out")
+    camera: Name | None = Field(None, description="its saved rolls, without excluded rolls")
     film: Annotated[str, Field(min_length=1, max_length=300)] | None = Field(
-        None, description="of a still camera, by its name in the pictures folder, as a video source has it")
+        None, description="of a fixed camera, by its name in the pictures folder, as for a video source")
     rolls: Annotated[list[RollForm], Field(min_length=1, max_length=MAX_ROLLS)] | None = None
-    image_size: Size | None = Field(None, description="of the pictures, with rolls")
+    image_size: Size | None = Field(None, description="of the images, with rolls")
     calibration: Name | None = Field(None, description="to judge or to refine; with camera its active one")
     make: Literal["report", "lens", "refined"] = "report"
     lens: Name = Field("auto", description="division, division-even, brown-conrady, or auto")
     centre_sigma_px: Annotated[float, Field(ge=0, le=MAX_COORDINATE)] | None = Field(
-        0.0, description="how far the lens' centre may be from the picture's; 0 holds it there")
+        0.0, description="uncertainty of the lens centre around the image centre; 0: fixed")
     note: Note = ""
 
 
@@ -144,7 +144,8 @@ def judge_motion(services: ServicesDep, by: OperatorDep, body: MotionRequest) ->
     """
     store = services.store
     if sum(given is not None for given in (body.camera, body.film, body.rolls)) != 1:
-        raise BadInput("It is not clear what rolled.", "Send one of camera, film and rolls.", reason="bad-request")
+        raise BadInput("The request has no source for the rolls.", "Send one of camera, film and rolls.",
+                       reason="bad-request")
     check(body.make, body.lens, body.centre_sigma_px)
     calibration, film, rolls, size = None, None, [], body.image_size
     if body.camera is not None:
@@ -153,7 +154,7 @@ def judge_motion(services: ServicesDep, by: OperatorDep, body: MotionRequest) ->
         size = saved[-1]["image_size"] if saved else None
         rolls = [roll for roll in saved if roll["image_size"] == size and not roll["left_out"]]
         if not rolls:
-            raise Conflict("No roll of this camera is kept.", "Watch it, and let a ball roll across the field.",
+            raise Conflict("This camera has no saved rolls.", "Start the recording, then roll a ball across the field.",
                            reason="no-rolls")
         calibration = store.calibrations.active(body.camera) if body.calibration is None else None
     elif body.film is not None:
@@ -161,7 +162,7 @@ def judge_motion(services: ServicesDep, by: OperatorDep, body: MotionRequest) ->
     else:
         rolls = [roll.model_dump() for roll in body.rolls]
         if size is None:
-            raise BadInput("The size of the pictures is not given.", 'Send "image_size": [width, height].',
+            raise BadInput("The request has no image size.", 'Send "image_size": [width, height].',
                            reason="no-image-size")
     if body.calibration is not None:
         calibration = store.calibrations.get(body.calibration)
@@ -179,5 +180,5 @@ def _of_another_size(calibration: Calibration, body: MotionRequest) -> None:
     """Ignore a calibration that was only at hand; refuse one that was asked for."""
     if body.calibration is None and body.make != "refined":
         return None
-    raise Conflict(f"The calibration is of pictures of {calibration.image_size}, the rolls are not.",
-                   "Use rolls of the camera and mode that was calibrated.", reason="size-mismatch")
+    raise Conflict(f"The rolls do not have the image size of the calibration, {calibration.image_size}.",
+                   "Use rolls of the calibrated camera at the same resolution.", reason="size-mismatch")

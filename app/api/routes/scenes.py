@@ -40,7 +40,7 @@ Layer = Literal["pictures", "rays", "arrows", "footprints", "labels", "moved", "
 
 
 class SceneShow(Strict):
-    """calibrations, or a rig by its name, or a lens from a board; before: an older version to see what moved."""
+    """calibrations, or a rig by its name, or a lens from a board; before: an older version to show the changes."""
 
     calibrations: Annotated[list[SceneName], Field(min_length=1, max_length=MAX_CAMERAS)] | None = None
     rig: SceneName | None = None
@@ -92,9 +92,9 @@ async def _until_over(process: SceneProcess) -> None:
         await asyncio.sleep(POLL_S)
         idle_s = 0.0 if process.viewers else idle_s + POLL_S
         if idle_s > IDLE_S:
-            raise Unavailable("Nobody has looked at this scene for long, so it was closed.", "Open the page anew.",
+            raise Unavailable("The scene was closed because it was not used.", "Reload the page.",
                               reason="scene-idle")
-    raise Unavailable("The scene's process has ended.", "Open the scene again.", reason="scene-gone")
+    raise Unavailable("The scene process has stopped.", "Open the scene again.", reason="scene-gone")
 
 
 class SceneSession:
@@ -119,7 +119,7 @@ class SceneSession:
         """Follow the page's messages until it has gone; what cannot be shown leaves the scene as it was."""
         while True:
             message = await receive_json(self._socket, SceneMessage, MAX_MESSAGE,
-                                         'Say {"show": {"calibrations": [id]}} or {"set": {"view": "above"}}.')
+                                         'Send {"show": {"calibrations": [id]}} or {"set": {"view": "above"}}.')
             if message.set is not None:
                 if message.set.layers is not None:
                     self._shows_detections = "things" in message.set.layers
@@ -185,7 +185,7 @@ class SceneSession:
 
 @router.get("/calibrations/{id}/scene.html", response_class=HTMLResponse, responses=HTML)
 async def scene_page(services: ServicesDep, id: Id, dark: Dark = False) -> HTMLResponse:
-    """Return the scene as one HTML file of about 1 MB that loads nothing else: to keep beside the report."""
+    """Return the scene as one HTML file of about 1 MB that loads nothing else: to save next to the report."""
     content = await services.run_in_thread(scene_content, services, [id])
     calibration = content.calibrations[id]
     title = f"{title_of(services, calibration)}, version {calibration.version}"

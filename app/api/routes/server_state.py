@@ -95,6 +95,6 @@ def helps_in(text: str) -> dict[str, str]:
 
 @router.get("/archive", tags=["archive"], response_class=StreamingResponse, responses=files("application/zip"))
 def download_everything(services: ServicesDep) -> StreamingResponse:
-    """Download one zip with every row, picture and field of your own; `touchline restore` makes a data folder of it."""
+    """Download one zip with every row, image and field of your own; `touchline restore` makes a data folder of it."""
     return StreamingResponse(services.store.archive(services.settings.own_fields), media_type="application/zip",
                              headers={"Content-Disposition": attachment("touchline.zip"), **NO_STORE})

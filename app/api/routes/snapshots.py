@@ -35,7 +35,7 @@ BODY["content"]["application/json"] = {"schema": CameraSnapshot.model_json_schem
 @router.post("/snapshots", tags=["snapshots"], status_code=201, response_model=responses.Snapshot,
              openapi_extra={"requestBody": BODY})
 async def keep_snapshot(request: Request, services: ServicesDep) -> Json:
-    """Save a picture: multipart with `file` (PNG, JPEG, BMP or WebP), or JSON {"camera": id} to take one now."""
+    """Save an image: multipart with `file` (PNG, JPEG, BMP or WebP), or JSON {"camera": id} to take one now."""
     kind = content_type(request)
     if kind == "multipart/form-data":
         data, texts = await uploaded_file(request, services.decoder.limits.max_bytes)
@@ -46,7 +46,8 @@ async def keep_snapshot(request: Request, services: ServicesDep) -> Json:
         snapshot = await services.take_snapshot(body.camera, request.is_disconnected, body.frames, body.over_s,
                                                 body.purpose)
     else:
-        raise BadInput("This is neither a form with a file nor JSON.", 'Send multipart/form-data with the picture as '
+        raise BadInput("The request is neither a form with a file nor JSON.",
+                       'Send multipart/form-data with the image as '
                        '"file", or JSON {"camera": id}.', reason="wrong-content-type")
     return created(snapshot.to_json(), f"snapshots/{snapshot.id}")
 
@@ -54,7 +55,7 @@ async def keep_snapshot(request: Request, services: ServicesDep) -> Json:
 def _save(services: Services, data: bytes, camera: str | None, purpose: str) -> Snapshot:
     """Decode a picture first: what cannot be decoded is not saved."""
     if purpose not in PURPOSES:
-        raise BadInput("This is no purpose of a picture.", f"Use one of: {', '.join(PURPOSES)}.", reason="bad-request")
+        raise BadInput("This purpose is unknown.", f"Use one of: {', '.join(PURPOSES)}.", reason="bad-request")
     if camera is not None:
         services.cameras.get(camera)
     size = services.decoder.frame_from_bytes(data).size
@@ -79,7 +80,7 @@ def read_snapshot(services: ServicesDep, id: Id) -> Json:
 @router.get("/snapshots/{id}/image.{format}", tags=["snapshots"], response_class=Response, responses=PICTURE)
 @in_thread
 def show_snapshot(services: ServicesDep, id: Id, format: Format, width: WidthPx = None) -> Response:
-    """Return the picture, pixel for pixel as the sensor saw it: encoded anew, so that EXIF tags rotate nothing.
+    """Return the image, pixel for pixel as from the sensor: encoded again, so that EXIF tags rotate nothing.
 
     With `width` scaled down to that, unless it is no wider.
     """
@@ -100,7 +101,7 @@ class FitForm(Strict):
 
 
 class SnapRequest(Strict):
-    """Clicks, and what is known about the line beside them."""
+    """Points, and what is known about the line next to them."""
 
     points: Annotated[list[Pair], Field(max_length=500)]
     reach_px: Reach = REACH_PX
@@ -122,7 +123,7 @@ class AlongRequest(Strict):
 @router.post("/snapshots/{id}/snap", tags=["snapshots"], response_model=responses.SnappedPoints)
 @in_thread
 def snap_points(services: ServicesDep, id: Id, body: SnapRequest) -> Json:
-    """Move each point to the middle of the painted line beside it, or leave it where it is, with the reason.
+    """Move each point to the middle of the painted line next to it, or leave it unchanged, with the reason.
 
     width_px and direction_deg say which line is meant; a fit and a feature give both for every point.
     """
@@ -132,7 +133,7 @@ def snap_points(services: ServicesDep, id: Id, body: SnapRequest) -> Json:
 @router.post("/snapshots/{id}/along", tags=["snapshots"], response_model=responses.SnappedPoints)
 @in_thread
 def find_along(services: ServicesDep, id: Id, body: AlongRequest) -> Json:
-    """Find points along one line of the field, beside where a fit expects it; none where it is hidden."""
+    """Find points along one line of the field, near its predicted position; none where it is hidden."""
     return Json({"points": points_along(services, id, **dict(body))})
 
 
@@ -149,10 +150,10 @@ def read_draft(services: ServicesDep, snapshot: Id) -> Json:
 @router.put("/drafts/{snapshot}", tags=["drafts"], response_model=responses.Draft)
 def save_draft(services: ServicesDep, by: OperatorDep, snapshot: Id, body: requests.DraftBody,
                if_match: IfMatch = None) -> Response:
-    """Replace the draft that If-Match names: 428 without it, 412 with the `current` draft if somebody was faster."""
+    """Replace the draft that If-Match names: 428 without it, 412 with the `current` draft after another change."""
     services.store.snapshots.get(snapshot)
     if if_match is None:
-        raise IfMatchNeeded("The request does not say which draft it was made from.")
+        raise IfMatchNeeded("The request does not state which version of the draft it changes.")
     draft = services.store.drafts.save(snapshot, body.model_dump(), if_match, by)
     services.presence.saved(snapshot, draft.etag, by)
     return versioned(draft.to_json(), draft.etag)
@@ -160,7 +161,7 @@ def save_draft(services: ServicesDep, by: OperatorDep, snapshot: Id, body: reque
 
 @router.websocket("/drafts/{snapshot}/stream")
 async def watch_draft(socket: WebSocket, services: ServicesDep, snapshot: str, name: str = "") -> None:
-    """Send who else has this picture open, and the ETag of the draft as soon as somebody has saved it, as JSON.
+    """Send who else has this image open, and the ETag of the draft as soon as a user has saved it, as JSON.
 
     {"others": [name, …], "etag": "…" | null, "by": name | null}, now and after every change; with name=, what others
     read of you.

@@ -33,10 +33,10 @@ router = APIRouter(prefix="/cameras", tags=["cameras"])
 MAX_FPS = 240.0
 
 ViewName = Annotated[str, Query(max_length=64, description="raw, corrected, side: both side by side; detections: raw "
-                                "with what was found, stage-NAME: what a stage of seeing made of it")]
-Width = Annotated[int, Query(ge=0, le=3840, description="of the picture, px; 0 as the camera gives it")]
+                                "with the detections, stage-NAME: result of a stage of the detection")]
+Width = Annotated[int, Query(ge=0, le=3840, description="of the picture, px; 0: as delivered by the camera")]
 Quality = Annotated[int, Query(ge=10, le=100, description="of the JPEG")]
-Fps = Annotated[float | None, Query(gt=0, le=MAX_FPS, allow_inf_nan=False, description="at most; all when left out")]
+Fps = Annotated[float | None, Query(gt=0, le=MAX_FPS, allow_inf_nan=False, description="at most; by default all")]
 
 
 @router.get("/{id}/frame.{format}", response_class=Response, responses=PICTURE)
@@ -45,7 +45,8 @@ async def show_frame(services: ServicesDep, id: Id, format: Literal["jpg", "png"
     """Return the newest frame. PNG is exact to the bit, at its own size; X-Frame-Seq and X-Frame-Time say which."""
     camera = services.live.get(id)
     if format == "png" and view not in ("raw", "corrected"):
-        raise BadInput("Only the raw and the corrected view are a PNG.", "Ask for one of them, or for frame.jpg.",
+        raise BadInput("Only the raw view and the corrected view are available as PNG.",
+                       "Request one of them, or frame.jpg.",
                        reason="unknown-view")
     channel = _channel(camera, view, width, quality)
     if format == "png":
@@ -60,7 +61,7 @@ async def _exact_frame(services: Services, camera: LiveCamera, view: str) -> Res
     png, calibration = frame.png, camera.calibration
     if view == "corrected":
         if calibration is None:
-            raise Conflict("This camera has no active calibration.", "Activate one, or take the raw view.",
+            raise Conflict("This camera has no active calibration.", "Activate a calibration, or use the raw view.",
                            reason="not-calibrated")
 
         def corrected() -> bytes:
@@ -103,7 +104,8 @@ async def stream_frames(socket: WebSocket, services: ServicesDep, id: str, view:
     """
     async with websocket_session(socket):
         if fps is not None and not 0 < fps <= MAX_FPS:
-            raise BadInput(f"A stream cannot have {fps} frames a second.", f"Use more than 0, up to {MAX_FPS:g}.",
+            raise BadInput(f"{fps} frames per second is not a valid frame rate.",
+                           f"Use a value above 0, up to {MAX_FPS:g}.",
                            reason="bad-fps")
         camera = services.live.get(id)
         acks = asyncio.Semaphore(1)

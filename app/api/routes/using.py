@@ -26,7 +26,7 @@ from app.workflows import calibration as workflow
 
 router = APIRouter(prefix="/calibrations/{id}", tags=["using a calibration"])
 
-Nodes = Annotated[int | None, Query(ge=2, le=MAX_NODES, description="of the mesh; chosen by its error when left out")]
+Nodes = Annotated[int | None, Query(ge=2, le=MAX_NODES, description="of the mesh; by default chosen by its error")]
 FEW_POINTS = 1000  # as many are through before a thread has been found for them
 BODY = {"requestBody": {"required": True, "content": {
     "application/json": {"schema": TransformRequest.model_json_schema(ref_template="#/components/schemas/{model}")},
@@ -38,7 +38,7 @@ BODY = {"requestBody": {"required": True, "content": {
 async def correct_picture(request: Request, services: ServicesDep, id: Id,
                           snapshot: Annotated[IdQuery | None, Query()] = None, margin_px: MarginPx = 0,
                           width: WidthPx = None, format: Format = "png") -> Response:
-    """Correct an uploaded picture (multipart, `file`), or a snapshot named in the query."""
+    """Correct an uploaded image (multipart, `file`), or a snapshot named in the query."""
     calibration = services.store.calibrations.get(id)
     if snapshot is not None:
         frame = await services.run_in_thread(services.frame, snapshot)
@@ -52,10 +52,11 @@ async def correct_picture(request: Request, services: ServicesDep, id: Id,
 async def show_corrected(request: Request, services: ServicesDep, id: Id, format: Format,
                          snapshot: Annotated[IdQuery | None, Query()] = None, margin_px: MarginPx = 0,
                          width: WidthPx = None) -> Response:
-    """Return the corrected picture of the calibration's own snapshot, or of another one of the same size."""
+    """Return the corrected image of the calibration's own snapshot, or of another one of the same size."""
     calibration = services.store.calibrations.get(id)
     if snapshot is None and calibration.snapshot is None:
-        raise BadInput("The calibration was made without a snapshot.", "Name one: ?snapshot=ID.", reason="no-snapshot")
+        raise BadInput("The calibration was made without a snapshot.", "Select one: ?snapshot=ID.",
+                       reason="no-snapshot")
     frame = await services.run_in_thread(services.frame, snapshot or calibration.snapshot)
     return await _draw(request, services, calibration, frame, CorrectedView(margin_px, width), format)
 
@@ -72,7 +73,7 @@ async def _draw(request: Request, services: Services, calibration: Calibration, 
 @in_thread
 def read_mesh(services: ServicesDep, id: Id, view: Literal["corrected"] = "corrected", columns: Nodes = None,
               rows: Nodes = None, margin_px: MarginPx = 0) -> Response:
-    """Return the correction as a coarse mesh, for who corrects raw pictures himself: a graphics processor.
+    """Return the correction as a coarse mesh, for clients that correct raw images themselves: a graphics processor.
 
     A little-endian uint32 length, that many bytes of JSON (columns, rows, corrected_size, image_size, margin_px; first
     and step: the nodes' corrected pixels; error_px: the most that interpolating between them is off), then raw x and y
@@ -97,7 +98,7 @@ async def transform_points(request: Request, services: ServicesDep, id: Id,
     binary = content_type(request) == BINARY
     if binary:
         if source is None or target is None:
-            raise BadInput("The query does not say from which frame to which.",
+            raise BadInput("The request has no source frame or no target frame.",
                            "Add ?from=image&to=field (image, corrected or field).", reason="no-frames")
         points = await binary_points(request)
     else:
@@ -124,7 +125,7 @@ def draw_field(services: ServicesDep, id: Id, frame: Literal["raw", "corrected"]
 @in_thread
 def draw_residuals(services: ServicesDep, id: Id, frame: Literal["raw", "corrected"] = "raw", margin_px: MarginPx = 0,
                    width: WidthPx = None) -> Json:
-    """Return vectors from clicks to where the model expects them: the nearest place of a line, or the landmark."""
+    """Return vectors from points to their predicted positions: the nearest position on a line, or the landmark."""
     calibration = services.store.calibrations.get(id)
     model, field, region = Restored.of(calibration)
     observations = observations_from_json(calibration.observations)

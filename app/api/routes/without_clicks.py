@@ -29,12 +29,12 @@ class PosePriorForm(Strict):
 
     height_mm: Annotated[float, Field(ge=100, le=100_000)] | None = Field(None, description="to a third either way")
     turn_deg: Annotated[float, Field(ge=-360, le=360)] | None = Field(
-        None, description="how far the region is turned in the picture, clockwise, from how it stands when corrected; "
-                          "to 50° either way")
+        None, description="clockwise rotation of the region in the raw image, relative to the corrected image; within "
+                          "±50°")
 
 
 class AutoRequest(PictureChoice):
-    """One of snapshot, snapshots and camera; the rest says what is seen."""
+    """One of snapshot, snapshots and camera; the rest describes the camera."""
 
     frames: Annotated[int, Field(ge=1, le=MAX_PICTURES)] = Field(MAX_PICTURES, description="how many, with camera")
     field: Name
@@ -43,7 +43,7 @@ class AutoRequest(PictureChoice):
     model: Name = Field("auto", description="auto: Brown–Conrady, or the first of others that can be fitted")
     options: OptionValues = Field({}, description="as for a fit")
     rough: PosePriorForm | None = None
-    keep: bool = Field(True, description="false: find the lines, and save no version")
+    keep: bool = Field(True, description="false: detect the lines without saving a version")
     note: Note = ""
 
 
@@ -74,7 +74,7 @@ def _task(services: Services, body: AutoRequest) -> dict[str, Any]:
 
 
 class CheckRequest(PictureChoice):
-    """Today's picture: one of snapshot, snapshots and camera; none of them: the calibration's own camera, now."""
+    """The current image: one of snapshot, snapshots and camera; none of them: the calibration's own camera, now."""
 
     frames: Annotated[int, Field(ge=1, le=MAX_PICTURES)] = Field(1, description="how many it takes")
 
@@ -90,7 +90,7 @@ async def check_calibration(request: Request, services: ServicesDep, id: Id, bod
     if not ids:
         camera = body.camera or calibration.camera
         if camera is None:
-            raise BadInput("This calibration is of no camera.", "Send the snapshot to check it with.",
+            raise BadInput("This calibration has no camera.", "Send the snapshot for the check.",
                            reason="no-camera")
         ids = [(await services.take_snapshot(camera, request.is_disconnected, body.frames)).id]
     pictures = await services.run_in_thread(services.store.snapshots.all_for_job, ids)
@@ -99,11 +99,11 @@ async def check_calibration(request: Request, services: ServicesDep, id: Id, bod
 
 
 class Reregister(Strict):
-    """By default pictures are taken with the camera now."""
+    """By default images are taken with the camera now."""
 
-    snapshot: Name | None = Field(None, description="of this camera, in place of pictures that are taken now")
-    frames: Annotated[int, Field(ge=1, le=25)] = Field(FRAMES, description="taken now; what moves vanishes")
-    note: Note = "Pose registered anew"
+    snapshot: Name | None = Field(None, description="of this camera, instead of current images")
+    frames: Annotated[int, Field(ge=1, le=25)] = Field(FRAMES, description="taken now; moving objects are removed")
+    note: Note = "Camera pose updated"
 
 
 @router.post("/cameras/{id}/reregister", tags=["cameras"], status_code=202, response_model=responses.Job)
@@ -117,13 +117,13 @@ async def reregister_camera(request: Request, services: ServicesDep, by: Operato
     await services.run_in_thread(services.cameras.get, id)
     calibration, _ = await services.run_in_thread(services.cameras.active_calibration, id)
     if calibration is None:
-        raise Conflict("This camera has no active calibration.", "Calibrate it, and activate that version.",
+        raise Conflict("This camera has no active calibration.", "Calibrate the camera and activate the version.",
                        reason="not-calibrated")
     snapshot = body.snapshot or (await services.take_snapshot(id, request.is_disconnected, body.frames)).id
 
     def start() -> Job:
         spec = {"calibration": calibration.to_json(), "snapshot": snapshot, "note": body.note,
-                "picture": services.store.snapshots.for_job(snapshot, "the picture"),
+                "picture": services.store.snapshots.for_job(snapshot, "the image"),
                 "before": services.cameras.calibration_picture(calibration)}
         return services.jobs.start("register", run_register, spec, "registered", {"by": by}, caller=by)
     return accepted(await services.run_in_thread(start))

@@ -12,20 +12,20 @@ Spec = Annotated[dict[str, Any], Field(max_length=8)]  # a plan or a profile; re
 
 
 class DetectionBody(Strict):
-    """A snapshot, what tells places and sizes, and what tells colours."""
+    """A snapshot, the calibration for positions and sizes, and the colours."""
 
     snapshot: Name
-    calibration: Name | None = Field(None, description="of this camera at this size; without it there are no places")
+    calibration: Name | None = Field(None, description="of this camera at this size; without it there are no positions")
     stages: Name | Annotated[dict[str, Any], Field(max_length=4)] = Field(
         "ssl", description="a plan by name, or one of your own as GET /stages describes them")
     colours: Spec | None = Field(
         None, description="a profile, as `colours` of an earlier answer")
     clicks: Clicks | None = Field(
-        None, description="by colour: [x, y] of a click, or [x0, y0, x1, y1] of a box, raw px")
+        None, description="by colour: [x, y] of a point, or [x0, y0, x1, y1] of a box, raw px")
     mm_per_px: Annotated[float, Field(ge=0.01, le=1000)] | None = Field(
-        None, description="without a calibration: how large a pixel is")
+        None, description="size of a pixel, if there is no calibration")
     eye_mm: Annotated[list[Coordinate], Field(min_length=3, max_length=3)] | None = Field(
-        None, description="[x, y, height] of the camera, field mm, for a model without rays")
+        None, description="[x, y, height] of the camera, field mm, for a model that is not a physical lens model")
 
 
 class DetectionSettingsBody(Strict):
@@ -33,8 +33,9 @@ class DetectionSettingsBody(Strict):
 
     on: bool
     plan: Name | Spec = Field(description="by name, or complete, as GET /stages describes them")
-    colours: Name | None = Field(None, description="a kept profile, which is followed; as copied from another camera")
-    profile: Spec | None = Field(None, description="colours of this camera's own; they win over `colours`")
+    colours: Name | None = Field(None, description="a saved profile, including its later changes; or a copy from "
+                                                   "another camera")
+    profile: Spec | None = Field(None, description="own colours of this camera; they override `colours`")
     publish: bool = Field(False, description="as SSL_DetectionFrame on the league's group")
 
 
@@ -45,10 +46,11 @@ class ColoursBody(Strict):
 
 
 class LearnBody(Strict):
-    """Clicks and boxes by colour in the newest frame or a snapshot; or no click at all."""
+    """Points and boxes by colour in the newest frame or a snapshot; or none."""
 
     clicks: Clicks = Field(
-        {}, description="[x, y] of a click, or [x0, y0, x1, y1] of a box, raw px; `background` for what is no colour")
-    base: Name | Spec | None = Field(None, description="a profile, by name or whole, that keeps its other colours")
-    snapshot: Name | None = Field(None, description="the newest frame when left out")
-    automatic: bool = Field(False, description="find the colours in the picture")
+        {}, description="[x, y] of a point, or [x0, y0, x1, y1] of a box, raw px; `background` for areas without a "
+                        "colour")
+    base: Name | Spec | None = Field(None, description="a profile, by name or complete, whose other colours are kept")
+    snapshot: Name | None = Field(None, description="by default the newest frame")
+    automatic: bool = Field(False, description="detect the colours in the image")

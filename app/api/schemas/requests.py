@@ -18,14 +18,15 @@ Format = Literal["png", "jpg"]
 Id = Annotated[str, Path(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
 IdQuery = Annotated[str, Query(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
 MarginPx = Annotated[int, Query(ge=0, le=2000, description="carpet shown around the region, px")]
-WidthPx = Annotated[int | None, Query(ge=16, le=8192, description="width of the picture, px; natural when left out")]
+WidthPx = Annotated[int | None, Query(ge=16, le=8192, description="width of the image, px; by default the natural "
+                                                                  "width")]
 Limit = Annotated[int, Query(ge=1, le=200)]
-AsJob = Annotated[bool, Query(description="answer 202 with a job at once, and do it in the background")]
+AsJob = Annotated[bool, Query(description="answer 202 with a job immediately and run it in the background")]
 Cursor = Annotated[str | None, Query(max_length=200)]
 
 
 class BorderRequest(Strict):
-    """One border's clicks."""
+    """One border's points."""
 
     points: Annotated[list[Pair], Field(max_length=2000)]
     axis: Literal["x_of_y", "y_of_x"]
@@ -70,7 +71,7 @@ class NewCamera(Strict):
 
 
 class CameraChanges(Strict):
-    """What is to change of it; what is left out stays."""
+    """The values to change; omitted values stay."""
 
     name: Annotated[str, Field(max_length=100)] = ""
     source: Address | None = None
@@ -108,17 +109,16 @@ class TransformRequest(Strict):
     target: FrameName = Field(alias="to")
     points: Annotated[list[Pair], Field(max_length=MAX_TRANSFORM_POINTS)]
     z_mm: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
-    image_size: Size | None = Field(None, description="size of the picture the points are from, checked against "
-                                                      "the calibration's")
+    image_size: Size | None = Field(None, description="size of the image of the points, compared with the calibration")
 
 
 class PictureChoice(Strict):
-    """Which pictures are meant: one of snapshot, snapshots and camera."""
+    """The selected images: one of snapshot, snapshots and camera."""
 
     snapshot: Name | None = None
     snapshots: Annotated[list[Name], Field(min_length=1, max_length=MAX_PICTURES)] | None = Field(
-        None, description="several of one camera: what moves vanishes")
-    camera: Name | None = Field(None, description="take pictures with it now, and use what they have in common")
+        None, description="several of one camera: moving objects are removed")
+    camera: Name | None = Field(None, description="take images now; moving objects are removed")
 
     @property
     def ids(self) -> list[str]:
@@ -128,7 +128,8 @@ class PictureChoice(Strict):
         """Refuse more than one, or none where one is required."""
         count = sum(given is not None for given in (self.snapshot, self.snapshots, self.camera))
         if count > 1 or (required and count == 0):
-            raise BadInput("It is not clear which picture is meant.", "Send one of snapshot, snapshots and camera.",
+            raise BadInput("The request does not select an image.",
+                           "Send exactly one of snapshot, snapshots and camera.",
                            reason="bad-request")
 
 
@@ -136,15 +137,15 @@ Purpose = Literal["picture", "board", "straight", "rig", "seeing"]
 
 
 class CameraSnapshot(Strict):
-    """Take a picture from a camera: one frame, or what most of several frames agree on."""
+    """Take an image from a camera: one frame, or several frames with moving objects removed."""
 
     camera: Name
     frames: Annotated[int, Field(ge=1, le=60)] = Field(
-        1, description="more than 1: people and robots that move vanish, and the noise with them")
+        1, description="more than 1: moving people and robots are removed, and noise is reduced")
     over_s: Annotated[float, Field(ge=0, le=60)] | None = Field(
-        None, description="over how long they are spread, s; a third of a second each when left out")
-    purpose: Purpose = Field("picture", description="what it is taken for: a field, a board, straight edges,"
-                             " a rig's check, or a frame on which colours are clicked")
+        None, description="time between the first and the last, s; by default a third of a second for each")
+    purpose: Purpose = Field(
+        "picture", description="purpose: a field, a board, straight edges, the check of a rig, or colours")
 
 
 class Problem(BaseModel):
@@ -161,5 +162,5 @@ class Problem(BaseModel):
 
 # "default" describes every refusal: any call may be refused for its token, its size or its path.
 PROBLEMS: dict[int | str, dict[str, Any]] = {
-    "default": {"description": "What was wrong, and what to do", "content": {
+    "default": {"description": "Problem and remedy", "content": {
         "application/problem+json": {"schema": Problem.model_json_schema()}}}}

@@ -31,7 +31,7 @@ SettingsView = response("SettingsView", version=str, items=list[SettingView], st
 # --- what a fit starts from, and what it finds
 PlayingField = response("PlayingField", name=str, title=str, length_mm=float, width_mm=float, lines=list[JsonObject],
     arcs=list[JsonObject], landmarks=dict[str, Point], hat_height_mm=float, line_sigma_mm=float,
-    regions=dict[str, JsonObject], own=described(bool, "made by an operator, who may change it"))
+    regions=dict[str, JsonObject], own=described(bool, "made by an operator; can be changed"))
 PlayingFields = response("PlayingFields", page_of("PlayingFieldsPage", PlayingField), revision=str)
 # offsets: by line and arc, mm beside its place, and sigma_mm, null where it is not known
 MeasuredField = response("MeasuredField", field=JsonObject, offsets=dict[str, JsonObject],
@@ -56,7 +56,7 @@ Arrows = response("Arrows", frame=Literal["raw", "corrected"], mm_per_px=float |
 Preview = response("Preview", model=FittedModel, report=Report, corrected_size=list[int], overlay=list[Polyline],
     mesh=described(JsonObject | None, "the corrected view, where mesh_margin_px asks for it"))
 Attempt = response("Attempt", preview=Preview | None,
-    refusal=described(JsonObject | None, "why it cannot be fitted yet: reason, title, what, fix, and which"))
+    refusal=described(JsonObject | None, "why it cannot be fitted: reason, title, what, fix, and which"))
 SnappedPoint = response("SnappedPoint", state=Literal["snapped", "kept"], point=Point)
 SnappedPoints = response("SnappedPoints", points=list[SnappedPoint])
 
@@ -85,7 +85,7 @@ CalibrationReport = response("CalibrationReport", format=Literal["touchline-repo
     calibration=JsonObject, field=JsonObject, model=JsonObject, picture=JsonObject, verdict=JsonObject,
     figures=dict[str, JsonObject], distortion=JsonObject, per_feature=list[JsonObject], outliers=list[JsonObject],
     uncertainty=JsonObject, warnings=list[JsonObject])
-CheckVerdict = response("CheckVerdict", level=described(Level, "null: the picture does not tell"), sentence=str,
+CheckVerdict = response("CheckVerdict", level=described(Level, "null: inconclusive"), sentence=str,
     fix=str, reason=described(str, "holds, moved, lens, lines-missing, as-made, elsewhere or not-seen"))
 # mm is across the marking on the carpet, and null where nothing was found
 CheckedLine = response("CheckedLine", feature=str, places=int, found=int, found_share=float, mean_mm=float | None,
@@ -95,15 +95,15 @@ CheckedPlace = response("CheckedPlace", feature=str, expected=described(Point, "
 # how far the field's lines are today from where the calibration has them
 CalibrationCheck = response("CalibrationCheck", calibration=str, version=int | None, camera=str | None, snapshot=str,
     model=str, field=str, region=str, image_size=list[int], verdict=CheckVerdict, lines=list[CheckedLine],
-    found_share=described(float, "of the length of the lines that should be seen"), lines_found=int,
-    others_share=described(float, "length of other long lines, as a share of what should be seen; 0 where most of "
-                                  "that was found"),
-    missing=described(list[str], "markings that should be in sight, are not covered, and are not there"),
+    found_share=described(float, "of the length of the lines that should be visible"), lines_found=int,
+    others_share=described(float, "length of other long lines, as a share of the visible length; 0 if most of that "
+                                  "was detected"),
+    missing=described(list[str], "markings that should be visible, are not covered, and were not detected"),
     missing_share=described(float, "of the expected length"),
     missing_inside=described(float, "of the expected length inside the region's borders"),
-    own_mm=described(float | None, "the worst figure of its own report when it was made"), rms_mm=float | None,
+    own_mm=described(float | None, "the largest error of its own report when it was made"), rms_mm=float | None,
     p95_mm=float | None, rms_px=float | None,
-    left_mm=described(float | None, "rms of what no motion of the camera explains"),
+    left_mm=described(float | None, "rms that no camera movement explains"),
     carpet=described(JsonObject | None, "z_mm, mean_mm, p95_mm, max_mm, where, and the map"), hat=JsonObject | None,
     points=list[CheckedPlace])
 
@@ -126,7 +126,7 @@ Snapshots = page_of("Snapshots", Snapshot)
 # expected_mm: rms on the carpet, expected_hat_mm at hat_height_mm; null where the model knows none
 ActiveVersion = response("ActiveVersion", id=str, version=int, model=str, created_at=str, verdict=JsonObject,
     expected_mm=float | None, expected_hat_mm=float | None, hat_height_mm=float | None, field=str,
-    field_changes=described(list[str], "what of its field lies elsewhere now than when it was made"))
+    field_changes=described(list[str], "parts of its field whose position has changed since it was made"))
 Camera = response("Camera", id=str, name=str, field=str | None, region=str | None, source=str, editable=bool,
     active_calibration=str | None, active=ActiveVersion | None, updated_at=str | None, updated_by=str | None)
 Cameras = page_of("Cameras", Camera)
@@ -140,9 +140,9 @@ CameraStatus = response("CameraStatus", state=Literal["connecting", "live", "sta
     drift=JsonObject | None)
 CameraStatuses = response("CameraStatuses", items=list[response("ListedCameraStatus", CameraStatus, id=str,
     state=Literal["idle", "connecting", "live", "stalled", "offline", "mismatch"])],
-    fields=described(str, "another revision whenever a field was changed"))
+    fields=described(str, "a different revision after each change of a field"))
 # version, by: of activations, null of others
-Event = response("Event", at=str, kind=events.Kind, camera=described(str | None, "null: pictures from files"),
+Event = response("Event", at=str, kind=events.Kind, camera=described(str | None, "null: images from files"),
     version=int | None, by=str | None, text=str)
 Events = response("Events", items=list[Event])
 Clip = response("Clip", clip=str, camera=str, frames=int, seconds=float)
@@ -165,7 +165,7 @@ Tracks = response("Tracks", time_s=float, items=list[JsonObject], seams=JsonObje
 
 # --- rigs
 RigTrouble = response("RigTrouble", camera=str, reason=str, text=str, fix=str,
-    level=described(Level, "no better than this can the rig be; null where it says nothing of accuracy"))
+    level=described(Level, "lower limit of the error of the rig; null if the accuracy is unknown"))
 CameraOfRig = response("CameraOfRig", camera=str, title=str, region=str | None, rotate=int | None,
     calibration=described(str | None, "its active one"), version=int | None, model=str | None,
     rectangles=JsonObject | None, troubles=list[RigTrouble])
@@ -175,15 +175,15 @@ CheckedRig = response("CheckedRig", at=str, verdict=RigVerdict,
 Rig = response("Rig", name=str, title=str, field=str, w_max_rectangle_px=float | None, h_max_rectangle_px=float | None,
     n_rectangles_x=int | None, n_rectangles_y=int | None, rectangles=described(JsonObject | None, "the common ones"),
     rectangles_from=Literal["rig", "cameras"] | None, cameras=list[CameraOfRig],
-    checked=described(CheckedRig | None, "newest check since the server was started; null where there is none, or "
-                                         "the rig or a calibration has changed since"),
+    checked=described(CheckedRig | None, "newest check since the server start; null if there is none, or the rig or a "
+                                         "calibration has changed since then"),
     updated_at=str, updated_by=str)
 Rigs = page_of("Rigs", Rig)
 # fundamental: predicted by the calibrations, in ideal pixels
 RigPair = response("RigPair", a=str, b=str, agreement=JsonObject | None, fundamental=JsonObject | None,
     matches=JsonObject | None, verdict=RigVerdict | None, notes=list[str], failed=Texts)
 RigCheck = response("RigCheck", cameras=list[CameraOfRig], rectangles=JsonObject | None, pairs=list[RigPair],
-    verdict=RigVerdict, missing=described(list[RigTrouble], "cameras that gave no picture"))
+    verdict=RigVerdict, missing=described(list[RigTrouble], "cameras that delivered no image"))
 # where things lie in stitched.jpg of that width
 StitchedView = response("StitchedView", width=int, height=int, px_per_mm=float, overlay=list[JsonObject], corner=Points,
     unseen=JsonObject, cameras=list[JsonObject])

@@ -15,12 +15,12 @@ class RigCamera(Strict):
     """One of the cameras, and the part of the field that it shows first."""
 
     camera: CameraId
-    region: CameraId | None = Field(None, description="left out: the region of its active calibration")
+    region: CameraId | None = Field(None, description="by default the region of its active calibration")
     rotate: Rotate | None = None
 
 
 class RigBody(Strict):
-    """A rig to keep. Either all four of the rectangles or none: then those that most cameras have are the rig's."""
+    """A rig to save. Either all four of the rectangles or none: then those that most cameras have are the rig's."""
 
     title: Annotated[str, Field(max_length=100)] = ""
     field: Name
@@ -32,7 +32,7 @@ class RigBody(Strict):
 
 
 class RigMatches(Strict):
-    """The same things seen by two of its cameras."""
+    """The same points in two of its cameras."""
 
     a: CameraId
     b: CameraId
@@ -45,7 +45,7 @@ class RigCheck(Strict):
     """What a rig is checked by."""
 
     snapshots: Annotated[dict[CameraId, Name], Field(max_length=MAX_CAMERAS)] = Field(
-        {}, description="a kept picture by the camera that took it")
+        {}, description="a saved image by the camera that took it")
     pictures: Literal["live", "none"] = Field(
         "live", description="live: take one now from each camera without a snapshot; none: go by snapshots alone")
     matches: Annotated[list[RigMatches], Field(max_length=120)] = Field([], description="of some of its pairs")
@@ -55,4 +55,4 @@ class RigRefit(Strict):
     """Which of its cameras to refit."""
 
     cameras: Annotated[list[CameraId], Field(min_length=1, max_length=MAX_CAMERAS)] | None = Field(
-        None, description="left out: all whose rectangles are not the rig's")
+        None, description="by default all whose rectangles differ from those of the rig")

@@ -150,6 +150,6 @@ def lean_vector(nearer: str) -> Array:
 
 def view_instruction(place: str, nearer: str) -> str:
     """How to hold a board, in a sentence. place: such as "top left", "" in the middle; nearer: its edge, "" face on."""
-    where = f"in the {place} of the picture" if place else "in the middle of the picture"
+    where = f"at the {place} of the image" if place else "in the middle of the image"
     how = f"tilted about {NEXT_TILT_DEG:.0f}° with its {nearer} edge nearer" if nearer else "facing the camera"
-    return f"Hold the board {where}, filling about a third of its width, {how}."
+    return f"Hold the board {where}, {how}. It should fill about a third of the image width."

@@ -60,7 +60,8 @@ class BoardPose:
         """Read four points from JSON; BadInput where they are no quad."""
         quad = np.array(points, dtype=np.float64)
         if quad.shape != (4, 2) or not _is_quad(quad):
-            raise BadInput("A view's outline is not a quad.", "Send the four corners that were told of it.",
+            raise BadInput("The outline of a view does not have four corners.",
+                           "Send the four corners as they were reported for the view.",
                            reason="bad-view")
         return cls(quad, size)
 

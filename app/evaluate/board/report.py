@@ -110,5 +110,5 @@ def _verdict(report: dict[str, Any]) -> dict[str, Any]:
         return {"level": "poor", "sentence": text}
     level = "fair" if "picture-not-covered" in reasons or not known <= GOOD_SIGMAS * sigma else "good"
     return {"level": level, "sentence":
-            f"Over the picture the lens is known to about {format_number(known)} px; corners were "
-            f"found to {format_number(sigma)} px."}
+            f"Lens model uncertainty: about {format_number(known)} px across the image (corner detection: "
+            f"{format_number(sigma)} px)."}

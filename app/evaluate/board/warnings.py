@@ -29,57 +29,67 @@ def board_warnings(fit: BoardFit, cv: CrossValidation, expected: Array, cover: f
     yield from _spread(fit, cv, expected, cover, tilts_deg)
     yield from _model(fit, cv, correlation)
     for out in fit.left_out:
-        yield Warning("view-left-out", out.text, "Look at that picture: is it sharp, and is the whole board right?",
+        yield Warning("view-left-out", out.text,
+                      "Check that the image is sharp and that the whole board was detected correctly.",
                       out.name, out.index)
     strays = int(fit.outliers.sum())
     if strays:
         corners = int(fit.observations.present.sum()) + strays
-        yield Warning("stray-corners", f"{strays} of {corners} corners lie too far from "
-                      "where the lens sees them; they were left out.", "A few are usual: blur, glare, a finger.")
+        yield Warning("stray-corners",
+                      f"{strays} of {corners} corners are too far from their predicted position and were excluded.",
+                      "A few are normal, caused by blur, glare or a finger.")
 
 
 def _spread(fit: BoardFit, cv: CrossValidation, expected: Array, cover: float, tilts_deg: Array) -> Iterator[Warning]:
-    cure = "Add views: the report names the one that helps most."
+    cure = "Add views. The report names the view that helps most."
     tilted, middle = float(np.mean(tilts_deg >= TILTED_DEG)), float(np.nanmedian(expected))
     if tilted < MIN_TILTED:
-        yield Warning("badly-spread-views", f"Only {np.sum(tilts_deg >= TILTED_DEG)} of {len(tilts_deg)} views are "
-                      f"tilted by {TILTED_DEG:.0f}° or more: focal length and distance are hardly told apart.",
+        yield Warning("badly-spread-views",
+                      f"Only {np.sum(tilts_deg >= TILTED_DEG)} of {len(tilts_deg)} views are tilted by "
+                      f"{TILTED_DEG:.0f}° or more. Focal length and distance cannot be separated well.",
                       "Add views with the board tilted about 35° to each of the four sides.")
     elif middle > EXPECTED_SIGMAS * fit.sigma_px:
         yield Warning("badly-spread-views",
-                      f"The views leave the lens uncertain by {format_number(middle)} px over the "
-                      f"picture, {middle / max(fit.sigma_px, 1e-9):.0f} times a corner's noise.", cure)
+                      f"The lens is uncertain by {format_number(middle)} px across the image, "
+                      f"{middle / max(fit.sigma_px, 1e-9):.0f} times the corner noise.",
+                      cure)
     if cover < MIN_COVER:
-        yield Warning("picture-not-covered", f"Corners reach {cover:.0%} of the picture; the rest is a guess.",
-                      "Add views near the picture's edges and corners.")
+        yield Warning("picture-not-covered", f"The corners cover {cover:.0%} of the image. Elsewhere the lens is "
+                                             "extrapolated.",
+                      "Add views near the edges and corners of the image.")
     if cv.halves_ratio > HALVES_SIGMAS:
         yield Warning("halves-disagree",
-                      f"Lenses from half the views each differ by {format_number(2 * cv.halves_px)} px, "
-                      f"{2 * cv.halves_ratio:.0f} times a corner's noise: the small residual promises too much.",
-                      "Add tilted views all over the picture; hold focus and zoom fast, and the board stiff.")
+                      f"The lenses from each half of the views differ by {format_number(2 * cv.halves_px)} px, "
+                      f"{2 * cv.halves_ratio:.0f} times the corner noise. The true error is larger than the residual.",
+                      "Add tilted views all over the image. Lock focus and zoom, and keep the board flat.")
     if "centre_x" in fit.lens.sigma and max(fit.lens.sigma["centre_x"], fit.lens.sigma["centre_y"]) \
             > 0.02 * fit.lens.image_size.width:
-        yield Warning("centre-unknown", "The principal point is hardly determined.", "Tilt the board more, or hold the "
-                      "centre in the picture's middle (centre: false).")
+        yield Warning("centre-unknown",
+                      "The views do not determine the principal point well.",
+                      "Tilt the board more, or fix the principal point at the image centre (centre: false).")
 
 
 def _model(fit: BoardFit, cv: CrossValidation, correlation: float) -> Iterator[Warning]:
     if (correlation > SHAPE and fit.sigma_px > SHAPE_SIGMA_PX) or cv.held_ratio > HELD_OUT_TIMES:
         other = "fisheye" if fit.lens.model != "fisheye" else "brown-conrady"
-        yield Warning("wrong-model", "What is left over has a shape (neighbouring corners err alike, "
-                      f"{correlation:.2f}; held-out views err {cv.held_ratio:.1f} times as much as used ones): "
-                      "this lens cannot be described by these terms.", f"Try more terms, or the model {other}.")
+        yield Warning("wrong-model",
+                      f"The residuals are not random (correlation of neighbouring corners {correlation:.2f}; "
+                      f"cross-validated error {cv.held_ratio:.1f} times the residual). These terms cannot describe "
+                      "this lens.",
+                      f"Try more terms, or the model {other}.")
     if fit.sigma_px > NOISY_PX:
         yield Warning("noisy-corners",
-                      f"Corners lie {format_number(fit.sigma_px)} px from where the lens sees them; sharp "
-                      "pictures give 0.1 to 0.3 px.",
-                      "Hold the board still and in focus; check its columns, rows and squares.")
+                      f"The corners are {format_number(fit.sigma_px)} px from their predicted position. In sharp "
+                      "images this is 0.1 to 0.3 px.",
+                      "Hold the board still and in focus. Check its columns, rows and square size.")
     for name in fit.terms:
         value, sigma = fit.lens.values[name], fit.lens.sigma.get(name, 0.0)
         if abs(value) < UNSUPPORTED_SIGMAS * sigma:
-            yield Warning("term-not-supported", f"{name} = {format_with_sigma(value, sigma)} may as well be nought.",
-                          'Leave it out, or choose terms "auto".', name)
+            yield Warning("term-not-supported",
+                          f"{name} = {format_with_sigma(value, sigma)} is not significantly different from zero.",
+                          'Exclude this term, or choose terms "auto".', name)
     bow = float(np.abs(fit.state.warp_mm).max())
     if bow > MAX_SAG * fit.observations.size_mm:
-        yield Warning("board-bowed", f"The board seems bowed by {bow:.1f} mm.", "Mount it on something stiff; or the "
-                      "model is wrong and the bow only hides it.")
+        yield Warning("board-bowed", f"The board appears to be bowed by {bow:.1f} mm.",
+                      "Mount the board on a rigid plate. If it is flat, the lens model is wrong and the bow "
+                      "compensates for it.")

@@ -59,8 +59,10 @@ class OffsetMeasurements:
         """Concatenate parts; FitFailed nothing-shared where there is nothing."""
         names = ("places", "normals", "offset_mm", "own_a_mm", "own_b_mm")
         if not sum(map(len, parts)):
-            raise FitFailed("Nothing was seen by both cameras.", "Check with pictures in which lines can be seen where "
-                            "both look, click the same lines in both, or give matched points.", reason="nothing-shared")
+            raise FitFailed("The two cameras have no lines or points in common.",
+                            "Check with images that show field lines where both cameras look, mark the same lines in "
+                            "both, or give matched points.",
+                            reason="nothing-shared")
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
@@ -86,8 +88,8 @@ def placed_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: P
     if up.any() and isinstance(a, RayModel) and isinstance(b, RayModel):
         at_a[up], at_b[up] = a.unproject(pixels_a[up], z[up]), b.unproject(pixels_b[up], z[up])
     elif up.any() and not low.any():
-        raise FitFailed(f"A model without rays cannot place what is {z[up][0]:g} mm above the carpet.",
-                        "Calibrate both cameras with a lens model.", reason="no-rays")
+        raise FitFailed(f"This lens model cannot locate a point {z[up][0]:g} mm above the carpet.",
+                        "Calibrate both cameras with a physical lens model.", reason="no-rays")
     return at_a, at_b
 
 

@@ -58,7 +58,7 @@ def from_pictures(a: CameraModel, pixels_a: NDArray[np.uint8], b: CameraModel, p
     own = np.full((2, len(which)), np.nan)
     for number, index in enumerate(which):
         if number % 16 == 0:
-            progress(number / len(which), "Looking for lines that both cameras see")
+            progress(number / len(which), "Detecting lines visible to both cameras")
         for side, (model, pixels) in enumerate(((a, pixels_a), (b, pixels_b))):
             own[side, number] = _off_mm(model, pixels, places[index], normals[index], widths[index])
             if np.isnan(own[side, number]):

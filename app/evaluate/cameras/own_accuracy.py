@@ -19,11 +19,11 @@ def own_accuracy(title: str, report: Mapping[str, Any]) -> OwnAccuracy | None:
     """Return what the report of the camera with this title says against it; None for nothing, or an imported report."""
     level = (report.get("verdict") or {}).get("level")
     if level == "poor":
-        return OwnAccuracy("poor", "not-accurate", f"{title} was not accurate when it was calibrated.",
-                           f"Calibrate {title} again with a lens model, or with more points.")
+        return OwnAccuracy("poor", "not-accurate", f"{title} was not accurate enough when it was calibrated.",
+                           f"Calibrate {title} again with a physical lens model, or with more points.")
     if level == "unknown":
-        return OwnAccuracy("fair", "accuracy-unknown", f"How accurate {title} is inside the field is unknown.",
-                           f"Calibrate {title} with a lens model, or with points on lines inside the field.")
+        return OwnAccuracy("fair", "accuracy-unknown", f"The accuracy of {title} inside the field is unknown.",
+                           f"Calibrate {title} with a physical lens model, or with points on lines inside the field.")
     return None
 
 

@@ -91,6 +91,7 @@ def from_observations(a: CameraModel, seen_a: Observations, b: CameraModel, seen
 def _agreement(at_a: Points, at_b: Points) -> PointAgreement:
     fine = np.isfinite(at_a).all(axis=1) & np.isfinite(at_b).all(axis=1)
     if not fine.any():
-        raise FitFailed("Nothing was seen by both cameras.", "Click the same lines or landmarks in both pictures, or "
-                        "send matched points.", reason="nothing-shared")
+        raise FitFailed("The two cameras have no lines or points in common.",
+                        "Mark the same lines or landmarks in both images, or send matched points.",
+                        reason="nothing-shared")
     return PointAgreement((at_a[fine] + at_b[fine]) / 2, at_b[fine] - at_a[fine], np.flatnonzero(fine))

@@ -40,18 +40,18 @@ def _agreement_alone(found: PointAgreement, covered: float) -> dict[str, Any]:
     usual = apart[apart <= max(STANDS_OUT * median, FAIR_MM)]  # a mistaken match says nothing about the cameras
     size = float(np.sqrt(np.mean(usual**2)))
     level = "good" if size <= GOOD_MM else "fair" if size <= FAIR_MM else "poor"
-    words = {"good": "Both cameras put the same thing at the same place.",
-             "fair": "A robot jumps a little where one camera takes over from the other.",
-             "poor": "The cameras put the same thing at different places."}[level]
-    sentence = f"{words} They are {format_mm(median)} apart in the median, {format_mm(worst)} at the worst place."
+    words = {"good": "The two cameras agree.",
+             "fair": "The two cameras agree roughly. A robot shifts slightly when it passes from one to the other.",
+             "poor": "The two cameras do not agree."}[level]
+    sentence = f"{words} Median difference {format_mm(median)}, largest {format_mm(worst)}."
     if few := len(apart) - len(usual):
         x, y = found.places[int(np.argmax(apart))]
         return {"level": "fair" if level == "good" else level,
-                "sentence": f"{sentence} {few} of {len(apart)} {'stands' if few == 1 else 'stand'} out.",
-                "fix": f"Look at the worst, at ({x:.0f}, {y:.0f}) mm: is it the same thing in both pictures, and at "
-                       "that height? If it is, click more near there and calibrate again."}
+                "sentence": f"{sentence} {few} of {len(apart)} {'is an outlier' if few == 1 else 'are outliers'}.",
+                "fix": f"Check the largest difference, at ({x:.0f}, {y:.0f}) mm: is it the same point in both images, "
+                       "and is its height correct? If so, add points near it and calibrate again."}
     if level == "good":
-        fix = ("Match more, all over the part that both see: these figures speak for a small piece of it."
+        fix = ("Add matches all over the shared area. These cover only a small part of it."
                if len(apart) < FEW_PLACES or covered < 0.25 else "")
         return {"level": level, "sentence": sentence, "fix": fix}
     return {"level": level, "sentence": sentence, "fix": _cure(found)}
@@ -61,26 +61,26 @@ def _cure(found: PointAgreement) -> str:
     shift = np.median(found.offset_mm, axis=0)
     spread = float(np.sqrt(np.mean(np.sum((found.offset_mm - shift) ** 2, axis=1))))
     if len(found.places) < FEW_PLACES:
-        return "Check these few, and that each has its true height; then match more, all over the part that both see."
+        return "Check these matches and their heights. Then add matches all over the shared area."
     if spread <= SPREAD_SHARE * float(np.hypot(*shift)):
-        return (f"Nearly all of it is one shift by ({shift[0]:.0f}, {shift[1]:.0f}) mm: one camera was moved after "
-                "it was calibrated, or things are higher than was said. Calibrate again the one whose lines no "
-                "longer fit.")
-    return ("Check the heights of what was matched. If they are right, give both cameras their height, click lines "
-            "inside the part that both see, and let the models be compared.")
+        return (f"The difference is mainly a shift of ({shift[0]:.0f}, {shift[1]:.0f}) mm: one camera was moved after "
+                "its calibration, or the given heights are too low. Calibrate the camera whose lines no longer fit "
+                "again.")
+    return ("Check the heights of the matched points. If they are correct, enter the height of both cameras, add "
+            "points on lines inside the shared area, and compare the lens models.")
 
 
 def of_fundamental(epipolar_px: Array, good: Array, which: Array) -> dict[str, Any]:
     """{"level", "sentence", "fix"} of a geometry that was found from matches; all (n,), which: as they are counted."""
     rms, wrong = float(np.sqrt(np.mean(epipolar_px[good] ** 2))), which[~good]
     level = "poor" if rms > FAIR_PX else "fair" if rms > GOOD_PX or len(wrong) else "good"
-    agreed = f"{int(good.sum())} of {len(good)} matches agree with one geometry, to {rms:.2f} px."
+    agreed = f"{int(good.sum())} of {len(good)} matches agree with one geometry, within {rms:.2f} px."
     if len(wrong):
         return {"level": level, "sentence": f"{agreed} {_named(wrong)} not.",
-                "fix": "Look whether they show the same thing in both pictures; move or remove them."}
+                "fix": "Check whether they show the same point in both images. Move or remove them."}
     few = int(good.sum()) < FEW_MATCHES
     return {"level": level, "sentence": agreed,
-            "fix": "Match more: so few hardly test the geometry that was fitted to them." if few else ""}
+            "fix": "Add matches. These are too few to test the geometry that was fitted to them." if few else ""}
 
 
 def _named(wrong: Array) -> str:
@@ -97,21 +97,22 @@ def of_calibrated(epipolar_px: Array, which: Array) -> dict[str, Any]:
     known = epipolar_px[np.isfinite(epipolar_px)]
     median, worst = float(np.median(known)), int(np.nanargmax(epipolar_px))
     level = "good" if median <= GOOD_PX else "fair" if median <= FAIR_PX else "poor"
-    sentence = f"Matches lie {median:.2f} px, in the median, from where the two calibrations foretell them."
+    sentence = f"The matches are {median:.2f} px (median) from the position predicted by the two calibrations."
     if epipolar_px[worst] > max(STANDS_OUT * median, FAIR_PX):
         return {"level": "fair" if level == "good" else level, "sentence": sentence,
-                "fix": f"Look at match {which[worst] + 1}, {epipolar_px[worst]:.1f} px off: is it the same thing?"}
-    fix = "" if level == "good" else ("One camera was turned or moved after it was calibrated, or a lens is not what "
-                                      "its model says. Calibrate again, first the one whose lines no longer fit.")
+                "fix": f"Check match {which[worst] + 1}, which is {epipolar_px[worst]:.1f} px off: is it the same "
+                       "point in both images?"}
+    fix = "" if level == "good" else ("One camera was moved after its calibration, or a lens model is wrong. Calibrate "
+                                      "again, starting with the camera whose lines no longer fit.")
     return {"level": level, "sentence": sentence, "fix": fix}
 
 
 def of_pose(rotation_apart_deg: float, rotation_sigma_deg: float) -> dict[str, Any]:
     """{"level", "sentence", "fix"} of a rotation from matches beside that of two calibrations."""
     sure = rotation_apart_deg > max(SURE_SIGMAS * rotation_sigma_deg, TURNED_DEG)
-    sentence = (f"The matches see the cameras turned {rotation_apart_deg:.2f}° otherwise than the calibrations do, "
-                f"known to ± {rotation_sigma_deg:.2f}°: ")
+    sentence = (f"The rotation between the cameras differs by {rotation_apart_deg:.2f}° (± {rotation_sigma_deg:.2f}°) "
+                "between the matches and the calibrations. ")
     if sure:
-        return {"level": "poor", "sentence": f"{sentence}a camera was turned, or a lens is wrong.",
-                "fix": "Calibrate again, first the camera whose lines no longer fit."}
-    return {"level": "good", "sentence": f"{sentence}no more than the matches can tell.", "fix": ""}
+        return {"level": "poor", "sentence": f"{sentence}A camera was rotated, or a lens model is wrong.",
+                "fix": "Calibrate again, starting with the camera whose lines no longer fit."}
+    return {"level": "good", "sentence": f"{sentence}This is within the uncertainty of the matches.", "fix": ""}

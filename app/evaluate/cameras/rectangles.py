@@ -45,7 +45,7 @@ class Rectangles:
         if all(value is None for value in values):
             return None
         if any(value is None for value in values):
-            raise BadInput("Only some of the rig's rectangles are given.",
+            raise BadInput("Some of the calibration rectangles of the rig are missing.",
                            f"Give all of {', '.join(NAMES)}, or none.", reason="bad-rectangles")
         read = read_options(RECTANGLE_OPTIONS, dict(zip(NAMES, values, strict=True)))
         return cls(*(read[name] for name in NAMES))

@@ -34,8 +34,8 @@ def agreement(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSi
     places = np.where(shared.both[..., None], shared.places, np.nan)
     carpet, directions = found.known_mm(places)
     if not np.isfinite(carpet).any():
-        raise FitFailed("What both cameras saw tells too little about how far they are apart.",
-                        "Give more: more lines or more matches, all over the part that both see.", reason="not-known")
+        raise FitFailed("The shared lines and points do not determine the difference between the cameras.",
+                        "Add lines or matches all over the shared area.", reason="not-known")
     near = np.min([np.linalg.norm(places - place, axis=-1) for place in evidence.places[found.good]], axis=0,
                   initial=np.inf) <= NEAR_MM
     known = np.isfinite(carpet)

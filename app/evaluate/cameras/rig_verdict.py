@@ -9,8 +9,8 @@ from app.evaluate.fit.report import FAIR_MM, GOOD_MM
 
 STANDS_OUT = 2.5  # times the other's error: then it is this camera
 COVERED = 0.25  # of the shared part: less near a measure speaks for a small piece of it
-FROM = {"pictures": "", "clicks": "It rests on the clicks of the calibrations: what has moved since, it cannot see. "
-        "Check with pictures for that.", "matches": ""}
+FROM = {"pictures": "", "clicks": "This compares the points of the calibrations. Movement since then is not detected. "
+                                  "Check with current images.", "matches": ""}
 
 
 def of_pair(a: str, b: str, found: Mapping[str, Any], source: str) -> dict[str, Any]:
@@ -19,18 +19,19 @@ def of_pair(a: str, b: str, found: Mapping[str, Any], source: str) -> dict[str, 
     worst = max(carpet["p95_mm"], hat["p95_mm"] if hat else 0.0)
     level = "good" if worst <= GOOD_MM else "fair" if worst <= FAIR_MM else "poor"
     x, y = carpet["where"]
-    sentence = (f"{a} and {b} put the same thing {format_mm(carpet['mean_mm'])} apart in the mean, "
-                f"{format_mm(carpet['max_mm'])} at the worst place, ({x:.0f}, {y:.0f}) mm")
-    sentence += f"; a robot's hat {format_mm(hat['max_mm'])} at worst." if hat else "."
+    sentence = (f"{a} and {b} differ by {format_mm(carpet['mean_mm'])} on average, at most "
+                f"{format_mm(carpet['max_mm'])} at ({x:.0f}, {y:.0f}) mm")
+    sentence += f"; at robot tops at most {format_mm(hat['max_mm'])}." if hat else "."
     if not found["both_directions"]:
-        sentence += " Over most of it that is known in one direction only: along a line nobody can tell."
+        sentence += (" In most of the shared area this is known in one direction only, because a line does not show "
+                     "movement along itself.")
     fixes = []
     if level != "good":
         fixes.append(_cure(a, b, found))
     if not found["both_directions"]:
-        fixes.append("Let both see lines that cross, or match some things.")
+        fixes.append("Mark lines that cross in both images, or add matches.")
     elif found["covered"] < COVERED:
-        fixes.append("Match more things all over the part that both see: these figures speak for a small piece of it.")
+        fixes.append("Add matches all over the shared area. These cover only a small part of it.")
     if FROM[source]:
         fixes.append(FROM[source])
     return {"level": level, "sentence": sentence, "fix": " ".join(fixes)}
@@ -41,11 +42,11 @@ def _cure(a: str, b: str, found: Mapping[str, Any]) -> str:
     if own_a is not None and own_b is not None:
         for name, own, other in ((a, own_a, own_b), (b, own_b, own_a)):
             if own > GOOD_MM and own > STANDS_OUT * other:
-                return (f"It is {name}: the field's lines lie {format_mm(own)} from where its calibration has them. "
+                return (f"The error is in {name}: its field lines are {format_mm(own)} from their calibrated position. "
                         f"Calibrate {name} again.")
     shift = found["shift_mm"]
-    return (f"Both have a part in it; in the mean {b} is ({shift[0]:.0f}, {shift[1]:.0f}) mm from {a}. Calibrate both "
-            "again with a lens model, with lines clicked inside the part that both see.")
+    return (f"Both cameras contribute: on average {b} is ({shift[0]:.0f}, {shift[1]:.0f}) mm from {a}. Calibrate both "
+            "again with a physical lens model and with points on lines inside the shared area.")
 
 
 def of_rig(pairs: Sequence[Mapping[str, Any]], troubles: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -55,13 +56,14 @@ def of_rig(pairs: Sequence[Mapping[str, Any]], troubles: Sequence[Mapping[str, A
     """
     judged = [pair for pair in pairs if pair.get("verdict")]
     if not judged:
-        first = troubles[0] if troubles else {"fix": "Give each camera a calibration, and let their pictures overlap."}
-        return {"level": None, "sentence": "No two cameras of this rig could be compared.", "fix": first["fix"]}
+        first = troubles[0] if troubles else {"fix": "Calibrate each camera, and make sure that the images overlap."}
+        return {"level": None, "sentence": "No two cameras of this rig can be compared.", "fix": first["fix"]}
     worst = max(judged, key=lambda p: (LEVELS.index(p["verdict"]["level"]), p["agreement"]["carpet"]["max_mm"]))
     level = worst["verdict"]["level"]
-    words = {"good": "The cameras agree.", "fair": "A robot jumps a little where one camera takes over from another.",
-             "poor": "The cameras put the same thing at different places."}[level]
-    sentence = f"{words} Worst: {worst['verdict']['sentence']}"
+    words = {"good": "The cameras agree.", "fair": "The cameras agree roughly. A robot shifts slightly when it passes "
+                                                   "from one to another.",
+             "poor": "The cameras do not agree."}[level]
+    sentence = f"{words} Largest difference: {worst['verdict']['sentence']}"
     capped = capped_level(level, [trouble["level"] for trouble in troubles])
     if capped != level:
         told = " ".join(trouble["text"] for trouble in troubles if trouble["level"] == capped)

@@ -49,8 +49,8 @@ def overlap(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize
     half = np.array([field.length_mm, field.width_mm]) / 2
     area = _seen_by_both(a, size_a, b, size_b, -half, half, cells)
     if not area.both.any():
-        raise FitFailed("The two cameras see no common part of the field.",
-                        "Choose cameras whose pictures overlap.", reason="no-overlap")
+        raise FitFailed("The areas of the two cameras do not overlap.",
+                        "Choose cameras whose images overlap.", reason="no-overlap")
     return area
 
 

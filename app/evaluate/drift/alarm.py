@@ -20,23 +20,22 @@ HOLD = 2  # looks in a row
 LONGER = 4  # for what may pass by itself: people in the way, a lamp that warms up, a hand before the lens
 
 FIXES: dict[State, str] = {
-    "learning": "Wait some seconds.",
-    "unfollowed": "Calibrate it from a picture that shows the field's lines.",
+    "learning": "Wait a few seconds.",
+    "unfollowed": "Calibrate it with an image that shows the field lines.",
     "steady": "",
-    "misplaced": "Calibrate it again, with a lens model or with points on the lines inside the field.",
-    "knocked": "Put it back, or register its pose anew: the lens is kept.",
-    "out-of-focus": "Focus it again and lock the ring. Another focus is another lens: calibrate anew if it stays.",
-    "replaced": "Look at its picture. Put the camera back, or calibrate it anew.",
-    "covered": "Clear the lines, or wait: somebody may stand in the way.",
-    "dark": "Switch the lamps on, or lengthen the exposure.",
+    "misplaced": "Calibrate it again with a physical lens model, or with points on lines inside the field.",
+    "knocked": "Move the camera back, or update its pose. The lens calibration is kept.",
+    "out-of-focus": "Focus the camera again and lock the ring. If the new focus stays, calibrate the lens again.",
+    "replaced": "Check its image. Move the camera back, or calibrate it again.",
+    "covered": "Uncover the lines, or wait until they are visible again.",
+    "dark": "Switch on the lights, or increase the exposure time.",
 }
 SENTENCES: dict[State, str] = {
-    "learning": "Where the field's lines are is being looked at.",
-    "unfollowed": "Too few of the field's lines are where the calibration expects them: whether the camera stays "
-                  "cannot be told.",
-    "covered": "Too many of the field's lines are covered to tell whether the camera still stands as it did.",
-    "dark": "It is too dark to tell whether the camera still stands as it did.",
-    "replaced": "The field's lines are neither where they were nor near: the camera was turned far, or replaced.",
+    "learning": "Checking the camera position…",
+    "unfollowed": "Too few field lines are at their calibrated position. Movement of the camera cannot be detected.",
+    "covered": "Too many field lines are covered. Movement of the camera cannot be detected.",
+    "dark": "The image is too dark. Movement of the camera cannot be detected.",
+    "replaced": "No field lines were detected near their calibrated position. The camera was rotated far, or replaced.",
 }
 
 
@@ -137,11 +136,11 @@ def sentence(state: State, sample: DriftSample | None) -> str:
         return SENTENCES[state]
     if state == "out-of-focus":
         how = "softer" if sample.softer_px > 0 else "sharper"
-        return f"The focus was changed: lines are {how} than they were, by {_px(abs(sample.softer_px))} px."
+        return f"The focus has changed: the lines are {how} by {_px(abs(sample.softer_px))} px."
     now = sample.judged
     if state == "knocked":
-        return f"The camera was knocked: the field lies {_mm(now.mm)} mm ({_px(now.px)} px) beside its place."
-    return f"Steady, {_px(now.px)} px ({_mm(now.mm)} mm)."
+        return f"The camera has moved. Positions are off by about {_mm(now.mm)} mm ({_px(now.px)} px)."
+    return f"No movement detected ({_px(now.px)} px, {_mm(now.mm)} mm)."
 
 
 def _px(px: float) -> str:

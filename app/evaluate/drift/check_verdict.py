@@ -23,8 +23,8 @@ ELSEWHERE = 0.5  # of the length that is expected: so much of other lines, and t
 INCONCLUSIVE = ("elsewhere", "not-seen")  # reasons for which no figure in mm means anything
 AS_MADE = 1.5  # times the error in the calibration's own report: then nothing has changed
 LENS = 2.0  # times: what is left when the picture's motion is taken away, against the level's bound
-WORDS = {"good": "The calibration still holds", "fair": "The calibration holds with some play",
-         "poor": "The calibration no longer holds"}
+WORDS = {"good": "The calibration is still valid", "fair": "The calibration is usable but has drifted",
+         "poor": "The calibration is no longer valid"}
 
 
 def verdict_in(picture: NDArray[np.uint8], model: CameraModel, field: Field, region: Region) -> dict[str, Any]:
@@ -50,44 +50,46 @@ def check_verdict(found: CheckFigures, lines: Sequence[Mapping[str, Any]]) -> di
         level = "poor" if level == "poor" or many else "fair"
     whole = ""  # what lines that cross tell of the carpet between them
     if found.carpet is not None:
-        whole = f"; the carpet as a whole is {_mm(found.carpet['mean_mm'])} off"
-        whole += f", a robot's hat up to {_mm(found.hat['max_mm'])}" if found.hat else ""
-    sentence = (f"{WORDS[level]}: the lines lie {_mm(found.rms_mm)} from where it has them, 95 % within "
-                f"{_mm(found.p95_mm)}{whole}. {100 * found.found_share:.0f} % of the lines that should be seen "
-                "were found.")
+        whole = f"; the whole carpet {_mm(found.carpet['mean_mm'])}"
+        whole += f", robot tops up to {_mm(found.hat['max_mm'])}" if found.hat else ""
+    sentence = (f"{WORDS[level]}: the lines are {_mm(found.rms_mm)} from their calibrated position (95 % within "
+                f"{_mm(found.p95_mm)}){whole}. {100 * found.found_share:.0f} % of the expected lines were detected.")
     if level == "good":
         return {"level": level, "sentence": sentence, "fix": "", "reason": "holds"}
     if worst > GOOD_MM:
-        sentence += f" Farthest off is {far['feature']}, by {_mm(far['rms_mm'])}."
+        sentence += f" Largest error: {far['feature']}, {_mm(far['rms_mm'])}."
     if found.missing:
         named = ", ".join(found.missing[:MISSING_SHOWN])
-        return {"level": level, "sentence": f"{sentence} Not where it has them, and not covered: {named}.",
-                "reason": "lines-missing", "fix": "Look at the drawn field in the picture. If these lines are painted "
-                "there, calibrate again with a lens model, or with points on them; else choose the field that is."}
+        return {"level": level, "sentence": f"{sentence} Not at their calibrated position, and not covered: {named}.",
+                "reason": "lines-missing", "fix": "Check the overlay on the image. If these lines exist on the field, "
+                                                  "calibrate again with a physical lens model, or with points on them. "
+                                                  "Otherwise choose the correct field."}
     if found.own_mm is not None and worst <= AS_MADE * found.own_mm:
-        return {"level": level, "sentence": f"{sentence} It was no better when it was made: {_mm(found.own_mm)}.",
-                "fix": "Nothing has moved. Calibrate with a better model or more points.", "reason": "as-made"}
+        return {"level": level, "sentence": f"{sentence} When it was calibrated, the error was already "
+                                            f"{_mm(found.own_mm)}.",
+                "fix": "The camera has not moved. Calibrate again with a better lens model or "
+                       "more points.", "reason": "as-made"}
     bound = GOOD_MM if level == "fair" else FAIR_MM
     if found.left_mm is not None and found.left_mm > bound / LENS:
         return {"level": level, "sentence": sentence, "reason": "lens",
-                "fix": "More than a knock: the lens has changed, the lines were laid anew, or the model was never "
-                       "right between its points. Calibrate it again."}
+                "fix": "This is not a simple shift: the lens settings changed, the lines were repainted, or the lens "
+                       "model was not accurate between its points. Calibrate again."}
     return {"level": level, "sentence": sentence, "reason": "moved",
-            "fix": "The camera has moved. Register its pose again, with the lens kept, or calibrate it again."}
+            "fix": "The camera has moved. Update its pose, or calibrate it again."}
 
 
 def _inconclusive(found: CheckFigures, lines: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    share = f"Only {100 * found.found_share:.0f} % of the lines that should be in the picture were found"
+    share = f"Only {100 * found.found_share:.0f} % of the expected lines were detected"
     if found.others_share > ELSEWHERE:
         return {"level": "poor", "reason": "elsewhere",
-                "sentence": f"{share} where the calibration has them, but other lines are plain to see: the camera "
-                "looks elsewhere, or the picture shows another field.",
-                "fix": "Calibrate the camera again; check that the field and the region are the right ones."}
+                "sentence": f"{share} at their calibrated position, but other lines are visible: the camera has "
+                            "rotated, or the image shows another field.",
+                "fix": "Check the field type and the covered area, then calibrate the camera again."}
     hidden = [line["feature"] for line in lines if line["found_share"] < MARKING_FOUND]
-    named = f"; not seen: {', '.join(hidden[:4])}" if hidden else ""
-    return {"level": None, "reason": "not-seen", "sentence": f"{share}{named}. That is too little to judge by.",
-            "fix": "Clear the lines, light them, or take several pictures so that people vanish; then check again. If "
-                   "the field is free, the camera was turned far: calibrate it again."}
+    named = f"; not detected: {', '.join(hidden[:4])}" if hidden else ""
+    return {"level": None, "reason": "not-seen", "sentence": f"{share}{named}. The result is inconclusive.",
+            "fix": "Uncover the lines, improve the lighting, or take several images so that moving people are removed. "
+                   "Then check again. If the field is clear, the camera was rotated far: calibrate it again."}
 
 
 def _mm(value: float | None) -> str:

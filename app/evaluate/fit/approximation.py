@@ -101,8 +101,8 @@ def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple
     rectangle = {name: getattr(model, name) for name in RECTANGLE_FIELDS}  # both make the same corrected picture
     found = family(**best.state.parameters(), **{**rectangle, "region": region})
     if not np.isfinite(best.cost) or not found.plausible():
-        raise Conflict(f"No {family.TITLE} lens comes near this calibration over its region.",
-                       "Fit a lens model to the same clicks, and export that.", reason="no-approximation")
+        raise Conflict(f"No {family.TITLE} lens is close to this calibration over its covered area.",
+                       "Fit a physical lens model to the same points, and export that.", reason="no-approximation")
     return found
 
 
@@ -171,8 +171,8 @@ def _seen_from(model: CameraModel, family: type[RayCamera], points: Array, pixel
             states.append(RayCameraParameters(family.LENS, float(np.log(focal)), 1.0, centre, terms, rotation, position,
                                    np.empty(0)))
     if not states:
-        raise Conflict("No camera shows the carpet as this calibration has it.",
-                       "Fit a lens model to the same clicks, and export that.", reason="no-approximation")
+        raise Conflict("No physical lens model reproduces this calibration.",
+                       "Fit a physical lens model to the same points, and export that.", reason="no-approximation")
     return states
 
 
@@ -185,7 +185,8 @@ def _seen(model: CameraModel, region: Region, grid: tuple[int, int], z_mm: float
     inside = inside_picture(pixels, model.image_size)
     chosen = inside if inside.sum() >= 12 else reached
     if not chosen.any():
-        raise Conflict("The calibration does not see its own region.", "Calibrate it anew.", reason="no-approximation")
+        raise Conflict("The calibration does not cover its own area.",
+                       "Calibrate the camera again.", reason="no-approximation")
     return places[chosen], pixels[chosen]
 
 

@@ -40,7 +40,8 @@ def snap_along(pixels: np.ndarray, model: CameraModel, name: str, field: Field, 
     """Up to `count` points of a line or arc, evenly over what the picture shows of it; fewer where it is hidden."""
     feature = field.feature(name, region)
     if isinstance(feature, Landmark):
-        raise BadInput(f"{name} is a single spot; points lie along lines and arcs.", "Click the spot itself.",
+        raise BadInput(f"{name} is a single landmark. Points can only be found along lines and arcs.",
+                       "Click the landmark itself.",
                        reason="not-a-line")
     size = ImageSize(pixels.shape[1], pixels.shape[0])
     places = spread_evenly(raw_from_field(model, feature.sample(SAMPLES)), size, count)

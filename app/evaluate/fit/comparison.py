@@ -31,7 +31,7 @@ WITHIN_CHANCE = 1.15  # held-out errors of a few dozen clicks are known to about
 SAME_MM = 0.3
 UNKNOWN = "weakly-determined"  # the warning of a fit whose inside is a guess
 LENS_ENDS, CONTRADICTED = "lens-ends", "another-lens"  # of those that are not recommended while there are others
-_NOTHING = "No model could be checked with points left out; click more points, also inside the field."
+_NOTHING = "No model could be cross-validated. Add points, also inside the field."
 BENDS = {"homography": False, "fisheye": True}  # a fisheye bends lines without any terms
 
 
@@ -133,12 +133,12 @@ def _sentence(chosen: Mapping[str, Any], known: list[dict[str, Any]], straight: 
     words = f"{chosen['title']}: {chosen['field_mm']:.1f} mm inside the field with {chosen['parameters']} parameters"
     better = [row for row in rivals if row["field_mm"] < chosen["field_mm"]]
     if better:
-        more = " and has more" if better[0]["parameters"] > chosen["parameters"] else ""
-        words += f"; {better[0]['title']} ({better[0]['field_mm']:.1f} mm) is no better within chance{more}"
+        more = " and has more parameters" if better[0]["parameters"] > chosen["parameters"] else ""
+        words += f"; {better[0]['title']} ({better[0]['field_mm']:.1f} mm) is not significantly better{more}"
     elif rivals:
-        words += f"; next is {rivals[0]['title']} with {rivals[0]['field_mm']:.1f} mm"
+        words += f"; the next best is {rivals[0]['title']} with {rivals[0]['field_mm']:.1f} mm"
     if straight:
         words = "No significant distortion. " + words
     if reference is None:
-        words += ". No camera with rays fits, so the inside of the field is not compared"
+        words += ". No physical lens model fits, so the error inside the field was not compared"
     return words + "."

@@ -30,8 +30,9 @@ def covariance_from_json(value: Any, model: CameraModel) -> tuple[tuple[str, ...
         if not (_named(names, model) and matrix.shape == (len(names), len(names)) and _is_covariance(matrix)):
             raise ValueError("no covariance of this model")
     except (TypeError, ValueError, KeyError, OverflowError, np.linalg.LinAlgError):
-        raise Conflict("The calibration came with a covariance that is not its model's, so its expected error is not "
-                       "known.", "Calibrate again, from its clicks.", reason="foreign-covariance") from None
+        raise Conflict("The covariance in the calibration does not belong to its lens model. The expected error is "
+                       "unknown.",
+                       "Calibrate again with its points.", reason="foreign-covariance") from None
     return names, matrix
 
 

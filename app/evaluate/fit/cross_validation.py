@@ -35,7 +35,7 @@ def held_out_mm(fit: Fit, observations: Observations, field: Field, region: Regi
     folds = folds_for(clean, fit.used, needs_every_border=fitter.NEEDS_EVERY_BORDER)
     choices = {**(options or {}), **fit.notes.get("choices", {}), "robust": False}
     for fold, out in enumerate(folds):
-        progress(fold / len(folds), "Checking with points left out")
+        progress(fold / len(folds), "Cross-validating")
         left_out: dict[int, list[int]] = {}  # by observation
         for i, k in out:
             left_out.setdefault(i, []).append(k)

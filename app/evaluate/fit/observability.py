@@ -20,7 +20,7 @@ WARN_MM = 5.0  # expected error, rms over the field, from which the operator is 
 TAPE_MM = 30.0  # how well a height is taped
 
 GROUPS = {"log_focal": "focal length", "aspect": "pixel aspect", "centre_x": "lens centre",
-          "centre_y": "lens centre", "turn_x": "tilt", "turn_y": "tilt", "turn_z": "turn", "x": "position",
+          "centre_y": "lens centre", "turn_x": "tilt", "turn_y": "tilt", "turn_z": "rotation", "x": "position",
           "y": "position", "height": "height"}
 
 
@@ -51,7 +51,7 @@ def weakest_direction(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -
     strong = np.argsort(share)[::-1]
     parts: list[str] = []
     for index in strong[share[strong] > 0.3 * share.max()]:
-        part = ("how the picture bends between them" if fit.model.INTERPOLATES else
+        part = ("the distortion between the points" if fit.model.INTERPOLATES else
                 GROUPS.get(fit.parameter_names[index], "lens" if isinstance(fit.model, RayModel) else "perspective"))
         if part not in parts:
             parts.append(part)
@@ -82,14 +82,14 @@ def observability_warnings(fit: Fit, region: Region, hat_height_mm: float = HAT_
     rays = isinstance(fit.model, RayModel)
     cost = f"{weak.carpet_mm:.1f} mm on the carpet"
     if rays:
-        cost += f", {weak.hat_mm:.0f} mm at hat height ({hat_height_mm:g} mm)"
+        cost += f", {weak.hat_mm:.0f} mm at robot-top height ({hat_height_mm:g} mm)"
     if weak.taped_hat_mm < 0.7 * weak.hat_mm and {"focal length", "height"} & set(weak.parts):
-        return [Warning("height-unknown", "Height and focal length cannot be told apart from these clicks: expected "
-                        f"error {cost}.",
-                        f"Tape the camera's height (± {TAPE_MM / 10:.0f} cm is enough): hat error {weak.hat_mm:.0f} → "
-                        f"{weak.taped_hat_mm:.1f} mm. Four points at a known height, or a lens known from a board, "
-                        "do it too.")]
+        return [Warning("height-unknown",
+                        f"The points cannot separate height and focal length. Expected error: {cost}.",
+                        f"Measure and enter the camera height (± {TAPE_MM / 10:.0f} cm is enough). This reduces the "
+                        f"error at robot tops from {weak.hat_mm:.0f} to {weak.taped_hat_mm:.1f} mm. Four points at a "
+                        "known height, or a board calibration of the lens, also help.")]
     named = " and ".join(weak.parts)
-    return [Warning("weakly-determined", f"The clicks hardly tell {named}: expected error {cost}.",
-                    "Click more points, spread over the whole picture, where the next best click is shown; or use a "
-                    f"lens {'known from a board' if rays else 'model'}.")]
+    return [Warning("weakly-determined", f"The points do not determine {named} well. Expected error: {cost}.",
+                    "Add points all over the image, first at the suggested next point, or use a lens "
+                    f"{'from a board calibration' if rays else 'model'}.")]

@@ -22,9 +22,10 @@ def reach_warnings(model: CameraModel, region: Region, hat_height_mm: float) -> 
     share = float(np.mean(ends.any(axis=0)))
     if not share:
         return []
-    return [Warning("lens-ends", "The lens that was found folds back inside the picture: "
-                    f"{100 * share:.0f} % of the field, up to hat height, lies at its edge or beyond, where no place "
-                    "can be told.", "Use the fisheye model, or click more points near the picture's corners.")]
+    return [Warning("lens-ends",
+                    f"The fitted lens folds back inside the image. {100 * share:.0f} % of the field, up to robot-top "
+                    "height, is at its limit or beyond and has no position.",
+                    "Use the fisheye model, or add points near the corners of the image.")]
 
 
 def _ends(model: RayCamera, places: Array) -> Array:

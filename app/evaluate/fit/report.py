@@ -55,14 +55,16 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
         o.feature not in BORDERS and len(o.points) for o in observations)
     if not knows_inside:  # what these figures cannot see
         warnings.append(Warning(
-            "inside-not-checked", "Only the borders were clicked; nothing tells how well the inside fits.",
-            "Click a few points on a line or landmark inside the field, such as the centre circle."))
+            "inside-not-checked", "Only the borders have points. The accuracy inside the field is unknown.",
+            "Add a few points on a line or landmark inside the field, such as the centre circle."))
     sigma = sigma_report(fit, region, hat_mm)
     apart_mm = 0.0 if freer is None else max(freer.carpet_mm, freer.hat_mm or 0.0)
     if apart_mm > GOOD_MM:
         warnings.append(Warning(
-            "another-lens", f"{freer.title} on the same points places the field {apart_mm:.0f} mm elsewhere: this "
-            "model may not bend as the lens does.", f"Use {freer.title}, or compare all models."))
+            "another-lens",
+            f"{freer.title} places the field {apart_mm:.0f} mm away with the same points. This lens model may not "
+            "describe the lens correctly.",
+            f"Use {freer.title}, or compare all models."))
     return {
         "rms_px": rms(_joined([inside[i] for i in rests])), "max_px": _max(_joined([inside[i] for i in rests])),
         "rms_mm": rms(_joined([inside_mm[i] for i in rests])), "max_mm": _max(_joined([inside_mm[i] for i in rests])),
@@ -151,31 +153,36 @@ def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, An
         cv_mm = None  # a line left out is predicted worse than it is known once it counts: no sign of a misfit
     known = [mm for mm in (cv_mm, check_mm, expected) if mm is not None]
     if not known:
-        return {"mm": None, "level": "unknown", "sentence": "Nothing was held out, so nothing is known of the error."}
+        return {"mm": None, "level": "unknown", "sentence": "The accuracy is unknown because no points could be "
+                                                            "cross-validated."}
     mm = max(known)
     contradicted = apart_mm > GOOD_MM
     if contradicted:  # as in the comparison of all models: what it misses, and what it has elsewhere
         mm = float(np.hypot(mm, apart_mm))
     elif not knows_inside:
         return {"mm": mm, "level": "unknown",
-                "sentence": f"The borders hold to {mm:.1f} mm. Nothing inside the field was clicked, so the error "
-                            "there is not known; a strong lens leaves centimetres."}
+                "sentence": f"Accuracy inside the field is unknown. The border points fit within {mm:.1f} mm, but no "
+                            "point inside was used. Add points on the centre circle."}
     carpet = 0.0 if sigma is None else sigma["rms_95"] / SURE
     hat = sigma["hat"]["rms"] if sigma and "hat" in sigma else 0.0
     hat_95 = sigma["hat"]["rms_95"] / SURE if sigma and "hat" in sigma else 0.0
     worst = max(mm, carpet, hat_95)
     level = "good" if worst <= GOOD_MM and reaches else "fair" if worst <= FAIR_MM else "poor"
-    good = ("Good enough for ball and robots." if rays else
-            f"Good enough for the ball; a robot's hat, {hat_height_mm:g} mm up, needs a model with rays.")
-    words = {"good": good, "fair": "Robots will find the ball, with some play.",
-             "poor": "Too coarse for play: positions inside the field are off by centimetres."}[level]
-    where = (f"expected on the carpet, under {sigma['rms_95']:.1f} mm with 95 %" if sigma and mm == expected
-             else "on lines the fit has not used" if mm == check_mm else "on points left out")
+    good = ("Accurate enough for matches." if rays else
+            f"Accurate enough for the ball. Robot tops ({hat_height_mm:g} mm) require a physical lens model.")
+    words = {"good": good, "fair": f"Usable. Expect positions to be off by up to {FAIR_MM:g} mm.",
+             "poor": "Not accurate enough for matches: positions inside the field are off by centimetres."}[level]
+    where = (f"Expected error on the carpet: {mm:.1f} mm (95 % below "
+             f"{sigma['rms_95']:.1f} mm)" if sigma and mm == expected
+             else f"Error on check points: {mm:.1f} mm" if mm == check_mm else f"Cross-validated error: {mm:.1f} mm")
     if hat > mm and hat_95 > GOOD_MM:
-        words = (f"The carpet fits, robots' hats may be {hat:.0f} mm off." if level == "fair" else
-                 f"The carpet fits, but robots' hats may be {hat:.0f} mm off: too coarse for play.")
+        words = ("Usable. Accurate on the carpet, but robot tops may be off by about "
+                 f"{hat:.0f} mm." if level == "fair" else
+                 "Not accurate enough for matches. Accurate on the carpet, but robot tops may be off by about "
+                 f"{hat:.0f} mm.")
     if contradicted:
-        where = f"inside the field: {freer} on the same points places it {apart_mm:.0f} mm elsewhere"
+        where = (f"Error inside the field: {mm:.1f} mm. {freer} places the field {apart_mm:.0f} mm away with the same "
+                 "points")
     if not reaches:
-        words = f"{words} The lens ends before the field does."
-    return {"mm": mm, "level": level, "sentence": f"{words} {mm:.1f} mm {where}."}
+        words = f"{words} The lens model does not cover the whole field."
+    return {"mm": mm, "level": level, "sentence": f"{words} {where}."}

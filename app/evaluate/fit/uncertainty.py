@@ -75,8 +75,8 @@ def expected_error(fit: Fit, region: Region, z_mm: float = 0.0, places: Points |
     with np.errstate(invalid="ignore"):
         variance = np.einsum("nik,kl,nil->n", by, spread, by)
     if not np.isfinite(variance).any():
-        raise FitFailed("The camera that was found sees nothing of the region.",
-                        "Check which line each click belongs to, and the region.", reason="no-camera")
+        raise FitFailed("The fitted camera does not cover any of the area.",
+                        "Check the line of each point and the covered area.", reason="no-camera")
     return ExpectedError(places, np.sqrt(np.maximum(variance, 0)).reshape(places.shape[:-1]), z_mm,
                          _rms_95(by[np.isfinite(variance)], spread))
 

@@ -64,24 +64,23 @@ class Verification:
         markings = int((self.found_px >= MARKING_FOUND * self.expected_px)[self.expected_px > 0].sum())
         if self.share < MIN_FOUND or self.missing_share > MAX_MISSING:
             named = ", ".join(self.missing[:MISSING_SHOWN])
-            doubts.append(("lines-missing", f"Only {100 * self.share:.0f} % of the lines that should be in the picture "
-                           f"were found{f'; not seen: {named}' if named else ''}.",
-                           "Check that the field and the region are the right ones; clear the lines, or light them "
-                           "better, and take several pictures."))
+            doubts.append(("lines-missing", f"Only {100 * self.share:.0f} % of the expected lines were "
+                                            f"detected{f'; not detected: {named}' if named else ''}.",
+                           "Check the field type and the covered area. Uncover the lines, improve the lighting, or "
+                           "take several images."))
         if self.unexplained_share > MAX_UNEXPLAINED:
-            doubts.append(("lines-unexplained", f"{100 * self.unexplained_share:.0f} % of the lines seen on the carpet "
-                           "belong to nothing that the field has there.",
-                           "Check that the field and the region are the right ones."))
+            doubts.append(("lines-unexplained", f"{100 * self.unexplained_share:.0f} % of the lines detected on the "
+                                                "carpet are not part of the field.",
+                           "Check the field type and the covered area."))
         if self.rival > 1 - MIN_AHEAD:
-            doubts.append(("ambiguous", "Two ways to lay the field into the picture explain it equally well.",
-                           "Say roughly how the region stands in the picture or how high the camera hangs, or choose "
-                           "the region that it sees."))
+            doubts.append(("ambiguous", "The image matches the field in two orientations.",
+                           "Choose the covered area, or enter its approximate orientation or the camera height."))
         if markings < MIN_MARKINGS:
-            doubts.append(("too-few-lines", f"Lines were found of {markings} markings only.",
-                           "Show more of the field, or click points."))
+            doubts.append(("too-few-lines", f"Lines of only {markings} markings were detected.",
+                           "Show more of the field, or mark points."))
         if self.rms_px > MAX_RMS * self.diagonal_px:
-            doubts.append(("loose", f"The drawn field lies {self.rms_px:.1f} px off the lines that were found.",
-                           "Check that the field is the right one; else the lens may need another model."))
+            doubts.append(("loose", f"The field model is {self.rms_px:.1f} px from the detected lines.",
+                           "Check the field type. If it is correct, try another lens model."))
         return tuple({"reason": r, "what": w, "fix": f} for r, w, f in doubts)
 
     def to_json(self) -> dict[str, Any]:
@@ -96,10 +95,10 @@ def verdict_of(doubts: Sequence[Mapping[str, str]], proof: Verification | None, 
     """Return a level and a sentence: the calibration's own without doubts, else "unsure" or "nothing"."""
     if doubts:
         first = doubts[0]
-        look = " Look at the drawn field before you use it." if proof else ""
+        look = " Check the overlay before you continue." if proof else ""
         return {"level": "unsure" if proof else "nothing", "sentence": first["what"] + look, "fix": first["fix"],
                 "reason": first["reason"]}
     own = calibrated or {"level": "unknown", "sentence": ""}
-    found = (f"{100 * proof.share:.0f} % of the lines that should be in the picture were found, {proof.rms_px:.2f} px "
-             "about the drawn field." if proof else "")
+    found = (f"{100 * proof.share:.0f} % of the expected lines were detected, with an average offset of "
+             f"{proof.rms_px:.2f} px from the field model." if proof else "")
     return {"level": own["level"], "sentence": f"{found} {own['sentence']}".strip(), "fix": "", "reason": "found"}

@@ -45,8 +45,8 @@ def roll_report(rolls: Sequence[RecordedRoll], size: ImageSize, model: CameraMod
     if model is not None:
         corrected = analyse_rolls([model.corrected_from_raw(roll.points) for roll in rolls], seconds,
                                   model.corrected_size)
-    report = {"raw": _roll_json(raw, "the raw picture"),
-              "corrected": corrected and _roll_json(corrected, "the corrected picture")}
+    report = {"raw": _roll_json(raw, "the raw image"),
+              "corrected": corrected and _roll_json(corrected, "the corrected image")}
     return {"image_size": [size.width, size.height], "rolls": len(rolls), **report, "model": name,
             "sentence": (report["corrected"] or report["raw"])["sentence"]}
 
@@ -54,34 +54,32 @@ def roll_report(rolls: Sequence[RecordedRoll], size: ImageSize, model: CameraMod
 def sentence(report: RollAnalysis, where: str) -> str:
     """Describe in a sentence what all rolls together show."""
     if not report.rolls:
-        return ("Nothing rolled straight for long enough: let a ball roll across the field, best near its borders and "
-                "quickly.")
+        return ("No straight roll was long enough. Roll a ball quickly across the field, preferably near its borders.")
     count = "One roll" if len(report.rolls) == 1 else f"{len(report.rolls)} rolls"
     left = f"{report.border_pct:+.2f} ± {report.border_sigma_pct:.2f} %".replace("-", "−")
     if not report.is_free:
-        return (f"{count} in {where} go curves of their own: what moves here is driven or pushed. Let one ball roll "
-                "freely, and nobody else move.")
+        return (f"{count} in {where} followed irregular curves: the object was driven or pushed. Roll a single ball "
+                "freely, with no other movement on the field.")
     if report.border_sigma_pct > STANDARD_LENS_PCT:
-        return (f"{count} in {where}: {left}. That is too uncertain to say anything: roll more, quickly, near the "
-                "borders.")
+        return (f"{count} in {where}: {left}. This is inconclusive. Roll more balls, quickly and near the borders.")
     if abs(report.border_pct) <= SIGMAS * report.border_sigma_pct:
-        return f"{count} in {where}: no distortion is seen, {left} along its edge."
-    band = "within" if abs(report.border_pct) <= STANDARD_LENS_PCT else "beyond"
-    return (f"{count} in {where}: {_kind(report.border_pct)} of {left} along its edge, {band} the "
-            f"±{STANDARD_LENS_PCT:g} % of a standard lens.")
+        return f"{count} in {where}: no significant distortion, {left} along the edge."
+    band = "within" if abs(report.border_pct) <= STANDARD_LENS_PCT else "above"
+    return (f"{count} in {where}: {_kind(report.border_pct)} of {left} along the edge, {band} the "
+            f"±{STANDARD_LENS_PCT:g} % of a typical lens.")
 
 
 def roll_verdict(roll: Roll) -> tuple[str, str]:
     """One roll by itself: good, fair or poor (of the picture, not of the roll), and why, in words."""
     if not roll.used:
-        return "left-out", "It disagrees with the others and is not counted: pushed, spun or not free."
+        return "left-out", "Excluded: it does not agree with the other rolls (pushed, spinning or not free)."
     if roll.spread_pct > STANDARD_LENS_PCT:
-        return "unknown", "Too short, or too slow, to say anything."
+        return "unknown", "Too short or too slow to be conclusive."
     if abs(roll.sag_pct) <= SIGMAS * roll.spread_pct:
-        return "good", "Straight, as far as it can tell."
+        return "good", "Straight within the uncertainty."
     if abs(roll.sag_pct) <= STANDARD_LENS_PCT:
-        return "fair", f"A {_kind(roll.sag_pct)}, within the ±{STANDARD_LENS_PCT:g} % of a standard lens."
-    return "poor", f"A {_kind(roll.sag_pct)}, beyond the ±{STANDARD_LENS_PCT:g} % of a standard lens."
+        return "fair", f"A {_kind(roll.sag_pct)}, within the ±{STANDARD_LENS_PCT:g} % of a typical lens."
+    return "poor", f"A {_kind(roll.sag_pct)}, above the ±{STANDARD_LENS_PCT:g} % of a typical lens."
 
 
 def _roll_json(rolls: RollAnalysis, where: str) -> dict[str, Any]:

@@ -31,10 +31,10 @@ MAX_OUTLIER_SHARE = 0.4  # of the corners
 SELECTION_STEPS = 20  # a set of terms that takes longer is hardly supported
 
 BOARD_OPTIONS: tuple[Option, ...] = (
-    Option("warp", "bool", True, "Estimate how the board is bowed: two numbers for all views."),
-    Option("aspect", "bool", True, "Estimate the focal lengths in x and y apart."),
-    Option("centre", "bool", True, "Estimate the principal point; false holds it in the picture's middle."),
-    Option("robust", "bool", True, "Leave out corners and views that disagree with the rest, and name them."),
+    Option("warp", "bool", True, "Estimate the bow of the board: two numbers for all views."),
+    Option("aspect", "bool", True, "Estimate the focal lengths in x and y separately."),
+    Option("centre", "bool", True, "Estimate the principal point; false fixes it at the image centre."),
+    Option("robust", "bool", True, "Exclude corners and views that disagree with the rest, and list them."),
 )
 
 
@@ -91,7 +91,7 @@ def board_model(name: str) -> type[RayCamera]:
     """Return the model of that name; BadInput where it has no lens."""
     model = MODELS[name]
     if not (isinstance(model, type) and issubclass(model, RayCamera)):
-        raise BadInput(f"The model {name} has no lens that a board could tell.",
+        raise BadInput(f"A board cannot calibrate the lens of the model {name}.",
                        "Choose brown-conrady, or fisheye for very wide lenses.", reason="bad-model")
     return model
 
@@ -113,23 +113,23 @@ def fit_board(views: tuple[BoardView, ...], image_size: ImageSize, model: type[R
     solver, term_sets = BoardSolver(image_size, settings), term_sets_for(model, settings)
     observations = BoardObservations.of(tuple(views[i] for i in usable))
 
-    progress(0.05, "Looking for the lens")
+    progress(0.05, "Fitting the lens")
     first = term_sets[(len(term_sets) + 1) // 2] if len(term_sets) > 1 else term_sets[0]
     start = _search(solver, model, observations, first)
-    progress(0.3, "Leaving out what disagrees")
+    progress(0.3, "Excluding outliers")
     found = solver.reject_outliers(observations, start, first, FIRST_SIGMA_PX, np.ones(len(usable), bool))
     tried = {}
     if len(term_sets) > 1:
         found, tried = _select_terms(solver, found, observations, term_sets, progress)
     _refuse_too_few_views(int(found.keep.sum()), left_out)
-    progress(0.9, "Saying how sure it is")
+    progress(0.9, "Estimating the uncertainty")
     solution = solver.solve(observations.only(found.keep).without(found.outliers[found.keep]),
                             found.state.only(found.keep), found.solution.terms, found.solution.sigma_px)
     _refuse_implausible(solution, found, observations)
     used = np.zeros(len(views), bool)
     used[usable[found.keep]] = True
     names = observations.names
-    left_out += [RejectedView(int(usable[i]), names[i], "disagrees", f"{names[i]} was left out: {why}.")
+    left_out += [RejectedView(int(usable[i]), names[i], "disagrees", f"{names[i]} was excluded: {why}.")
                  for i, why in enumerate(found.why) if why]
     names, covariance = lens_covariance(solution)
     return BoardFit(solution.minimum.state.lens_of(model.NAME, image_size, names, covariance), model, solver, solution,
@@ -204,14 +204,14 @@ def _refuse_implausible(solution: BoardSolution, found: OutlierRejection, observ
 
 
 def _no_camera_error() -> FitFailed:
-    return FitFailed("No camera was found that sees the board as these views show it.",
-                     "Check the board's columns and rows, and that corners and places are in the same order.",
+    return FitFailed("No lens model reproduces the board in these views.",
+                     "Check the columns and rows of the board, and that corners and places are in the same order.",
                      reason="no-camera")
 
 
 def _refuse_too_few_views(count: int, left_out: list[RejectedView]) -> None:
     if count < MIN_VIEWS:
         why = f" {left_out[0].text}" if left_out else ""
-        raise FitFailed(f"{count} views can be used; a lens needs {MIN_VIEWS}.{why}",
-                        "Take about twenty pictures of the board, tilted every way and all over the picture.",
+        raise FitFailed(f"{count} views can be used; a lens calibration requires {MIN_VIEWS}.{why}",
+                        "Take about 20 images of the board, tilted in all directions and covering the whole frame.",
                         reason="too-few-views")

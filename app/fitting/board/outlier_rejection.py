@@ -111,7 +111,8 @@ class BoardSolver:
             wrong = _wrong_views(away, beyond[keep], observations.present[keep])
             if wrong.any() and (len(keep) - keep.sum() + wrong.sum()) <= MAX_LEFT_OUT * len(keep):
                 for index, usual in zip(np.flatnonzero(keep)[wrong], np.nanmedian(away, axis=1)[wrong], strict=True):
-                    why[index] = f"its corners lie {format_number(usual)} px from where the other views' lens puts them"
+                    why[index] = (f"its corners are {format_number(usual)} px from the position predicted by the other "
+                                  "views")
                 keep[np.flatnonzero(keep)[wrong]] = False
             elif np.array_equal(beyond, outliers) and not first:
                 break

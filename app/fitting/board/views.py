@@ -41,15 +41,15 @@ def unusable_views(views: tuple[BoardView, ...], image_size: ImageSize) -> Itera
         n = len(view.pixels)
         if n < MIN_CORNERS:
             yield RejectedView(index, name, "too-few-corners",
-                               f"{name} shows {n} corners; {MIN_CORNERS} are the least.")
+                               f"{name} has {n} corners; at least {MIN_CORNERS} are required.")
         elif _collinear(view.pixels) or _collinear(view.places_mm[:, :2]):
             yield RejectedView(index, name, "corners-on-a-line",
-                               f"The corners of {name} lie on one line: no pose follows.")
+                               f"The corners of {name} are on one line and do not determine a pose.")
         elif not inside_picture(view.pixels, image_size, -1).all():
             yield RejectedView(index, name, "outside-picture",
-                               f"{name} has corners outside the picture of {image_size}.")
+                               f"{name} has corners outside the image of {image_size}.")
         elif (same := np.rint(view.pixels / SAME_PX).tobytes()) in first:
-            yield RejectedView(index, name, "seen-already", f"{name} is {first[same]} once more: it tells nothing new.")
+            yield RejectedView(index, name, "seen-already", f"{name} repeats {first[same]} and adds no information.")
         else:
             first[same] = name
 
@@ -58,7 +58,7 @@ def refuse_bent_board(views: tuple[BoardView, ...]) -> None:
     """Raise FitFailed where the corners' places are not those of one flat board."""
     places = np.concatenate([view.places_mm for view in views]) if views else np.zeros((0, 3))
     if len(places) and np.ptp(places[:, 2]) > MAX_BOW * max(np.ptp(places[:, 0]), np.ptp(places[:, 1])):
-        raise FitFailed("The object points do not lie in one plane.", "Use a flat board, with z = 0 on its face.",
+        raise FitFailed("The object points are not in one plane.", "Use a flat board, with z = 0 on its face.",
                         reason="board-not-flat")
 
 

@@ -27,8 +27,8 @@ class FieldPattern:
         """Sample markings about every step_mm, but for corners that are cut off."""
         markings = field.markings
         if not markings:
-            raise FitFailed("The field has no lines and no arcs that a picture could show.",
-                            "Add its markings to the field, or click its landmarks.", reason="no-markings")
+            raise FitFailed("The field has no lines or arcs to detect.",
+                            "Add markings to the field, or click its landmarks.", reason="no-markings")
         points, along, owner, step = [], [], [], []
         for number, marking in enumerate(markings):
             count = max(min_samples, round(marking.length_mm / step_mm))

@@ -82,10 +82,10 @@ def search(chains: Sequence[Points], along: Sequence[Array], field: Field, regio
         prior.turn_deg is None)
     scorer = _Scorer(field, region, size, plane, ridges, fine, upright)
     level_x, level_y = levels(field, region)
-    progress(0.2, "Trying which line is which")
+    progress(0.2, "Matching the lines")
     best = scorer.best(four_line_hypotheses(lines, level_x, level_y))
     if not best or best[0][0] < POOR_SCORE:
-        progress(0.4, "Trying three lines and the arcs")
+        progress(0.4, "Matching three lines and the arcs")
         best = sorted([*best, *scorer.best(three_line_hypotheses(lines, level_x, level_y))], key=lambda b: -b[0])
 
     def drawn_from(start: RayCameraParameters | None) -> CameraCandidate | None:
@@ -100,7 +100,7 @@ def search(chains: Sequence[Points], along: Sequence[Array], field: Field, regio
     for number, (value, homography, focal) in enumerate(distinct):
         if number and value < MIN_RELATIVE_SCORE * best[0][0]:
             break
-        progress(0.5 + 0.5 * number / len(distinct), "Drawing the field onto the lines")
+        progress(0.5 + 0.5 * number / len(distinct), "Fitting the field to the lines")
         start = initial_camera(homography, focal, plane, size)
         candidate = drawn_from(start)
         if candidate is not None and not allowed(candidate) and prior.height_mm is not None:

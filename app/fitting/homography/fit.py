@@ -29,7 +29,7 @@ TRIALS, PER_TRIAL = 100, 10  # random tens of clicks: with four outliers in 36, 
 SUSPECT_PX = 10.0  # a click this far off may have distorted the linear estimate
 MAX_SIGMA_SHARE = 0.1  # of the region's shorter side: a corner known no better is not known
 
-MORE_LINES = "Click points on at least four lines, two in each direction, along their whole length."
+MORE_LINES = "Mark points on at least four lines, two in each direction, along their whole length."
 
 
 class HomographyFitter(Fitter):
@@ -38,7 +38,8 @@ class HomographyFitter(Fitter):
 
     @classmethod
     def points_needed(cls) -> str:
-        return "8 points on four lines, two each way (a landmark counts for 2); nine on each of the four are good."
+        return ("8 points on four lines, two in each direction (a landmark counts for 2). Nine on each of the four are "
+                "recommended.")
 
     @classmethod
     def sensitivity(cls, model: Homography) -> Sensitivity:
@@ -59,7 +60,7 @@ class HomographyFitter(Fitter):
         flat = tuple(o if o.z_mm == 0 else replace(o, points=o.points[:0]) for o in observations)
         problem = gather_clicks(flat, field, region, with_offsets=line_sigma_mm(settings, field) > 0)
         width_px, height_px, n_x, n_y = corrected_rectangle(settings, region, image_size)
-        progress(0.1, "Looking for a view of the field")
+        progress(0.1, "Fitting the homography")
         if start is None:
             begin = _initial_parameters(problem, line_incidences(flat, field, region), region, image_size)
         else:
@@ -69,8 +70,8 @@ class HomographyFitter(Fitter):
         problem = whole.only(visible)
         rows = residual_count(problem)
         if rows < MIN_ROWS:
-            raise FitFailed(f"There are {rows} measurements; a view of the field has {MIN_ROWS} unknowns.",
-                            f"Click at least {MIN_ROWS - rows} more points.", reason="too-few-points")
+            raise FitFailed(f"There are {rows} measurements; the homography has {MIN_ROWS} unknowns.",
+                            f"Mark at least {MIN_ROWS - rows} more points.", reason="too-few-points")
         priors, usual_line_mm = line_priors(problem, settings, field, learned)
         names = begin.names
         progress(0.4, "Refining")
@@ -88,7 +89,7 @@ class HomographyFitter(Fitter):
                  **found.offset_notes,
                  "choices": {"start": parameters_json(model), **found.choices}}
         warnings = (*clicks.outlier_warnings(observations, problem.owners, found.inliers, found.pixels),
-                    *(clicks.outlier_warning(observations, i, k, "lies beyond the horizon of the others")
+                    *(clicks.outlier_warning(observations, i, k, "is beyond the horizon of the other points")
                       for i, k in whole.owners[~visible]),
                     *clicks.elevated_point_warnings(observations, "a homography"))
         return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), warnings, notes,
@@ -160,12 +161,12 @@ def _refuse_impossible(found: RayFitResult, region: Region) -> None:
     sigma_mm = np.sqrt(np.where(np.isfinite(variance), variance, np.inf))
     worst = int(np.argmax(sigma_mm))
     if np.isinf(sigma_mm[worst]):
-        raise FitFailed("The clicked lines do not determine how the camera sees the field.", MORE_LINES,
+        raise FitFailed("The marked lines do not determine the position of the field in the image.", MORE_LINES,
                         reason="lines-not-enough")
     if not sigma_mm[worst] < MAX_SIGMA_SHARE * min(region.width_mm, region.height_mm):
         corner = f"{('top', 'bottom')[worst // 2]} {('left', 'right')[worst % 2]}"
-        raise FitFailed("The clicked lines do not determine how the camera sees the field: its "
-                        f"{corner} corner may lie anywhere within {sigma_mm[worst]:.3g} mm.",
+        raise FitFailed(f"The marked lines do not determine the position of the field in the image: its {corner} "
+                        f"corner is uncertain by {sigma_mm[worst]:.3g} mm.",
                         MORE_LINES, reason="lines-not-enough")
     if np.linalg.det(state.raw_from_unit) * np.linalg.det(state.unit_from_field) > 0:
         raise mirrored_error()

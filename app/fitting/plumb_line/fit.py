@@ -84,9 +84,10 @@ def fit_plumb_lines(chains: Sequence[Points], image_size: ImageSize, lens: str =
     long = [_length(c) >= MIN_LENGTH * unit for c in given]
     usable = np.array([i for i, c in enumerate(given) if len(c) >= MIN_POINTS and long[i]], int)
     if len(usable) < need:
-        raise FitFailed(f"There are {len(usable)} lines of {MIN_LENGTH * unit:.0f} px and {MIN_POINTS} points or more; "
-                        f"{need} are needed.",
-                        "Mark more straight edges, long ones, and near the picture's edge.", reason="too-few-lines")
+        raise FitFailed(f"There are {len(usable)} lines of {MIN_LENGTH * unit:.0f} px or longer with at least "
+                        f"{MIN_POINTS} points; {need} are required.",
+                        "Mark more straight edges: long ones, and some near the edge of the image.",
+                        reason="too-few-lines")
     most = int(np.clip(MAX_POINTS // len(usable), MIN_CHAIN_POINTS, MAX_CHAIN_POINTS))
     thin = Chains.of([_thinned(given[i], most) for i in usable], unit, noise_px)
     bend = initial_bend(thin, centre)
@@ -96,7 +97,7 @@ def fit_plumb_lines(chains: Sequence[Points], image_size: ImageSize, lens: str =
     for _ in range(ROUNDS):
         if picked.sum() < need or thin.counts[picked].sum() < 0.5 * thin.counts.sum():
             raise FitFailed("No lens makes enough of the lines straight.",
-                            "Mark edges that are straight in the world, each by itself.", reason="no-straight-lines")
+                            "Mark edges that are straight in reality, each one separately.", reason="no-straight-lines")
         tried.append(picked)
         part = replace(thin.only(picked), noise_px=noise_px)
         minimum = solve(part, state, problem)
@@ -108,15 +109,15 @@ def fit_plumb_lines(chains: Sequence[Points], image_size: ImageSize, lens: str =
     picked = tried[-1]  # the chains that the last fit is about
     groups = groups_of(state, part, where[usable[picked]])
     if groups.max() == 0:
-        raise FitFailed("All the straight lines are one edge, or sides of one.",
-                        "Mark other edges too, elsewhere in the picture.", reason="one-edge")
+        raise FitFailed("All the straight lines are one edge, or the sides of one.",
+                        "Mark other edges elsewhere in the image.", reason="one-edge")
     statistical = covariance(minimum, part, groups)
     full = Chains.of([given[i] for i in usable], unit, noise_px)
     before = chain_rms((full.pixels - centre) / unit, full, 0.0)
     after = chain_rms_px(state, full)
     if not np.isfinite(after[picked]).all():
-        raise FitFailed("The lens that fits best would end inside the picture.",
-                        "Try a lens with fewer terms, or mark edges elsewhere in the picture.", reason="no-lens")
+        raise FitFailed("The best fitting lens does not cover the whole image.",
+                        "Try a lens with fewer terms, or mark edges elsewhere in the image.", reason="no-lens")
     fits = {int(i): ChainFit(int(i), int(where[i]), len(given[i]), _length(given[i]), float(b), float(a), bool(p),
                              "" if p else "not-straight")
             for i, b, a, p in zip(usable, before, after, picked, strict=True)}

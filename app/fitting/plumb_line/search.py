@@ -30,15 +30,18 @@ class PlumbLineProblem:
     def of(cls, lens: str, terms: tuple[str, ...] | None, centre_sigma_px: float | None, size: ImageSize) -> Self:
         """Read the choices; two terms, and 1 % of the diagonal for the centre, where none are given."""
         if lens not in LINE_LENSES:
-            raise BadInput(f"Straight lines know no lens {lens!r}.", f"Use one of: {', '.join(LINE_LENSES)}.",
+            raise BadInput(f"The lens {lens!r} is not available for straight lines.",
+                           f"Use one of: {', '.join(LINE_LENSES)}.",
                            reason="unknown-lens")
         known = LINE_LENSES[lens][1]
         names = known[:2] if terms is None else tuple(t for t in known if t in terms)
         if not names or names != known[:len(names)]:
-            raise BadInput("The terms of a lens are freed in order.", f"Free the first or more of {', '.join(known)}.",
+            raise BadInput("The terms of a lens must be freed in order.",
+                           f"Free the first term or more of {', '.join(known)}.",
                            reason="bad-option")
         if centre_sigma_px is not None and not 0 <= centre_sigma_px < np.inf:
-            raise BadInput("The centre's σ is no length.", "Give it in px, 0 to hold the centre.", reason="bad-option")
+            raise BadInput("The σ of the centre is not a length.",
+                           "Give it in px; 0 fixes the centre.", reason="bad-option")
         sigma = CENTRE_SIGMA * 2 * half_diagonal_px(size) if centre_sigma_px is None else float(centre_sigma_px)
         return cls(lens, names, sigma, size)
 
@@ -96,7 +99,7 @@ def solve(chains: Chains, start: LineFit, problem: PlumbLineProblem) -> Minimum[
         if np.isfinite(first.feet).all():
             break
     else:
-        raise FitFailed("The lines lie beyond what any lens of this kind reaches.", "Try another lens.",
+        raise FitFailed("The lines are outside the range of this lens type.", "Try another lens.",
                         reason="no-lens")
     return minimise(first, evaluate, move, robust_rows=len(chains.pixels), tolerance=1e-6)
 

@@ -38,9 +38,10 @@ class _Border:
 class PolynomialFitter(Fitter):
     MODEL: ClassVar[type[CameraModel]] = Polynomial
     OPTIONS: ClassVar[tuple[Option, ...]] = (
-        Option("degree", "int-or-auto", "auto", "Degree of each border's curve.", (1, MAX_DEGREE)),
+        Option("degree", "int-or-auto", "auto", "Degree of the curve of each border.", (1, MAX_DEGREE)),
         Option("relation_degree", "int-or-auto", "auto",
-               "Degree of the relation from corrected rows to millimetres; above 1 it needs known points inside.",
+               "Degree of the relation from corrected rows to millimetres; above 1 it requires known points inside the "
+               "field.",
                (1, 5)),
         *COMMON_OPTIONS,
     )
@@ -48,7 +49,7 @@ class PolynomialFitter(Fitter):
 
     @classmethod
     def points_needed(cls) -> str:
-        return "3 points on each of the four borders; 9 are good."
+        return "3 points on each of the four borders. Nine are recommended."
 
     @classmethod
     def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
@@ -83,7 +84,7 @@ class PolynomialFitter(Fitter):
                               (0.0, region.width_mm / width_px), (0.0, region.height_mm), region, image_size)
         x_c = np.linspace(0, width_px, 64)
         _refuse_crossing("left", "right", fits, (float(straight.top(x_c).min()), float(straight.bottom(x_c).max())))
-        progress(0.7, "Relating pixels to millimetres")
+        progress(0.7, "Converting pixels to millimetres")
         across, down, relation, used, mistaken = relate(straight, observations, field, settings["relation_degree"])
         model = replace(straight, across_mm=across, down_mm=down)
         inliers = _inliers(observations, borders, fits, mistaken)
@@ -102,7 +103,7 @@ def _degrees(options: Mapping[str, Any] | None) -> dict[str, Any]:
     if isinstance(degree, Mapping):
         unknown = set(degree) - set(BORDERS)
         if unknown:
-            raise BadInput(f"There is no border called {sorted(map(str, unknown))[0]!r}.",
+            raise BadInput(f"Unknown border: {sorted(map(str, unknown))[0]!r}.",
                            f"Use one of: {', '.join(BORDERS)}.", reason="bad-option")
         return {name: option.read(degree.get(name)) for name in BORDERS}
     return dict.fromkeys(BORDERS, option.read(degree))
@@ -117,27 +118,27 @@ def _border_clicks(name: str, observations: Observations) -> _Border:
 def _check_clicks(borders: Mapping[str, _Border], image_size: ImageSize) -> None:
     for border in borders.values():
         if not len(border.points):
-            raise FitFailed(f"The {border.name} border has no points.", f"Click points along the {border.name} border.",
+            raise FitFailed(f"The {border.name} border has no points.", f"Mark points along the {border.name} border.",
                             reason="too-few-points", feature=border.name)
         check_inside_picture((Observation(border.name, "line", border.points),), image_size)
     points = np.concatenate([b.points for b in borders.values()])
     spread = np.linalg.svd((points - points.mean(axis=0)) / np.sqrt(len(points)), compute_uv=False)
     if 12 * spread[0] * spread[1] < MIN_HULL_SHARE * image_size.width * image_size.height:  # a rectangle's area
-        raise FitFailed("The points of all four borders lie nearly on one line.",
-                        "Click each border along its own line.", reason="collinear-points")
+        raise FitFailed("The points of all four borders are nearly on one line.",
+                        "Mark each border along its own line.", reason="collinear-points")
 
 
 def _refuse_crossing(first: str, second: str, fits: Mapping[str, CurveFit], span: tuple[float, float]) -> None:
     position = np.linspace(*span, 256)
     gap = fits[second].curve(position) - fits[first].curve(position)
     if gap.max() <= 0:
-        raise FitFailed(f"The {first} border lies on the far side of the {second} border.",
-                        f"Swap the points of the {first} and {second} borders, or turn the region.",
+        raise FitFailed(f"The {first} border is on the wrong side of the {second} border.",
+                        f"Swap the points of the {first} and {second} borders, or rotate the covered area.",
                         reason="borders-swapped", feature=first)
     if gap.min() < 0.02 * gap.max():
         where = f"near {'row' if first == 'left' else 'corrected column'} {position[np.argmin(gap)]:.0f}"
         raise FitFailed(f"The {first} and {second} borders cross {where}.",
-                        "Check the points of both; click nearer to the corners, or choose a lower degree.",
+                        "Check the points of both. Mark points nearer to the corners, or choose a lower degree.",
                         reason="borders-cross", feature=first)
 
 
@@ -154,11 +155,11 @@ def _inliers(observations: Observations, borders: Mapping[str, _Border], fits: M
 
 def _outlier_warnings(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
             inliers: tuple[np.ndarray, ...]) -> list[Warning]:
-    found = [outlier_warning(observations, i, k, f"lies {abs(residual):.1f} px off the curve through the others")
+    found = [outlier_warning(observations, i, k, f"is {abs(residual):.1f} px from the curve through the other points")
              for name, border in borders.items() for (i, k), fine, residual
              in zip(border.owners, fits[name].inliers, fits[name].residuals, strict=True) if not fine]
-    return found + [outlier_warning(observations, i, k, "disagrees with everything else",
-                                    "Check that it was clicked on the right mark.")
+    return found + [outlier_warning(observations, i, k, "does not agree with the other points",
+                                    "Check that it is on the correct mark.")
                     for i, observation in enumerate(observations) if observation.feature not in BORDERS
                     for k in np.flatnonzero(~inliers[i])]
 
@@ -175,7 +176,7 @@ def _extrapolation_warnings(borders: Mapping[str, _Border], fits: Mapping[str, C
         position = points[:, 1] if name in ("left", "right") else model.corrected_from_raw(points)[:, 0]
         position = position[np.isfinite(position)]
         if not position.size:
-            raise FitFailed(f"The {name} border lies where the borders beside it have crossed.",
+            raise FitFailed(f"The {name} border is where the adjacent borders have already crossed.",
                             "Check the points of all four borders, or choose a lower degree.", reason="borders-cross",
                             feature=name)
         low, high = rows[name]
@@ -183,7 +184,8 @@ def _extrapolation_warnings(borders: Mapping[str, _Border], fits: Mapping[str, C
         for gap, end in ((position.min() - low, ends[0]), (high - position.max(), ends[1])):
             if gap > EXTRAPOLATED_SHARE * (high - low):
                 found.append(Warning(
-                    "border-extrapolated", f"The {name} border has no click in the last "
-                    f"{100 * gap / (high - low):.0f} % towards the {end} border; its curve is a guess there.",
-                    f"Click the {name} border near the {end} corner.", name))
+                    "border-extrapolated",
+                    f"The {name} border has no point in the last {100 * gap / (high - low):.0f} % towards the {end} "
+                    "border. Its curve is extrapolated there.",
+                    f"Add a point on the {name} border near the {end} corner.", name))
     return found

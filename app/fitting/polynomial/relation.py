@@ -51,17 +51,18 @@ def relate(model: Polynomial, observations: Observations, field: Field, wanted: 
     levels = 2 + len({round(row[1], 6) for row in down if 0.02 < row[1] < 0.98})  # the two borders are known rows
     degree = min(MAX_AUTO_DEGREE, levels - 1) if wanted == "auto" else wanted
     if degree > levels - 1:
-        raise FitFailed(f"A relation of degree {degree} needs known points at {degree - 1} heights inside the field; "
-                        f"there are {levels - 2}.", "Click landmarks or lines across the field, or choose degree 1.",
+        raise FitFailed(f"A relation of degree {degree} requires known points at {degree - 1} heights inside the "
+                        f"field; there are {levels - 2}.",
+                        "Mark landmarks or lines across the field, or choose degree 1.",
                         reason="too-few-points")
     (a, b), outliers_across = _fit_curve(across, 1)
     down_coefficients, outliers_down = _fit_curve(down, degree)
     slope = polynomial.polyval(np.linspace(0, 1, 64), polynomial.polyder(down_coefficients))
     if not (b > 0 and np.all(slope > 0)):
-        raise FitFailed("The known points are not in order down the picture.",
-                        "Check which landmark or line each was clicked for.", reason="bad-order")
+        raise FitFailed("The known points are not in the correct order in the image.",
+                        "Check the landmark or line of each point.", reason="bad-order")
     notes = {"degree": degree, "known_across": len(across), "known_down": len(down),
-             "reason": "Only the borders are known: linear both ways." if not (across or down) else
+             "reason": "Only the borders are known: linear in both directions." if not (across or down) else
              f"{len(across)} known columns and {len(down)} known rows inside the field."}
     scale = region.width_mm / model.width_px
     return Relation((float(a * region.width_mm), float(b * scale)),

@@ -66,24 +66,25 @@ def unusual_camera_warnings(state: RayCameraParameters, priors: Sequence[ScalarP
     warnings = []
     if abs(away.get("log_height", 0.0)) > ABSURD_SIGMAS:
         warnings.append(Warning(
-            "unusual-height", f"The camera would hang {state.position_mm[2] / 1000:.1f} m above the carpet, where "
-            f"{usual_height_mm(field) / 1000:.1f} m are usual over such a field.",
-            "Check the field and the region; or tape the height and give it."))
+            "unusual-height",
+            f"The fitted camera height is {state.position_mm[2] / 1000:.1f} m; about "
+            f"{usual_height_mm(field) / 1000:.1f} m is typical for this field.",
+            "Check the field type and the covered area, or measure and enter the camera height."))
     if abs(away.get("log_focal", 0.0)) > ABSURD_SIGMAS:
         angle = 2 * np.degrees(np.arctan(image_size.width / 2 / np.exp(state.log_focal)))
         warnings.append(Warning(
-            "unusual-focal-length", f"The lens would see {angle:.0f}° across the picture, where 40° to 90° are usual.",
-            "Check the field and the region; or calibrate the lens with a board."))
+            "unusual-focal-length", f"The fitted lens covers {angle:.0f}° across the image; 40° to 90° is typical.",
+            "Check the field type and the covered area, or calibrate the lens with a board."))
     off_px = float(np.hypot(*(state.centre_px - np.array(image_size.centre))))
     if np.hypot(away.get("centre_x", 0.0), away.get("centre_y", 0.0)) > ABSURD_SIGMAS:
         warnings.append(Warning(
-            "unusual-principal-point", f"The principal point would lie {off_px:.0f} px off the picture's middle.",
-            "Was the picture cropped? Then give centre_sigma_px as much as was cut off. Otherwise check which line "
-            "each click belongs to."))
+            "unusual-principal-point", f"The fitted principal point is {off_px:.0f} px from the image centre.",
+            "If the image was cropped, set centre_sigma_px to the size of the cut. Otherwise check the line of each "
+            "point."))
     if abs(away.get("aspect", 0.0)) > ABSURD_SIGMAS:
         warnings.append(Warning(
-            "unusual-aspect", f"The pixels would be {state.aspect:.3f} times as high as wide.",
-            "Was the picture stretched? Then give aspect_sigma more room. Otherwise check the field's size."))
+            "unusual-aspect", f"The fitted pixels are {state.aspect:.3f} times as high as wide.",
+            "If the image was stretched, increase aspect_sigma. Otherwise check the field size."))
     return warnings
 
 
@@ -98,9 +99,8 @@ def misplaced_line_warnings(offsets_mm: Mapping[str, float], usual_mm: float) ->
     if not far:
         return []
     named = ", ".join(f"{name.replace('-', ' ')} by {mm:.0f} mm" for mm, name in far[:NAMED_LINES])
-    return [Warning("misplaced-lines", f"Lines lie elsewhere in the picture than on the field: {named}.",
-                    "Check which field is chosen. If it is the right one, measure these lines and correct the field's "
-                    "size.")]
+    return [Warning("misplaced-lines", f"Lines in the image are not where the field model has them: {named}.",
+                    "Check the field type. If it is correct, measure these lines and correct the field.")]
 
 
 def centre_sigma_px(settings: Mapping[str, Any], image_size: ImageSize) -> float:

@@ -47,8 +47,8 @@ class DistortionEstimate:
             if not fine:
                 raise ValueError
         except (KeyError, TypeError, ValueError, OverflowError):
-            raise BadInput("It is not known how well this lens from straight lines is known.",
-                           "Give one as POST /motion keeps it.", reason="bad-lens") from None
+            raise BadInput("The uncertainty of this lens from straight lines is unknown.",
+                           "Give a lens as POST /motion saves it.", reason="bad-lens") from None
         return cls(bend, names, (covariance + covariance.T) / 2)
 
     @property

@@ -46,8 +46,8 @@ class RayFitter(Fitter):
 
     @classmethod
     def points_needed(cls) -> str:
-        return (f"{8 + min(len(cls.TERMS), 1)} points or more on at least four lines, not all parallel; "
-                "nine on each of the four borders are good.")
+        return (f"{8 + min(len(cls.TERMS), 1)} points or more on at least four lines, not all parallel. Nine on each "
+                "of the four borders are recommended.")
 
     @classmethod
     def sensitivity(cls, model: RayCamera) -> Sensitivity:
@@ -103,10 +103,9 @@ class RayFitter(Fitter):
         model = cls.MODEL(**state.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
                           n_rectangles_y=n_y, region=region, image_size=image_size)
         if not model.plausible():
-            raise FitFailed("The clicks lead to a camera that cannot be: "
-                            f"{model.position_mm[2] / 1000:.3g} m above the carpet with a focal length of "
-                            f"{model.focal_px:.3g} px.",
-                            "Check which line each click belongs to, and the region; then click more points.",
+            raise FitFailed(f"The points result in an impossible camera: {model.position_mm[2] / 1000:.3g} m above the "
+                            f"carpet with a focal length of {model.focal_px:.3g} px.",
+                            "Check the line of each point and the covered area, then add points.",
                             reason="implausible-camera")
         inliers = inlier_masks(observations, problem.owners, best.inliers)
         notes = {

@@ -71,11 +71,11 @@ class GaussianPrior:
 def refuse_other_camera(held: str, size: ImageSize, model: str, image_size: ImageSize, made: str) -> None:
     """Raise BadInput where the held lens is of another model or of another picture size than the fit."""
     if held != model:
-        raise BadInput(f"The held lens is {held}, the model to fit is {model}.",
-                       f"Fit {held}, or hold another lens.", reason="bad-option")
+        raise BadInput(f"The chosen lens is {held}, but the model to fit is {model}.",
+                       f"Fit {held}, or use another lens.", reason="bad-option")
     if size != image_size:
-        raise BadInput(f"The held lens is of pictures of {size}, this one has {image_size}.",
-                       f"Hold a lens that was {made} at this size.", reason="bad-option")
+        raise BadInput(f"The chosen lens is for images of {size}; this image has {image_size}.",
+                       f"Use a lens that was {made} at this size.", reason="bad-option")
 
 
 def read_lens(model: str, settings: Mapping[str, Any], image_size: ImageSize) -> Intrinsics | None:
@@ -91,9 +91,9 @@ def read_lens(model: str, settings: Mapping[str, Any], image_size: ImageSize) ->
     refuse_other_camera(lens.model if lens else given["name"], lens.image_size if lens else image_size, model,
                         image_size, "calibrated")
     if settings.get("lens_sigma") == "own" and not lens.estimated:
-        raise BadInput("It is not known how well the held lens is known: " + (
-            "that calibration held a lens fast itself." if given.get("covariance") else "it says no covariance."),
-            'Hold a lens from a board, one of a calibration whose own clicks told its lens, or hold it fast '
+        raise BadInput("The uncertainty of the lens is unknown: " + (
+            "that calibration used a fixed lens itself." if given.get("covariance") else "it has no covariance."),
+            "Use a lens from a board, or from a calibration whose own points determined the lens, or fix the lens "
             '(lens_sigma "0").', reason="lens-sigma-unknown")
     return lens
 
@@ -115,7 +115,7 @@ def _lens_covariance(camera: RayCamera, covariance: Mapping[str, Any]) -> tuple[
         if part is None or (np.diag(part) < 0).any():
             raise ValueError
     except (KeyError, TypeError, ValueError, IndexError, OverflowError):
-        raise BadInput("The covariance of the held lens is none.", "Give what Touchline exported as json.",
+        raise BadInput("The covariance of the lens is invalid.", "Send the JSON that Touchline exported.",
                        reason="bad-parameters") from None
     return tuple(names[i] for i in own), part
 

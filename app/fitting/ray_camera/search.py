@@ -173,8 +173,8 @@ def best_start(task: RayFitProblem, starts: list[RayCameraParameters]) -> RayCam
 
 
 def no_camera_error() -> FitFailed:
-    return FitFailed("No camera was found that sees the clicked lines where they were clicked.",
-                     "Check which line each click belongs to, and the region.", reason="no-camera")
+    return FitFailed("No camera position matches the points.",
+                     "Check the line of each point and the covered area.", reason="no-camera")
 
 
 def solve(task: RayFitProblem, start: RayCameraParameters, settings: Mapping[str, Any], *,

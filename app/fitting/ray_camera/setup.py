@@ -44,7 +44,7 @@ def fit_problem(state: RayCameraParameters, problem: ClickResiduals, terms: tupl
     rows = residual_count(problem)
     if rows + len(priors) + (len(gaussian.names) if gaussian else 0) - 1 < free.sum():
         raise FitFailed(f"There are {rows} measurements for {int(free.sum())} unknowns.",
-                        f"Click at least {int(free.sum()) - rows} more points, or choose fewer lens terms.",
+                        f"Mark at least {int(free.sum()) - rows} more points, or choose fewer lens terms.",
                         reason="too-few-points")
     return RayFitProblem(problem, priors, free, names, line_sigma_mm(settings, field), gaussian, usual_line_mm)
 

@@ -44,17 +44,17 @@ class _FittedSpline:
 class ThinPlateFitter(Fitter):
     MODEL: ClassVar[type[CameraModel]] = ThinPlate
     OPTIONS: ClassVar[tuple[Option, ...]] = (
-        Option("base", "choice", "homography", "The model that is bent.", choices=BASES),
-        Option("smoothing", "float", None, "How stiff the spline is; 0 passes through every click. Empty: chosen by "
-               "cross-validation.", (0, 1e4)),
+        Option("base", "choice", "homography", "The base model that the spline corrects.", choices=BASES),
+        Option("smoothing", "float", None,
+               "Stiffness of the spline; 0 passes through every point. Empty: chosen by cross-validation.", (0, 1e4)),
         CLICK_SIGMA,
         *COMMON_OPTIONS,
     )
 
     @classmethod
     def points_needed(cls) -> str:
-        return ("8 points on four lines, two each way, for the model underneath; nine on each border and as many again "
-                "on lines inside the field to bend it.")
+        return ("8 points on four lines, two in each direction, for the base model. For the spline, nine on each "
+                "border and as many again on lines inside the field.")
 
     @classmethod
     def sensitivity(cls, model: ThinPlate) -> Sensitivity:
@@ -78,11 +78,11 @@ class ThinPlateFitter(Fitter):
                                    lambda fraction, message: progress(0.6 * fraction, message))
         base = base_fit.model
         clicks = gather_clicks(flat, field, region, base)
-        progress(0.7, "Bending what is left")
+        progress(0.7, "Fitting the spline")
         reachable = np.isfinite(clicks.base).all(axis=1) & np.isfinite(clicks.stretch).all(axis=(1, 2))
         if reachable.mean() < 1 - MAX_OUTLIER_SHARE or (not settings["robust"] and not reachable.all()):
-            raise FitFailed("Clicks lie beyond the horizon of the model underneath.",
-                            "Check which line each click belongs to, or choose another base.", reason="no-camera")
+            raise FitFailed("Points are beyond the horizon of the base model.",
+                            "Check the line of each point, or choose another base model.", reason="no-camera")
         fine = reachable.copy()
         smoothing = settings["smoothing"]
         if settings["robust"]:
@@ -120,8 +120,9 @@ def _covariance(base_fit: Fit, clicks: Clicks, fitted: _FittedSpline, sigma_px: 
 
 
 def _folding_error() -> FitFailed:
-    return FitFailed("The spline would fold the picture.", "Raise the smoothing, check the clicks for strays, or "
-                     "choose a base that comes nearer.", reason="folds")
+    return FitFailed("The spline folds the image.",
+                     "Increase the smoothing, check the points for outliers, or choose a base model that fits better.",
+                     reason="folds")
 
 
 def _inliers(clicks: Clicks, base: CameraModel, smoothing: float | None) -> Array:
@@ -181,5 +182,6 @@ def _outlier_warning(observations: Observations, i: int, k: int, pixel: Points, 
     place = model.field_from_corrected(model.corrected_from_raw(pixel))
     foot = model.raw_from_corrected(model.corrected_from_field(features[i].nearest(place)))
     far = np.linalg.norm(foot - pixel)
-    where = f"lies {far:.1f} px from where the others see it" if np.isfinite(far) else "lies beyond the field"
+    where = (f"is {far:.1f} px from the position predicted by the "
+             "other points") if np.isfinite(far) else "is beyond the field"
     return outlier_warning(observations, i, k, where)

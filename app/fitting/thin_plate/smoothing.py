@@ -157,8 +157,8 @@ def design(constraints: Constraints) -> tuple[Array, Array]:
 
 
 def _too_few_lines() -> FitFailed:
-    return FitFailed("The clicked lines do not determine how the picture is to be bent.",
-                     "Click points on at least four lines, two in each direction, along their whole length.",
+    return FitFailed("The marked lines do not determine the spline.",
+                     "Mark points on at least four lines, two in each direction, along their whole length.",
                      reason="lines-not-enough")
 
 

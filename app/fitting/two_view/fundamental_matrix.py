@@ -80,7 +80,7 @@ def as_matches(a: Points, b: Points) -> tuple[Points, Points]:
         raise BadInput(f"The first view has {len(a)} points and the second {len(b)}.",
                        "Send matches: as many points in both, in the same order.", reason="bad-matches")
     if len(a) > MAX_MATCHES:
-        raise BadInput(f"{len(a)} matches are more than the {MAX_MATCHES} that are taken.", "Send fewer matches.",
+        raise BadInput(f"{len(a)} matches were sent; at most {MAX_MATCHES} are possible.", "Send fewer matches.",
                        reason="too-many-points")
     return a, b
 
@@ -101,24 +101,27 @@ def _distinct_matches(a: Points, b: Points) -> Array:
 def _refuse_too_few(a: Points, b: Points) -> None:
     """Raise FitFailed for matches that are too few, or all on one line."""
     if len(a) < MIN_MATCHES:
-        raise FitFailed(f"There are {len(a)} different matches; two views need {MIN_MATCHES}.",
+        raise FitFailed(f"There are {len(a)} different matches; two views require {MIN_MATCHES}.",
                         f"Match at least {MIN_MATCHES - len(a)} more points.", reason="too-few-points")
     for points, which in ((a, "first"), (b, "second")):
         spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) / np.sqrt(len(points))
         if spread[-1] < MIN_SPREAD_PX:
-            raise FitFailed(f"The matches lie on one line in the {which} view.",
-                            "Match points all over the part that both views see.", reason="collinear-points")
+            raise FitFailed(f"The matches are on one line in the {which} view.",
+                            "Match points all over the shared area.", reason="collinear-points")
 
 
 def _refuse_chance(found: Consensus, good: Array, a: Points, b: Points) -> None:
     """Raise FitFailed where as many random matches would agree as well."""
     n, k = len(good), int(good.sum())
     if found.sigma_px > MAX_SIGMA_PX:
-        raise FitFailed(f"The matches agree only to {found.sigma_px:.0f} px.", "Check that both pictures show the same "
-                        "scene, and that points are given in pixels of their own picture.", reason="no-consensus")
+        raise FitFailed("The matches agree only within "
+                        f"{found.sigma_px:.0f} px.",
+                        "Check that both images show the same scene, and that points are given in pixels of their own "
+                        "image.",
+                        reason="no-consensus")
     if log_chance(n, k, PARAMETERS, _chance_share(found, a, b)) >= log(CHANCE):
-        raise FitFailed(f"Only {k} of {n} matches agree with each other, no more than chance would give.",
-                        "Check that both pictures show the same scene; match more points, and more carefully.",
+        raise FitFailed(f"Only {k} of {n} matches agree with each other, which is no better than chance.",
+                        "Check that both images show the same scene. Match more points, and more precisely.",
                         reason="no-consensus")
 
 
@@ -151,10 +154,11 @@ def _refuse_plane(found: Consensus, good: Array, a: Points, b: Points) -> None:
     off = off_plane(a[good], b[good], found.sigma_px)
     aside = off + int((~good).sum())
     if off < MIN_OFF_PLANE or log_chance(aside, off, 2, _chance_share(found, a, b)) >= log(CHANCE):
-        raise FitFailed("The matches lie on one plane, or one camera only turned: such matches fit many geometries. "
-                        f"{off} stand off the plane.",
-                        "Match more points that stand off that plane, such as robots' hats or goal posts; for the "
-                        "carpet alone use the agreement in millimetres.", reason="one-plane")
+        raise FitFailed("The matches are on one plane, or one camera only rotated: such matches fit many geometries. "
+                        f"{off} are off the plane.",
+                        "Match more points that are off that plane, such as robot tops or goal posts. For the carpet "
+                        "alone use the agreement in millimetres.",
+                        reason="one-plane")
 
 
 def off_plane(a: Points, b: Points, sigma_px: float) -> int:
@@ -200,5 +204,5 @@ def _refuse_weak(found: Consensus, a: Points, b: Points) -> None:
     length = np.linalg.norm(jacobian, axis=0)
     spread = np.linalg.svd(jacobian / np.where(length > 0, length, 1.0), compute_uv=False)
     if not (np.isfinite(found.fundamental).all() and np.isfinite(spread).all() and spread[-1] > WEAK * spread[0]):
-        raise FitFailed("The matches do not determine how the views lie to each other.",
+        raise FitFailed("The matches do not determine the relative position of the views.",
                         "Match points at more places and more heights.", reason="not-determined")

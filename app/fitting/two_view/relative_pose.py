@@ -65,7 +65,7 @@ def relative_pose(camera_a: RayCamera, camera_b: RayCamera, a: Points, b: Points
     rotation_sigma, direction_sigma = (float(np.degrees(np.sqrt(np.trace(c))))
                                        for c in (covariance[:3, :3], covariance[3:, 3:]))
     if not max(rotation_sigma, direction_sigma) < MAX_SIGMA_DEG:
-        raise FitFailed(f"The matches tell how the cameras stand to each other only to "
+        raise FitFailed("The matches determine the relative pose of the cameras only within "
                         f"{max(rotation_sigma, direction_sigma):.0f}°.",
                         "Match points at more places and more heights.", reason="not-determined")
     good = np.zeros(len(visible), bool)
@@ -90,7 +90,7 @@ def calibrated_epipolar_px(camera_a: RayCamera, camera_b: RayCamera, a: Points, 
     a, b = as_matches(a, b)
     rotation, centre = pose_between(camera_a, camera_b)
     if not np.linalg.norm(centre) > 1.0:  # mm
-        raise FitFailed("Both calibrations have their camera at the same place.", "Compare two different cameras.",
+        raise FitFailed("Both calibrations have the same camera position.", "Compare two different cameras.",
                         reason="no-baseline")
     state = RelativePoseParameters(rotation, centre / np.linalg.norm(centre), camera_a.focal_px, camera_b.focal_px)
     return epipolar_px(state.fundamental(), ideal_px(camera_a, a), ideal_px(camera_b, b))
@@ -152,8 +152,8 @@ def _in_front(fundamental: Array, focal_a: float, focal_b: float, a: Points, b: 
             if share > most:
                 best, most = state, share
     if best is None or most < IN_FRONT_SHARE:
-        raise FitFailed(f"No pose puts the matched points before both cameras ({100 * most:.0f} % at best).",
-                        "Check which picture belongs to which camera, and their lenses.", reason="cheirality")
+        raise FitFailed(f"No pose places the matched points in front of both cameras ({100 * most:.0f} % at best).",
+                        "Check the image and the lens of each camera.", reason="cheirality")
     return best
 
 

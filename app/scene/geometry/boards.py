@@ -42,8 +42,9 @@ class BoardViews(Pyramid):
         except (KeyError, TypeError, ValueError, AttributeError, ZeroDivisionError):
             known, views, quads = False, [], np.empty((0, 4, 3))
         if not known or not len(quads):
-            raise Conflict("This lens does not say how the board was held.", "Lenses that are found from now on do: "
-                           "calibrate it again from its pictures.", reason="no-board-poses")
+            raise Conflict("This lens does not contain the poses of the board.",
+                           "Calibrate the lens again from its images. New calibrations contain the poses of the board.",
+                           reason="no-board-poses")
         return cls(quads, tuple(str(view.get("name", "")) for view in views), half, cells)
 
     @property

@@ -87,12 +87,10 @@ class SceneCamera:
         why_no_frustum, why_cropped = None, None
         if frustum is None:
             why_no_frustum = (
-                f"{self.model.TITLE}: this model bends the picture until the borders are straight and knows of no "
-                "camera. It has no rays, so there is neither a frustum nor a height; its corrected picture lies on the "
-                "field instead.")
+                f"{self.model.TITLE}: this model straightens the borders and does not describe a physical camera. It "
+                "has no frustum and no height; its corrected image is shown on the field instead.")
         elif not frustum.complete:
-            why_cropped = ("Its picture reaches further than a frustum can: the middle "
-                           f"{MAX_FOV_DEG:g}° at most are drawn on it.")
+            why_cropped = (f"The image is wider than a frustum can show: only the middle {MAX_FOV_DEG:g}° are shown.")
         return {"key": self.key, "title": self.title, "version": self.calibration.version,
                 "calibration": self.calibration.id, "snapshot": self.calibration.snapshot,
                 "camera": self.calibration.camera, "model": self.model.TITLE,

@@ -28,7 +28,7 @@ class AravisSource(IndustrialSource):
     """One camera; a thread of the library receives its packets."""
 
     TITLE: ClassVar = "GigE or USB3 Vision camera"
-    HELP: ClassVar = "An industrial camera, GigE or USB3 Vision, through the free library Aravis."
+    HELP: ClassVar = "An industrial camera (GigE or USB3 Vision), through the free library Aravis."
     TARGET: ClassVar = "the camera's serial number, its IP address, or its name in the list"
     OPTIONS: ClassVar = (PIXEL_FORMAT, FPS)
 
@@ -63,13 +63,13 @@ def resolve_target(target: str, library: Aravis) -> tuple[str, str]:
         return target, target
     if is_ip(target):  # asked directly, which reaches cameras beyond the next router as well
         if not responds(target):
-            raise Unavailable(f"No camera answers at {target}.", "Look at its cable and power, and at its address.",
+            raise Unavailable(f"No camera is responding at {target}.", "Check its cable, its power and its address.",
                               reason="camera-off")
         return target, target
     cameras = discover_cameras(library)
     if (found := find_camera(cameras, target)) is not None:
         return found.handle, found.id
-    raise NotFound(f"No camera called {target[:60]!r} answers.", known_cameras(cameras), reason="unknown-device")
+    raise NotFound(f"No camera called {target[:60]!r} is responding.", known_cameras(cameras), reason="unknown-device")
 
 
 class AravisDevice:
@@ -83,10 +83,11 @@ class AravisDevice:
         try:
             self._camera = library.call("camera_new", opened_by.encode())
         except AravisError as error:
-            raise Unavailable("The camera cannot be opened.", f"Look at its cable and power. {_driver_message(error)}",
+            raise Unavailable("The camera cannot be opened.", "Check its cable and its power. "
+                                                              f"{_driver_message(error)}",
                               reason="camera-off") from None
         if not self._camera:
-            raise Unavailable("The camera cannot be opened.", "Look at its cable and power.", reason="camera-off")
+            raise Unavailable("The camera cannot be opened.", "Check its cable and its power.", reason="camera-off")
         self._ip = opened_by if is_ip(opened_by) else ""
         self.nodes = AravisNodes(library, library.call("camera_get_device", self._camera))
         serial, vendor, model = (self._name(what) for what in ("device_serial_number", "vendor_name", "model_name"))
@@ -97,8 +98,8 @@ class AravisDevice:
         try:
             payload = call("camera_get_payload", self._camera)
             if not 0 < payload <= MAX_PAYLOAD:
-                raise Unavailable(f"The camera announces pictures of {payload / 1e6:.0f} MB.",
-                                  "Give it a smaller width and height.", reason="too-large")
+                raise Unavailable(f"The camera reports images of {payload / 1e6:.0f} MB.",
+                                  "Set a smaller width and height.", reason="too-large")
             self._stream = call("camera_create_stream", self._camera, None, None, None)
             if not self._stream:
                 raise AravisError
@@ -106,8 +107,9 @@ class AravisDevice:
                 call("stream_push_buffer", self._stream, call("buffer_new_allocate", payload))
             call("camera_start_acquisition", self._camera)
         except AravisError as error:
-            raise Unavailable("The camera does not start.", "Close the other program that uses it, or wait until it "
-                              f"lets go. {_driver_message(error)}", reason="camera-busy") from None
+            raise Unavailable("The camera does not start.", "Close the other program that uses it, or wait until that "
+                              f"program releases it. {_driver_message(error)}",
+                              reason="camera-busy") from None
 
     def stop(self) -> None:
         if self._stream is None:
@@ -166,4 +168,4 @@ class AravisDevice:
 
 
 def _driver_message(error: AravisError) -> str:
-    return f"Aravis says: {str(error).rstrip('.')}." if str(error) else ""
+    return f"Aravis message: {str(error).rstrip('.')}." if str(error) else ""

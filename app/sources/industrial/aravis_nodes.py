@@ -36,9 +36,9 @@ class AravisNodes:
                 type_name, convert = SETTERS[kind]
                 call(f"device_set_{type_name}_feature_value", device, raw, convert(value))
             else:
-                raise AravisError("it has none")
+                raise AravisError("none")
         except AravisError as error:
-            raise BadInput(f"The camera refuses {name} = {value}.", f"It says: {str(error).rstrip('.')}.",
+            raise BadInput(f"The camera refuses {name} = {value}.", f"Camera message: {str(error).rstrip('.')}.",
                            reason="bad-control") from None
 
     def _kind(self, raw: bytes) -> str | None:

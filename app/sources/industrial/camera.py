@@ -18,8 +18,8 @@ from app.sources.lifecycle import require_open
 READ_S = 1.5  # longer without a picture, and the camera counts as off
 MAX_PAYLOAD = 128 * 1024 * 1024  # bytes of one picture, as a camera announces them before any comes
 
-FPS = Option("fps", "float", None, "Frames a second; as the camera is set if left out.", (0.1, 240))
-PIXEL_FORMAT = Option("pixel_format", "choice", None, "How it sends pixels; the best that both know if left out.",
+FPS = Option("fps", "float", None, "Frames per second. If not set: as set in the camera.", (0.1, 240))
+PIXEL_FORMAT = Option("pixel_format", "choice", None, "Pixel format. If not set: the best format that both support.",
                       choices=tuple(PIXEL_FORMATS))
 
 
@@ -71,10 +71,10 @@ class IndustrialSource(BaseSource):
             if pixels is not None:
                 return Frame(pixels)
         if missing := device.incomplete - missing_before:
-            raise Unavailable(f"The camera sent {missing} pictures in {READ_S:g} s, and parts of each were missing.",
-                              "Give it a network port or USB controller of its own, or lower its frame rate.",
+            raise Unavailable(f"The camera sent {missing} images in {READ_S:g} s, and parts of each were missing.",
+                              "Use a separate network port or USB controller for it, or lower its frame rate.",
                               reason="camera-silent")
-        raise Unavailable(f"The camera sent no picture for {READ_S:g} s.", "Look at its cable and its power.",
+        raise Unavailable(f"The camera sent no image for {READ_S:g} s.", "Check its cable and its power.",
                           reason="camera-silent")
 
     def controls(self) -> tuple[Control, ...]:
@@ -109,7 +109,7 @@ def set_up(nodes: NodeMap, options: Mapping[str, Any]) -> None:
         try:
             write_control(nodes, "frame_rate", options["fps"])
         except (BadInput, NotFound) as refused:
-            raise BadInput(refused.what, f"{refused.fix} Or leave fps out.", reason="bad-option") from None
+            raise BadInput(refused.what, f"{refused.fix} Or remove fps.", reason="bad-option") from None
 
 
 def _set_if(nodes: NodeMap, name: str, entry: str) -> None:
@@ -128,11 +128,11 @@ def _set_pixel_format(nodes: NodeMap, wanted: str | None) -> None:
     else:
         chosen = next((name for name in offered if canonical_name(name) == wanted), None)
     if chosen is None and wanted:
-        raise BadInput(f"The camera does not send {wanted}.",
-                       f"Use one of: {', '.join(canonical_name(n) or n for n in offered)}. Or leave pixel_format out.",
+        raise BadInput(f"The camera does not support {wanted}.",
+                       f"Use one of: {', '.join(canonical_name(n) or n for n in offered)}. Or remove pixel_format.",
                        reason="bad-option")
     if chosen is None:
-        raise Unavailable("The camera sends no kind of pixels that is known here.",
-                          f"Use one that has one of: {', '.join(PIXEL_FORMATS)}.", reason="pixel-format")
+        raise Unavailable("The camera has no supported pixel format.",
+                          f"Use a camera with one of: {', '.join(PIXEL_FORMATS)}.", reason="pixel-format")
     if chosen != node.value:
         nodes.set("PixelFormat", chosen)

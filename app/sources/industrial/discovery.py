@@ -33,7 +33,7 @@ def find_camera(cameras: Sequence[DiscoveredCamera], target: str) -> DiscoveredC
         found = [camera for camera in cameras if getattr(camera, key) == target]
         if len(found) > 1:
             raise BadInput(f"{len(found)} cameras are called {target!r}.",
-                           "Use the longer name that the list of cameras shows.", reason="bad-source")
+                           "Use the longer name from the list of cameras.", reason="bad-source")
         if found:
             return found[0]
     return None
@@ -41,5 +41,5 @@ def find_camera(cameras: Sequence[DiscoveredCamera], target: str) -> DiscoveredC
 
 def known_cameras(cameras: Sequence[DiscoveredCamera]) -> str:
     """List the cameras in a sentence, for an error."""
-    known = ", ".join(camera.serial or camera.id for camera in cameras) or "none now: look at cables and power"
+    known = ", ".join(camera.serial or camera.id for camera in cameras) or "none. Check cables and power"
     return f"Cameras: {known}."

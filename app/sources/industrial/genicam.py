@@ -29,10 +29,10 @@ class GenicamSource(IndustrialSource):
     """One camera; its buffers are announced to the producer once and go round."""
 
     TITLE: ClassVar = "GenICam camera"
-    HELP: ClassVar = "An industrial camera, USB3 or GigE, through the software of its maker (a GenTL producer)."
-    TARGET: ClassVar = "the camera's serial number, its name, or its place in the list, from 0"
+    HELP: ClassVar = "An industrial camera (USB3 or GigE), through its vendor's software (a GenTL producer)."
+    TARGET: ClassVar = "the camera's serial number, its name, or its position in the list, from 0"
     OPTIONS: ClassVar = (
-        Option("producer", "text", "", "Which of the installed producers, by its file's name; all if left out."),
+        Option("producer", "text", "", "File name of the producer. If not set: all installed producers."),
         PIXEL_FORMAT, FPS)
 
     @classmethod
@@ -62,8 +62,9 @@ class HarvestersDevice:
                 self._acquirer = self._harvester.create(camera.handle)
         except self._errors as error:
             self.close()
-            raise Unavailable("The camera cannot be opened.", "Close the other program that uses it, or plug it in "
-                              f"again. Its driver says: {_driver_message(error)}", reason="camera-busy") from None
+            raise Unavailable("The camera cannot be opened.", "Close the other program that uses it, or reconnect it. "
+                              f"Driver message: {_driver_message(error)}",
+                              reason="camera-busy") from None
         except BaseException:
             self.close()
             raise
@@ -76,12 +77,12 @@ class HarvestersDevice:
     def start(self) -> None:
         payload = self.nodes.get("PayloadSize")
         if payload is not None and payload.value > MAX_PAYLOAD:
-            raise Unavailable(f"The camera announces pictures of {payload.value / 1e6:.0f} MB.",
-                              "Give it a smaller width and height.", reason="too-large")
+            raise Unavailable(f"The camera reports images of {payload.value / 1e6:.0f} MB.",
+                              "Set a smaller width and height.", reason="too-large")
         try:
             self._acquirer.start()
         except self._errors as error:
-            raise Unavailable("The camera does not start.", f"Its driver says: {_driver_message(error)}",
+            raise Unavailable("The camera does not start.", f"Driver message: {_driver_message(error)}",
                               reason="camera-busy") from None
 
     def stop(self) -> None:
@@ -164,5 +165,5 @@ def _driver_message(error: Exception) -> str:
 
 
 def _gone(error: Exception) -> Unavailable:
-    return Unavailable("The camera is gone.", f"Look at its cable. Its driver says: {_driver_message(error)}",
+    return Unavailable("The camera is disconnected.", f"Check its cable. Driver message: {_driver_message(error)}",
                        reason="camera-silent")

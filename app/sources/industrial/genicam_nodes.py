@@ -30,7 +30,7 @@ class GenApiNodes:
     def set(self, name: str, value: Any) -> None:
         node = getattr(self._map, name, None)
         if node is None:
-            raise BadInput(f"The camera has no {name}.", "Use another setting.", reason="bad-control")
+            raise BadInput(f"The camera has no setting {name}.", "Use another setting.", reason="bad-control")
         try:
             if isinstance(node, genapi.ICommand):
                 node.execute()
@@ -39,7 +39,7 @@ class GenApiNodes:
         except (genapi.GenericException, TypeError, OverflowError) as error:
             said = " ".join(str(error).split(" : ")[0].split())[:200]  # without where in its own code GenApi says it
             raise BadInput(f"The camera refuses {name} = {value}.",
-                           f"It says: {said.rstrip('.')}." if said else "Use another value.",
+                           f"Camera message: {said.rstrip('.')}." if said else "Use another value.",
                            reason="bad-control") from None
 
 

@@ -16,7 +16,7 @@ from app.sources.industrial.discovery import DiscoveredCamera
 
 LOOK_MS = 500  # how long a producer may look for cameras on each of its networks
 MAX_CAMERAS = 64
-FIX = "Install the camera maker's software, and name its folder in GENICAM_GENTL64_PATH or in the settings."
+FIX = "Install the camera vendor's software, and enter its folder in GENICAM_GENTL64_PATH or in the settings."
 
 # A producer can be opened once in a process. Each live camera has a process of its own.
 _in_use: set[Path] = set()
@@ -59,8 +59,8 @@ def open_harvester(producers: Sequence[Path]) -> Any:
                           "Install it: pip install 'touchline[genicam]'.", reason="no-genicam") from None
     with _lock:
         if taken := _in_use.intersection(producers):
-            raise Unavailable(f"The producer {min(taken).stem} serves another camera of this process.",
-                              "Close that one first.", reason="camera-busy")
+            raise Unavailable(f"The producer {min(taken).stem} is used by another camera of this process.",
+                              "Close that camera first.", reason="camera-busy")
         _in_use.update(producers)
     harvester = Harvester()
     harvester.timeout_for_update = LOOK_MS

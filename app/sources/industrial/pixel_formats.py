@@ -90,7 +90,7 @@ def bgr_from_raw(data: Any, width: int, height: int, code: int, padding: int = 0
     """
     form = _BY_CODE.get(code)
     if form is None:
-        raise Unavailable(f"The camera sends pixels of a kind that is not known here (number {code:#010x}).",
+        raise Unavailable(f"The camera sends an unsupported pixel format (number {code:#010x}).",
                           f"Set it to one of: {', '.join(PIXEL_FORMATS)}.", reason="pixel-format")
     least, most = SIDE_PX
     if not (least <= width <= most and least <= height <= most and padding >= 0):

@@ -14,7 +14,7 @@ MAX_BYTES = 64 * 1024 * 1024  # of a picture; the decoder has its own limit
 def pictures_folder(context: SourceContext) -> Path:
     """Return the only folder that is read; Unavailable where none is set."""
     if context.decode is None or context.pictures is None:
-        raise Unavailable("No folder of pictures is set.", "Name one in the settings.", reason="no-pictures")
+        raise Unavailable("No pictures folder is set.", "Enter it in the settings.", reason="no-pictures")
     return context.pictures
 
 
@@ -34,7 +34,7 @@ def read_bytes(path: Path) -> bytes:
         with path.open("rb") as file:
             return file.read(MAX_BYTES + 1)  # the decoder refuses what is too long
     except OSError:
-        raise Unavailable(f"The picture {path.name!r} cannot be read.", "Look at its permissions.",
+        raise Unavailable(f"The image {path.name!r} cannot be read.", "Check its permissions.",
                           reason="unreadable-file") from None
 
 
@@ -50,5 +50,5 @@ def _within(folder: Path, name: str, is_one: Callable[[Path], bool], kind: str, 
         path = (root / name).resolve(strict=True)
         if path.is_relative_to(root) and is_one(path):
             return path
-    raise NotFound(f"There is no {kind} {name!r} in the pictures folder.", f"{deed} it there, or correct the name.",
+    raise NotFound(f"There is no {kind} {name!r} in the pictures folder.", f"{deed} it there, or check the name.",
                    reason=f"unknown-{kind}")

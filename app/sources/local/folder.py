@@ -17,12 +17,12 @@ MAX_PICTURES = 100_000
 class FolderSource(BaseSource):
     """One picture in memory at a time; the folder is looked through anew in each round. skipped: broken ones so far."""
 
-    TITLE: ClassVar = "Folder of pictures"
-    HELP: ClassVar = "The pictures of a folder in the pictures folder, in the order of their names."
+    TITLE: ClassVar = "Image folder"
+    HELP: ClassVar = "The images of a subfolder of the pictures folder, sorted by name."
     TARGET: ClassVar = "the folder's name"
     OPTIONS: ClassVar = (
-        Option("fps", "float", 5.0, "Frames a second.", (0.1, 240)),
-        Option("loop", "bool", True, "Begin anew after the last picture."),
+        Option("fps", "float", 5.0, "Frames per second.", (0.1, 240)),
+        Option("loop", "bool", True, "Start again after the last image."),
     )
 
     def __init__(self, target: str, options: Mapping[str, Any], context: SourceContext) -> None:
@@ -41,7 +41,7 @@ class FolderSource(BaseSource):
     def read(self) -> Frame:
         frame = next(require_open(self._frames, "folder"), None)
         if frame is None:
-            raise Unavailable("The last picture has been shown.", "Open the folder again, or with loop=true.",
+            raise Unavailable("The last image has been shown.", "Open the folder again, or with loop=true.",
                               reason="source-ended")
         self._pacer.wait(self._fps)
         return frame
@@ -63,8 +63,8 @@ class FolderSource(BaseSource):
                 came = True
                 yield frame
             if not came:
-                raise Unavailable(f"None of the pictures in {self._target!r} can be read. {broken}",
-                                  "Put pictures there.", reason="no-pictures-there")
+                raise Unavailable(f"None of the images in {self._target!r} can be read. {broken}",
+                                  "Add images to the folder.", reason="no-pictures-there")
             if not self._loop:
                 return
 
@@ -77,7 +77,7 @@ class FolderSource(BaseSource):
         except OSError:
             found = []
         if not found or len(found) > MAX_PICTURES:
-            raise Unavailable(f"The folder {self._target!r} holds {len(found) or 'no'} pictures.",
-                              f"Put 1 to {MAX_PICTURES} PNG, JPEG, BMP or WebP files there.",
+            raise Unavailable(f"The folder {self._target!r} contains {len(found) or 'no'} images.",
+                              f"Put 1 to {MAX_PICTURES} PNG, JPEG, BMP or WebP files in it.",
                               reason="no-pictures-there")
         return [str(path.relative_to(root)) for path in sorted(found, key=by_name)]

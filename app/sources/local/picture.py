@@ -13,10 +13,10 @@ from app.sources.local.files import file_within, pictures_folder, read_bytes
 class PictureSource(BaseSource):
     """Decodes the file once and gives it as often as it is asked."""
 
-    TITLE: ClassVar = "Picture"
-    HELP: ClassVar = "A picture file in the pictures folder, as if a camera looked at it."
+    TITLE: ClassVar = "Image file"
+    HELP: ClassVar = "An image file in the pictures folder, shown as a camera."
     TARGET: ClassVar = "the file's name"
-    OPTIONS: ClassVar = (Option("fps", "float", 5.0, "Frames a second.", (0.1, 240)),)
+    OPTIONS: ClassVar = (Option("fps", "float", 5.0, "Frames per second.", (0.1, 240)),)
 
     def __init__(self, frame: Frame, fps: float) -> None:
         self._frame: Frame | None = frame

@@ -29,13 +29,13 @@ class V4l2Source(BaseSource):
     """One device. What was asked for is set in the order that drivers need: format, size, rate."""
 
     TITLE: ClassVar = "Camera on this machine"
-    HELP: ClassVar = "A webcam or a capture card, plugged into the machine on which Touchline runs."
-    TARGET: ClassVar = "its number, or its lasting name under /dev/v4l/by-id or by-path"
+    HELP: ClassVar = "A webcam or a capture card, connected to the machine that runs Touchline."
+    TARGET: ClassVar = "its number, or its permanent name under /dev/v4l/by-id or by-path"
     OPTIONS: ClassVar = (
-        Option("size", "text", "", "Width and height; what the camera begins with if left out.", unit="px"),
-        Option("fps", "float", None, "Frames a second; what the camera begins with if left out.", (0.1, 240)),
-        Option("format", "choice", "auto", "How pixels come: compressed (MJPG) or raw (YUYV); auto takes MJPG from "
-               "1280 × 720 on.", choices=("auto", "MJPG", "YUYV")),
+        Option("size", "text", "", "Width and height. If not set: the camera's default.", unit="px"),
+        Option("fps", "float", None, "Frames per second. If not set: the camera's default.", (0.1, 240)),
+        Option("format", "choice", "auto", "Pixel format: compressed (MJPG) or raw (YUYV). Automatic uses MJPG from "
+                                           "1280 × 720 upwards.", choices=("auto", "MJPG", "YUYV")),
     )
     root: ClassVar[Path] = Path("/")
     opener: ClassVar = staticmethod(lambda node: cv2.VideoCapture(node, cv2.CAP_V4L2))
@@ -74,7 +74,7 @@ class V4l2Source(BaseSource):
                 continue
             with contextlib.suppress(BadImage):  # USB loses a part now and then
                 return self._read_image(data)
-        raise Unavailable("The camera gives no pictures any more.", "Look at its plug and cable.",
+        raise Unavailable("The camera no longer sends images.", "Check its plug and its cable.",
                           reason="camera-silent")
 
     def close(self) -> None:
@@ -119,5 +119,5 @@ def _begin(capture: cv2.VideoCapture, size: tuple[int, int] | None, fps: float |
 def _size(text: str) -> tuple[int, int]:
     found = SIZE.fullmatch(text)
     if not found:
-        raise BadInput(f"{text[:40]!r} is no size.", "Write width x height, such as 1280x720.", reason="bad-option")
+        raise BadInput(f"{text[:40]!r} is not a size.", "Enter width x height, such as 1280x720.", reason="bad-option")
     return int(found[1]), int(found[2])

@@ -104,7 +104,8 @@ def _set_resolution(device: cv2.VideoCapture, value: Any) -> Control:
     device.set(cv2.CAP_PROP_FRAME_HEIGHT, height)
     control = _resolution(device)
     if control.value == before != value:
-        raise BadInput(f"The camera does not take {value}; it stays at {before}.", "Try another size.",
+        raise BadInput(f"The camera does not accept {value}. The resolution is still {before}.",
+                       "Try another resolution.",
                        reason="bad-control")
     return control
 

@@ -50,7 +50,7 @@ def find_device(target: str, root: Path = Path("/")) -> VideoDevice:
     """Find the camera named 0, /dev/video0 or /dev/v4l/by-…/NAME; BadInput for another path, NotFound if it is off."""
     path = f"/dev/video{target}" if re.fullmatch(r"[0-9]{1,3}", target) else target
     if not NAMED.fullmatch(path) or "/../" in path or path.endswith("/.."):
-        raise BadInput("The camera's address names no camera of this machine.",
+        raise BadInput("The address does not name a camera on this machine.",
                        "Use v4l2://0, or v4l2:///dev/v4l/by-id/NAME with a name from that folder.", reason="bad-source")
     known = list_devices(root)
     try:
@@ -61,7 +61,7 @@ def find_device(target: str, root: Path = Path("/")) -> VideoDevice:
         if device.node == node:
             return device
     there = ", ".join(f"{device.address} ({device.model})" for device in known) or "none"
-    raise NotFound(f"There is no camera {target!r} on this machine.", f"Plugged in now: {there}.",
+    raise NotFound(f"There is no camera {target!r} on this machine.", f"Connected cameras: {there}.",
                    reason="unknown-camera")
 
 

@@ -27,13 +27,14 @@ class VideoSource(BaseSource):
     """One decoder at a time; a loop opens the file anew."""
 
     TITLE: ClassVar = "Video file"
-    HELP: ClassVar = "A film in the pictures folder, as if a camera filmed it now."
+    HELP: ClassVar = "A video file in the pictures folder, played as a camera."
     TARGET: ClassVar = "the file's name"
     OPTIONS: ClassVar = (
-        Option("loop", "bool", True, "Begin anew after the last frame."),
-        Option("pace", "choice", "real", "As it was filmed, or as fast as it can be read.", choices=("real", "fast")),
-        Option("start_s", "float", 0.0, "Where in the film to begin.", (0, 1e6), "s"),
-        Option("fps", "float", None, "Frames a second; as it was filmed if left out.", (0.1, 240)),
+        Option("loop", "bool", True, "Start again after the last frame."),
+        Option("pace", "choice", "real", "At the recorded frame rate, or as fast as possible.",
+               choices=("real", "fast")),
+        Option("start_s", "float", 0.0, "Start time in the video.", (0, 1e6), "s"),
+        Option("fps", "float", None, "Frames per second. If not set: as recorded.", (0.1, 240)),
     )
 
     def __init__(self, path: Path, options: Mapping[str, Any]) -> None:
@@ -50,15 +51,15 @@ class VideoSource(BaseSource):
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
         path = file_within(pictures_folder(context), target, "video")
         if not _is_video(path):
-            raise BadInput(f"{target!r} is no film that is read here.", "Use MP4, MOV, AVI, MKV or WebM.",
+            raise BadInput(f"{target!r} is not a supported video.", "Use MP4, MOV, AVI, MKV or WebM.",
                            reason="unknown-video-format")
         opened = cls(path, options)
         opened._begin()
         opened._pending = opened._decoded()
         if opened._pending is None:
             opened.close()
-            raise BadInput(f"The film {target!r} has no frames from {options['start_s']:g} s on.",
-                           "Begin earlier, or convert it to MP4 with H.264.", reason="undecodable-video")
+            raise BadInput(f"The video {target!r} has no frames after {options['start_s']:g} s.",
+                           "Start earlier, or convert it to MP4 with H.264.", reason="undecodable-video")
         return opened
 
     def read(self) -> Frame:
@@ -89,7 +90,7 @@ class VideoSource(BaseSource):
         self.close()
         self._capture = open_capture(str(self._path))
         if self._capture is None:
-            raise BadInput(f"The film {self._path.name!r} cannot be decoded.", "Convert it to MP4 with H.264.",
+            raise BadInput(f"The video {self._path.name!r} cannot be decoded.", "Convert it to MP4 with H.264.",
                            reason="undecodable-video")
         fps = self._options["fps"] or self._capture.get(cv2.CAP_PROP_FPS)
         self._interval_s = 1 / fps if math.isfinite(fps) and 0.1 <= fps <= 1000 else 0.04

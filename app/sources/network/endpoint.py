@@ -31,7 +31,7 @@ METADATA = frozenset(map(ipaddress.ip_address, (  # clouds' services that hand o
 THIS_NETWORK = ipaddress.ip_network("0.0.0.0/8")
 NAT64, V4_COMPATIBLE = ipaddress.ip_network("64:ff9b::/96"), ipaddress.ip_network("::/96")
 NEIGHBOURS = Path("/proc/net/arp")
-FORM = "Write it as {scheme}://user:password@host:port/path; signs such as @ / : # in a password as %40 %2F %3A %23."
+FORM = "Enter it as {scheme}://user:password@host:port/path. Write @ / : # in a password as %40 %2F %3A %23."
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Endpoint:
     @classmethod
     def of(cls, scheme: str, target: str) -> Self:
         """Parse everything between :// and #; BadInput for what leaves any doubt about the host."""
-        wrong = BadInput("The camera's address cannot be read.", FORM.format(scheme=scheme), reason="bad-source")
+        wrong = BadInput("The camera address is not valid.", FORM.format(scheme=scheme), reason="bad-source")
         if "\\" in target or any(c.isspace() for c in target.partition("/")[0]):
             raise wrong  # some programs take a backslash for a slash: then they and we would mean different hosts
         try:
@@ -81,8 +81,8 @@ def connect(endpoint: Endpoint, allowed: Iterable[str], deadline: float) -> sock
     for address in addresses:
         why = why_forbidden(address)
         if why and not is_allowed(endpoint, address, allowed):
-            raise BadInput(f"{endpoint.host} is {why}, where no camera should be.",
-                           "If one is there all the same, name it in the settings under sources: allowed_hosts.",
+            raise BadInput(f"{endpoint.host} is {why}, which is not allowed for cameras.",
+                           "To allow it, add it to the settings under sources: allowed_hosts.",
                            reason="forbidden-host")
     for address in addresses:
         try:
@@ -91,8 +91,8 @@ def connect(endpoint: Endpoint, allowed: Iterable[str], deadline: float) -> sock
             continue
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return line
-    raise Unavailable(f"Nobody answers at {endpoint.authority}.",
-                      "Look whether the camera is on, and whether address and port are right.",
+    raise Unavailable(f"No response from {endpoint.authority}.",
+                      "Check that the camera is switched on, and that address and port are correct.",
                       reason="camera-unreachable")
 
 
@@ -107,7 +107,7 @@ def why_forbidden(address: Address) -> str | None:
     if address.is_link_local or (address.version == 6 and address.is_site_local):
         return "a link-local address"
     if address.is_multicast or address.is_reserved:
-        return "no single machine's address"
+        return "not the address of a single machine"
     return "this machine itself" if _is_ours(address) else None
 
 
@@ -157,7 +157,7 @@ def _resolve(endpoint: Endpoint, deadline: float) -> list[Address]:
         found = None
     addresses = list(dict.fromkeys(ipaddress.ip_address(text.partition("%")[0]) for text in found or ()))
     if not addresses:
-        raise Unavailable(f"The name {endpoint.host} is not known on this network.",
+        raise Unavailable(f"The name {endpoint.host} is unknown on this network.",
                           "Correct it, or use the camera's IP address.", reason="unknown-host")
     return addresses
 

@@ -96,8 +96,9 @@ class HttpConnection:
                 line = context.wrap_socket(line, server_hostname=endpoint.host)
             except ssl.SSLCertVerificationError:
                 line.close()
-                raise Unavailable("The camera's certificate is not one that this machine trusts.",
-                                  "Install its certificate here, or write #trust=any behind the address.",
+                raise Unavailable("This machine does not trust the camera's certificate.",
+                                  "Install the certificate on this machine, or add #trust=any to the end of the "
+                                  "address.",
                                   reason="camera-certificate") from None
             except (OSError, ValueError):
                 line.close()

@@ -29,11 +29,11 @@ class HttpSource(BaseSource):
     """One picture at a time. skipped: parts so far that were no picture."""
 
     TITLE: ClassVar = "Network camera, MJPEG over HTTP"
-    HELP: ClassVar = "A stream of JPEG pictures, or one picture asked for again and again."
+    HELP: ClassVar = "A stream of JPEG images, or a single image that is requested repeatedly."
     TARGET: ClassVar = "user:password@host:port/path"
     OPTIONS: ClassVar = (
-        Option("fps", "float", 5.0, "Frames a second, where the address gives one picture at a time.", (0.1, 240)),
-        Option("trust", "choice", "known", "Whose certificate is taken: only those this machine knows, or any.",
+        Option("fps", "float", 5.0, "Frames per second, if the address returns a single image.", (0.1, 240)),
+        Option("trust", "choice", "known", "Accepted certificates: only those that this machine trusts, or any.",
                choices=("known", "any")),
     )
     SCHEME: ClassVar = "http"
@@ -52,7 +52,7 @@ class HttpSource(BaseSource):
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
         if context.read is None:
-            raise Unavailable("Pictures cannot be decoded here.", "Restart Touchline.", reason="no-decoder")
+            raise Unavailable("Images cannot be decoded.", "Restart Touchline.", reason="no-decoder")
         opened = cls(Endpoint.of(cls.SCHEME, target), options, context)
         try:
             kind = opened._line.request(time.monotonic() + OPEN_S)
@@ -63,8 +63,8 @@ class HttpSource(BaseSource):
         boundary = boundary_of(kind)
         if boundary is None and not kind.lower().startswith("image/"):
             opened.close()
-            raise Unavailable("The address gives neither an MJPEG stream nor a picture.",
-                              "Look in the camera's manual for its MJPEG path.", reason="unknown-stream")
+            raise Unavailable("The address returns neither an MJPEG stream nor an image.",
+                              "See the camera's manual for its MJPEG path.", reason="unknown-stream")
         opened._parts = MultipartParser(boundary) if boundary else None
         opened._answered = True
         return opened
@@ -82,8 +82,8 @@ class HttpSource(BaseSource):
         except Unavailable:
             if self.skipped == before:
                 raise
-        raise Unavailable("What the camera sends are no pictures that are read here.",
-                          "Set it to MJPEG, or look at its network.", reason="bad-pictures")
+        raise Unavailable("The camera sends images in an unsupported format.",
+                          "Set it to MJPEG, or check its network.", reason="bad-pictures")
 
     def close(self) -> None:
         if self._line is not None:
@@ -95,7 +95,7 @@ class HttpSource(BaseSource):
         while not self._waiting:
             some = self._line.read_some(deadline)
             if not some:
-                raise Unavailable("The camera has ended the stream.", "Look whether it is on.", reason="camera-gone")
+                raise Unavailable("The camera ended the stream.", "Check that it is switched on.", reason="camera-gone")
             self._waiting += self._parts.feed(some)
             # Without a stated length the end of a part is marked only when the next one begins, a frame late.
             if not self._waiting and (maybe := self._parts.pending_jpeg()) is not None:

@@ -23,11 +23,11 @@ class RtspSource(BaseSource):
     """Follows a change of size by opening the stream anew, where the codec shows it (rtp_sizes.py)."""
 
     TITLE: ClassVar = "Network camera, RTSP"
-    HELP: ClassVar = "A stream of H.264, H.265 or MJPEG, as most network cameras have it."
+    HELP: ClassVar = "A stream of H.264, H.265 or MJPEG, supported by most network cameras."
     TARGET: ClassVar = "user:password@host:port/path"
     OPTIONS: ClassVar = (
-        Option("open_s", "float", 2.0, "How long the stream may take to open; more for a camera that sends a whole "
-               "picture only every few seconds.", (0.5, 30), "s"),
+        Option("open_s", "float", 2.0, "Time limit for opening the stream. Increase it for a camera that sends a key "
+                                       "frame only every few seconds.", (0.5, 30), "s"),
     )
 
     def __init__(self, endpoint: Endpoint, options: Mapping[str, Any], hosts: tuple[str, ...]) -> None:
@@ -71,5 +71,5 @@ class RtspSource(BaseSource):
         if self._capture is None:
             problem = self._relay.problem
             self.close()
-            raise problem or Unavailable("The camera gives no stream in time.",
-                                         "Look at its path, or give it longer: #open_s=5.", reason="camera-silent")
+            raise problem or Unavailable("The camera did not send a stream in time.",
+                                         "Check its path, or allow more time: #open_s=5.", reason="camera-silent")

@@ -98,7 +98,7 @@ class RtspRelay:
             if self._camera.fileno() in ready:
                 data = self._camera.recv(READ_BYTES)
                 if not data:
-                    raise Unavailable("The camera has ended the connection.", "Look whether it is on.",
+                    raise Unavailable("The camera ended the connection.", "Check that it is switched on.",
                                       reason="camera-gone")
                 self._from_camera += data
                 if self._packets():

@@ -44,7 +44,7 @@ class SimCamera:
         middle = np.array([np.mean(region.x_mm), np.mean(region.y_mm), 0.0])
         ahead = rotation[2]
         if ahead[2] > -0.05:
-            raise BadInput("The simulated camera looks past the field.", "Tilt and pan it by less than 80°.",
+            raise BadInput("The field is outside the view of the simulated camera.", "Use tilt and pan below 80°.",
                            reason="bad-camera")
         place = middle + ahead * (height_mm / ahead[2]) if stand_mm is None else np.array([*stand_mm, height_mm])
         camera = cls(image_size, (1.0, 1.0), (0.0, 0.0), lens, _plain(rotation), tuple(map(float, place)))
@@ -62,8 +62,9 @@ class SimCamera:
         reach = np.abs(self.raw_from_field(edge)).max(axis=0)  # NaN where the lens cannot see a border
         focal = fill * np.array(self.image_size.centre) / np.maximum(reach, 1e-9)
         if not np.isfinite(focal).all():
-            raise BadInput("The simulated camera cannot see the whole region.",
-                           "Set it higher, tilt it less, or give it a milder lens.", reason="bad-camera")
+            raise BadInput("The simulated camera does not cover the whole area.",
+                           "Increase its height, reduce its tilt, or use a lens with less distortion.",
+                           reason="bad-camera")
         return float(focal.min())
 
     @cached_property

@@ -54,8 +54,8 @@ class Settings:
             Control("resolution", "Resolution", "choice", self._text(self.binning), "px", None,
                     tuple(self._text(n) for n in self._binnings)),
             Control("frame_rate", "Frame rate", "float", self.frame_rate, "Hz", RATES_HZ),
-            Control("knock", "Knock the camera: turn it to the side", "float", self.knock_px, "px", KNOCKS_PX),
-            Control("softer", "Turn its lens out of focus", "float", self.softer_px, "px", SOFTER_PX),
+            Control("knock", "Knock the camera: rotate it to the side", "float", self.knock_px, "px", KNOCKS_PX),
+            Control("softer", "Defocus the lens", "float", self.softer_px, "px", SOFTER_PX),
         )
 
     def set(self, name: str, value: Any) -> Control:

@@ -42,50 +42,53 @@ class SimSource(BaseSource):
     """Renders one frame after the other. rendering: everything about the simulated scene."""
 
     TITLE: ClassVar = "Simulated camera"
-    HELP: ClassVar = "A field seen through a real lens model, with robots and a ball; nothing to plug in."
+    HELP: ClassVar = "A simulated field with robots and a ball, imaged with a realistic lens model. No hardware needed."
     TARGET: ClassVar = "the field's name"
     CAN_REST: ClassVar = True  # rendering costs CPU time: no more frames than viewers want
     OPTIONS: ClassVar = (
-        Option("camera", "int", 0, "Which of the cameras above the field this is.", (0, 7)),
-        Option("cameras", "choice", "1", "How many cameras share the field.", choices=tuple(CAMERAS)),
-        Option("region", "text", "", "The region it sees, instead of camera and cameras."),
-        Option("rotate", "choice", None, "How the region stands in the picture; its own turn if left out.", unit="°",
+        Option("camera", "int", 0, "Number of this camera above the field.", (0, 7)),
+        Option("cameras", "choice", "1", "Number of cameras above the field.", choices=tuple(CAMERAS)),
+        Option("region", "text", "", "The covered area, instead of camera and cameras."),
+        Option("rotate", "choice", None, "Rotation of the covered area in the image. If not set: its own.", unit="°",
                choices=("0", "90", "180", "270")),
-        Option("lens", "choice", "strong", "What the lens does to straight lines; each model's name is one as well.",
+        Option("lens", "choice", "strong", "Lens distortion preset. The name of a lens model is also accepted.",
                choices=tuple(LENSES)),
-        *(Option(term, "float", None, f"The lens's term {term}; the preset's if left out.", (-5, 5))
+        *(Option(term, "float", None, f"Lens term {term}. If not set: from the preset.", (-5, 5))
           for term in LENS_TERMS),
-        Option("height", "float", None, "Height above the carpet; 0.7 of the region's diagonal if left out.",
+        Option("height", "float", None, "Height above the carpet. If not set: 0.7 of the diagonal of the covered area.",
                (200, 100_000), "mm"),
-        Option("tilt", "float", 0.0, "How far the camera looks up the picture.", (-60, 60), "°"),
-        Option("pan", "float", 0.0, "How far it looks to the right.", (-60, 60), "°"),
-        Option("roll", "float", 0.0, "How far it is turned about its own axis.", (-180, 180), "°"),
-        Option("fill", "float", 0.9, "How much of the picture the region fills; above 1 it is cut off.", (0.2, 3)),
-        Option("size", "text", "1280x1024", "Width and height of the picture.", unit="px"),
+        Option("tilt", "float", 0.0, "Tilt towards the top of the image.", (-60, 60), "°"),
+        Option("pan", "float", 0.0, "Pan to the right.", (-60, 60), "°"),
+        Option("roll", "float", 0.0, "Rotation about its own axis.", (-180, 180), "°"),
+        Option("fill", "float", 0.9, "Share of the image that the covered area fills. Above 1 it is cut off.",
+               (0.2, 3)),
+        Option("size", "text", "1280x1024", "Width and height of the image.", unit="px"),
         Option("robots", "int", 6, "Robots on the field, both teams.", (0, 32)),
-        Option("speed", "float", None, "How fast robots drive; a tenth of the region's diagonal a second if left out. "
-               "The ball is kicked three times as fast.", (0, 10_000), "mm/s"),
-        Option("numbers", "choice", "counted", "Robots are numbered from 0, or draw their numbers out of 0 to 15.",
+        Option("speed", "float", None, "Speed of the robots. If not set: a tenth of the diagonal of the covered area "
+                                       "per second. The ball is kicked three times as fast.", (0, 10_000), "mm/s"),
+        Option("numbers", "choice", "counted", "Robots are numbered from 0, or get random numbers from 0 to 15.",
                choices=("counted", "drawn")),
-        Option("play", "choice", "region", "Where they play: in the part that this camera sees, or over the whole "
-               "field, the same before all cameras of one seed.", choices=("region", "field")),
-        Option("ball", "bool", False, "Whether a ball rolls also where there are no robots."),
-        Option("people", "int", 0, "People who walk about and hide lines.", (0, 8)),
-        Option("walk", "float", 1200.0, "How fast they walk; at 0 they stand at the edge.", (0, 5000), "mm/s"),
-        Option("noise", "float", 2.0, "Noise of the sensor, standard deviation.", (0, 60), "grey levels"),
-        Option("blur", "float", 0.65, "Blur of lens and pixel, standard deviation.", (0.3, 5), "px"),
+        Option("play", "choice", "region", "Where they play: in the covered area of this camera, or on the whole "
+                                           "field. On the whole field, all cameras with the same seed show the same "
+                                           "play.", choices=("region", "field")),
+        Option("ball", "bool", False, "Show a ball even without robots."),
+        Option("people", "int", 0, "People who walk around and hide lines.", (0, 8)),
+        Option("walk", "float", 1200.0, "Walking speed. At 0 they stand at the edge.", (0, 5000), "mm/s"),
+        Option("noise", "float", 2.0, "Sensor noise, standard deviation.", (0, 60), "grey levels"),
+        Option("blur", "float", 0.65, "Blur of the lens and the pixels, standard deviation.", (0.3, 5), "px"),
         Option("vignette", "float", 0.35, "Darkening towards the corners.", (0, 1)),
-        Option("glare", "float", 0.1, "A lamp mirrored in the carpet.", (0, 1)),
-        Option("light", "float", 1.0, "Brightness of the whole picture.", (0.05, 3)),
-        Option("flicker", "float", 0.0, "How much the lamps flicker, up and down.", (0, 1)),
-        Option("flicker_hz", "float", 100.0, "How often they flicker.", (0.01, 2000), "Hz"),
-        Option("readout", "float", 15.0, "From first row to last; at 0 all are exposed at once.", (0, 1000), "ms"),
-        Option("drift", "float", 0.0, "How much the light comes and goes within a minute.", (0, 0.95)),
+        Option("glare", "float", 0.1, "Reflection of a lamp on the carpet.", (0, 1)),
+        Option("light", "float", 1.0, "Brightness of the whole image.", (0.05, 3)),
+        Option("flicker", "float", 0.0, "Amplitude of the lamp flicker, up and down.", (0, 1)),
+        Option("flicker_hz", "float", 100.0, "Frequency of the lamp flicker.", (0.01, 2000), "Hz"),
+        Option("readout", "float", 15.0, "Rolling shutter, from the first row to the last. At 0 all rows are exposed "
+                                         "at once.", (0, 1000), "ms"),
+        Option("drift", "float", 0.0, "Slow variation of the light within a minute.", (0, 0.95)),
         Option("grain", "float", 1.0, "Texture of the carpet.", (0, 3)),
-        Option("seed", "int", 1, "Another number gives another noise and another play.", (0, 2**31)),
-        Option("fps", "float", 15.0, "Frames a second.", RATES_HZ),
-        Option("timecode", "bool", False, "Whether each picture shows when it was taken, as a row of cells."),
-        Option("serial", "text", "", "The camera's serial number; it has none if left out."),
+        Option("seed", "int", 1, "Seed of the noise and the play.", (0, 2**31)),
+        Option("fps", "float", 15.0, "Frames per second.", RATES_HZ),
+        Option("timecode", "bool", False, "Show the capture time in each image, as a row of cells."),
+        Option("serial", "text", "", "The camera's serial number. If not set: none."),
     )
 
     def __init__(self, rendering: Rendering, fps: float, identity: Identity, with_timecode: bool,
@@ -108,7 +111,8 @@ class SimSource(BaseSource):
         region = _region(field, options)
         serial = options["serial"]
         if len(serial) > 100 or not serial.isprintable():
-            raise BadInput("The option serial is no serial number.", "Use up to 100 letters, digits and signs.",
+            raise BadInput("The option serial is not a serial number.", "Use up to 100 letters, digits and "
+                                                                        "punctuation characters.",
                            reason="bad-option")
         play = Motion(options["robots"], options["people"], options["seed"], options["speed"], options["walk"],
                     options["numbers"] == "drawn", options["ball"])
@@ -186,7 +190,7 @@ def _region(field: Field, options: Mapping[str, Any]) -> Region:
     numbered = CAMERAS[options["cameras"]]
     if not options["region"] and options["camera"] >= len(numbered):
         raise BadInput(f"There is no camera {options['camera']} among {len(numbered)}.",
-                       f"Count from 0 to {len(numbered) - 1}, or say cameras=2, 4 or 8.", reason="bad-option")
+                       f"Use 0 to {len(numbered) - 1}, or set cameras=2, 4 or 8.", reason="bad-option")
     rotate = None if options["rotate"] is None else int(options["rotate"])
     return field.region(options["region"] or numbered[options["camera"]], rotate)
 

@@ -36,7 +36,7 @@ def paint(picture: NDArray[np.uint8], time_ms: int) -> None:
 
 def _cells(time_ms: int) -> list[int]:
     if not 0 <= time_ms < 1 << BITS:
-        raise ValueError(f"{time_ms} ms is no time in {BITS} bits")
+        raise ValueError(f"{time_ms} ms is not a time in {BITS} bits")
     return [*START, *_bits(time_ms, BITS), *_bits(crc(time_ms), CRC_BITS), *END]
 
 

@@ -48,7 +48,7 @@ def automatic_profile(name: str, pixels: Picture, wanted: Sequence[str] = ("oran
         among = _on_hulls(pixels, colours) if colour in _ON_HULLS else None
         found = _mode(sampled[rare], chroma[rare], start) if among is None else _mode(among, features(among), start)
         if found is None:
-            notes.append(f"No {colour} was found: it is taken for what it usually is.")
+            notes.append(f"No {colour} detected. The default {colour} is used.")
         colours[colour] = (found or start,)
     return ColourProfile(name, {c: colours[c] for c in wanted}, background_samples(common, colours), mean_light(pixels),
                          notes=tuple(notes))

@@ -45,7 +45,7 @@ def learn_profile(name: str, clicks: Sequence[tuple[Picture, Mapping[str, Sequen
                                f"Use one of: {', '.join(NAMES)}.", reason="unknown-colour")
             colours.setdefault(colour, []).extend(sample_at(pixels, place) for place in places)
     if not colours:
-        raise BadInput("No colour is clicked.", "Click the ball and each team's colour.", reason="no-colours")
+        raise BadInput("There are no colour samples.", "Click the ball and each team's colour.", reason="no-colours")
     named = {c: tuple(samples) for c, samples in colours.items() if samples}
     pictures = [pixels for pixels, _ in clicks]
     common = [sample for picture in pictures[:4] for sample in clusters(picture)]
@@ -86,7 +86,7 @@ def sample_of(pixels: NDArray[np.uint8]) -> ColourSample:
 
 
 def _outside(place: Sequence[float]) -> BadInput:
-    return BadInput(f"The click at ({place[0]:g}, {place[1]:g}) is not in the picture.", "Click within it.",
+    return BadInput(f"The sample at ({place[0]:g}, {place[1]:g}) is outside the image.", "Click inside the image.",
                     reason="click-outside")
 
 

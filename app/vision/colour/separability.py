@@ -34,9 +34,9 @@ def colour_health(profile: ColourProfile) -> tuple[ColourSeparation, ...]:
         nearest = min(gaps, key=gaps.get, default=None)
         gap = gaps[nearest] if nearest else float("inf")
         level = "good" if gap >= _APART else "close" if gap >= _CLOSE else "mixed"
-        words = {"good": "is well apart from all else.",
-                 "close": f"is close to {nearest}: click both where the light differs.",
-                 "mixed": f"cannot be told from {nearest}: change the light, the white balance or the paper."}[level]
+        words = {"good": "is well separated.",
+                 "close": f"is close to {nearest}. Add samples of both where the light differs.",
+                 "mixed": f"overlaps with {nearest}. Change the light, the white balance or the paper."}[level]
         found.append(ColourSeparation(colour, nearest if np.isfinite(gap) else None, gap, level,
                                       f"{colour.capitalize()} {words}"))
     return tuple(found)

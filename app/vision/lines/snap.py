@@ -70,9 +70,9 @@ class Unsnapped:
 
 REASONS = {
     "no-line": "no line within reach",
-    "one-edge": "only one edge, where a line has two",
+    "one-edge": "only one edge of the line detected",
     "unclear": "no clear line",
-    "off-picture": "outside the picture",
+    "off-picture": "outside the image",
 }
 
 

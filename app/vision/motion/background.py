@@ -28,7 +28,7 @@ class Background:
 
     def __init__(self, shape: tuple[int, ...], frames: int) -> None:
         if len(shape) != 3 or shape[2] != 3 or frames < 1:
-            raise BadInput("A background needs one colour frame or more.", "Add frames (height, width, 3).",
+            raise BadInput("A background needs at least one colour frame.", "Add frames (height, width, 3).",
                            reason="bad-background")
         self._shape = shape
         self._chosen = set(np.linspace(0, frames - 1, min(frames, MAX_FRAMES)).round().astype(int).tolist())
@@ -38,7 +38,7 @@ class Background:
     def add(self, picture: NDArray[np.uint8]) -> None:
         """Take one more frame; what is beyond the announced number is left out."""
         if picture.shape != self._shape:
-            raise BadInput("The frames are not of one size.", "Start again with frames of one size.",
+            raise BadInput("The frames have different sizes.", "Start again with frames of one size.",
                            reason="bad-background")
         if self._added in self._chosen:
             self._chosen_frames[self._count] = picture.reshape(-1)
@@ -69,7 +69,7 @@ class Background:
     @cached_property
     def _found(self) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
         if not self._count:
-            raise BadInput("A background needs a frame.", "Add one or more.", reason="bad-background")
+            raise BadInput("A background needs at least one frame.", "Add a frame.", reason="bad-background")
         self.__dict__.pop("noise", None)
         apart = max(_MIN_APART, int(np.ceil(_NOISES * self.noise)))
         size = self._chosen_frames.shape[1]

@@ -121,10 +121,10 @@ def advice(flicker: Flicker | None) -> list[dict[str, str]]:
            "do not flicker.")
     if flicker.bands_pct > flicker.amplitude_pct:
         bands = f"{flicker.bands:.2g} " if flicker.bands is not None and flicker.bands > 1 else ""
-        text = f"Light flickers{lamp}: {bands}bands of {flicker.bands_pct:.1f} % wander through the picture."
+        text = f"Light flickers{lamp}: {bands}bands of {flicker.bands_pct:.1f} % move through the picture."
         bad = flicker.bands_pct >= MUCH_PCT
     else:
         often = "" if flicker.beat_hz is None else f", {flicker.beat_hz:.1f} times a second in the picture"
-        text = f"Light flickers{lamp}: brightness goes up and down by {flicker.amplitude_pct:.1f} %{often}."
+        text = f"Light flickers{lamp}: the brightness varies by {flicker.amplitude_pct:.1f} %{often}."
         bad = flicker.amplitude_pct >= MUCH_PCT
     return [{"text": text, "fix": fix, "severity": "warning" if bad else "note"}]

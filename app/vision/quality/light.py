@@ -108,19 +108,19 @@ def advice(light: Light) -> list[dict[str, str]]:
     if light.clipped_high >= CLIPPED_HIGH:
         where = [i for i, share in enumerate(light.burnt) if share >= max(0.3 * max(light.burnt), CLIPPED_HIGH)]
         place = zone_names(where)
-        spot = "everywhere" if place == "whole picture" else "at " + place
+        spot = "everywhere" if place == "whole image" else "at " + place
         messages.append(_message(
-            f"Picture overexposed {spot}: {_percent(light.clipped_high)} of it is burnt out.",
-            "Shorten the exposure, lower the gain or close the iris; move a lamp that is mirrored.",
+            f"Image overexposed {spot}: {_percent(light.clipped_high)} of the pixels are saturated.",
+            "Shorten the exposure, lower the gain or close the iris. Move a lamp that causes reflections.",
             light.clipped_high >= MUCH_CLIPPED))
     if light.clipped_low >= CLIPPED_LOW:
         # Beside bright lines, black is most often a black carpet.
-        messages.append(_message(f"Picture underexposed: {_percent(light.clipped_low)} of it is black.",
-                                 "Lengthen the exposure or open the iris; light the field.",
+        messages.append(_message(f"Image underexposed: {_percent(light.clipped_low)} of the pixels are black.",
+                                 "Lengthen the exposure, open the iris, or light the field.",
                                  light.clipped_low >= MUCH_CLIPPED and light.bright < BRIGHT))
     if light.bright < DARK:
-        messages.append(_message(f"Picture dark: the brightest of it is at grey level {light.bright:.0f} of 255.",
-                                 "More light or a longer exposure; gain last, because it adds noise.",
+        messages.append(_message(f"Image dark: the brightest pixels are at grey level {light.bright:.0f} of 255.",
+                                 "Add light or lengthen the exposure. Raise the gain last, because it adds noise.",
                                  light.bright < DARK / 2))
     messages += _unevenness(light)
     return sorted(messages, key=lambda s: s["severity"] != "warning")
@@ -140,7 +140,7 @@ def _unevenness(light: Light) -> list[dict[str, str]]:
     name = zone_names(dim, known)
     return [_message(f"{name[0].upper()}{name[1:]} {'up to ' if len(dim) > 1 else ''}{100 * least:.0f} % darker than "
                      f"the {ZONES[beside]}.",
-                     "Move or add a lamp there; a lens that darkens its corners gets better when its iris is closed a "
+                     "Move or add a lamp there. If the lens darkens the corners, close its iris a "
                      "little.", light.evenness < 0.5)]
 
 

@@ -180,19 +180,21 @@ def advice(sharpness: Sharpness) -> list[dict[str, str]]:
     """Return advice on focus: text, fix, severity ("warning" or "note")."""
     known = {i: w for i, w in enumerate(sharpness.width_px) if w is not None}
     if not known:
-        return [{"text": "No edges to tell the focus by.", "fix": "Point the camera at the field's lines, or light it.",
+        return [{"text": "Focus unknown: no edges detected.", "fix": "Point the camera at the field's lines, or light "
+                                                                     "it.",
                  "severity": "note"}]
     best = sharpness.best_px
     if best > SOFT_PX:
-        return [{"text": f"Whole picture soft: edges are {best:.1f} px wide at best.",
-                 "fix": "Turn the lens's focus ring until this figure is least, then lock it.",
+        return [{"text": f"Whole image soft: the sharpest edges are {best:.1f} px wide.",
+                 "fix": "Turn the focus ring of the lens until this value is smallest, then lock it.",
                  "severity": "warning" if best > VERY_SOFT_PX else "note"}]
     soft = [i for i, w in known.items() if w > WORSE * best and w > SOFT_PX]
     if not soft:
         return []
     worst = max(known[i] for i in soft)
     name = zone_names(soft, known)
-    return [{"text": f"{name[0].upper()}{name[1:]} soft: edges {worst:.1f} px wide, {best:.1f} px where it is sharp.",
-             "fix": "Focus for the middle between near and far, close the iris a little, clean the lens; check that "
-                    "the lens sits straight.",
+    return [{"text": f"{name[0].upper()}{name[1:]} soft: edges {worst:.1f} px wide, {best:.1f} px in the sharpest "
+                     "area.",
+             "fix": "Focus halfway between near and far, close the iris a little, and clean the lens. Check that the "
+                    "lens is mounted straight.",
              "severity": "warning" if worst > VERY_SOFT_PX else "note"}]

@@ -24,7 +24,7 @@ def zone_names(zones: Iterable[int], known: Iterable[int] = range(9)) -> str:
     """Name a set of zones: edge, corners or rim where all its known zones are meant; else one by one."""
     meant, known, names = set(zones), set(known), []
     if meant and meant == known:
-        return "whole picture"
+        return "whole image"
     unsaid = set(meant)
     for name, members in _GROUPS.items():
         present = set(members) & known
@@ -46,6 +46,6 @@ def field_mask(field: NDArray | None, height: int, width: int) -> NDArray[np.boo
         mask = np.zeros((height, width), np.uint8)
         cv2.fillPoly(mask, [np.rint(field).astype(np.int32)], 1)
         return mask > 0
-    raise BadInput("The field's outline does not fit the picture.",
-                   "Give a mask of the picture's size, or a polygon of three corners or more in its pixels.",
+    raise BadInput("The outline of the field does not match the image.",
+                   "Use a mask of the image size, or a polygon of at least three corners in pixels.",
                    reason="bad-outline")

@@ -17,14 +17,15 @@ _SHARP = 40.0  # grey levels a pixel at the rim of a ball in a sharp picture
 class FindBall(Stage):
     NAME: ClassVar = "ball"
     TITLE: ClassVar = "Ball"
-    HELP: ClassVar = "Finds the ball by colour, size and form; its middle is a radius above the carpet."
+    HELP: ClassVar = "Detects the ball by colour, size and shape. Its centre is one radius above the carpet."
     OPTIONS: ClassVar = (
         Option("colour", "choice", "orange", "The ball's colour.", choices=tuple(NAMES)),
-        Option("least_size", "float", 0.25, "A ball's patch is no smaller, of its proper area: part may be hidden.",
+        Option("least_size", "float", 0.25, "Smallest patch of a ball, as a share of its expected area. Part of the "
+                                            "ball may be hidden.",
                (0.01, 1)),
-        Option("most_size", "float", 2.2, "And no larger.", (1, 20)),
-        Option("least_roundness", "float", 0.35, "1 is a disc, 0 a line.", (0, 1)),
-        Option("most", "int", 1, "How many balls are told, the surest first.", (1, 50)),
+        Option("most_size", "float", 2.2, "Largest patch of a ball, as a share of its expected area.", (1, 20)),
+        Option("least_roundness", "float", 0.35, "Lowest roundness. 1 is a disc, 0 a line.", (0, 1)),
+        Option("most", "int", 1, "Number of balls reported, the most certain first.", (1, 50)),
     )
 
     def run(self, state: FrameState) -> FrameState:

@@ -20,12 +20,14 @@ _MAX_BLOBS = 1000  # patches, the largest: no game has more, and noise has no en
 class FindBlobs(Stage):
     NAME: ClassVar = "blobs"
     TITLE: ClassVar = "Blobs"
-    HELP: ClassVar = "Joins pixels of one colour to patches and measures them."
+    HELP: ClassVar = "Joins pixels of one colour into patches and measures them."
     OPTIONS: ClassVar = (
-        Option("least_px", "float", 6.0, "Smaller patches are noise.", (1, 10_000), "px"),
-        Option("least_mm2", "float", 250.0, "Smaller patches are noise, by the calibration.", (0, 1e6), "mm²"),
-        Option("most_mm2", "float", 40_000.0, "Larger patches are none of ours.", (10, 1e8), "mm²"),
-        Option("join_px", "int", 0, "Close gaps of so many pixels between pixels of one colour.", (0, 3), "px"),
+        Option("least_px", "float", 6.0, "Smaller patches are treated as noise.", (1, 10_000), "px"),
+        Option("least_mm2", "float", 250.0, "Smaller patches are treated as noise. The size is computed with the "
+                                            "calibration.", (0, 1e6), "mm²"),
+        Option("most_mm2", "float", 40_000.0, "Larger patches are ignored.", (10, 1e8), "mm²"),
+        Option("join_px", "int", 0, "Gaps up to this many pixels are closed between pixels of one colour.", (0, 3),
+               "px"),
     )
 
     def run(self, state: FrameState) -> FrameState:
@@ -51,8 +53,8 @@ class FindBlobs(Stage):
             return state.labels, ()
         keep = np.arange(256, dtype=np.uint8)
         keep[flooded] = 0
-        notes = tuple(f"The colour {state.colours[i - 1]} covers {100 * thin[i] / thin.sum():.0f} % of the picture "
-                      "and is left out: learn it again." for i in flooded)
+        notes = tuple(f"The colour {state.colours[i - 1]} covers {100 * thin[i] / thin.sum():.0f} % of the image and "
+                      "is ignored. Learn it again." for i in flooded)
         return cv2.LUT(state.labels, keep), notes
 
     def picture(self, state: FrameState) -> Picture:

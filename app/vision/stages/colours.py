@@ -25,9 +25,9 @@ _MAX_GAIN, _MIN_GAIN = 2.5, 0.4  # beyond that, the picture shows something else
 class Colours(Stage):
     NAME: ClassVar = "colours"
     TITLE: ClassVar = "Colours"
-    HELP: ClassVar = "Names each pixel's colour by a lookup table that is learned from a few clicks."
+    HELP: ClassVar = "Classifies the colour of each pixel with a lookup table, learned from a few samples."
     OPTIONS: ClassVar = (
-        Option("everywhere", "names", ("orange", "yellow", "blue"), "Colours that are looked for in all the picture.",
+        Option("everywhere", "names", ("orange", "yellow", "blue"), "Colours that are searched for in the whole image.",
                choices=tuple(NAMES)),
         Option("follow", "bool", True, "Follow slow changes of the light."),
     )

@@ -12,9 +12,10 @@ from app.vision.stages import FrameState, Picture, Stage
 class Edges(Stage):
     NAME: ClassVar = "edges"
     TITLE: ClassVar = "Edges"
-    HELP: ClassVar = "How steep the picture is at each pixel; blobs are weighed by their rims."
+    HELP: ClassVar = "Measures the gradient of the image at each pixel. Blobs are weighted by their edges."
     OPTIONS: ClassVar = (
-        Option("channel", "choice", "all", "Grey only, or the steepest of the three colours.", choices=("grey", "all")),
+        Option("channel", "choice", "all", "Grey only, or the largest gradient of the three colours.",
+               choices=("grey", "all")),
     )
 
     def run(self, state: FrameState) -> FrameState:

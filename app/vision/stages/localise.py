@@ -19,13 +19,16 @@ from app.vision.stages import FrameState, Stage
 class Localise(Stage):
     NAME: ClassVar = "places"
     TITLE: ClassVar = "Places"
-    HELP: ClassVar = "From pixels to field millimetres at each thing's own height, with covariance."
+    HELP: ClassVar = "Converts pixels to field millimetres at the height of each object, with covariance."
     OPTIONS: ClassVar = (
-        Option("robot_sigma_px", "float", 0.05, "How sure a robot's middle is, each way.", (0.01, 5), "px"),
-        Option("blob_sigma_px", "float", 0.1, "How sure a ball's or a patch's middle is, each way.", (0.01, 5), "px"),
-        Option("calibration_sigma_mm", "float", 0.0, "How sure the calibration is on the carpet, each way.", (0, 500),
+        Option("robot_sigma_px", "float", 0.05, "Uncertainty of a robot's centre in each direction.", (0.01, 5), "px"),
+        Option("blob_sigma_px", "float", 0.1, "Uncertainty of the centre of a ball or a patch in each direction.",
+               (0.01, 5), "px"),
+        Option("calibration_sigma_mm", "float", 0.0, "Uncertainty of the calibration on the carpet in each "
+                                                     "direction.", (0, 500),
                "mm"),
-        Option("hat_sigma_mm", "float", 0.0, "And at the height of the robots' tops.", (0, 500), "mm"),
+        Option("hat_sigma_mm", "float", 0.0, "Uncertainty of the calibration at robot-top height in each direction.",
+               (0, 500), "mm"),
     )
 
     def run(self, state: FrameState) -> FrameState:

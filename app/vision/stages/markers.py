@@ -13,12 +13,12 @@ from app.vision.stages import FrameState, Stage
 class Markers(Stage):
     NAME: ClassVar = "markers"
     TITLE: ClassVar = "Team markers"
-    HELP: ClassVar = "Tells each patch of a team's colour with its place."
+    HELP: ClassVar = "Reports each patch of a team's colour with its position."
     OPTIONS: ClassVar = (
         Option("teams", "names", ("yellow", "blue"), "The teams' colours.", choices=tuple(NAMES)),
-        Option("least_mm2", "float", 500.0, "Smaller patches are none.", (0, 1e6), "mm²"),
-        Option("most_mm2", "float", 8000.0, "Larger ones neither.", (10, 1e6), "mm²"),
-        Option("least_roundness", "float", 0.15, "1 is a disc or a square, 0 a line.", (0, 1)),
+        Option("least_mm2", "float", 500.0, "Smaller patches are ignored.", (0, 1e6), "mm²"),
+        Option("most_mm2", "float", 8000.0, "Larger patches are ignored.", (10, 1e6), "mm²"),
+        Option("least_roundness", "float", 0.15, "Lowest roundness. 1 is a disc or a square, 0 a line.", (0, 1)),
     )
 
     def run(self, state: FrameState) -> FrameState:

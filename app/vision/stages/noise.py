@@ -15,12 +15,13 @@ class NoiseReduction(Stage):
 
     NAME: ClassVar = "noise"
     TITLE: ClassVar = "Noise reduction"
-    HELP: ClassVar = "Takes the grain out of the picture before colours are told."
+    HELP: ClassVar = "Reduces image noise before colour classification."
     OPTIONS: ClassVar = (
-        Option("method", "choice", "none", "How: not at all, the median of 3 × 3, bilateral, or over time.",
+        Option("method", "choice", "none", "Method: none, the median of 3 × 3, bilateral, or over time.",
                choices=("none", "median", "bilateral", "temporal")),
-        Option("strength", "float", 0.6, "Over time: how much of the past is kept.", (0, 0.95)),
-        Option("still", "float", 18.0, "Over time: what changes by more is moving and is taken as it is.", (1, 255),
+        Option("strength", "float", 0.6, "Over time: weight of the past frames.", (0, 0.95)),
+        Option("still", "float", 18.0, "Over time: pixels that change by more are treated as moving and are not "
+                                       "filtered.", (1, 255),
                "grey levels"),
     )
 

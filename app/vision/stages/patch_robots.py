@@ -21,16 +21,19 @@ _TURNED_RAD = 0.012  # a tenth of a pixel at each end of a tag of a dozen pixels
 class PatchRobots(Stage):
     NAME: ClassVar = "tags"
     TITLE: ClassVar = "Two-colour tags"
-    HELP: ClassVar = "Finds small robots by a team's patch and the robot's own colours beside it."
+    HELP: ClassVar = "Detects small robots by a team's patch and the robot's own colours next to it."
     OPTIONS: ClassVar = (
         Option("teams", "names", ("yellow", "blue"), "The teams' colours.", choices=tuple(NAMES)),
-        Option("numbers", "names", ("green", "pink", "cyan", "purple", "red"), "Own colours in the order of the "
-               "numbers from 0; with two own patches, the number is first · count + second.", choices=OWN),
-        Option("patches", "choice", "1", "How many patches of its own a robot has.", choices=("1", "2")),
-        Option("apart_mm", "float", 37.0, "From the middle of the team's patch to the middle of its own.", (5, 200),
+        Option("numbers", "names", ("green", "pink", "cyan", "purple", "red"),
+               "The robot's own colours in the order of the numbers from 0. With two own patches, the number is first "
+               "· count + second.", choices=OWN),
+        Option("patches", "choice", "1", "Number of patches of its own that a robot has.", choices=("1", "2")),
+        Option("apart_mm", "float", 37.0, "Distance from the centre of the team's patch to the centre of the robot's "
+                                          "own patch.", (5, 200),
                "mm"),
-        Option("slack", "float", 0.45, "How far from that it may be, as a share.", (0.05, 1)),
-        Option("front_deg", "float", 90.0, "The front, counter-clockwise from the way to its own patch.", (-180, 180),
+        Option("slack", "float", 0.45, "Tolerance of that distance, as a share.", (0.05, 1)),
+        Option("front_deg", "float", 90.0, "Direction of the front, counter-clockwise from the direction to the "
+                                           "robot's own patch.", (-180, 180),
                "°"),
     )
 

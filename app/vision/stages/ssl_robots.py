@@ -27,12 +27,14 @@ _MAX_ROBOTS = 64
 class SslRobots(Stage):
     NAME: ClassVar = "butterfly"
     TITLE: ClassVar = "Butterfly patterns"
-    HELP: ClassVar = "Finds robots by the Small Size League's five dots, with number and front."
+    HELP: ClassVar = "Detects robots by the five dots of the Small Size League, with number and orientation."
     OPTIONS: ClassVar = (
-        Option("least_size", "float", 0.3, "A team's dot is no smaller, of its proper area.", (0.05, 1)),
-        Option("most_size", "float", 2.0, "And no larger.", (1, 10)),
-        Option("rest_mm", "float", 9.0, "How far dots may be from where they belong, rms.", (1, 40), "mm"),
-        Option("sure", "float", 0.25, "A dot is told to be pink or green if one outweighs the other by this share.",
+        Option("least_size", "float", 0.3, "Smallest area of a team's dot, as a share of its expected area.",
+               (0.05, 1)),
+        Option("most_size", "float", 2.0, "Largest area of a team's dot, as a share of its expected area.", (1, 10)),
+        Option("rest_mm", "float", 9.0, "Largest distance of the dots from their expected positions, rms.", (1, 40),
+               "mm"),
+        Option("sure", "float", 0.25, "A dot is classified as pink or green if one exceeds the other by this share.",
                (0, 1)),
     )
 

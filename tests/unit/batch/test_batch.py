@@ -38,7 +38,7 @@ def table(path):
 def test_every_picture_is_calibrated_from_the_clicks_beside_it_as_calibrate_does_it(touchline, archive, tmp_path):
     code, out, err = batch(touchline, archive, *BROWN, "-o", "table.json")
     assert (code, err) == (0, "")
-    assert re.fullmatch(r"3 pictures: (\d (good|fair)(, )?)+\.\nWritten to table\.json\.\n", out), out
+    assert re.fullmatch(r"3 images: (\d (good|fair)(, )?)+\.\nSaved as table\.json\.\n", out), out
     rows = table(tmp_path / "table.json")
     assert list(rows) == ["north-1.png", "north-2.png", "north-3.png"]
     for name, row in rows.items():
@@ -71,11 +71,11 @@ def test_a_broken_picture_is_a_row_with_its_problem_and_cure_and_stops_nobody(to
     (archive / "folder.png").mkdir()
     (archive / "notes.txt").write_text("no picture and not called one")
     code, out, err = batch(touchline, archive, *BROWN, "-o", "table.csv")
-    assert (code, err) == (1, "") and re.match(r"12 pictures: .*, 9 failed\.\n", out), out
+    assert (code, err) == (1, "") and re.match(r"12 images: .*, 9 failed\.\n", out), out
     rows = table(tmp_path / "table.csv")
-    said = {"cut.png": "too early", "spoilt.png": "decoded", "empty.jpg": "empty",
+    said = {"cut.png": "incomplete", "spoilt.png": "decoded", "empty.jpg": "empty",
             "text.bmp": "not an image", "gone.png": "cannot be read",
-            "small.png": "320 × 240", "unclicked.png": "no clicks", "misclicked.png": "NaN", "elsewhere.png": "no-such"}
+            "small.png": "320 × 240", "unclicked.png": "no points", "misclicked.png": "NaN", "elsewhere.png": "no-such"}
     for name, words in said.items():
         assert rows[name]["verdict"] == "failed" and words in rows[name]["problem"], rows[name]
         assert rows[name]["fix"] and rows[name]["rms_mm"] is None and f"{name}: {rows[name]['problem']}" in out
@@ -130,7 +130,7 @@ def test_clicks_that_are_not_the_calibrations_are_told(touchline, archive, tmp_p
     assert batch(touchline, archive, "-c", "cal.json", "-o", "table.json")[0] == 1
     rows = list(table(tmp_path / "table.json").values())
     assert "half-left" in rows[0]["problem"] and "640 × 480" in rows[1]["problem"]
-    assert rows[2]["verdict"] == "poor" and "1 of 45 clicks" in rows[2]["warnings"][0]
+    assert rows[2]["verdict"] == "poor" and "1 of 45 points" in rows[2]["warnings"][0]
 
 
 def test_one_file_or_a_folder_of_clicks_serves_all(touchline, archive, tmp_path):

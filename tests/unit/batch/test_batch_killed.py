@@ -126,9 +126,9 @@ def test_ctrl_c_ends_cleanly_with_the_table_so_far_and_a_bar_only_on_a_terminal(
         os.close(ours)
     said = said or told.read_bytes()
     assert len(rows(table)) == BEFORE_IT_WAITS and below and all(gone(pid) for pid in below)
-    last = f"Stopped after {BEFORE_IT_WAITS} of {PICTURES} pictures. --resume goes on."
+    last = f"Stopped after {BEFORE_IT_WAITS} of {PICTURES} images. Continue with --resume."
     assert last in said.decode() and b"Traceback" not in said
-    assert (f" of {PICTURES} pictures \x1b" in said.decode()) == on_a_terminal
+    assert (f" of {PICTURES} images \x1b" in said.decode()) == on_a_terminal
     if not on_a_terminal:
         assert said.decode() == last + "\n"
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
@@ -161,5 +161,5 @@ def test_a_cluster_that_is_not_there_ends_the_run_and_no_picture_is_blamed(archi
     monkeypatch.setattr(cluster_client, "CONNECT_S", 0.2)
     table = tmp_path / "table.json"
     code, _, told = touchline(*words_for(archive, table, "--engine", "dask://127.0.0.1:9"))
-    assert code == 3 and "does not answer" in told and "fix: " in told
+    assert code == 3 and "is not responding" in told and "fix: " in told
     assert json.loads(table.read_text())["rows"] == []

@@ -228,7 +228,7 @@ def test_four_borders_that_form_no_rectangle_are_refused():
     full = {key: form["regions"]["full"][key] for key in BORDERS}
     full["left"]["from"] = [-1300, 700]
     form["regions"] = {"full": full}
-    with pytest.raises(BadInput, match="no rectangle"):
+    with pytest.raises(BadInput, match="do not form an upright rectangle"):
         field_from_json(form)
 
 

@@ -12,7 +12,7 @@ from app.core.text_format import format_number, format_with_sigma, sentence
 @pytest.mark.parametrize("value, text", [
     (0.0, "0"), (0.26431, "0.26"), (1.5, "1.5"), (2.0, "2"), (9.97, "10"), (12.4, "12"), (124.4, "124"),
     (1534.0, "1534"), (-6.4e-05, "−0.000064"), (-3.14e-8, "−3.1 × 10⁻⁸"), (4.2e7, "4.2 × 10⁷"), (-0.0, "0"),
-    (5e-324, "4.9 × 10⁻³²⁴"), (float("nan"), "not known"), (float("inf"), "not known")])
+    (5e-324, "4.9 × 10⁻³²⁴"), (float("nan"), "unknown"), (float("inf"), "unknown")])
 def test_a_number_is_printed_as_people_write_it(value, text):
     assert format_number(value) == text
 

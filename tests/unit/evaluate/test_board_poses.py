@@ -82,7 +82,7 @@ def test_a_glimpse_finds_the_board_in_the_pictures_own_pixels():
 def test_a_view_is_taken_when_it_is_still_and_new_and_not_before():
     watched, one = BoardCapture(BOARD, SIZE), pose("facing the camera").quad
     assert watched.update(None, 0.0)["hint"].startswith("No board")
-    assert watched.update(one, 0.1) == {"still": False, "new": True, "hint": "Hold it still."}
+    assert watched.update(one, 0.1) == {"still": False, "new": True, "hint": "Hold the board still."}
     assert not watched.update(one + 30, STILL_S)["still"]  # it has moved
     assert not watched.update(one + 30, STILL_S + 0.2)["still"]
     assert watched.update(one + 30.5, 2 * STILL_S) == {"still": True, "new": True, "hint": ""}

@@ -129,7 +129,7 @@ def test_left_out_views_stand_in_the_report_with_their_reason():
     views[2] = views[2].only(np.arange(100) < 3)
     report = calibrate_board(views, BOARD, SIZE)["report"]
     assert report["views"][2] == {"name": "view 3", "corners": 3, "used": False, "reason": "too-few-corners",
-                                  "text": "View 3 shows 3 corners; 6 are the least."}
+                                  "text": "View 3 has 3 corners; at least 6 are required."}
     assert "view-left-out" in reasons(report)
     assert [v["used"] for v in report["views"]].count(True) == 7
 

@@ -217,8 +217,8 @@ def test_an_alarm_is_worded_anew_only_when_it_has_become_another():
 
 
 def test_words_say_no_noughts():
-    assert sentence("steady", seen(0.004)) == "Steady, under 0.01 px (under 0.1 mm)."
-    assert sentence("steady", seen(0.021)) == "Steady, 0.02 px (0.1 mm)."
+    assert sentence("steady", seen(0.004)) == "No movement detected (under 0.01 px, under 0.1 mm)."
+    assert sentence("steady", seen(0.021)) == "No movement detected (0.02 px, 0.1 mm)."
 
 
 def test_strays_have_no_say_in_the_motion(half_model):

@@ -107,7 +107,7 @@ def test_borders_alone_say_nothing_of_the_inside_and_a_lens_on_the_same_points_d
     assert found.report["verdict"]["mm"] == pytest.approx(true_mm, rel=0.15)
     assert "same points" in found.report["verdict"]["sentence"]
     told = {w["reason"]: w["fix"] for w in found.report["warnings"]}
-    assert set(told) == {"inside-not-checked", "another-lens"} and "Click" in told["inside-not-checked"]
+    assert set(told) == {"inside-not-checked", "another-lens"} and "Add a few points" in told["inside-not-checked"]
 
 
 def test_borders_alone_are_unknown_inside_where_no_lens_contradicts():
@@ -231,7 +231,7 @@ def test_a_model_that_a_freer_lens_contradicts_is_not_good(model):
     told = {w["reason"]: w for w in rigid.report["warnings"]}
     assert rms_mm(field_from_raw(rigid.model, raw), truth) > 7.5 > rms_mm(field_from_raw(freer.model, raw), truth)
     assert rigid.report["verdict"]["level"] in ("fair", "poor") and freer.report["verdict"]["level"] == "good"
-    assert "Use " in told["another-lens"]["fix"] and "elsewhere" in told["another-lens"]["text"]
+    assert "Use " in told["another-lens"]["fix"] and "places the field" in told["another-lens"]["text"]
     for other in (freer, dragged):  # nothing freer is asked; nothing is asked while a point is dragged
         assert "another-lens" not in {w["reason"] for w in other.report["warnings"]}
 

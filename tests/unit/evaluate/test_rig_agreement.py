@@ -117,7 +117,7 @@ def test_which_camera_it_was_is_told_by_the_fields_own_lines(models):
             for m in models]
     found = judged(a, knocked(b), from_clicks(a, seen[0], regions[0], knocked(b), seen[1], regions[1], FIELD))
     assert found["own_mm"]["a"] < 0.1 and found["own_mm"]["b"] > 15
-    assert "It is South" in of_pair("North", "South", found, "clicks")["fix"]
+    assert "The error is in South" in of_pair("North", "South", found, "clicks")["fix"]
 
 
 def test_what_is_seen_by_nobody_or_tells_nothing_is_refused(models):

@@ -131,7 +131,7 @@ def test_random_corners_are_refused_and_never_hang(tries):
 
 
 def test_a_model_without_a_lens_is_refused():
-    with pytest.raises(BadInput, match="no lens"):
+    with pytest.raises(BadInput, match="cannot calibrate the lens"):
         board_model("polynomial")
 
 

@@ -62,12 +62,12 @@ def agreement(offsets):
 
 @pytest.mark.parametrize("offsets, covered, level, cure", [
     ([[1, 0]] * 8, 0.9, "good", ""),
-    ([[1, 0]] * 8, 0.1, "good", "Match more"),
-    ([[30, 5]] * 8, 0.9, "poor", "one shift by (30, 5) mm"),
-    ([[1, 0]] * 8 + [[90, 0]], 0.9, "fair", "Look at the worst, at (800, 0) mm"),
-    ([[40, 0]] * 8 + [[900, 0]], 0.9, "poor", "Look at the worst"),
-    ([[9, 0], [-9, 0], [0, 9], [0, -9], [7, 7]], 0.9, "fair", "click lines inside"),
-    ([[40, 0], [41, 0]], 0.9, "poor", "Check these few"),
+    ([[1, 0]] * 8, 0.1, "good", "Add matches all over the shared area"),
+    ([[30, 5]] * 8, 0.9, "poor", "mainly a shift of (30, 5) mm"),
+    ([[1, 0]] * 8 + [[90, 0]], 0.9, "fair", "Check the largest difference, at (800, 0) mm"),
+    ([[40, 0]] * 8 + [[900, 0]], 0.9, "poor", "Check the largest difference"),
+    ([[9, 0], [-9, 0], [0, 9], [0, -9], [7, 7]], 0.9, "fair", "add points on lines inside"),
+    ([[40, 0], [41, 0]], 0.9, "poor", "Check these matches and their heights"),
 ])
 def test_each_kind_of_disagreement_has_its_own_cure(offsets, covered, level, cure):
     told = of_agreement(agreement(offsets), covered)
@@ -77,15 +77,15 @@ def test_each_kind_of_disagreement_has_its_own_cure(offsets, covered, level, cur
 def test_mistakes_among_matches_are_named_as_the_operator_counts_them():
     good = np.ones(30, bool)
     assert of_fundamental(np.full(30, 0.3), good, np.arange(30)) == {
-        "level": "good", "sentence": "30 of 30 matches agree with one geometry, to 0.30 px.", "fix": ""}
+        "level": "good", "sentence": "30 of 30 matches agree with one geometry, within 0.30 px.", "fix": ""}
     good[[4, 11]] = False
     told = of_fundamental(np.full(30, 0.3), good, np.arange(30))
     assert told["level"] == "fair" and told["sentence"].endswith("Matches 5 and 12 do not.")
-    assert "so few" in of_fundamental(np.full(12, 0.3), np.ones(12, bool), np.arange(12))["fix"]
+    assert "too few" in of_fundamental(np.full(12, 0.3), np.ones(12, bool), np.arange(12))["fix"]
 
 
 def test_a_turned_camera_and_a_single_mistake_are_told_apart():
     assert of_calibrated(np.full(9, 0.4), np.arange(9))["level"] == "good"
-    assert "turned or moved" in of_calibrated(np.array([8.0, 9, 7, np.nan, 8]), np.arange(5))["fix"]
-    assert of_calibrated(np.array([0.4, 0.5, 40.0, 0.3, np.nan]), np.arange(5) + 4)["fix"].startswith("Look at match 7")
+    assert "camera was moved" in of_calibrated(np.array([8.0, 9, 7, np.nan, 8]), np.arange(5))["fix"]
+    assert of_calibrated(np.array([0.4, 0.5, 40.0, 0.3, np.nan]), np.arange(5) + 4)["fix"].startswith("Check match 7")
     assert of_pose(0.5, 0.05)["level"] == "poor" and of_pose(0.5, 0.4)["level"] == "good"

@@ -149,7 +149,7 @@ def test_clicks_in_one_corner_do_not_tell_where_the_far_corner_is():
     for name, start, end in near:
         places = raw_from_field(TILTED, np.linspace(start, end, 6)) + rng.normal(0, NOISE_PX, (6, 2))
         observations.append(Observation(name, "line", places))
-    with pytest.raises(FitFailed, match=r"corner may lie anywhere within [0-9.e+]+ mm") as refusal:
+    with pytest.raises(FitFailed, match=r"corner is uncertain by [0-9.e+]+ mm") as refusal:
         HomographyFitter.fit(tuple(observations), FIELD, FULL, SIZE)
     assert refusal.value.reason == "lines-not-enough"
 

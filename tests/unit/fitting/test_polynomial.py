@@ -133,7 +133,7 @@ def test_a_stray_click_is_named_and_left_out(border, index):
     fitted = fit(observations)
     strays = [(w.feature, w.index) for w in fitted.warnings if w.reason == "stray-click"]
     assert strays == [(border, index)]
-    assert "px off the curve" in fitted.warnings[0].text and "remove" in fitted.warnings[0].fix
+    assert "px from the curve" in fitted.warnings[0].text and "remove" in fitted.warnings[0].fix
     assert sum((~fine).sum() for fine in fitted.inliers) == 1
 
 
@@ -208,7 +208,7 @@ def test_a_relation_of_higher_degree_needs_known_points():
 def test_each_border_may_have_its_own_degree():
     fitted = fit(clicks(), degree={"left": 1, "top": 3})
     assert fitted.model.left.degree == 1 and fitted.model.top.degree == 3
-    assert fitted.notes["degree"]["left"]["reason"] == "Chosen by you."
+    assert fitted.notes["degree"]["left"]["reason"] == "Chosen by the user."
     with pytest.raises(BadInput, match="middle"):
         fit(clicks(), degree={"middle": 2})
 

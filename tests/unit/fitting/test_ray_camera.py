@@ -73,7 +73,7 @@ def test_straight_down_without_a_height_there_is_always_a_warning(lens, seed):
     fit = fitted(reference_camera(lens, 0), seed, tape=False)
     warnings = observability_warnings(fit, REGION)
     assert [w.reason for w in warnings] == ["height-unknown"]
-    assert "Tape" in warnings[0].fix and "mm" in warnings[0].fix
+    assert "enter the camera height" in warnings[0].fix and "mm" in warnings[0].fix
     weak = weakest_direction(fit, REGION)
     assert {"focal length", "height"} <= set(weak.parts)
     assert weak.taped_hat_mm < 7 < 14 < weak.hat_mm
@@ -315,7 +315,7 @@ def test_hat_height_is_the_fields_own_everywhere_it_is_judged(hat_mm):
     assert made.report["sigma_mm"]["hat"]["z_mm"] == made.report["next_click"]["z_mm"] == hat_mm
     assert made.report["sigma_mm"]["hat"]["rms"] == expected_error(made.fit, REGION, hat_mm).rms
     (told,) = [w["text"] for w in made.report["warnings"] if w["reason"] == "height-unknown"]
-    assert f"at hat height ({hat_mm:g} mm)" in told
+    assert f"at robot-top height ({hat_mm:g} mm)" in told
     assert weakest_direction(made.fit, REGION, hat_mm).hat_mm == expected_error(made.fit, REGION, hat_mm).rms
     ranked = model_choice.compare(observations, field, REGION, SIZE, ("division", "homography")).ranking
     by_name = {row["model"]: row for row in ranked["ranking"]}
@@ -324,7 +324,7 @@ def test_hat_height_is_the_fields_own_everywhere_it_is_judged(hat_mm):
     marks = landmark_observations(*known_grid(straight, REGION, 5, 5), 0.1)
     clicks = (*border_observations(straight, REGION, 9, 0.1), *marks)
     flat = calibration.calibrate(clicks, field, REGION, SIZE, "homography")
-    assert f"{hat_mm:g} mm up" in flat.report["verdict"]["sentence"]
+    assert f"Robot tops ({hat_mm:g} mm)" in flat.report["verdict"]["sentence"]
 
 
 @rounds("seeds", 5, 16)

@@ -294,7 +294,7 @@ def test_borders_alone_are_told_to_be_a_guess_and_the_next_click_is_inside():
     made = calibration.calibrate(clicks(TILTED, inside=()), FIELD, FULL, SIZE, "thin-plate")
     assert made.report["verdict"]["level"] == "poor"  # a lens on the same points bends the inside otherwise
     (said,) = observability_warnings(made.fit, FULL)
-    assert "bends between" in said.text and "hat height" not in said.text
+    assert "distortion between" in said.text and "robot-top height" not in said.text
     following = made.report["next_click"]
     assert following["feature"].startswith("at-") or following["feature"] == "circle"
     assert following["worst_mm_then"] < 0.9 * following["worst_mm"]

@@ -121,7 +121,7 @@ def test_the_nearest_that_a_format_can_hold_errs_by_what_it_says(format, name, i
     else:
         assert made.loss.hat_worst_mm is None
     if format not in ("ssl-vision", "photonvision"):
-        assert f"at worst {made.loss.worst_mm:.3f} mm off" in made.data.decode()
+        assert f"largest error {made.loss.worst_mm:.3f} mm" in made.data.decode()
 
 
 def _pixels(model):

@@ -71,5 +71,5 @@ def test_what_is_out_of_reach_is_no_number():
 
 @pytest.mark.parametrize("counts", [(1, 2), (2, MAX_NODES + 1)])
 def test_a_mesh_that_is_none_is_refused(counts):
-    with pytest.raises(BadInput, match="cannot be made"):
+    with pytest.raises(BadInput, match="is not possible"):
         correction_mesh(example("polynomial", 0), 0, *counts)

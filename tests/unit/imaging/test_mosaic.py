@@ -64,7 +64,7 @@ def test_what_nobody_sees_is_said_with_its_place(rig):
     made, names = stitcher_of(rig, ("cam0",), VIEW)
     told = made.unseen_summary()
     assert names == ["cam0"] and 0.1 < told["share"] < 0.5 and told["where"]["x"][1] > 4400
-    assert told["m2"] == pytest.approx(54 * told["share"]) and "no camera" in told["words"]
+    assert told["m2"] == pytest.approx(54 * told["share"]) and "not covered by any camera" in told["words"]
     with pytest.raises(FitFailed):
         Stitcher.of([], VIEW)
 

@@ -82,7 +82,7 @@ def test_two_senders_are_told_apart_and_the_newest_whole_packet_of_each_is_kept(
     one, other = (listener.get(f"127.0.0.1-{port}") for port in (port_a, port_b))
     assert (one.data, other.data) == (GOOD, packet(2))
     assert (one.packets, one.geometries, one.refused) == (3, 2, 1) and other.refused == 0
-    assert one.source == Sender.OTHER and "ends in the middle" in one.why
+    assert one.source == Sender.OTHER and "ends within" in one.why
 
 
 @pytest.mark.parametrize("kind", WRONG)

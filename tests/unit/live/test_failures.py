@@ -130,7 +130,7 @@ def test_a_failure_that_is_over_is_said_no_more_and_none_is_none():
 
 def test_the_log_tells_of_failures_at_once_and_then_ever_more_seldom(caplog):
     camera = LiveCamera("north", spec(SIM))
-    newest = {"what": "A picture is not drawn", "error": "MemoryError", "is_recent": True}
+    newest = {"what": "A picture could not be encoded", "error": "MemoryError", "is_recent": True}
     with caplog.at_level(logging.WARNING, "touchline"):
         for count in (0, *range(1, 100), 0, 1):  # the last two are another process's
             camera._log_failures({"count": count, "newest": newest if count else None})

@@ -107,7 +107,7 @@ def test_the_footprint_is_where_the_pictures_border_meets_the_carpet(camera):
 def test_a_model_without_rays_says_why_and_its_picture_lies_on_its_region(kept):
     model = next(MODELS["polynomial"].examples())
     flat = SceneCamera(kept.id, "Flat", replace(kept, report={}), model, FIELD, model.region)
-    assert flat.frustum is None and "no rays" in flat.to_json()["why_no_frustum"]
+    assert flat.frustum is None and "no frustum" in flat.to_json()["why_no_frustum"]
     told = flat.to_json()
     assert told["height_mm"] is None and told["sheet"]["carpet"]["why"] and told["sheet"]["hat"]["fix"]
     quad, region = flat.quad, model.region
@@ -257,7 +257,7 @@ def test_a_lens_says_where_its_boards_were_held():
 
 @pytest.mark.parametrize("lens", [{}, {"report": {"views": []}}, {"report": {"views": [{"used": True}]}}])
 def test_a_lens_from_before_says_that_it_does_not_know(lens):
-    with pytest.raises(Conflict, match="does not say"):
+    with pytest.raises(Conflict, match="does not contain the poses"):
         BoardViews.of(lens)
 
 

@@ -86,7 +86,7 @@ def test_a_folder_shown_once_ends_and_an_empty_one_is_refused(around):
             source.read()
         assert refused.value.reason == "source-ended"
     (around.pictures / "1.png").write_bytes(b"broken")
-    with pytest.raises(Unavailable, match="None of the pictures"):
+    with pytest.raises(Unavailable, match="None of the images"):
         source_from_url("folder://.?fps=200", around).read()
 
 

@@ -1,6 +1,7 @@
 """What the version before has written opens: its data folder with a job that waits, and its archive."""
 
 import json
+import re
 import zipfile
 from math import isclose
 
@@ -17,6 +18,8 @@ HERE = "http://127.0.0.1:8000"
 API = "/api/v1"
 FORMER = TESTS / "golden" / "former_version"
 KNOWN = json.loads((FORMER / "answers.json").read_text())
+WORDED = ("sentence", "words")  # what operators read of it: told anew with each answer
+NUMBER = re.compile(r"[−-]?\d+(?:\.\d+)?")
 
 
 @pytest.fixture(params=["folder", "archive"], scope="module")
@@ -46,11 +49,18 @@ def test_everything_is_answered_as_the_version_before_answered_it(restored):
         assert {**now, "ended_at": finished["ended_at"]} == finished  # its row was dated a moment before its answer
 
 
+def states_the_same(now, known):
+    """Both are sentences, with the same numbers in any order."""
+    return (isinstance(now, str) and isinstance(known, str) and now != ""
+            and sorted(NUMBER.findall(now)) == sorted(NUMBER.findall(known)))
+
+
 def without_new(now, known):
-    """An answer without the members that objects have gained since, and numbers as they were but for a processor's
-    rounding; nothing may be renamed or lost."""
+    """An answer without the members that objects have gained since, numbers as they were but for a processor's
+    rounding, and sentences that may be worded anew but state the same numbers; nothing may be renamed or lost."""
     if isinstance(now, dict) and isinstance(known, dict):
-        return {key: without_new(value, known[key]) for key, value in now.items() if key in known}
+        return {key: known[key] if key in WORDED and states_the_same(value, known[key]) else
+                without_new(value, known[key]) for key, value in now.items() if key in known}
     if isinstance(now, list) and isinstance(known, list) and len(now) == len(known):
         return [without_new(a, b) for a, b in zip(now, known, strict=True)]
     return known if isinstance(now, float) and isinstance(known, float) and isclose(now, known, rel_tol=1e-6) else now

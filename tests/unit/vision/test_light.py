@@ -73,7 +73,7 @@ def test_a_dark_corner_is_called_by_its_name_and_by_how_much():
 
 def test_a_black_carpet_is_no_dark_picture_and_a_dark_picture_is():
     assert "dark:" not in texts(lighting.advice(measure_light(picture("vsss-3v3?size=640x480"))))
-    assert "Picture dark" in texts(lighting.advice(measure_light(picture("vsss-3v3?size=640x480&light=0.3"))))
+    assert "Image dark" in texts(lighting.advice(measure_light(picture("vsss-3v3?size=640x480&light=0.3"))))
 
 
 @seeds
@@ -101,7 +101,7 @@ def test_too_much_light_is_burnt_where_the_lamp_is_mirrored():
     light = measure_light(picture(url))
     full = picture(url).max(axis=2) >= 253
     assert light.clipped_high == pytest.approx(full.mean(), abs=1e-3) and light.clipped_high > 0.02
-    assert "Picture overexposed at" in texts(lighting.advice(light))
+    assert "Image overexposed at" in texts(lighting.advice(light))
 
 
 @pytest.mark.parametrize("outline", [np.zeros((3, 4), bool), [[0, 0], [1, 1]], [[0, 0], [9, 9], [np.nan, 4]],
@@ -114,7 +114,7 @@ def test_an_outline_that_does_not_fit_is_refused(outline):
 
 @pytest.mark.parametrize(("zones", "known", "name"), [
     ((0, 3, 6), range(9), "left edge"), ((0, 2, 6, 8), range(9), "corners"), ((0,), range(9), "top left"),
-    (range(9), range(9), "whole picture"), ((0, 3), (0, 1, 3, 4), "left edge"), ((3, 7), range(9), "left, bottom"),
+    (range(9), range(9), "whole image"), ((0, 3), (0, 1, 3, 4), "left edge"), ((3, 7), range(9), "left, bottom"),
     ((2, 5, 6, 7, 8), range(9), "right edge, bottom edge"), ((0, 1, 2, 3, 5, 6, 7, 8), range(9), "rim")])
 def test_zones_are_called_what_people_call_them(zones, known, name):
     assert zone_names(zones, known) == name
@@ -178,7 +178,7 @@ def test_a_picture_out_of_focus_is_soft_all_over():
     sharp, soft = (measure_sharpness(picture(f"ssl-div-b?size=1280x720&region=quarter-top-left&blur={b}"))
                    for b in (0.65, 4))
     assert sharp.best_px < 1.3 and focus.advice(sharp) == []
-    assert soft.best_px > 2.5 and "Whole picture soft" in texts(focus.advice(soft))
+    assert soft.best_px > 2.5 and "Whole image soft" in texts(focus.advice(soft))
 
 
 @seeds
@@ -186,7 +186,7 @@ def test_a_picture_out_of_focus_is_soft_all_over():
 def test_bare_carpet_is_not_called_soft(seed, noise):
     report = measure_sharpness(picture(f"{BIG}&robots=0&region=eighth-2&fill=3&noise={noise}&seed={seed}"))
     assert report.width_px == (None,) * 9 and report.best_px is None
-    assert "No edges" in texts(focus.advice(report))
+    assert "no edges detected" in texts(focus.advice(report))
 
 
 @seeds

@@ -71,7 +71,7 @@ def test_a_plan_may_ask_for_the_picture_to_be_corrected_first_and_says_the_same_
 
 def test_without_a_click_the_colours_are_found_in_the_picture(match, pixels, calibration):
     found = detect(pixels, PLAN, calibration=calibration)
-    assert len(off_mm(found, match)) >= 15 and found.profile.name == "found in the picture"
+    assert len(off_mm(found, match)) >= 15 and found.profile.name == "detected in the image"
 
 
 def test_nothing_is_looked_for_beside_the_field(match, calibration):
@@ -83,11 +83,11 @@ def test_nothing_is_looked_for_beside_the_field(match, calibration):
 
 
 def test_a_picture_of_another_size_and_one_without_a_scale_are_refused(match, pixels, calibration):
-    with pytest.raises(TouchlineError, match="was made for"):
+    with pytest.raises(TouchlineError, match="the calibration is for"):
         detect(pixels[:1000], PLAN, calibration=calibration)
     with pytest.raises(TouchlineError, match="too large"):
         detect(np.broadcast_to(pixels[:1, :1], (4000, 4001, 3)), PLAN, mm_per_px=1.0)
-    with pytest.raises(TouchlineError, match="how large things are"):
+    with pytest.raises(TouchlineError, match="scale of this image is unknown"):
         detect(pixels, PLAN)
     for clicks in ({"mauve": [[1, 2]]}, {"blue": [[1, 2, 3]]}, {"blue": [[1, float("nan")]]}, {"blue": [[-5, 2]]},
                    {"blue": [[1, 2]] * 41}):

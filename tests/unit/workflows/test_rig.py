@@ -34,7 +34,7 @@ def test_with_pictures_it_is_poor_and_says_whose_lines_are_elsewhere(by_borders)
     found = check(by_borders, pictures)
     assert found["verdict"]["level"] == "poor"
     told = [t for camera in found["cameras"] for t in camera["troubles"] if t["reason"] == "lines-misplaced"]
-    assert told and all("Farthest off" in t["text"] and t["fix"] for t in told)
+    assert told and all("Largest error" in t["text"] and t["fix"] for t in told)
 
 
 def test_cameras_with_a_lens_that_fits_keep_their_verdict():

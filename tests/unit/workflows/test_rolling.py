@@ -194,7 +194,7 @@ def test_what_is_driven_is_not_taken_for_rolls():
 def test_without_rolls_nothing_is_claimed():
     told = followed(film(lens_of(0.0), [], still=20))
     assert told["rolls"] == 0 and told["raw"]["border_pct"] == 0 and told["raw"]["border_sigma_pct"] is None
-    assert "Nothing rolled" in told["sentence"] and told["lens"] is None
+    assert "No straight roll" in told["sentence"] and told["lens"] is None
 
 
 def test_a_camera_that_is_not_still_is_refused():
@@ -202,7 +202,7 @@ def test_a_camera_that_is_not_still_is_refused():
     rolling = RollRecorder()
     for number in range(30):
         rolling.add(number / FPS, rng.integers(0, 255, (480, 640, 3)).astype(np.uint8))
-    with pytest.raises(BadInput, match="not still"):
+    with pytest.raises(BadInput, match="not steady"):
         rolling.report()
     with pytest.raises(BadInput, match="size"):
         rolling.add(2.0, np.zeros((10, 10, 3), np.uint8))
@@ -272,7 +272,7 @@ def test_rolls_tell_the_lens_within_three_sigma_and_a_fit_that_holds_it_needs_fe
         return rms_mm(field_from_raw(model, raw), field)
     better = refine(made, kept)
     assert 20 > off_mm(made) > 1.5 * off_mm(better)  # these four clicks a border tell the lens badly
-    assert better.parent == made.id and "refined by" in better.note and better.options["lens_sigma"] == "own"
+    assert better.parent == made.id and "lens refined with" in better.note and better.options["lens_sigma"] == "own"
 
 
 def camera_region():
@@ -329,7 +329,7 @@ def test_a_pool_ball_rolls_straight_to_a_third_of_a_pixel(real_data, part):
 @rounds("part", (30, 46), None)
 def test_a_camera_in_somebodys_hand_is_refused(real_data, part):
     path = real_data("motion/foosball/sample.avi")
-    with pytest.raises(BadInput, match="not still"):
+    with pytest.raises(BadInput, match="not steady"):
         (recorded_of(path, *part) if part else track_film(path)).report()
 
 
