@@ -1,6 +1,6 @@
 // Numbers and times as the operator reads them: true minus, thin spaces, units, and a dash for what is not known.
 import { BORDERS } from "./document.js";
-import { t } from "./words.js";
+import { LOCALE, t } from "./words.js";
 
 /** @param {number | null | undefined} value @param {number} [digits] */
 export function number(value, digits = 1) {
@@ -41,11 +41,11 @@ export function ago(then, now) {
 }
 
 /** @param {number | string} when */
-export const clock = (when) => new Date(when).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
+export const clock = (when) => new Date(when).toLocaleTimeString(LOCALE, { hour: "2-digit", minute: "2-digit" });
 
 /** @param {string} when */
 export const dayAndTime = (when) =>
-  new Date(when).toLocaleString([], { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" });
+  new Date(when).toLocaleString(LOCALE, { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" });
 
 /** A length that reads well, at or below: 0.2, 0.5, 1 … @param {number} value */
 export function roundDown(value) {

@@ -3,7 +3,7 @@ import { go } from "../../core/route.js";
 import { t } from "../../core/words.js";
 import { openedCamera as liveShown } from "../live/camera_page.js";
 import { nextFrame, play, playing, previousFrame, recordClip, recording } from "./clips.js";
-import { COLOURS, choose, colour, learnAutomatically, learning } from "./colours.js";
+import { COLOURS, choose, colour, learnAutomatically, learning, colourName } from "./colours.js";
 import { detectionCamera, detectionState, future, past, redoDetection, undoDetection } from "./detection.js";
 import { MASK, canCorrect, labels, toggleView, view, zoom, zoomDisplay } from "./display.js";
 import { heldFrame, holdFrame, releaseFrame, taking } from "./held_frame.js";
@@ -158,7 +158,7 @@ export const DETECTION_ACTIONS = [
   },
   ...COLOURS.map(([name], i) => ({
     id: `colour-${name}`,
-    label: t("detection.action.colour", { colour: name }),
+    label: t("detection.action.colour", { colour: colourName(name) }),
     keys: [String(i + 1)],
     group: /** @type {const} */ ("detection"),
     run: () => choose(name),

@@ -28,6 +28,20 @@ export const COLOURS = [
   ["red", "#de1e2c"],
   [BACKGROUND, "#4a5b52"],
 ];
+/** What a reader calls them. @type {Record<string, string>} */
+const CALLED = {
+  orange: t("detection.colour.orange"),
+  yellow: t("detection.colour.yellow"),
+  blue: t("detection.colour.blue"),
+  pink: t("detection.colour.pink"),
+  green: t("detection.colour.green"),
+  cyan: t("detection.colour.cyan"),
+  purple: t("detection.colour.purple"),
+  red: t("detection.colour.red"),
+  [BACKGROUND]: t("detection.colour.background"),
+};
+/** @param {string} name */
+export const colourName = (name) => CALLED[name] ?? name;
 const READ_NEAR = ["pink", "green"]; // by the butterfly patterns, without being looked for everywhere
 const DOUBT_MS = 5000;
 
@@ -66,7 +80,7 @@ export function teach(place) {
   const name = colour.value;
   if (!name) return;
   queue = queue.then(() =>
-    learn(t("detection.colours.learning", { colour: name }), () => ({
+    learn(t("detection.colours.learning", { colour: colourName(name) }), () => ({
       clicks: { [name]: [place] },
       ...(detectionState.value?.profile ? { base: detectionState.value.profile } : {}),
     })),

@@ -2,7 +2,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
-import { colour, teach } from "../colours.js";
+import { colour, teach, colourName } from "../colours.js";
 
 /** @typedef {import("../../../core/types").Point} Point */
 
@@ -94,7 +94,7 @@ export function ColourPicking({ width, height }) {
     data-testid="picking"
     ...${on}
     aria-label=${t("detection.picking", {
-      colour: colour.value,
+      colour: colourName(colour.value),
       x: Math.round(cross[0]),
       y: Math.round(cross[1]),
     })}

@@ -25,6 +25,7 @@ import {
   removePreset,
   savePreset,
   usePreset,
+  colourName,
 } from "../colours.js";
 import { detectionCamera, detectionState } from "../detection.js";
 
@@ -83,7 +84,7 @@ export const Palette = () => html`<div class="palette" role="group" aria-label=$
       key=${name}
       type="button"
       aria-pressed=${String(colour.value === name)}
-      aria-label=${t("detection.colours.teach-one", { colour: name })}
+      aria-label=${t("detection.colours.teach-one", { colour: colourName(name) })}
       onClick=${() => run(`colour-${name}`)}
     >
       <i class="chip" style=${`--colour:${paint}`} aria-hidden="true"></i>
@@ -104,11 +105,11 @@ function Colour({ of: [name, paint] }) {
       data-testid=${`colour-${name}`}
       aria-pressed=${String(colour.value === name)}
       aria-keyshortcuts=${String(place)}
-      title=${t("detection.colours.teach-by-key", { colour: name, key: place })}
+      title=${t("detection.colours.teach-by-key", { colour: colourName(name), key: place })}
       onClick=${() => run(`colour-${name}`)}
     >
       <i class="chip" style=${`--colour:${paint}`} aria-hidden="true"></i>
-      <span>${name}</span>
+      <span>${colourName(name)}</span>
       <small>
         ${isBackground && !samples.length
           ? t("detection.colours.by-itself")
@@ -123,7 +124,7 @@ function Colour({ of: [name, paint] }) {
         class="sample"
         data-testid=${`sample-${name}`}
         style=${`--colour:rgb(${s.rgb.join()})`}
-        aria-label=${t("detection.colours.remove-sample", { number: i + 1, colour: name })}
+        aria-label=${t("detection.colours.remove-sample", { number: i + 1, colour: colourName(name) })}
         title=${t("detection.colours.remove-this")}
         onClick=${() => forget(name, i)}
       >

@@ -4,7 +4,7 @@ import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { rich } from "../../../ui/rich.js";
-import { colour } from "../colours.js";
+import { colour, colourName } from "../colours.js";
 import { detectionCamera, detectionState, refusal, shownFrame, shownSeq } from "../detection.js";
 import { labels, setView, view, zoom } from "../display.js";
 import { fieldPositions } from "../field_positions.js";
@@ -66,7 +66,7 @@ export function DetectionPage() {
         ? t("detection.hint.taking")
         : colour.value
         ? html`
-          ${rich("detection.hint.click", { colour: colour.value })}
+          ${rich("detection.hint.click", { colour: colourName(colour.value) })}
           ${heldFrame.value ? "" : ` ${t("detection.hint.click-held")}`}
         `
         : heldFrame.value

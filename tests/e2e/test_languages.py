@@ -1,0 +1,85 @@
+"""The page's language: every text of the page comes from the catalogue of the language that the browser asks for."""
+
+import calendar
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.e2e.test_access import PLACES, STEPS, at_rest
+from tests.support.page_text import UNITS
+
+# Before anything else runs: the language, and a list of all that the server says, which is English.
+PSEUDO = """localStorage.setItem("touchline-language", "pseudo");
+window.heard = [];
+const parse = JSON.parse, json = Response.prototype.json;
+const hear = (it) => {
+  if (typeof it === "string") window.heard.push(it);
+  else if (it && typeof it === "object")
+    for (const [key, value] of Object.entries(it)) { window.heard.push(key); hear(value); }
+  return it; };
+JSON.parse = (...given) => hear(parse(...given));
+Response.prototype.json = async function () { return hear(await json.call(this)); };"""
+# What a reader can see or hear: texts, names, titles. The manual, the key names, code, and the name that the browser
+# gives its graphics speak for themselves.
+SHOWN = """() => { const found = [];
+  for (const it of document.querySelectorAll("#app *")) {
+    if (it.closest("script, style, noscript, .manual, kbd, code, pre, [data-testid=correction-now]")) continue;
+    for (const name of ["aria-label", "title", "placeholder", "alt", "label", "aria-valuetext"])
+      if (it.hasAttribute(name)) found.push(it.getAttribute(name));
+    for (const node of it.childNodes) if (node.nodeType === 3) found.push(node.data);
+  }
+  return [...new Set(found)]; }"""
+ENGLISH = re.compile(r"[A-Za-z]{2,}(?:[ -][A-Za-z]{2,})*")
+NAMES = UNITS | {"JSON", "PNG", "SSL-Vision", *calendar.month_abbr}  # of no catalogue; the browser writes dates
+
+
+def plain(text: str) -> str:
+    return re.sub(r"[-_\s]+", " ", text).lower()
+
+
+def strangers(page) -> set[str]:
+    """What the page shows in English although neither the server nor the operator said it."""
+    shown = page.evaluate(SHOWN)
+    heard = plain("\n".join(page.evaluate("window.heard")))  # after it: no text is shown before it was heard
+    return {run for text in shown for run in ENGLISH.findall(text)
+            if plain(run) not in heard and not {*run.split()} <= NAMES}
+
+
+@pytest.fixture
+def pseudo(browser):
+    """A context in which the page speaks a language that nobody takes for English."""
+    context = browser.new_context(viewport={"width": 1280, "height": 800})
+    context.add_init_script(PSEUDO)
+    yield context
+    context.close()
+
+
+def test_every_text_of_every_page_and_step_comes_from_the_catalogue(pseudo, saved, server):
+    kept, page, found = saved("brown-conrady"), pseudo.new_page(), {}
+    for name, (address, place) in PLACES.items():
+        page.goto(f"{server.url}/{address}")
+        at_rest(page, place)
+        found[name] = strangers(page)
+    for step in STEPS:
+        page.goto(f"{server.url}/#/calibrate/{kept.snapshot}/{step}")
+        expect(page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step")
+        at_rest(page, STEPS[step])
+        found[step] = strangers(page)
+    page.keyboard.press("F2")
+    expect(page.get_by_test_id("tour")).to_be_visible()
+    found["tour"] = strangers(page)
+    page.get_by_test_id("help").click()
+    page.get_by_test_id("help").press("ArrowRight")
+    found["help"] = strangers(page)
+    assert {name: texts for name, texts in found.items() if texts} == {}
+
+
+def test_the_language_is_the_browsers_and_english_where_there_is_no_catalogue(browser, server):
+    for locale in ("en-GB", "fr-FR"):
+        context = browser.new_context(locale=locale)
+        page = context.new_page()
+        page.goto(server.url)
+        expect(page.get_by_test_id("status")).to_be_visible()
+        assert page.locator("html").get_attribute("lang") == "en-GB"
+        context.close()
