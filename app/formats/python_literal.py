@@ -55,7 +55,7 @@ class _Reader:
     def value(self, depth: int) -> Any:
         kind, token = self.kind, self.token
         if depth > MAX_DEPTH:
-            raise format_error(f"{self._what} is nested more than {MAX_DEPTH} deep.", "Flatten it.")
+            raise format_error(f"{self._what} has more than {MAX_DEPTH} levels.", "Use fewer levels.")
         if kind == "mark" and token in CLOSING:
             self.advance()
             return self._mapping(depth) if token == "{" else self._list(CLOSING[token], depth)

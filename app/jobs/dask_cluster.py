@@ -123,7 +123,7 @@ class DaskCluster:
                           security=security, set_as_default=False, name="touchline")
         except (RuntimeError, TypeError, ValueError) as error:
             raise Unavailable(f"Dask refuses to connect to {self._host}:{self._port}: {str(error)[:200]}",
-                              "Correct Dask's TLS settings: the certificate and key files.",
+                              "Correct Dask's TLS settings: the files of the certificates and the key.",
                               reason="no-scheduler") from None
 
     def _unreachable(self) -> TouchlineError:

@@ -101,7 +101,7 @@ def _read(clicks: Clicks) -> dict[str, list[tuple[float, ...]]]:
     found = {}
     for colour, places in clicks.items():
         if colour != BACKGROUND and colour not in NAMES:
-            raise BadInput(f"There is no colour called {str(colour)[:40]!r} here.",
+            raise BadInput(f"Unknown colour: {str(colour)[:40]!r}.",
                            f"Use one of: {', '.join(NAMES)}, {BACKGROUND}.", reason="unknown-colour")
         if len(places) > MAX_CLICKS or any(len(place) not in (2, 4) for place in places):
             raise BadInput(f"The samples of {colour} are invalid, or more than {MAX_CLICKS}.",

@@ -163,10 +163,10 @@ def test_the_board_is_found_in_kept_pictures_and_one_without_it_is_named(standin
     assert told["state"] == "done", told
     record = told["result"]["record"]
     assert record["snapshots"] == body["snapshots"] and record["image_size"] == [1000, 800]
-    assert [view["name"] for view in record["report"]["views"]] == [f"picture {n}" for n in range(1, 6)]
+    assert [view["name"] for view in record["report"]["views"]] == [f"image {n}" for n in range(1, 6)]
     assert all(view["corners"] == 48 for view in record["report"]["views"])
     (named,) = [w for w in record["report"]["warnings"] if w["reason"] == "no-board"]
-    assert named["index"] == 5 and named["text"].startswith("Picture 6 shows no")
+    assert named["index"] == 5 and named["text"].startswith("Image 6 shows no")
 
 
 def test_pictures_without_any_board_or_of_two_sizes_are_refused(standing, snapshots):
@@ -187,7 +187,7 @@ def test_a_picture_damaged_on_disk_is_a_failed_job(standing, snapshots):
     body = {"snapshots": [*snapshots[:2], spoilt], "board": SMALL.to_json()}
     told = finished(standing, accepted(standing.post(f"{CAL}/board", json=body)))
     assert told["state"] == "failed" and told["problem"]["type"] == "/problems/damaged-file"
-    assert "Picture 3" in told["problem"]["detail"]
+    assert "Image 3" in told["problem"]["detail"]
 
 
 @pytest.mark.long

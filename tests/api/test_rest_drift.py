@@ -58,7 +58,7 @@ def test_a_knock_is_found_told_and_registered_anew(served):
     set_on(served, knock=3)
     alarm = becomes(served, "knocked")
     assert alarm["px"] == pytest.approx(3, rel=0.15) and alarm["mm"] > 3 * alarm["px"]
-    assert alarm["alarm"] is True and "knocked" in alarm["sentence"] and alarm["fix"] and alarm["since"] > 1e9
+    assert alarm["alarm"] is True and "has moved" in alarm["sentence"] and alarm["fix"] and alarm["since"] > 1e9
     assert served.get(f"{API}/cameras/north/status").json()["drift_px"] == pytest.approx(alarm["px"], abs=0.2)
 
     events = until(lambda: served.get(f"{API}/events").json()["items"],

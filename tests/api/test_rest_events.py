@@ -58,9 +58,9 @@ def test_a_camera_that_goes_offline_and_comes_back_is_told(client):
     ([("live", STEADY), ("live", KNOCKED), ("live", {**KNOCKED, "mm": 50}), ("stalled", None), ("live", KNOCKED)],
      [("moved", "{} moved by 49 mm."), ("offline", "{} went offline."), ("back", "{} is back.")]),
     ([("live", KNOCKED), ("live", {**STEADY, "state": "covered"}), ("live", KNOCKED), ("live", STEADY)],
-     [("moved", "{} moved by 49 mm."), ("cleared", "{} is steady again.")]),
+     [("moved", "{} moved by 49 mm."), ("cleared", "{} is in its calibrated position again.")]),
     ([("live", KNOCKED), ("live", {**KNOCKED, "state": "out-of-focus"})],
-     [("moved", "{} moved by 49 mm."), ("moved", "The focus of {} was changed.")]),
+     [("moved", "{} moved by 49 mm."), ("moved", "The focus of {} has changed.")]),
     ([("live", KNOCKED), ("live", {**STEADY, "calibration": "b"})], [("moved", "{} moved by 49 mm.")]),
 ])
 def test_only_what_changes_is_noted(story, told):

@@ -198,7 +198,7 @@ def test_a_camera_that_is_heard_becomes_a_calibration_that_says_where_it_is_from
                            headers={"X-Operator": "Anna"})
         assert made.status_code == 201, made.text
         calibration = made.json()
-        assert f"Heard from 127.0.0.1, port {port} (other), as camera 3, at 20" in calibration["note"]
+        assert f"Received from 127.0.0.1, port {port} (other), as camera 3, at 20" in calibration["note"]
         assert (calibration["made_by"], calibration["camera"], calibration["active"]) == ("Anna", "north", False)
         parameters = calibration["model"]["parameters"]
         assert parameters["focal_px"] == pytest.approx(model_of("ssl", 1).focal_px, rel=1e-6)

@@ -91,7 +91,7 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
 
         page.get_by_test_id("publish").click()
         expect(state).to_have_attribute("data-state", "off")
-    assert re.search("Heard from 127.0.0.1", own_server.api("GET", "/calibrations").json()["items"][0]["note"])
+    assert re.search("Received from 127.0.0.1", own_server.api("GET", "/calibrations").json()["items"][0]["note"])
 
 
 @pytest.mark.long

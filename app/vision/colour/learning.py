@@ -41,7 +41,7 @@ def learn_profile(name: str, clicks: Sequence[tuple[Picture, Mapping[str, Sequen
                 clicked_background.extend(sample_at(pixels, place) for place in places)
                 continue
             if colour not in NAMES:
-                raise BadInput(f"There is no colour called {str(colour)[:40]!r} here.",
+                raise BadInput(f"Unknown colour: {str(colour)[:40]!r}.",
                                f"Use one of: {', '.join(NAMES)}.", reason="unknown-colour")
             colours.setdefault(colour, []).extend(sample_at(pixels, place) for place in places)
     if not colours:

@@ -46,8 +46,9 @@ def test_a_hostile_picture_is_refused_by_name_with_a_fix(name):
     assert refusal.value.what.endswith(".") and refusal.value.fix.endswith(".")
 
 
-@pytest.mark.parametrize(("name", "what"), [("text", "The file is not an image."), ("a TIFF", "This is a TIFF picture"),
-                                            ("an AVIF", "This is an AVIF or HEIC picture")])
+@pytest.mark.parametrize(("name", "what"), [("text", "The file is not an image."),
+                                            ("a TIFF", "This file is a TIFF image"),
+                                            ("an AVIF", "This file is an AVIF or HEIC image")])
 def test_a_refusal_of_an_unknown_format_says_what_came(name, what):
     with pytest.raises(BadImage, match=what):
         screen(hostile(name)[0])

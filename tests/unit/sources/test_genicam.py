@@ -105,7 +105,7 @@ def test_a_picture_of_which_parts_are_missing_is_left_out_and_counted(camera):
 def test_a_camera_that_sends_nothing_any_more_is_off(camera):
     camera.read()
     camera._device.nodes.set("AcquisitionStop", None)
-    with pytest.raises(Unavailable, match="no picture") as refused:
+    with pytest.raises(Unavailable, match="no image") as refused:
         while True:  # what was under way may still come
             camera.read()
     assert refused.value.reason == "camera-silent"

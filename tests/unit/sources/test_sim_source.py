@@ -234,5 +234,5 @@ def test_a_time_that_is_not_there_is_not_read():
         broken = picture.copy()
         broken[5:10, 5 + 5 * cell:10 + 5 * cell] = 255 - broken[5:10, 5 + 5 * cell:10 + 5 * cell]
         assert read_timecode(broken) is None
-    with pytest.raises(ValueError, match="no time"):
+    with pytest.raises(ValueError, match="not a time"):
         timecode.paint(picture, 1 << 48)
