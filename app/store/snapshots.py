@@ -102,7 +102,7 @@ class SnapshotRepository(Repository):
         return {"name": name or id, "path": str(self.path(snapshot)), "sha256": snapshot.sha256}
 
     def all_for_job(self, ids: Iterable[str]) -> Sequence[dict[str, str]]:
-        """Return the same for several, called "picture 1" and so on."""
+        """Return the same for several, called "image 1" and so on."""
         return [self.for_job(id, f"image {number}") for number, id in enumerate(ids, 1)]
 
     def picture(self, id: str) -> bytes:

@@ -91,7 +91,7 @@ def test_a_camera_without_calibration_sees_in_pixels_by_colours_it_finds_itself(
                    lambda answer: answer.status_code != 503)  # until then its process is starting
     assert answer.status_code == 200, answer.text
     seen = answer.json()
-    assert seen["calibration"] is None and any("no places" in note for note in seen["notes"])
+    assert seen["calibration"] is None and any("positions are not available" in note for note in seen["notes"])
     assert seen["items"] and all(item["x_mm"] is None for item in seen["items"])
     told = until(lambda: client.get(f"{API}/cameras/bare/seeing").json(), lambda told: told["learned"])
     assert told["learned"] == "picture" and "orange" in told["profile"]["colours"]

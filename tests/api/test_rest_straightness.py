@@ -53,7 +53,7 @@ def bars(standing):
 def test_a_bent_picture_is_told_with_its_lens_and_its_bow(bars):
     found = bars[1]
     assert found["distortion"] == "significant" and found["sentence"].startswith("The lens bows an edge of")
-    assert found["lens"]["name"] == "division" and found["pictures"] == ["picture 1"]
+    assert found["lens"]["name"] == "division" and found["pictures"] == ["image 1"]
     assert found["lens"]["terms"]["k"] == pytest.approx(BENT.terms[0], abs=0.01)
     assert found["straightness_px"]["after"] < 0.15 < 2 < found["straightness_px"]["before"]
     most = found["bow"]["most"]
@@ -103,9 +103,9 @@ def test_clicked_lines_need_no_picture_and_come_in_any_order(standing):
 def test_pictures_and_lines_are_judged_together_and_each_edge_names_its_picture(standing, bars):
     other = kept(standing, bars_behind(shade=120))
     found = judged(standing, snapshots=[bars[0], other], lines=[[[100, 100], [200, 102], [300, 103]]])
-    assert found["pictures"] == ["picture 1", "picture 2"]
+    assert found["pictures"] == ["image 1", "image 2"]
     assert {line["picture"] for line in found["lines"]} == {0, 1}
-    assert found["lines"][0]["name"] == "line 1" and found["lines"][1]["name"] == "picture 1, edge 1"
+    assert found["lines"][0]["name"] == "line 1" and found["lines"][1]["name"] == "image 1, edge 1"
     assert found["objects"] > bars[1]["objects"]
 
 
@@ -199,7 +199,7 @@ def test_a_picture_damaged_on_disk_is_said_so(standing):
     path = snapshots.path(snapshots.get(id))
     path.write_bytes(path.read_bytes()[:-1] + b"x")
     told = finished(standing, accepted(standing.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [id]})))
-    assert told["problem"]["type"] == "/problems/damaged-file" and "Picture 1" in told["problem"]["detail"]
+    assert told["problem"]["type"] == "/problems/damaged-file" and "Image 1" in told["problem"]["detail"]
 
 
 GOOD = BENT.to_json()

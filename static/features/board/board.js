@@ -227,7 +227,7 @@ export function applyChosenLens({ width, height }) {
 export function viewReport({ id }) {
   const at = foundLens.value?.snapshots?.indexOf(id) ?? -1;
   if (at < 0 || !foundLens.value) return null;
-  const view = foundLens.value.report.views.find((v) => v.name === `picture ${at + 1}`);
+  const view = foundLens.value.report.views.find((v) => v.name.endsWith(` ${at + 1}`));
   const why = foundLens.value.report.warnings.find((w) => w.reason === "no-board" && w.index === at);
   return { view: view ?? null, why: why ? `${why.text} ${why.fix}` : (view?.text ?? "") };
 }
