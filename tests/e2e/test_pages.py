@@ -110,7 +110,7 @@ def test_settings_are_read_without_secrets_and_a_name_is_kept(operator, server, 
     expect(page.get_by_test_id("newest-backup")).not_to_be_empty()
     expect(page.get_by_test_id("setting-token")).to_contain_text(t("settings.value.not-set"))
     page.get_by_test_id("section-jobs").locator("summary").click()
-    expect(page.get_by_test_id("setting-jobs.workers")).to_contain_text("Long jobs done at once")
+    expect(page.get_by_test_id("setting-jobs.workers")).to_contain_text("Jobs running at once")
     page.screenshot(path=tmp_path / "settings.png")
     page.get_by_test_id("operator-name").fill("Ada")
     page.get_by_test_id("operator-name").press("Enter")

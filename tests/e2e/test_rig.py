@@ -76,7 +76,7 @@ def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, se
     page.get_by_test_id("check-rig").click()
     verdict = page.get_by_test_id("rig-verdict")
     expect(verdict).to_have_attribute("data-level", "poor", timeout=2 * LONG_MS)
-    expect(verdict).to_contain_text("It is Rig-South")
+    expect(verdict).to_contain_text("The error is in Rig-South")
     expect(page.get_by_test_id("rig-worst")).to_contain_text(like("rig.picture.worst"))
     mean, most = (float(page.get_by_test_id(id).inner_text().split(" ")[0]) for id in ("pair-mean", "pair-max"))
     assert mean == pytest.approx(KNOCK_MM, rel=0.1)

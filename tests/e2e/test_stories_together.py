@@ -148,7 +148,7 @@ def test_of_two_who_change_the_same_the_slower_one_is_told_and_nothing_is_lost(p
     assert server.api("PATCH", f"/calibrations/{ids[2]}", json={"note": "by Grace"}, headers=headers).ok
 
     newest.get_by_test_id("shelf-activate").click()
-    expect(page.get_by_text("Grace has activated version 1 since you looked.")).to_be_visible()
+    expect(page.get_by_text("Grace has activated version 1 since you opened this page.")).to_be_visible()
     assert server.api("GET", f"/calibrations/{ids[0]}").json()["active"]
     expect(page.get_by_test_id("shelf-version").last).to_have_attribute("data-active", "true")
     page.get_by_role("button", name=t("versions.activate-all-the-same", version=3)).click()

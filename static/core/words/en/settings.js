@@ -11,6 +11,7 @@ export default /** @type {const} */ ({
   "settings.change.cameras": "Add or change cameras",
   "settings.change.network": "Change under Publishing",
   "settings.days": "{days} days",
+  "settings.general": "General",
   "settings.health.good": "No problems.",
   "settings.health.title": "Health",
   "settings.health.version": "Version {version}, up for {time}.",

@@ -22,6 +22,7 @@ import {
 /** @typedef {import("../types").Setting} Setting */
 
 const MB = 1e6;
+const GENERAL = "general"; // the section of settings that name none
 /** Where what can be changed while the server runs is changed. @type {Record<string, [string, string]>} */
 const CHANGE = {
   cameras: [addressOf("wall"), t("settings.change.cameras")],
@@ -190,7 +191,7 @@ function Server({ items }) {
       open=${items.some((s) => sectionOf(s) === section && !isDefault(s))}
       data-testid=${`section-${section}`}
     >
-      <summary>${words(section)}</summary>
+      <summary>${section === GENERAL ? t("settings.general") : words(section)}</summary>
       <dl>
         ${items
           .filter((s) => sectionOf(s) === section)
@@ -216,7 +217,7 @@ function Server({ items }) {
 }
 
 /** @param {Setting} s */
-const sectionOf = ({ name }) => (name.includes(".") ? name.split(".")[0] : "general");
+const sectionOf = ({ name }) => (name.includes(".") ? name.split(".")[0] : GENERAL);
 /** @param {Setting} s */
 const isDefault = (s) => JSON.stringify(s.value) === JSON.stringify(s.default);
 /** @param {Setting} s */
