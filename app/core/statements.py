@@ -1,0 +1,80 @@
+"""Sentences that know what they state: English text for everybody, a code and values for scripts and other languages.
+
+A sentence is an ordinary string. Where a record with sentences becomes JSON, stated() puts beside them, by the name of
+their entry, the list of what each states.
+"""
+
+from collections.abc import Mapping
+from string import Formatter
+from typing import Any
+
+from app.core.json_values import number
+
+STATEMENTS = "statements"  # the entry beside the sentences
+MAX_STATEMENTS = 20  # of an entry, as read from a file
+
+
+class Sentence(str):
+    """Text with what it states, in order: mappings with `code`, kebab-case words joined by dots, and `values`.
+
+    Made by say() and join(). Any other way of changing or joining it gives an ordinary string.
+    """
+
+    statements: tuple[Mapping[str, Any], ...]
+
+    def __new__(cls, text: str, statements: tuple[Mapping[str, Any], ...] = ()) -> "Sentence":
+        made = super().__new__(cls, text)
+        made.statements = statements
+        return made
+
+
+def say(code: str, template: str, **values: object) -> Sentence:
+    """Return a template of str.format with its values in their places.
+
+    The values are stated as they are shown: a number rounded as its format says, a list of names as a list, and a value
+    that is a sentence itself by its own statements.
+    """
+    shown = {name: ", ".join(map(str, value)) if isinstance(value, (list, tuple)) else value
+             for name, value in values.items()}
+    formats = {name: spec or "" for _, name, spec, _ in Formatter().parse(template) if name}
+    return Sentence(template.format(**shown), (
+        {"code": code, "values": {name: _value(value, formats.get(name, "")) for name, value in values.items()}},))
+
+
+def join(*parts: str) -> Sentence:
+    """Return sentences behind one another, the empty ones left out; plain text among them states itself."""
+    found = [part for part in parts if part]
+    return Sentence(" ".join(found), tuple(statement for part in found for statement in statements_of(part)))
+
+
+def statements_of(text: str) -> tuple[Mapping[str, Any], ...]:
+    """Return what a text states; plain text as a statement without a code."""
+    return text.statements if isinstance(text, Sentence) and text.statements else ({"text": str(text)},)
+
+
+def stated(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a record as plain JSON, with what its sentences state beside them."""
+    found = {name: list(value.statements) for name, value in record.items() if isinstance(value, Sentence)}
+    return {**record, STATEMENTS: found} if found else dict(record)
+
+
+def read_statements(value: Any) -> dict[str, Any]:
+    """Return the entry as it may come from a file: lists of statements by name, without what is none."""
+    rows = value.items() if isinstance(value, Mapping) else ()
+    return {name: found[:MAX_STATEMENTS] for name, found in rows if isinstance(name, str) and isinstance(found, list)
+            and all(isinstance(one, Mapping) for one in found)}
+
+
+def _value(value: object, spec: str) -> Any:
+    if isinstance(value, Sentence):
+        return statements_of(value)[0]
+    if isinstance(value, (list, tuple)):
+        return [_value(one, "") for one in value]
+    if isinstance(value, str):
+        return value
+    shown = format(value, spec)
+    try:
+        found = number(float(shown))  # as many digits as are shown
+    except ValueError:
+        found = None
+    return shown if found is None else found

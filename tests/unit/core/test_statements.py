@@ -1,0 +1,49 @@
+"""Sentences that know what they state: plain text for everybody, codes and values beside it."""
+
+import copy
+import json
+import pickle
+
+from app.core.statements import Sentence, join, read_statements, say, stated
+
+
+def test_a_sentence_is_text_and_states_its_values_as_they_are_shown():
+    said = say("verdict.expected", "Expected error: {mm:.1f} mm of {share:.0f} %.", mm=2.34, share=49.6)
+    assert said == "Expected error: 2.3 mm of 50 %."
+    assert said.statements == ({"code": "verdict.expected", "values": {"mm": 2.3, "share": 50.0}},)
+    assert json.loads(json.dumps(said)) == str(said)
+
+
+def test_names_and_sentences_within_a_sentence_are_stated_by_themselves():
+    line = say("line.halfway-line", "halfway line")
+    said = say("check.missing", "Not detected: {lines} ({n}).", lines=[line, "mine"], n=float("nan"))
+    assert said == "Not detected: halfway line, mine (nan)."
+    assert said.statements[0]["values"] == {
+        "lines": [{"code": "line.halfway-line", "values": {}}, "mine"], "n": "nan"}
+
+
+def test_sentences_are_joined_with_what_they_state_and_plain_text_states_itself():
+    both = join(say("a", "One."), "", "Two.")
+    assert both == "One. Two."
+    assert both.statements == ({"code": "a", "values": {}}, {"text": "Two."})
+
+
+def test_a_record_gets_what_its_sentences_state_beside_them():
+    record = {"level": "good", "sentence": say("a", "One."), "fix": ""}
+    assert stated(record) == {**record, "statements": {"sentence": [{"code": "a", "values": {}}]}}
+    assert stated({"sentence": "One."}) == {"sentence": "One."}
+
+
+def test_a_sentence_survives_copies_and_processes():
+    said = say("a", "One {n}.", n=1)
+    for copied in (copy.deepcopy(said), pickle.loads(pickle.dumps(said))):
+        assert copied == said
+        assert isinstance(copied, Sentence)
+        assert copied.statements == said.statements
+
+
+def test_what_is_no_statement_is_not_read():
+    good = {"sentence": [{"code": "a", "values": {}}]}
+    assert read_statements({**good, "fix": "text", 3: [], "text": [4]}) == good
+    assert read_statements(["a"]) == {}
+    assert len(read_statements({"text": [{}] * 30})["text"]) == 20
