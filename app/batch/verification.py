@@ -16,8 +16,8 @@ from app.core.field import Field, Region
 from app.core.geometry import ImageSize, Points
 from app.core.progress import Progress
 from app.core.records import Observations
-from app.evaluate.fit.report import FAIR_MM, GOOD_MM
 from app.evaluate.fit.residuals import feature_residuals, rms
+from app.evaluate.fit.verdict import FAIR_MM, GOOD_MM
 from app.models import CameraModel
 from app.vision.lines.edges import edge_chains
 from app.workflows import straight_lines

@@ -9,7 +9,7 @@ from app.core.geometry import Array
 from app.core.text_format import format_mm
 from app.evaluate.cameras.own_accuracy import OwnAccuracy, capped_level
 from app.evaluate.cameras.pair_agreement import PointAgreement
-from app.evaluate.fit.report import FAIR_MM, GOOD_MM
+from app.evaluate.fit.verdict import FAIR_MM, GOOD_MM
 
 GOOD_PX, FAIR_PX = 1.0, 3.0  # a careful click is good to half a pixel, and two of them meet
 SPREAD_SHARE = 0.5  # of a shift: with less beside it, the shift is the matter

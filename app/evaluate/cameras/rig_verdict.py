@@ -5,7 +5,7 @@ from typing import Any
 
 from app.core.text_format import format_mm
 from app.evaluate.cameras.own_accuracy import LEVELS, capped_level
-from app.evaluate.fit.report import FAIR_MM, GOOD_MM
+from app.evaluate.fit.verdict import FAIR_MM, GOOD_MM
 
 STANDS_OUT = 2.5  # times the other's error: then it is this camera
 COVERED = 0.25  # of the shared part: less near a measure speaks for a small piece of it

@@ -13,7 +13,7 @@ from app.core.geometry import ImageSize
 from app.core.text_format import format_mm
 from app.evaluate.drift.check_figures import CheckFigures
 from app.evaluate.drift.line_check import MOST, line_deviations, measure_lines
-from app.evaluate.fit.report import FAIR_MM, GOOD_MM
+from app.evaluate.fit.verdict import FAIR_MM, GOOD_MM
 from app.evaluate.fit.verification import MARKING_FOUND, MAX_MISSING, MIN_FOUND, MISSING_SHOWN
 from app.models import CameraModel
 

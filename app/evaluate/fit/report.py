@@ -8,6 +8,7 @@ import numpy as np
 from app.core.field import BORDERS, Field, Region
 from app.core.json_values import number
 from app.core.records import Fit, Observation, Observations, Warning
+from app.core.statements import say
 from app.evaluate.fit.contradiction import Contradiction
 from app.evaluate.fit.distortion import distortion_report
 from app.evaluate.fit.folds import whole_lines
@@ -16,17 +17,14 @@ from app.evaluate.fit.observability import observability_warnings
 from app.evaluate.fit.reach import reach_warnings
 from app.evaluate.fit.residuals import FeatureResiduals, feature_residuals, mm_per_px, residual_rows, rms
 from app.evaluate.fit.uncertainty import knows_its_error, sigma_report
+from app.evaluate.fit.verdict import GOOD_MM, FitAccuracy, fit_verdict
 from app.fitting import FITTERS
 from app.models import CameraModel, RayModel
 from app.models.ray_camera import RayCamera
 
 REPORTED_NOTES = ("degree", "relation", "terms", "click_sigma_px", "degrees_of_freedom", "parameters",
                   "line_offsets_mm", "line_offset_sigmas_mm", "arc_offsets_mm")
-GOOD_MM = 5.0  # a ball is 43 mm wide; strategy code does not notice less
-FAIR_MM = 15.0  # robots still meet the ball
 MAX_LINE_SIGMAS = 4.0
-LEFT_OUT = 2.0  # how much worse a lens predicts whole borders that it has not seen
-SURE = 1.5  # an expected error's level is that of what it keeps in 95 of 100 fits, over this: 7.5 and 22.5 mm
 
 
 def report(fit: Fit, observations: Observations, field: Field, region: Region,
@@ -55,16 +53,19 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
         o.feature not in BORDERS and len(o.points) for o in observations)
     if not knows_inside:  # what these figures cannot see
         warnings.append(Warning(
-            "inside-not-checked", "Only the borders have points. The accuracy inside the field is unknown.",
-            "Add a few points on a line or landmark inside the field, such as the centre circle."))
+            "inside-not-checked", say(
+                "warning.inside-not-checked", "Only the borders have points. The accuracy inside the field is "
+                                              "unknown."),
+            say("warning.inside-not-checked.fix",
+                "Add a few points on a line or landmark inside the field, such as the centre circle.")))
     sigma = sigma_report(fit, region, hat_mm)
     apart_mm = 0.0 if freer is None else max(freer.carpet_mm, freer.hat_mm or 0.0)
     if apart_mm > GOOD_MM:
         warnings.append(Warning(
             "another-lens",
-            f"{freer.title} places the field {apart_mm:.0f} mm away with the same points. This lens model may not "
-            "describe the lens correctly.",
-            f"Use {freer.title}, or compare all models."))
+            say("warning.another-lens", "{model} places the field {mm:.0f} mm away with the same points. This lens "
+                                        "model may not describe the lens correctly.", model=freer.title, mm=apart_mm),
+            say("warning.another-lens.fix", "Use {model}, or compare all models.", model=freer.title)))
     return {
         "rms_px": rms(_joined([inside[i] for i in rests])), "max_px": _max(_joined([inside[i] for i in rests])),
         "rms_mm": rms(_joined([inside_mm[i] for i in rests])), "max_mm": _max(_joined([inside_mm[i] for i in rests])),
@@ -75,9 +76,9 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
         "distortion": distortion_report(fit.model, region, _border_clicks(fit, observations)),
         "per_feature": [_feature_json(r, fine, used) for r, fine, used
                         in zip(residuals, fit.inliers, fit.used, strict=True)],
-        "verdict": _verdict(_without(cv_rms_mm, rms(lines_mm)), check_mm, sigma, knows_inside=knows_inside,
-                            rays=isinstance(fit.model, RayModel), reaches=not ends, apart_mm=apart_mm,
-                            freer="" if freer is None else freer.title, hat_height_mm=hat_mm),
+        "verdict": fit_verdict(FitAccuracy(
+            _without(cv_rms_mm, rms(lines_mm)), check_mm, sigma, knows_inside, isinstance(fit.model, RayModel),
+            reaches=not ends, hat_height_mm=hat_mm, apart_mm=apart_mm, freer="" if freer is None else freer.title)),
         "next_click": next_best_click(fit, field, region, fit.model.image_size, fit.notes.get("click_sigma_px", 0.5)),
         "warnings": [w.to_json() for w in warnings],
         "camera": _camera_json(fit.model),
@@ -133,56 +134,3 @@ def _feature_json(r: FeatureResiduals, fine: np.ndarray, used: bool) -> dict[str
     return {"feature": r.observation.feature_json, "kind": r.observation.kind, "n": len(r.px), "used": used,
             "rms_px": rms(r.px[fine]), "rms_mm": rms(r.mm[fine]), "max_mm": _max(r.mm[fine]),
             "residuals": residual_rows(r, r.observation.points, r.foot, r.px, ~fine)}
-
-
-def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, Any] | None,
-             knows_inside: bool, rays: bool, reaches: bool, apart_mm: float, freer: str, hat_height_mm: float,
-             ) -> dict[str, Any]:
-    """One length, one level, one sentence. The worst of the held-out figures and the expected error counts.
-
-    Where a lens knows its error, points left out count only where they contradict it.
-
-    cv_mm: without what the lines themselves are off. reaches: whether the lens maps the whole field in sight.
-    apart_mm: how far a freer lens, by its title, is from it: a part of the length where that is more than a good
-    one may be off.
-
-    Expected error at hat height is no part of the length, which is one on the carpet, but it caps the level.
-    """
-    expected = None if sigma is None else sigma["rms"]
-    if rays and expected is not None and cv_mm is not None and cv_mm <= LEFT_OUT * max(expected, GOOD_MM):
-        cv_mm = None  # a line left out is predicted worse than it is known once it counts: no sign of a misfit
-    known = [mm for mm in (cv_mm, check_mm, expected) if mm is not None]
-    if not known:
-        return {"mm": None, "level": "unknown", "sentence": "The accuracy is unknown because no points could be "
-                                                            "cross-validated."}
-    mm = max(known)
-    contradicted = apart_mm > GOOD_MM
-    if contradicted:  # as in the comparison of all models: what it misses, and what it has elsewhere
-        mm = float(np.hypot(mm, apart_mm))
-    elif not knows_inside:
-        return {"mm": mm, "level": "unknown",
-                "sentence": f"Accuracy inside the field is unknown. The border points fit within {mm:.1f} mm, but no "
-                            "point inside was used. Add points on the centre circle."}
-    carpet = 0.0 if sigma is None else sigma["rms_95"] / SURE
-    hat = sigma["hat"]["rms"] if sigma and "hat" in sigma else 0.0
-    hat_95 = sigma["hat"]["rms_95"] / SURE if sigma and "hat" in sigma else 0.0
-    worst = max(mm, carpet, hat_95)
-    level = "good" if worst <= GOOD_MM and reaches else "fair" if worst <= FAIR_MM else "poor"
-    good = ("Accurate enough for matches." if rays else
-            f"Accurate enough for the ball. Robot tops ({hat_height_mm:g} mm) require a physical lens model.")
-    words = {"good": good, "fair": f"Usable. Expect positions to be off by up to {FAIR_MM:g} mm.",
-             "poor": "Not accurate enough for matches: positions inside the field are off by centimetres."}[level]
-    where = (f"Expected error on the carpet: {mm:.1f} mm (95 % below "
-             f"{sigma['rms_95']:.1f} mm)" if sigma and mm == expected
-             else f"Error on check points: {mm:.1f} mm" if mm == check_mm else f"Cross-validated error: {mm:.1f} mm")
-    if hat > mm and hat_95 > GOOD_MM:
-        words = ("Usable. Accurate on the carpet, but robot tops may be off by about "
-                 f"{hat:.0f} mm." if level == "fair" else
-                 "Not accurate enough for matches. Accurate on the carpet, but robot tops may be off by about "
-                 f"{hat:.0f} mm.")
-    if contradicted:
-        where = (f"Error inside the field: {mm:.1f} mm. {freer} places the field {apart_mm:.0f} mm away with the same "
-                 "points")
-    if not reaches:
-        words = f"{words} The lens model does not cover the whole field."
-    return {"mm": mm, "level": level, "sentence": f"{words} {where}."}
