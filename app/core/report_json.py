@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.core.json_values import number
+from app.core.statements import STATEMENTS, read_statements
 
 MAX_TEXT = 400  # characters of a sentence; ours have 200
 MAX_NAME = 64
@@ -65,7 +66,7 @@ _BORDER = {"before_pct": _number, "after_pct": _number}
 _SIGMA = {"rms": _number, "median": _number}
 _RESIDUAL = {"point": _pair, "px": _number, "mm": _number}
 _FORM: dict[str, Any] = {
-    "verdict": {"level": _string, "mm": _number, "sentence": _string},
+    "verdict": {"level": _string, "mm": _number, "sentence": _string, STATEMENTS: read_statements},
     **dict.fromkeys(("rms_px", "max_px", "rms_mm", "max_mm", "mm_per_px", "cv_rms_mm", "check_rms_mm"), _number),
     "inliers": _whole, "outliers": _whole, "sigma_mm": {**_SIGMA, "hat": _SIGMA},
     "distortion": {"kind": _string, "standard_lens_pct": _number, **_BORDER,
@@ -75,7 +76,8 @@ _FORM: dict[str, Any] = {
     "line_offsets_mm": _offsets, "line_offset_sigmas_mm": _offsets, "arc_offsets_mm": _centres,
     "next_click": {"feature": _feature, "point": _pair, "worst_mm": _number, "worst_mm_then": _number,
                    "z_mm": _number},
-    "warnings": [{"reason": _string, "text": _string, "fix": _string, "feature": _feature, "index": _whole}],
+    "warnings": [{"reason": _string, "text": _string, "fix": _string, "feature": _feature, "index": _whole,
+                  STATEMENTS: read_statements}],
 }
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from app.core.geometry import Array, ImageSize, Points
+from app.core.statements import Sentence, say, stated
 from app.evaluate.board.lens_difference import picture_grid
 from app.evaluate.board.lens_uncertainty import SURE_GRID, expected_px, lens_sensitivity
 from app.fitting.board.fit import BoardFit, shared_covariance
@@ -64,7 +65,7 @@ class NextView:
     worst_after_px: float
 
     def to_json(self) -> dict[str, Any]:
-        return {**vars(self), "place_px": list(self.place_px)}
+        return stated({**vars(self), "place_px": list(self.place_px)})
 
 
 def next_view(fit: BoardFit) -> NextView | None:
@@ -148,8 +149,11 @@ def lean_vector(nearer: str) -> Array:
             "top": np.array([angle, 0, 0]), "bottom": np.array([-angle, 0, 0])}[nearer]
 
 
-def view_instruction(place: str, nearer: str) -> str:
+def view_instruction(place: str, nearer: str) -> Sentence:
     """How to hold a board, in a sentence. place: such as "top left", "" in the middle; nearer: its edge, "" face on."""
-    where = f"at the {place} of the image" if place else "in the middle of the image"
-    how = f"tilted about {NEXT_TILT_DEG:.0f}° with its {nearer} edge nearer" if nearer else "facing the camera"
-    return f"Hold the board {where}, {how}. It should fill about a third of the image width."
+    where = (say(f"place.{place.replace(' ', '-')}", f"at the {place} of the image") if place else
+             say("place.middle", "in the middle of the image"))
+    how = (say(f"board.nearer-{nearer}", f"tilted about {{deg:.0f}}° with its {nearer} edge nearer", deg=NEXT_TILT_DEG)
+           if nearer else say("board.facing", "facing the camera"))
+    return say("board.hold", "Hold the board {where}, {how}. It should fill about a third of the image width.",
+               where=where, how=how)

@@ -17,6 +17,7 @@ import numpy as np
 from app.core.board import Board, BoardView
 from app.core.errors import BadInput
 from app.core.geometry import Array, ImageSize
+from app.core.statements import stated
 from app.evaluate.board.coverage import (
     LEANS,
     NEXT_SHARE,
@@ -147,9 +148,9 @@ def pose_history(poses: list[BoardPose], board: Board, size: ImageSize) -> PoseH
         pose = BoardPose(_outline_at(spot, nearer, board, size), size)
         if not any(pose.is_like(other) for other in poses):
             place = f"{PLACES[1][down]} {PLACES[0][across]}".strip()
-            return PoseHistory(cells, tilts, {
+            return PoseHistory(cells, tilts, stated({
                 "text": view_instruction(place, nearer), "outline": pose.quad.tolist(), "nearer": nearer,
-                "tilt_deg": NEXT_TILT_DEG if nearer else 0.0})
+                "tilt_deg": NEXT_TILT_DEG if nearer else 0.0}))
     return PoseHistory(cells, tilts, None)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from app.core.geometry import Array
 from app.core.json_values import finite_json
+from app.core.statements import say, stated
 from app.core.text_format import format_number
 from app.evaluate.board.coverage import FACE_ON_DEG, LEANS, cell_counts, next_view, tilts
 from app.evaluate.board.cross_validation import cross_validate
@@ -107,8 +108,8 @@ def _verdict(report: dict[str, Any]) -> dict[str, Any]:
     doubts = [r for r in DOUBTS if r in reasons]
     if doubts:
         text = next(w["text"] for w in report["warnings"] if w["reason"] == doubts[0])
-        return {"level": "poor", "sentence": text}
+        return stated({"level": "poor", "sentence": text})
     level = "fair" if "picture-not-covered" in reasons or not known <= GOOD_SIGMAS * sigma else "good"
-    return {"level": level, "sentence":
-            f"Lens model uncertainty: about {format_number(known)} px across the image (corner detection: "
-            f"{format_number(sigma)} px)."}
+    return stated({"level": level, "sentence": say(
+        "board.uncertainty", "Lens model uncertainty: about {px} px across the image (corner detection: {corner_px} "
+        "px).", px=format_number(known), corner_px=format_number(sigma))})

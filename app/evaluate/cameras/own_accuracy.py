@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from app.core.statements import say
+
 LEVELS = ("good", "fair", "poor")
 
 
@@ -19,11 +21,17 @@ def own_accuracy(title: str, report: Mapping[str, Any]) -> OwnAccuracy | None:
     """Return what the report of the camera with this title says against it; None for nothing, or an imported report."""
     level = (report.get("verdict") or {}).get("level")
     if level == "poor":
-        return OwnAccuracy("poor", "not-accurate", f"{title} was not accurate enough when it was calibrated.",
-                           f"Calibrate {title} again with a physical lens model, or with more points.")
+        return OwnAccuracy(
+            "poor", "not-accurate",
+            say("own.poor", "{camera} was not accurate enough when it was calibrated.", camera=title),
+            say("own.poor.fix", "Calibrate {camera} again with a physical lens model, or with more points.",
+                camera=title))
     if level == "unknown":
-        return OwnAccuracy("fair", "accuracy-unknown", f"The accuracy of {title} inside the field is unknown.",
-                           f"Calibrate {title} with a physical lens model, or with points on lines inside the field.")
+        return OwnAccuracy(
+            "fair", "accuracy-unknown",
+            say("own.unknown", "The accuracy of {camera} inside the field is unknown.", camera=title),
+            say("own.unknown.fix", "Calibrate {camera} with a physical lens model, or with points on lines inside the "
+                                   "field.", camera=title))
     return None
 
 

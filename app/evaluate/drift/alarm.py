@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from app.core.statements import Sentence, say, stated
 from app.evaluate.drift.monitor import DriftSample
 
 State = Literal["learning", "unfollowed", "steady", "misplaced", "knocked", "out-of-focus", "replaced", "covered",
@@ -20,22 +21,26 @@ HOLD = 2  # looks in a row
 LONGER = 4  # for what may pass by itself: people in the way, a lamp that warms up, a hand before the lens
 
 FIXES: dict[State, str] = {
-    "learning": "Wait a few seconds.",
-    "unfollowed": "Calibrate it with an image that shows the field lines.",
+    "learning": say("drift.learning.fix", "Wait a few seconds."),
+    "unfollowed": say("drift.unfollowed.fix", "Calibrate it with an image that shows the field lines."),
     "steady": "",
-    "misplaced": "Calibrate it again with a physical lens model, or with points on lines inside the field.",
-    "knocked": "Move the camera back, or update its pose. The lens calibration is kept.",
-    "out-of-focus": "Focus the camera again and lock the ring. If the new focus stays, calibrate the lens again.",
-    "replaced": "Check its image. Move the camera back, or calibrate it again.",
-    "covered": "Uncover the lines, or wait until they are visible again.",
-    "dark": "Switch on the lights, or increase the exposure time.",
+    "misplaced": say("drift.misplaced.fix", "Calibrate it again with a physical lens model, or with points on lines "
+                                            "inside the field."),
+    "knocked": say("drift.moved.fix", "Move the camera back, or update its pose. The lens calibration is kept."),
+    "out-of-focus": say("drift.focus.fix", "Focus the camera again and lock the ring. If the new focus stays, "
+                                           "calibrate the lens again."),
+    "replaced": say("drift.replaced.fix", "Check its image. Move the camera back, or calibrate it again."),
+    "covered": say("drift.covered.fix", "Uncover the lines, or wait until they are visible again."),
+    "dark": say("drift.dark.fix", "Switch on the lights, or increase the exposure time."),
 }
 SENTENCES: dict[State, str] = {
-    "learning": "Checking the camera position…",
-    "unfollowed": "Too few field lines are at their calibrated position. Movement of the camera cannot be detected.",
-    "covered": "Too many field lines are covered. Movement of the camera cannot be detected.",
-    "dark": "The image is too dark. Movement of the camera cannot be detected.",
-    "replaced": "No field lines were detected near their calibrated position. The camera was rotated far, or replaced.",
+    "learning": say("drift.learning", "Checking the camera position…"),
+    "unfollowed": say("drift.unfollowed", "Too few field lines are at their calibrated position. Movement of the "
+                                          "camera cannot be detected."),
+    "covered": say("drift.covered", "Too many field lines are covered. Movement of the camera cannot be detected."),
+    "dark": say("drift.dark", "The image is too dark. Movement of the camera cannot be detected."),
+    "replaced": say("drift.replaced", "No field lines were detected near their calibrated position. The camera was "
+                                      "rotated far, or replaced."),
 }
 
 
@@ -78,13 +83,14 @@ class DriftStatus:
 
     def to_json(self) -> dict[str, Any]:
         judged = self.sample.judged if self.sample else None
-        return {"state": self.state, "alarm": self.alarm, "since": round(self.since, 3),
-                "px": _rounded(judged and judged.px), "mm": _rounded(judged and judged.mm),
-                "sigma_px": _rounded(judged and judged.sigma_px), "sigma_mm": _rounded(judged and judged.sigma_mm),
-                "softer_px": self.sample.softer_px if self.sample else None,
-                "seen": self.sample.seen if self.sample else 0,
-                "sentence": self.misplaced if self.state == "misplaced" else sentence(self.state, self.worded),
-                "fix": FIXES[self.state]}
+        return stated({
+            "state": self.state, "alarm": self.alarm, "since": round(self.since, 3),
+            "px": _rounded(judged and judged.px), "mm": _rounded(judged and judged.mm),
+            "sigma_px": _rounded(judged and judged.sigma_px), "sigma_mm": _rounded(judged and judged.sigma_mm),
+            "softer_px": self.sample.softer_px if self.sample else None,
+            "seen": self.sample.seen if self.sample else 0,
+            "sentence": self.misplaced if self.state == "misplaced" else sentence(self.state, self.worded),
+            "fix": FIXES[self.state]})
 
 
 class DriftWatch:
@@ -130,25 +136,32 @@ def _same_kind(before: State, state: State) -> bool:
     return before == state or (before in ALARMS and state in ALARMS)
 
 
-def sentence(state: State, sample: DriftSample | None) -> str:
+def sentence(state: State, sample: DriftSample | None) -> Sentence:
     """Describe the status for the operator."""
     if state in SENTENCES:
         return SENTENCES[state]
     if state == "out-of-focus":
-        how = "softer" if sample.softer_px > 0 else "sharper"
-        return f"The focus has changed: the lines are {how} by {_px(abs(sample.softer_px))} px."
+        px = _px(abs(sample.softer_px))
+        return (say("drift.softer", "The focus has changed: the lines are softer by {px} px.", px=px)
+                if sample.softer_px > 0 else
+                say("drift.sharper", "The focus has changed: the lines are sharper by {px} px.", px=px))
     now = sample.judged
     if state == "knocked":
-        return f"The camera has moved. Positions are off by about {_mm(now.mm)} mm ({_px(now.px)} px)."
-    return f"No movement detected ({_px(now.px)} px, {_mm(now.mm)} mm)."
+        return say("drift.moved", "The camera has moved. Positions are off by about {mm} mm ({px} px).",
+                   mm=_mm(now.mm), px=_px(now.px))
+    return say("drift.steady", "No movement detected ({px} px, {mm} mm).", px=_px(now.px), mm=_mm(now.mm))
 
 
 def _px(px: float) -> str:
-    return "under 0.01" if px < 0.01 else f"{px:.2f}" if px < 1 else f"{px:.1f}" if px < 10 else f"{px:.0f}"
+    if px < 0.01:
+        return say("under", "under {value}", value="0.01")
+    return f"{px:.2f}" if px < 1 else f"{px:.1f}" if px < 10 else f"{px:.0f}"
 
 
 def _mm(mm: float) -> str:
-    return "under 0.1" if mm < 0.1 else f"{mm:.1f}" if mm < 10 else f"{mm:.0f}"
+    if mm < 0.1:
+        return say("under", "under {value}", value="0.1")
+    return f"{mm:.1f}" if mm < 10 else f"{mm:.0f}"
 
 
 def _rounded(value: float | None) -> float | None:

@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 from app.core import opencv
 from app.core.field import Field, Region
 from app.core.geometry import ImageSize
+from app.core.marking_names import marking_name
+from app.core.statements import Sentence, join, say, stated
 from app.core.text_format import format_mm
 from app.evaluate.drift.check_figures import CheckFigures
 from app.evaluate.drift.line_check import MOST, line_deviations, measure_lines
-from app.evaluate.fit.verdict import FAIR_MM, GOOD_MM
+from app.evaluate.fit.verdict import FAIR_MM, GOOD_MM, level_of
 from app.evaluate.fit.verification import MARKING_FOUND, MAX_MISSING, MIN_FOUND, MISSING_SHOWN
 from app.models import CameraModel
 
@@ -23,8 +25,9 @@ ELSEWHERE = 0.5  # of the length that is expected: so much of other lines, and t
 INCONCLUSIVE = ("elsewhere", "not-seen")  # reasons for which no figure in mm means anything
 AS_MADE = 1.5  # times the error in the calibration's own report: then nothing has changed
 LENS = 2.0  # times: what is left when the picture's motion is taken away, against the level's bound
-WORDS = {"good": "The calibration is still valid", "fair": "The calibration is usable but has drifted",
-         "poor": "The calibration is no longer valid"}
+WORDS = {"good": say("check.valid", "The calibration is still valid"),
+         "fair": say("check.drifted", "The calibration is usable but has drifted"),
+         "poor": say("check.not-valid", "The calibration is no longer valid")}
 
 
 def verdict_in(picture: NDArray[np.uint8], model: CameraModel, field: Field, region: Region) -> dict[str, Any]:
@@ -44,55 +47,71 @@ def check_verdict(found: CheckFigures, lines: Sequence[Mapping[str, Any]]) -> di
     far = max((line for line in lines if line["found_share"] >= MARKING_FOUND), key=lambda line: line["rms_mm"])
     worst = max(v["p95_mm"] for v in ({"p95_mm": found.p95_mm}, found.carpet, found.hat) if v is not None)
     worst = max(worst, far["rms_mm"] / PAINT)
-    level = "good" if worst <= GOOD_MM else "fair" if worst <= FAIR_MM else "poor"
+    level = level_of(worst)
     if found.missing:
         many = found.missing_share > MAX_MISSING or found.missing_inside > MOST
         level = "poor" if level == "poor" or many else "fair"
-    whole = ""  # what lines that cross tell of the carpet between them
-    if found.carpet is not None:
-        whole = f"; the whole carpet {_mm(found.carpet['mean_mm'])}"
-        whole += f", robot tops up to {_mm(found.hat['max_mm'])}" if found.hat else ""
-    sentence = (f"{WORDS[level]}: the lines are {_mm(found.rms_mm)} from their calibrated position (95 % within "
-                f"{_mm(found.p95_mm)}){whole}. {100 * found.found_share:.0f} % of the expected lines were detected.")
+    sentence = join(_errors(found, WORDS[level]), say(
+        "check.detected", "{share:.0f} % of the expected lines were detected.", share=100 * found.found_share))
     if level == "good":
-        return {"level": level, "sentence": sentence, "fix": "", "reason": "holds"}
+        return stated({"level": level, "sentence": sentence, "fix": "", "reason": "holds"})
     if worst > GOOD_MM:
-        sentence += f" Largest error: {far['feature']}, {_mm(far['rms_mm'])}."
+        sentence = join(sentence, say("check.largest", "Largest error: {line}, {mm}.",
+                                      line=marking_name(far["feature"]), mm=_mm(far["rms_mm"])))
     if found.missing:
-        named = ", ".join(found.missing[:MISSING_SHOWN])
-        return {"level": level, "sentence": f"{sentence} Not at their calibrated position, and not covered: {named}.",
-                "reason": "lines-missing", "fix": "Check the overlay on the image. If these lines exist on the field, "
-                                                  "calibrate again with a physical lens model, or with points on them. "
-                                                  "Otherwise choose the correct field."}
-    if found.own_mm is not None and worst <= AS_MADE * found.own_mm:
-        return {"level": level, "sentence": f"{sentence} When it was calibrated, the error was already "
-                                            f"{_mm(found.own_mm)}.",
-                "fix": "The camera has not moved. Calibrate again with a better lens model or "
-                       "more points.", "reason": "as-made"}
-    bound = GOOD_MM if level == "fair" else FAIR_MM
-    if found.left_mm is not None and found.left_mm > bound / LENS:
-        return {"level": level, "sentence": sentence, "reason": "lens",
-                "fix": "This is not a simple shift: the lens settings changed, the lines were repainted, or the lens "
-                       "model was not accurate between its points. Calibrate again."}
-    return {"level": level, "sentence": sentence, "reason": "moved",
-            "fix": "The camera has moved. Update its pose, or calibrate it again."}
+        sentence = join(sentence, say(
+            "check.missing", "Not at their calibrated position, and not covered: {lines}.",
+            lines=[marking_name(name) for name in found.missing[:MISSING_SHOWN]]))
+        reason, fix = "lines-missing", say(
+            "check.missing.fix", "Check the overlay on the image. If these lines exist on the field, calibrate again "
+            "with a physical lens model, or with points on them. Otherwise choose the correct field.")
+    elif found.own_mm is not None and worst <= AS_MADE * found.own_mm:
+        sentence = join(sentence, say("check.as-made", "When it was calibrated, the error was already {mm}.",
+                                      mm=_mm(found.own_mm)))
+        reason, fix = "as-made", say("check.as-made.fix", "The camera has not moved. Calibrate again with a better "
+                                                          "lens model or more points.")
+    elif found.left_mm is not None and found.left_mm > (GOOD_MM if level == "fair" else FAIR_MM) / LENS:
+        reason, fix = "lens", say(
+            "check.lens.fix", "This is not a simple shift: the lens settings changed, the lines were repainted, or the "
+            "lens model was not accurate between its points. Calibrate again.")
+    else:
+        reason, fix = "moved", say("check.moved.fix", "The camera has moved. Update its pose, or calibrate it again.")
+    return stated({"level": level, "sentence": sentence, "fix": fix, "reason": reason})
+
+
+def _errors(found: CheckFigures, words: Sentence) -> Sentence:
+    """Say how far the lines are off, and what lines that cross tell of the carpet between them."""
+    begin, values = "{verdict}: the lines are {mm} from their calibrated position (95 % within {mm_95})", {
+        "verdict": words, "mm": _mm(found.rms_mm), "mm_95": _mm(found.p95_mm)}
+    if found.carpet is None:
+        return say("check.lines", begin + ".", **values)
+    values["carpet"] = _mm(found.carpet["mean_mm"])
+    if not found.hat:
+        return say("check.carpet", begin + "; the whole carpet {carpet}.", **values)
+    return say("check.robot-tops", begin + "; the whole carpet {carpet}, robot tops up to {tops}.",
+               **values, tops=_mm(found.hat["max_mm"]))
 
 
 def _inconclusive(found: CheckFigures, lines: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    share = f"Only {100 * found.found_share:.0f} % of the expected lines were detected"
+    share = 100 * found.found_share
     if found.others_share > ELSEWHERE:
-        return {"level": "poor", "reason": "elsewhere",
-                "sentence": f"{share} at their calibrated position, but other lines are visible: the camera has "
-                            "rotated, or the image shows another field.",
-                "fix": "Check the field type and the covered area, then calibrate the camera again."}
-    hidden = [line["feature"] for line in lines if line["found_share"] < MARKING_FOUND]
-    named = f"; not detected: {', '.join(hidden[:4])}" if hidden else ""
-    return {"level": None, "reason": "not-seen", "sentence": f"{share}{named}. The result is inconclusive.",
-            "fix": "Uncover the lines, improve the lighting, or take several images so that moving people are removed. "
-                   "Then check again. If the field is clear, the camera was rotated far: calibrate it again."}
+        return stated({"level": "poor", "reason": "elsewhere", "sentence": say(
+            "check.elsewhere", "Only {share:.0f} % of the expected lines were detected at their calibrated position, "
+            "but other lines are visible: the camera has rotated, or the image shows another field.", share=share),
+            "fix": say("check.elsewhere.fix",
+                       "Check the field type and the covered area, then calibrate the camera again.")})
+    hidden = [marking_name(line["feature"]) for line in lines if line["found_share"] < MARKING_FOUND]
+    return stated({"level": None, "reason": "not-seen", "sentence": say(
+        "check.not-seen.named", "Only {share:.0f} % of the expected lines were detected; not detected: {lines}. The "
+        "result is inconclusive.", share=share, lines=hidden[:MISSING_SHOWN]) if hidden else say(
+        "check.not-seen", "Only {share:.0f} % of the expected lines were detected. The result is inconclusive.",
+        share=share),
+        "fix": say("check.not-seen.fix", "Uncover the lines, improve the lighting, or take several images so that "
+                   "moving people are removed. Then check again. If the field is clear, the camera was rotated far: "
+                   "calibrate it again.")})
 
 
 def _mm(value: float | None) -> str:
     if value is None:
-        return "an unknown distance"
+        return say("unknown-distance", "an unknown distance")
     return "0.1 mm" if value < 0.1 else format_mm(value)

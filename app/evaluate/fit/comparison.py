@@ -20,6 +20,7 @@ import numpy as np
 
 from app.core.field import BORDERS, Region
 from app.core.records import Fit
+from app.core.statements import Sentence, join, say, stated
 from app.evaluate.fit.contradiction import EXPLAINS, EXPLAINS_PX, MIN_TERMS
 from app.evaluate.fit.difference import difference_mm
 from app.evaluate.fit.report import expected_figures
@@ -31,7 +32,7 @@ WITHIN_CHANCE = 1.15  # held-out errors of a few dozen clicks are known to about
 SAME_MM = 0.3
 UNKNOWN = "weakly-determined"  # the warning of a fit whose inside is a guess
 LENS_ENDS, CONTRADICTED = "lens-ends", "another-lens"  # of those that are not recommended while there are others
-_NOTHING = "No model could be cross-validated. Add points, also inside the field."
+_NOTHING = say("comparison.nothing", "No model could be cross-validated. Add points, also inside the field.")
 BENDS = {"homography": False, "fisheye": True}  # a fisheye bends lines without any terms
 
 
@@ -57,7 +58,7 @@ def compare_models(candidates: list[FittedModel], region: Region) -> dict[str, A
         rays = {c.name for c in candidates if isinstance(c.fit.model, RayModel)}
         known = [row for row in known if row["model"] in rays]
     if not known:
-        return {"ranking": rows, "recommended": None, "no_significant_distortion": None, "reason": _NOTHING}
+        return stated({"ranking": rows, "recommended": None, "no_significant_distortion": None, "reason": _NOTHING})
     least = known[0]["field_mm"]
     close = [row for row in known if row["field_mm"] <= WITHIN_CHANCE * least + SAME_MM]
     # not one that another lens on the same points contradicts, or that ends before the field does
@@ -65,8 +66,8 @@ def compare_models(candidates: list[FittedModel], region: Region) -> dict[str, A
     close = fine or [row for row in known if reference and row["model"] == reference.name] or close
     simplest = min(close, key=lambda row: (row["parameters"], row["field_mm"]))
     chosen = next((row for row in close if not straight and reference and row["model"] == reference.name), simplest)
-    return {"ranking": rows, "recommended": chosen["model"], "no_significant_distortion": straight,
-            "reason": _sentence(chosen, known, straight, reference)}
+    return stated({"ranking": rows, "recommended": chosen["model"], "no_significant_distortion": straight,
+                   "reason": _sentence(chosen, known, straight, reference)})
 
 
 def parameter_count(fit: Fit) -> int:
@@ -128,17 +129,25 @@ def _no_significant_distortion(candidates: list[FittedModel], known: list[dict[s
 
 
 def _sentence(chosen: Mapping[str, Any], known: list[dict[str, Any]], straight: bool,
-              reference: FittedModel | None) -> str:
+              reference: FittedModel | None) -> Sentence:
     rivals = [row for row in known if row["model"] != chosen["model"]]
-    words = f"{chosen['title']}: {chosen['field_mm']:.1f} mm inside the field with {chosen['parameters']} parameters"
     better = [row for row in rivals if row["field_mm"] < chosen["field_mm"]]
-    if better:
-        more = " and has more parameters" if better[0]["parameters"] > chosen["parameters"] else ""
-        words += f"; {better[0]['title']} ({better[0]['field_mm']:.1f} mm) is not significantly better{more}"
-    elif rivals:
-        words += f"; the next best is {rivals[0]['title']} with {rivals[0]['field_mm']:.1f} mm"
-    if straight:
-        words = "No significant distortion. " + words
-    if reference is None:
-        words += ". No physical lens model fits, so the error inside the field was not compared"
-    return words + "."
+    begin = "{model}: {mm:.1f} mm inside the field with {n} parameters"
+    values = {"model": chosen["title"], "mm": chosen["field_mm"], "n": chosen["parameters"]}
+    if not rivals:
+        words = say("comparison.alone", begin + ".", **values)
+    else:
+        other = (better or rivals)[0]
+        values |= {"other": other["title"], "other_mm": other["field_mm"]}
+        if not better:
+            words = say("comparison.best", begin + "; the next best is {other} with {other_mm:.1f} mm.", **values)
+        elif other["parameters"] > chosen["parameters"]:
+            words = say("comparison.simpler", begin + "; {other} ({other_mm:.1f} mm) is not significantly better and "
+                        "has more parameters.", **values)
+        else:
+            words = say("comparison.alike", begin + "; {other} ({other_mm:.1f} mm) is not significantly better.",
+                        **values)
+    return join(
+        say("comparison.no-distortion", "No significant distortion.") if straight else "", words,
+        say("comparison.not-compared", "No physical lens model fits, so the error inside the field was not compared.")
+        if reference is None else "")

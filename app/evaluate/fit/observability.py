@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from app.core.field import HAT_MM, Region
 from app.core.geometry import with_z
 from app.core.records import Fit, Warning
+from app.core.statements import Sentence, say
 from app.evaluate.fit.uncertainty import expected_error, grid_over, knows_its_error
 from app.fitting import sensitivity_of
 from app.models import RayModel
@@ -22,6 +23,8 @@ TAPE_MM = 30.0  # how well a height is taped
 GROUPS = {"log_focal": "focal length", "aspect": "pixel aspect", "centre_x": "lens centre",
           "centre_y": "lens centre", "turn_x": "tilt", "turn_y": "tilt", "turn_z": "rotation", "x": "position",
           "y": "position", "height": "height"}
+NAMES = {part: say(f"parameter.{part.replace(' ', '-')}", part) for part in (
+    *GROUPS.values(), "lens", "perspective", "the distortion between the points")}
 
 
 @dataclass(frozen=True)
@@ -80,16 +83,30 @@ def observability_warnings(fit: Fit, region: Region, hat_height_mm: float = HAT_
     if weak is None or max(weak.carpet_mm, weak.hat_mm) <= WARN_MM:
         return []
     rays = isinstance(fit.model, RayModel)
-    cost = f"{weak.carpet_mm:.1f} mm on the carpet"
+    cost = say("cost.carpet", "{mm:.1f} mm on the carpet", mm=weak.carpet_mm)
     if rays:
-        cost += f", {weak.hat_mm:.0f} mm at robot-top height ({hat_height_mm:g} mm)"
+        cost = say("cost.robot-tops", "{mm:.1f} mm on the carpet, {tops_mm:.0f} mm at robot-top height "
+                   "({height_mm:g} mm)", mm=weak.carpet_mm, tops_mm=weak.hat_mm, height_mm=hat_height_mm)
     if weak.taped_hat_mm < 0.7 * weak.hat_mm and {"focal length", "height"} & set(weak.parts):
         return [Warning("height-unknown",
-                        f"The points cannot separate height and focal length. Expected error: {cost}.",
-                        f"Measure and enter the camera height (± {TAPE_MM / 10:.0f} cm is enough). This reduces the "
-                        f"error at robot tops from {weak.hat_mm:.0f} to {weak.taped_hat_mm:.1f} mm. Four points at a "
-                        "known height, or a board calibration of the lens, also help.")]
-    named = " and ".join(weak.parts)
-    return [Warning("weakly-determined", f"The points do not determine {named} well. Expected error: {cost}.",
-                    "Add points all over the image, first at the suggested next point, or use a lens "
-                    f"{'from a board calibration' if rays else 'model'}.")]
+                        say("warning.height-unknown",
+                            "The points cannot separate height and focal length. Expected error: {cost}.", cost=cost),
+                        say("warning.height-unknown.fix",
+                            "Measure and enter the camera height (± {cm:.0f} cm is enough). This reduces the "
+                            "error at robot tops from {mm:.0f} to {measured_mm:.1f} mm. Four points at a known height, "
+                            "or a board calibration of the lens, also help.", cm=TAPE_MM / 10, mm=weak.hat_mm,
+                            measured_mm=weak.taped_hat_mm))]
+    return [Warning("weakly-determined", _not_determined(weak.parts, cost), say(
+        "warning.weakly-determined.board.fix", "Add points all over the image, first at the suggested next point, or "
+        "use a lens from a board calibration.") if rays else say(
+        "warning.weakly-determined.fix", "Add points all over the image, first at the suggested next point, or use a "
+        "lens model."))]
+
+
+def _not_determined(parts: tuple[str, ...], cost: Sentence) -> Sentence:
+    *others, last = (NAMES[part] for part in parts)
+    if not others:
+        return say("warning.weakly-determined.one", "The points do not determine {part} well. Expected error: {cost}.",
+                   part=last, cost=cost)
+    return say("warning.weakly-determined", "The points do not determine {parts} and {last} well. Expected error: "
+               "{cost}.", parts=others, last=last, cost=cost)

@@ -5,6 +5,7 @@ import numpy as np
 from app.core.field import Region
 from app.core.geometry import Array, inside_picture, with_z
 from app.core.records import Warning
+from app.core.statements import say
 from app.evaluate.fit.uncertainty import grid_over
 from app.models import CameraModel
 from app.models.ray_camera import RayCamera
@@ -22,10 +23,10 @@ def reach_warnings(model: CameraModel, region: Region, hat_height_mm: float) -> 
     share = float(np.mean(ends.any(axis=0)))
     if not share:
         return []
-    return [Warning("lens-ends",
-                    f"The fitted lens folds back inside the image. {100 * share:.0f} % of the field, up to robot-top "
-                    "height, is at its limit or beyond and has no position.",
-                    "Use the fisheye model, or add points near the corners of the image.")]
+    return [Warning("lens-ends", say(
+        "warning.lens-ends", "The fitted lens folds back inside the image. {share:.0f} % of the field, up to robot-top "
+        "height, is at its limit or beyond and has no position.", share=100 * share), say(
+        "warning.lens-ends.fix", "Use the fisheye model, or add points near the corners of the image."))]
 
 
 def _ends(model: RayCamera, places: Array) -> Array:

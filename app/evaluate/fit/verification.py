@@ -12,6 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.marking_names import marking_name
+from app.core.statements import Sentence, join, say, stated
+
 # Tuned on simulated scenes and on true pictures matched with fields that they do not show (see the manual's figures).
 MIN_FOUND = 0.68  # of the expected length; a fifth may be hidden
 MARKING_FOUND = 0.3  # of a marking: below it, it counts as missing
@@ -58,30 +61,37 @@ class Verification:
     def unexplained_share(self) -> float:
         return self.unexplained_px / max(self.unexplained_px + self.explained_px, 1e-9)
 
-    def doubts(self) -> tuple[dict[str, str], ...]:
+    def doubts(self) -> tuple[dict[str, Any], ...]:
         """Return why it may be wrong, each with reason, what and fix; empty where there is no doubt."""
-        doubts: list[tuple[str, str, str]] = []
+        doubts: list[tuple[str, Sentence, Sentence]] = []
         markings = int((self.found_px >= MARKING_FOUND * self.expected_px)[self.expected_px > 0].sum())
         if self.share < MIN_FOUND or self.missing_share > MAX_MISSING:
-            named = ", ".join(self.missing[:MISSING_SHOWN])
-            doubts.append(("lines-missing", f"Only {100 * self.share:.0f} % of the expected lines were "
-                                            f"detected{f'; not detected: {named}' if named else ''}.",
-                           "Check the field type and the covered area. Uncover the lines, improve the lighting, or "
-                           "take several images."))
+            named = [marking_name(name) for name in self.missing[:MISSING_SHOWN]]
+            doubts.append(("lines-missing", say(
+                "lines.missing", "Only {share:.0f} % of the expected lines were detected; not detected: {lines}.",
+                share=100 * self.share, lines=named) if named else say(
+                "lines.few", "Only {share:.0f} % of the expected lines were detected.", share=100 * self.share), say(
+                "lines.missing.fix", "Check the field type and the covered area. Uncover the lines, improve the "
+                                     "lighting, or take several images.")))
         if self.unexplained_share > MAX_UNEXPLAINED:
-            doubts.append(("lines-unexplained", f"{100 * self.unexplained_share:.0f} % of the lines detected on the "
-                                                "carpet are not part of the field.",
-                           "Check the field type and the covered area."))
+            doubts.append(("lines-unexplained", say(
+                "lines.unexplained", "{share:.0f} % of the lines detected on the carpet are not part of the field.",
+                share=100 * self.unexplained_share), say(
+                "lines.unexplained.fix", "Check the field type and the covered area.")))
         if self.rival > 1 - MIN_AHEAD:
-            doubts.append(("ambiguous", "The image matches the field in two orientations.",
-                           "Choose the covered area, or enter its approximate orientation or the camera height."))
+            doubts.append(("ambiguous", say(
+                "lines.ambiguous", "The image matches the field in two orientations."), say(
+                "lines.ambiguous.fix",
+                "Choose the covered area, or enter its approximate orientation or the camera height.")))
         if markings < MIN_MARKINGS:
-            doubts.append(("too-few-lines", f"Lines of only {markings} markings were detected.",
-                           "Show more of the field, or mark points."))
+            doubts.append(("too-few-lines", say(
+                "lines.too-few", "Lines of only {n} markings were detected.", n=markings), say(
+                "lines.too-few.fix", "Show more of the field, or mark points.")))
         if self.rms_px > MAX_RMS * self.diagonal_px:
-            doubts.append(("loose", f"The field model is {self.rms_px:.1f} px from the detected lines.",
-                           "Check the field type. If it is correct, try another lens model."))
-        return tuple({"reason": r, "what": w, "fix": f} for r, w, f in doubts)
+            doubts.append(("loose", say(
+                "lines.loose", "The field model is {px:.1f} px from the detected lines.", px=self.rms_px), say(
+                "lines.loose.fix", "Check the field type. If it is correct, try another lens model.")))
+        return tuple(stated({"reason": r, "what": w, "fix": f}) for r, w, f in doubts)
 
     def to_json(self) -> dict[str, Any]:
         return {"found_share": self.share, "missing_share": self.missing_share, "missing": list(self.missing),
@@ -90,15 +100,15 @@ class Verification:
                     self.names, self.expected_px, self.found_px, strict=True) if e > 0]}
 
 
-def verdict_of(doubts: Sequence[Mapping[str, str]], proof: Verification | None, calibrated: Mapping[str, Any] | None,
+def verdict_of(doubts: Sequence[Mapping[str, Any]], proof: Verification | None, calibrated: Mapping[str, Any] | None,
                ) -> dict[str, Any]:
     """Return a level and a sentence: the calibration's own without doubts, else "unsure" or "nothing"."""
     if doubts:
         first = doubts[0]
-        look = " Check the overlay before you continue." if proof else ""
-        return {"level": "unsure" if proof else "nothing", "sentence": first["what"] + look, "fix": first["fix"],
-                "reason": first["reason"]}
+        look = say("lines.check-overlay", "Check the overlay before you continue.") if proof else ""
+        return stated({"level": "unsure" if proof else "nothing", "sentence": join(first["what"], look),
+                       "fix": first["fix"], "reason": first["reason"]})
     own = calibrated or {"level": "unknown", "sentence": ""}
-    found = (f"{100 * proof.share:.0f} % of the expected lines were detected, with an average offset of "
-             f"{proof.rms_px:.2f} px from the field model." if proof else "")
-    return {"level": own["level"], "sentence": f"{found} {own['sentence']}".strip(), "fix": "", "reason": "found"}
+    found = say("lines.found", "{share:.0f} % of the expected lines were detected, with an average offset of "
+                "{px:.2f} px from the field model.", share=100 * proof.share, px=proof.rms_px) if proof else ""
+    return stated({"level": own["level"], "sentence": join(found, own["sentence"]), "fix": "", "reason": "found"})

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.core.geometry import ImageSize, Points
+from app.core.statements import Sentence, say, stated
 from app.evaluate.fit.distortion import STANDARD_LENS_PCT
 from app.evaluate.motion.rolls import Roll, RollAnalysis, analyse_rolls
 from app.models import CameraModel
@@ -45,51 +46,65 @@ def roll_report(rolls: Sequence[RecordedRoll], size: ImageSize, model: CameraMod
     if model is not None:
         corrected = analyse_rolls([model.corrected_from_raw(roll.points) for roll in rolls], seconds,
                                   model.corrected_size)
-    report = {"raw": _roll_json(raw, "the raw image"),
-              "corrected": corrected and _roll_json(corrected, "the corrected image")}
-    return {"image_size": [size.width, size.height], "rolls": len(rolls), **report, "model": name,
-            "sentence": (report["corrected"] or report["raw"])["sentence"]}
+    report = {"raw": _roll_json(raw, RAW),
+              "corrected": corrected and _roll_json(corrected, CORRECTED)}
+    return stated({"image_size": [size.width, size.height], "rolls": len(rolls), **report, "model": name,
+                   "sentence": (report["corrected"] or report["raw"])["sentence"]})
 
 
-def sentence(report: RollAnalysis, where: str) -> str:
+RAW = say("rolls.raw", "the raw image")
+CORRECTED = say("rolls.corrected", "the corrected image")
+
+
+def sentence(report: RollAnalysis, where: Sentence) -> Sentence:
     """Describe in a sentence what all rolls together show."""
     if not report.rolls:
-        return ("No straight roll was long enough. Roll a ball quickly across the field, preferably near its borders.")
-    count = "One roll" if len(report.rolls) == 1 else f"{len(report.rolls)} rolls"
-    left = f"{report.border_pct:+.2f} ± {report.border_sigma_pct:.2f} %".replace("-", "−")
+        return say("rolls.none", "No straight roll was long enough. Roll a ball quickly across the field, preferably "
+                                 "near its borders.")
+    count = (say("rolls.one", "One roll") if len(report.rolls) == 1
+             else say("rolls.several", "{n} rolls", n=len(report.rolls)))
+    pct = f"{report.border_pct:+.2f} ± {report.border_sigma_pct:.2f} %".replace("-", "−")
     if not report.is_free:
-        return (f"{count} in {where} followed irregular curves: the object was driven or pushed. Roll a single ball "
-                "freely, with no other movement on the field.")
+        return say("rolls.not-free", "{rolls} in {image} followed irregular curves: the object was driven or pushed. "
+                   "Roll a single ball freely, with no other movement on the field.", rolls=count, image=where)
     if report.border_sigma_pct > STANDARD_LENS_PCT:
-        return (f"{count} in {where}: {left}. This is inconclusive. Roll more balls, quickly and near the borders.")
+        return say("rolls.inconclusive", "{rolls} in {image}: {pct}. This is inconclusive. Roll more balls, quickly "
+                   "and near the borders.", rolls=count, image=where, pct=pct)
     if abs(report.border_pct) <= SIGMAS * report.border_sigma_pct:
-        return f"{count} in {where}: no significant distortion, {left} along the edge."
-    band = "within" if abs(report.border_pct) <= STANDARD_LENS_PCT else "above"
-    return (f"{count} in {where}: {_kind(report.border_pct)} of {left} along the edge, {band} the "
-            f"±{STANDARD_LENS_PCT:g} % of a typical lens.")
+        return say("rolls.straight", "{rolls} in {image}: no significant distortion, {pct} along the edge.",
+                   rolls=count, image=where, pct=pct)
+    values = {"rolls": count, "image": where, "kind": _kind(report.border_pct), "pct": pct,
+              "typical_pct": STANDARD_LENS_PCT}
+    if abs(report.border_pct) <= STANDARD_LENS_PCT:
+        return say("rolls.within", "{rolls} in {image}: {kind} of {pct} along the edge, within the ±{typical_pct:g} % "
+                   "of a typical lens.", **values)
+    return say("rolls.above", "{rolls} in {image}: {kind} of {pct} along the edge, above the ±{typical_pct:g} % of a "
+               "typical lens.", **values)
 
 
-def roll_verdict(roll: Roll) -> tuple[str, str]:
+def roll_verdict(roll: Roll) -> tuple[str, Sentence]:
     """One roll by itself: good, fair or poor (of the picture, not of the roll), and why, in words."""
     if not roll.used:
-        return "left-out", "Excluded: it does not agree with the other rolls (pushed, spinning or not free)."
+        return "left-out", say("roll.left-out", "Excluded: it does not agree with the other rolls (pushed, spinning or "
+                                                "not free).")
     if roll.spread_pct > STANDARD_LENS_PCT:
-        return "unknown", "Too short or too slow to be conclusive."
+        return "unknown", say("roll.unknown", "Too short or too slow to be conclusive.")
     if abs(roll.sag_pct) <= SIGMAS * roll.spread_pct:
-        return "good", "Straight within the uncertainty."
+        return "good", say("roll.straight", "Straight within the uncertainty.")
+    values = {"kind": _kind(roll.sag_pct), "typical_pct": STANDARD_LENS_PCT}
     if abs(roll.sag_pct) <= STANDARD_LENS_PCT:
-        return "fair", f"A {_kind(roll.sag_pct)}, within the ±{STANDARD_LENS_PCT:g} % of a typical lens."
-    return "poor", f"A {_kind(roll.sag_pct)}, above the ±{STANDARD_LENS_PCT:g} % of a typical lens."
+        return "fair", say("roll.within", "A {kind}, within the ±{typical_pct:g} % of a typical lens.", **values)
+    return "poor", say("roll.above", "A {kind}, above the ±{typical_pct:g} % of a typical lens.", **values)
 
 
-def _roll_json(rolls: RollAnalysis, where: str) -> dict[str, Any]:
+def _roll_json(rolls: RollAnalysis, where: Sentence) -> dict[str, Any]:
     """With a sentence, each roll's verdict, and its number among those that were given."""
-    report = {**rolls.to_json(), "sentence": sentence(rolls, where)}
+    report = stated({**rolls.to_json(), "sentence": sentence(rolls, where)})
     for one, roll in zip(report["rolls"], rolls.rolls, strict=True):
         level, words = roll_verdict(roll)
-        one |= {"number": roll.number, "level": level, "words": words}
+        one |= stated({"number": roll.number, "level": level, "words": words})
     return report
 
 
-def _kind(pct: float) -> str:
-    return "barrel" if pct < 0 else "pincushion"
+def _kind(pct: float) -> Sentence:
+    return say("kind.barrel", "barrel") if pct < 0 else say("kind.pincushion", "pincushion")

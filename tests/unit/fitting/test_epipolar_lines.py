@@ -77,7 +77,8 @@ def test_each_kind_of_disagreement_has_its_own_cure(offsets, covered, level, cur
 def test_mistakes_among_matches_are_named_as_the_operator_counts_them():
     good = np.ones(30, bool)
     assert of_fundamental(np.full(30, 0.3), good, np.arange(30)) == {
-        "level": "good", "sentence": "30 of 30 matches agree with one geometry, within 0.30 px.", "fix": ""}
+        "level": "good", "sentence": "30 of 30 matches agree with one geometry, within 0.30 px.", "fix": "",
+        "statements": {"sentence": [{"code": "pair.geometry", "values": {"n": 30, "all": 30, "px": 0.3}}]}}
     good[[4, 11]] = False
     told = of_fundamental(np.full(30, 0.3), good, np.arange(30))
     assert told["level"] == "fair" and told["sentence"].endswith("Matches 5 and 12 do not.")

@@ -1,0 +1,54 @@
+"""The verdict on a fit: a level and a sentence that never contradicts the figures beside it."""
+
+from dataclasses import replace
+
+import pytest
+
+from app.evaluate.fit.verdict import FitAccuracy, fit_verdict
+
+
+def accuracy(carpet_mm: float, tops_mm: float | None = None, **others) -> FitAccuracy:
+    """Return what is known of a physical lens model whose expected errors, rms, are these."""
+    sigma = {"rms": carpet_mm, "rms_95": 1.4 * carpet_mm}
+    if tops_mm is not None:
+        sigma["hat"] = {"rms": tops_mm, "rms_95": 1.4 * tops_mm}
+    known = FitAccuracy(None, None, sigma, knows_inside=True, is_physical=True, reaches=True, hat_height_mm=150.0)
+    return replace(known, **others)
+
+
+@pytest.mark.parametrize(("carpet_mm", "tops_mm", "level", "begin"), [
+    (2, 3, "good", "Accurate enough for matches. Expected"),
+    (2, 9, "fair", "Usable. Accurate on the carpet, but robot tops may be off by about 9 mm."),
+    (2, 60, "poor", "Not accurate enough for matches. Accurate on the carpet, but robot tops may be off by about 60"),
+    (9, 12, "fair", "Usable. Expect positions to be off by up to 15 mm. Robot tops may be off by about 12 mm."),
+    (9, 60, "poor", "Not accurate enough for matches. Usable on the carpet, but robot tops may be off by about 60"),
+    (102, 340, "poor", "Not accurate enough for matches: positions inside the field are off by centimetres. Robot tops "
+                       "may be off by about 340 mm. Expected error on the carpet: 102.0 mm"),
+])
+def test_the_carpet_is_called_accurate_only_where_it_is(carpet_mm, tops_mm, level, begin):
+    found = fit_verdict(accuracy(carpet_mm, tops_mm))
+    assert (found["level"], found["sentence"][:len(begin)]) == (level, begin)
+    assert found["mm"] == carpet_mm
+
+
+def test_a_lens_that_ends_before_the_field_is_at_most_fair():
+    found = fit_verdict(accuracy(1, 1, reaches=False))
+    assert found["level"] == "fair"
+    assert "does not cover the whole field. Expected error" in found["sentence"]
+
+
+def test_a_freer_lens_elsewhere_counts_into_the_length():
+    found = fit_verdict(accuracy(3, 4, apart_mm=40.0, freer="Fisheye"))
+    assert found["level"] == "poor"
+    assert found["mm"] == pytest.approx(40.1, abs=0.05)
+    assert "Fisheye places the field 40 mm away" in found["sentence"]
+
+
+def test_what_the_sentence_states_stands_beside_it():
+    found = fit_verdict(accuracy(2, 9))
+    assert [one["code"] for one in found["statements"]["sentence"]] == [
+        "verdict.usable-only", "verdict.accurate-but-robot-tops", "verdict.expected"]
+    assert found["statements"]["sentence"][2]["values"] == {"mm": 2.0, "mm_95": 2.8}
+    unknown = fit_verdict(FitAccuracy(None, None, None, knows_inside=False, is_physical=False, reaches=True,
+                                      hat_height_mm=150.0))
+    assert unknown["level"] == "unknown" and unknown["mm"] is None
