@@ -136,7 +136,8 @@ def bundle(static: Path, modules: Path, work: Path, made: Path) -> list[str]:
         raise SystemExit("\nesbuild has no program for this machine.")
     done = subprocess.run(
         [programs[0], "page/main=main.js", f"page/main={work / 'page.css'}",
-         "stream_worker=features/live/stream_worker.js", "--bundle", "--minify", "--format=esm", f"--outdir={made}",
+         "stream_worker=features/live/stream_worker.js", "--bundle", "--splitting", "--chunk-names=page/[name]-[hash]",
+         "--minify", "--format=esm", f"--outdir={made}",
          f"--metafile={work / 'meta.json'}", "--log-level=warning"],
         cwd=static, env={**os.environ, "NODE_PATH": str(modules)}, capture_output=True, text=True)
     if done.returncode != 0:

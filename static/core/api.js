@@ -1,6 +1,7 @@
 // The one way to the server: JSON in and out, refusals as Problem, a silent server as Away.
 import { signal } from "@preact/signals";
 import { headerName, operatorName } from "./operator.js";
+import { translated } from "./statements.js";
 import { t } from "./words.js";
 
 const ROOT = "/api/v1";
@@ -56,6 +57,8 @@ export async function request(method, path, { json, body, headers = {}, keepaliv
     throw new ServerUnreachable(t("common.server-silent"));
   }
   online.value = true;
+  const parsed = response.json.bind(response);
+  response.json = async () => translated(await parsed());
   if (response.ok) return response;
   throw new Problem(response.status, await response.json().catch(() => ({})));
 }

@@ -1,6 +1,6 @@
 // Numbers and times as the operator reads them: true minus, thin spaces, units, and a dash for what is not known.
 import { BORDERS } from "./document.js";
-import { LOCALE, t } from "./words.js";
+import { LOCALE, POINT, t } from "./words.js";
 
 /** @param {number | null | undefined} value @param {number} [digits] */
 export function number(value, digits = 1) {
@@ -8,7 +8,7 @@ export function number(value, digits = 1) {
   const [whole, part] = Math.abs(value).toFixed(digits).split(".");
   const grouped = whole.replace(/\B(?=(\d{3})+$)/g, "\u202f");
   const isZero = Number(Math.abs(value).toFixed(digits)) === 0;
-  return (value < 0 && !isZero ? "−" : "") + grouped + (part ? "." + part : "");
+  return (value < 0 && !isZero ? "−" : "") + grouped + (part ? POINT + part : "");
 }
 
 /** Millimetres with as many digits as anybody can use. @param {number | null | undefined} value */

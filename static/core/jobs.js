@@ -1,5 +1,6 @@
 // One job on the server: start it, follow its progress to the end, cancel it.
 import { Problem, ServerUnreachable, address, call, request } from "./api.js";
+import { translated } from "./statements.js";
 
 const RETRY_MS = 500;
 
@@ -57,7 +58,7 @@ function streamStates(job, stop, onProgress) {
     const line = new WebSocket(address(`/jobs/${job.id}/stream`));
     const end = () => line.close();
     line.addEventListener("message", ({ data }) => {
-      const now = JSON.parse(data);
+      const now = translated(JSON.parse(data));
       if (!("state" in now)) return; // a refusal: the next look says it
       last = now;
       if (isOver(now)) end();

@@ -1,5 +1,6 @@
 // A WebSocket of the API that is opened again whenever it breaks, until it is closed.
 import { address } from "./api.js";
+import { translated } from "./statements.js";
 
 const AGAIN_MS = 1500;
 const nothing = () => {};
@@ -27,7 +28,7 @@ export function openSocket(path, { onMessage, onOpen = nothing, onBreak = nothin
       if (!isOver) onOpen();
     });
     socket.addEventListener("message", ({ data }) => {
-      if (!isOver) onMessage(JSON.parse(data));
+      if (!isOver) onMessage(translated(JSON.parse(data)));
     });
     socket.addEventListener("close", () => {
       if (isOver) return;

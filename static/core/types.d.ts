@@ -73,6 +73,9 @@ export interface Curve {
 export interface SnapAnswer {
   state: "snapped" | "kept"; point: Point; moved_px?: number; width_px?: number; direction_deg?: number; sigma_px?: number; confidence?: number; reason?: string; what?: string;
 }
+/** What a sentence of the server states, for a page in another language; a value may be a statement itself. */
+export interface Statement { code?: string; values?: Record<string, StatedValue>; text?: string }
+export type StatedValue = string | number | Statement | StatedValue[];
 export interface Refusal { detail: string; fix: string; title?: string; reason?: string; feature?: string | null; index?: number | null; entry?: string }
 export interface Warning { reason: string; text: string; fix: string; feature: string | null; index: number | null }
 export interface Feature { feature: string; kind: string; points: (Point | null)[] }

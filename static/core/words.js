@@ -1,40 +1,67 @@
 // What the page says, in the reader's language: t("calibrate.points-added", { count }).
 import en from "./words/en.js";
-import { pseudo } from "./words/pseudo.js";
 
 /**
  * @typedef {import("./words/types").Key} Key
  * @typedef {import("./words/types").Values} Values
+ * @typedef {import("./words/types").Entry} Entry
  */
 
 const KEPT = "touchline-language";
 const VALUE = /\{(\w+)\}/g;
 
 /**
- * The catalogues, by language. "pseudo" is for tests: whatever it leaves readable comes from no catalogue.
- * @type {Record<string, () => Record<Key, import("./words/types").Entry>>}
+ * The catalogues, by language; any other than English is loaded where it is wanted. `statements`: what the server says,
+ * by code. "pseudo" is for tests: whatever it leaves readable comes from no catalogue.
+ * @type {Record<string, () => Promise<{ messages: Record<Key, Entry>, statements?: Record<string, string> }>>}
  */
-const CATALOGUES = { en: () => en, pseudo: () => pseudo(en) };
+const CATALOGUES = {
+  en: async () => ({ messages: en }),
+  de: () => import("./words/de.js"),
+  pseudo: async () => ({ messages: (await import("./words/pseudo.js")).pseudo(en) }),
+};
+/** The languages that an operator can choose, by their own names. */
+export const LANGUAGES = { en: "English", de: "Deutsch" };
 
 /** The page's language, fixed until the page is loaded again. */
-export const language = [chosen(), ...navigator.languages]
+export const language = [chosenLanguage(), ...navigator.languages]
   .map((tag) => tag.toLowerCase().split("-")[0])
   .find((it) => it in CATALOGUES) ?? "en";
 
-/** Whose plurals, times and dates are used: English as it is written in Great Britain, 22 Nov, 06:46. */
+/** Whose plurals, numbers, times and dates are used: English as in Great Britain, 22 Nov, 06:46. */
 export const LOCALE = language === "en" || language === "pseudo" ? "en-GB" : language;
 
-const catalogue = CATALOGUES[language]();
+/** The decimal point: a comma in German. */
+export const POINT = new Intl.NumberFormat(LOCALE).formatToParts(0.1).find((part) => part.type === "decimal")?.value;
+
+const { messages: catalogue, statements } = await CATALOGUES[language]();
 const plurals = new Intl.PluralRules(LOCALE);
 document.documentElement.lang = LOCALE;
 
-function chosen() {
+/** The language that was chosen in this browser; "" where the browser's own counts. */
+export function chosenLanguage() {
   try {
     return localStorage.getItem(KEPT) ?? "";
   } catch {
     return ""; // private windows keep nothing
   }
 }
+
+/** Load the page in another language. @param {string} to "" for the browser's own */
+export function chooseLanguage(to) {
+  if (to) localStorage.setItem(KEPT, to);
+  else localStorage.removeItem(KEPT);
+  location.reload();
+}
+
+/**
+ * What the server states by this code, in the page's language; undefined where that has no words for it.
+ * @param {string} code
+ */
+export const statement = (code) => statements?.[code];
+
+/** Whether there are words for what the server states; if not, its English sentences are shown. */
+export const hasStatements = statements !== undefined;
 
 /**
  * The message of a key as the catalogue has it, in the form that the count asks for.
@@ -57,5 +84,8 @@ export function message(key, values) {
  */
 export function t(key, ...rest) {
   const values = /** @type {Values} */ (rest[0] ?? {});
-  return message(key, values).replace(VALUE, (_, name) => String(values[name] ?? ""));
+  return filled(message(key, values), values);
 }
+
+/** A text with its values in their places. @param {string} text @param {Values} values */
+export const filled = (text, values) => text.replace(VALUE, (_, name) => String(values[name] ?? ""));

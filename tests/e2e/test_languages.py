@@ -75,6 +75,43 @@ def test_every_text_of_every_page_and_step_comes_from_the_catalogue(pseudo, save
     assert {name: texts for name, texts in found.items() if texts} == {}
 
 
+# No German text has them; names of fields, models, files and operators have none of them either.
+ENGLISH_ONLY = re.compile(r"\b(the|of|is|are|was|with|and|from|this|not|no|your?|its?|has|have|been|to|for|by|at|on)\b")
+
+
+def test_a_german_browser_gets_a_german_page_with_nothing_english_in_it(browser, saved, server):
+    kept = saved("brown-conrady")
+    context = browser.new_context(locale="de-DE", viewport={"width": 1280, "height": 800})
+    page, found = context.new_page(), {}
+
+    def english() -> list[str]:
+        return [text for text in page.evaluate(SHOWN) if ENGLISH_ONLY.search(text)]
+
+    for name, (address, place) in PLACES.items():
+        page.goto(f"{server.url}/{address}")
+        at_rest(page, place)
+        found[name] = english()
+    for step in STEPS:
+        page.goto(f"{server.url}/#/calibrate/{kept.snapshot}/{step}")
+        expect(page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step")
+        at_rest(page, STEPS[step])
+        found[step] = english()
+    assert page.locator("html").get_attribute("lang") == "de"
+    context.close()
+    assert {name: texts for name, texts in found.items() if texts} == {}
+
+
+def test_the_language_is_chosen_among_the_preferences_and_kept(page, server):
+    page.goto(f"{server.url}/#/system/server")
+    page.get_by_test_id("language").select_option("de")
+    expect(page.locator("html")).to_have_attribute("lang", "de")
+    expect(page.get_by_test_id("language")).to_have_value("de")
+    page.reload()
+    expect(page.locator("html")).to_have_attribute("lang", "de")
+    page.get_by_test_id("language").select_option("")
+    expect(page.locator("html")).to_have_attribute("lang", "en-GB")
+
+
 def test_the_language_is_the_browsers_and_english_where_there_is_no_catalogue(browser, server):
     for locale in ("en-GB", "fr-FR"):
         context = browser.new_context(locale=locale)

@@ -6,7 +6,8 @@ import pytest
 
 from tests.support.page_text import texts_outside
 from tests.support.paths import NOT_OURS, ROOT, STATIC
-from tests.support.words import CATALOGUES, VALUE, WORDS, entries, like, messages, t
+from tests.support.statements import statements, values_of
+from tests.support.words import CATALOGUES, OTHERS, STATEMENTS, TAG, VALUE, WORDS, entries, forms_of, like, messages, t
 
 SCRIPTS = [p for p in sorted(STATIC.rglob("*.js")) if not NOT_OURS & {*p.parts} and WORDS not in p.parents]
 KEY = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*(\.[a-z0-9]+(-[a-z0-9]+)*)+")
@@ -36,6 +37,35 @@ def test_every_catalogue_is_one_message_a_line_in_order_under_its_own_name():
         assert f'"./en/{path.name}"' in (WORDS / "en.js").read_text(), path.name
         everywhere += keys
     assert len(everywhere) == len({*everywhere}) > 1000
+
+
+@pytest.mark.parametrize("language", OTHERS)
+def test_another_language_has_the_same_messages_with_the_same_values_and_elements(language):
+    assert [path.name for path in OTHERS[language]] == [path.name for path in CATALOGUES]
+    for theirs, english in zip(OTHERS[language], CATALOGUES, strict=True):
+        assert [key for key, _ in entries(theirs)] == [key for key, _ in entries(english)], theirs.name
+        assert len(theirs.read_text(encoding="utf-8").splitlines()) == len(english.read_text().splitlines())
+    for key, forms in messages().items():
+        other = messages(language)[key]
+        assert {*other} >= {*forms}, key
+        for form, text in other.items():
+            model = forms.get(form, forms["other"])
+            assert {*VALUE.findall(text)} - {"count"} == {*VALUE.findall(model)} - {"count"}, key
+            assert sorted(TAG.findall(text)) == sorted(TAG.findall(model)), key
+            assert text.strip() or not model.strip(), key
+
+
+@pytest.mark.parametrize("language", STATEMENTS)
+def test_another_language_has_words_for_all_that_the_server_states(language):
+    theirs = {key: forms_of(entry)["other"] for path in STATEMENTS[language] for key, entry in entries(path)}
+    assert all([key for key, _ in entries(path)] == sorted(key for key, _ in entries(path))
+               for path in STATEMENTS[language])
+    begun = tuple(code[:-1] for code in statements() if code.endswith("*"))
+    assert {code for code in statements() if not code.endswith("*")} - {*theirs} == set(), "no words for them"
+    assert {code for code in theirs if code not in statements() and not code.startswith(begun)} == set(), "never stated"
+    for code, template in statements().items():
+        if template is not None and not code.endswith("*"):
+            assert values_of(theirs[code]) == values_of(template), code
 
 
 def test_every_message_is_used():

@@ -9,6 +9,8 @@ from tests.support.paths import STATIC
 
 WORDS = STATIC / "core" / "words"
 CATALOGUES = sorted((WORDS / "en").glob("*.js"))
+OTHERS = {"de": sorted((WORDS / "de").glob("*.js"))}  # languages whose catalogues have what the English ones have
+STATEMENTS = {"de": sorted((WORDS / "de" / "statements").glob("*.js"))}
 ENTRY = re.compile(r'^  "([^"]+)": (.+),$', re.MULTILINE)
 FORM = re.compile(r'(zero|one|two|few|many|other): ("(?:[^"\\]|\\.)*")')
 VALUE = re.compile(r"\{(\w+)\}")
@@ -34,9 +36,9 @@ def _message(key: str, values: dict[str, object]) -> str:
 
 
 @cache
-def messages() -> dict[str, dict[str, str]]:
+def messages(language: str = "en") -> dict[str, dict[str, str]]:
     """Return the forms of every message by key; a message of one form has that as "other"."""
-    return {key: forms_of(entry) for path in CATALOGUES for key, entry in entries(path)}
+    return {key: forms_of(entry) for path in OTHERS.get(language, CATALOGUES) for key, entry in entries(path)}
 
 
 def entries(path: Path) -> list[tuple[str, str]]:

@@ -3,6 +3,7 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call, online } from "../../core/api.js";
 import { go, route } from "../../core/route.js";
 import { cameras, notifyError, pointer } from "../../core/state.js";
+import { translated } from "../../core/statements.js";
 import { theme } from "../../core/theme.js";
 import { t } from "../../core/words.js";
 import { mainViewport } from "../../canvas/viewport.js";
@@ -182,7 +183,7 @@ export function startScene() {
     let wasIdle = false; // closed because nobody looked: then it is opened anew by hand alone
     const isCurrent = () => line === to;
     to.addEventListener("message", ({ data }) => {
-      const message = JSON.parse(data);
+      const message = translated(JSON.parse(data));
       if (!isCurrent()) return;
       if (message.address) {
         place.value = message.address;

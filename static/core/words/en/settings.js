@@ -3,6 +3,8 @@ export default /** @type {const} */ ({
   "settings.browser.correction": "Image correction",
   "settings.browser.forget": "Reset browser preferences",
   "settings.browser.forget.what": "Name, theme and image lists. Unsynced points are not deleted.",
+  "settings.browser.language": "Language",
+  "settings.browser.language.browser": "As the browser",
   "settings.browser.name": "Your name (shown on your versions and to others editing the same image)",
   "settings.browser.name.placeholder": "Anonymous",
   "settings.browser.sign-out": "Sign out",

@@ -4,6 +4,7 @@ import { doc } from "../../../core/document.js";
 import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { modelName, models } from "../../../core/state.js";
+import { inWords } from "../../../core/statements.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { rich } from "../../../ui/rich.js";
@@ -31,6 +32,7 @@ const COLUMNS = [
 ];
 
 /** By which column; up: the smallest first. */
+const NO_DISTORTION = { code: "comparison.no-distortion" }; // told apart, above the reason
 const order = signal(/** @type {{ by: Column, up: boolean }} */ ({ by: "field_mm", up: true }));
 
 /** Models with their figures, in the order that is wished; those without a figure last. */
@@ -203,7 +205,7 @@ function Conclusion() {
       ${best && html`
         <b>${t("calibrate.model-table.recommended-model")}</b>${" "}
       `}
-      ${now.reason.replace("No significant distortion. ", "")}
+      ${now.reason.replace(`${inWords(NO_DISTORTION) ?? "No significant distortion."} `, "")}
       ${failed > 0 && ` ${t("calibrate.model-table.failed", { count: failed })}`}
     </p>
     ${best && doc.value.model !== null && best.name !== doc.value.model && html`<div class="line use">

@@ -5,7 +5,7 @@ import { ago, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { MAX_NAME_LENGTH } from "../../../core/operator.js";
 import { addressOf } from "../../../core/route.js";
-import { t } from "../../../core/words.js";
+import { LANGUAGES, chooseLanguage, chosenLanguage, t } from "../../../core/words.js";
 import { CHOICES, choice, chooseCorrection, correctionWords } from "../../../canvas/graphics.js";
 import { Typed } from "../../../ui/typed.js";
 import { serverProblems } from "../../shell/problems.js";
@@ -87,6 +87,19 @@ function Preferences() {
         value=${operatorName.value}
         take=${chooseName}
       />
+    </label>
+    <label class="pair">
+      <span>${t("settings.browser.language")}</span>
+      <select
+        data-testid="language"
+        value=${chosenLanguage()}
+        onChange=${(/** @type {Event} */ e) => chooseLanguage(/** @type {HTMLSelectElement} */ (e.target).value)}
+      >
+        <option value="">${t("settings.browser.language.browser")}</option>
+        ${Object.entries(LANGUAGES).map(([id, name]) => html`<option key=${id} value=${id} lang=${id}>
+          ${name}
+        </option>`)}
+      </select>
     </label>
     <label class="pair">
       <span>${t("settings.browser.correction")}</span>

@@ -1,0 +1,49 @@
+// What the server states, in the page's language: its answers carry codes and values beside their English sentences.
+import { POINT, filled, hasStatements, statement } from "./words.js";
+
+/** @typedef {import("./types").Statement} Statement */
+
+/** Numbers and nothing but a unit, as the server writes them. */
+const MEASURED = /^[\d.\s,()×±+−⁰¹²³⁴⁵⁶⁷⁸⁹⁻-]*( ?(mm|px|m|s|ms|%|°))?$/;
+
+/**
+ * The answer with its sentences in the page's language, as far as that has words for all that a sentence states.
+ * @template T
+ * @param {T} answer plain JSON, changed in place
+ * @returns {T}
+ */
+export function translated(answer) {
+  if (hasStatements) translate(answer);
+  return answer;
+}
+
+/** @param {unknown} it */
+function translate(it) {
+  if (Array.isArray(it)) {
+    if (typeof it[0] === "object") it.forEach(translate); // no list of numbers
+    return;
+  }
+  if (!it || typeof it !== "object") return;
+  const record = /** @type {Record<string, any>} */ (it);
+  for (const value of Object.values(record)) translate(value);
+  for (const [name, said] of Object.entries(record.statements ?? {})) {
+    const texts = Array.isArray(said) && typeof record[name] === "string" ? said.map(inWords) : [];
+    if (texts.length > 0 && !texts.includes(undefined)) record[name] = texts.join(" ");
+  }
+}
+
+/** A statement in words; undefined where the language has none. @param {Statement} it @returns {string | undefined} */
+export function inWords(it) {
+  const template = statement(it.code ?? "");
+  if (template === undefined) return undefined;
+  const values = Object.entries(it.values ?? {}).map(([name, value]) => [name, shown(value)]);
+  return filled(template, Object.fromEntries(values));
+}
+
+/** @param {import("./types").StatedValue} value @returns {string} */
+function shown(value) {
+  if (Array.isArray(value)) return value.map(shown).join(", ");
+  if (value && typeof value === "object") return inWords(value) ?? value.text ?? "";
+  const text = String(value);
+  return MEASURED.test(text) ? text.replace(/^-/, "−").replace(/(\d)\.(?=\d)/g, `$1${POINT}`) : text;
+}
