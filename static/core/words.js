@@ -49,6 +49,14 @@ export function message(key, values) {
 }
 
 /**
+ * Whether a key that is made of an id is that of a message: ids that operators and cameras gave have none.
+ * @template {string} K
+ * @param {K} key
+ * @returns {key is K & Key}
+ */
+export const has = (key) => Object.hasOwn(catalogue, key);
+
+/**
  * A message with its values in their places. Where it has several forms, `count` chooses.
  * @template {Key} K
  * @param {K} key

@@ -41,7 +41,7 @@ def test_every_catalogue_is_one_message_a_line_in_order_under_its_own_name():
 def test_every_message_is_used():
     code = "\n".join(path.read_text(encoding="utf-8") for path in SCRIPTS)
     quoted = {*re.findall(r'"([a-z0-9.-]+)"', code)}
-    begun = tuple({*re.findall(r"(?:\bt|\brich)\(\s*`([a-z0-9.-]+)\$\{", code)})
+    begun = tuple({*re.findall(r"(?:\bt\(|\brich\(|type {const} \*/ \()\s*`([a-z0-9.-]+)\$\{", code)})
     assert not [key for key in messages() if key not in quoted and not key.startswith(begun)]
 
 
