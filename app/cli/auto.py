@@ -9,6 +9,7 @@ import typer
 from app.cli import files, requests
 from app.cli.progress import progress_bar
 from app.core.errors import BadInput, FitFailed
+from app.core.marking_names import marking_names
 from app.core.records import Calibration
 from app.models import RayModel
 from app.models.restored import model_of
@@ -69,7 +70,7 @@ def _summary(found: dict[str, Any], calibration: Calibration, output: Path | Non
              "the lines detected on the carpet do not belong to the field.",
              f"Camera {_height(best, report, calibration)} above the carpet, region rotated by "
              f"{round(best['turn_deg'])}° in the image."]
-    lines += [f"Not detected: {', '.join(proof['missing'])}."] if proof["missing"] else []
+    lines += [f"Not detected: {', '.join(marking_names(proof['missing']))}."] if proof["missing"] else []
     lines += ["The field rotated by 180° would look the same. The orientation of the region is used."
               ] if any(c["turned"] for c in found["candidates"]) else []
     lines += [f"Warning: {warning['text']} {warning['fix']}" for warning in report["warnings"]]

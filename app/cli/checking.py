@@ -12,6 +12,7 @@ from app.cli import files
 from app.cli.console import Enough, EnoughOption, exit_below
 from app.cli.progress import progress_bar
 from app.cli.requests import AsJson
+from app.core.marking_names import marking_names
 from app.workflows.automatic_request import median_frame
 from app.workflows.calibration import subprogress
 from app.workflows.check import check as check_calibration
@@ -43,12 +44,13 @@ def check(
 def _summary(found: dict[str, Any]) -> str:
     verdict = found["verdict"]
     rows = [f"{verdict['sentence']} {verdict['fix']}".strip()]
-    width = max((len(line["feature"]) for line in found["lines"]), default=4)
+    names = marking_names([line["feature"] for line in found["lines"]])
+    width = max(map(len, names), default=4)
     rows.append(f"{'line':<{width}}  detected      mm  largest mm    px")
-    for line in found["lines"]:
+    for name, line in zip(names, found["lines"], strict=True):
         figures = "     –           –     –" if line["rms_mm"] is None else (
             f"{line['rms_mm']:6.1f}    {line['worst_mm']:8.1f}  {line['rms_px']:4.1f}")
-        rows.append(f"{line['feature']:<{width}}     {100 * line['found_share']:3.0f} %  {figures}")
+        rows.append(f"{name:<{width}}     {100 * line['found_share']:3.0f} %  {figures}")
     if found["carpet"] is not None:
         x, y = found["carpet"]["where"]
         rows.append(f"Largest error on the carpet: {found['carpet']['max_mm']:.1f} mm at ({x:.0f}, {y:.0f}) mm." + (

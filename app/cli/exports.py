@@ -7,6 +7,7 @@ import typer
 
 from app.cli import files
 from app.cli.requests import OwnFields, RegionName, Rotate, own_fields
+from app.core.marking_names import area_name
 from app.core.records import Calibration
 from app.workflows import interchange
 from app.workflows.calibration_request import with_new_id
@@ -61,8 +62,8 @@ def import_file(
     if not isinstance(found, Calibration):
         found = with_new_id(interchange.calibration_from_file(found, options, own_fields(fields)))
     files.write_calibration(output, found)
-    print(f"Calibration ({found.model_name}, {found.image_size}, {found.field['name']} {found.region}), saved as "
-          f"{output}.")
+    print(f"Calibration ({found.model_name}, {found.image_size}, {found.field['title']}, {area_name(found.region)}), "
+          f"saved as {output}.")
 
 
 def _cost(row: dict) -> str:

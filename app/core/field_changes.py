@@ -3,6 +3,8 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from app.core.marking_names import AREAS, area_name, marking_name
+
 NAMED = 3  # in a sentence
 FIELD_CHANGED_FIX = "Calibrate it again from its saved points, then activate the new version."
 
@@ -42,8 +44,9 @@ def _places(field: Mapping[str, Any]) -> dict[str, tuple[Any, ...]]:
 
 
 def changes_in_words(changes: Sequence[str]) -> str:
-    """Return "its size", "centre-circle and defence-left-top", or the first three and how many more."""
-    shown, more = changes[:NAMED], len(changes) - NAMED
+    """Return "its size", "centre circle and left half", or the first three and how many more."""
+    shown = [area_name(change) if change in AREAS else marking_name(change) for change in changes[:NAMED]]
+    more = len(changes) - NAMED
     if more > 0:
         return f"{', '.join(shown)} and {more} more"
     return " and ".join(filter(None, (", ".join(shown[:-1]), shown[-1])))

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from app.core.errors import BadInput
 from app.core.field_changes import field_changes
 from app.core.geometry import ImageSize, Points, as_points
+from app.core.marking_names import marking_name
 from app.core.report_json import read_report
+from app.core.statements import Sentence
 
 Kind = Literal["line", "landmark"]
 MAX_POINTS = 20_000  # an operator clicks dozens and a detector finds thousands; more is a mistake
@@ -59,11 +61,12 @@ class Observation:
         object.__setattr__(self, "points", points)
 
     @property
-    def label(self) -> str:
-        """Its name in messages: "the left border", "centre-line", "(0, 500) mm"."""
-        if isinstance(self.feature, str):
-            return f"the {self.feature} border" if self.feature in ("left", "right", "top", "bottom") else self.feature
-        return f"({self.feature[0]:g}, {self.feature[1]:g}) mm"
+    def label(self) -> Sentence:
+        """Its name in messages: "the left border", "the centre line", "my line", "(0, 500) mm"."""
+        if not isinstance(self.feature, str):
+            return Sentence(f"({self.feature[0]:g}, {self.feature[1]:g}) mm")
+        name = marking_name(self.feature)
+        return Sentence(f"the {name}", name.statements) if name.statements else name
 
     @property
     def feature_json(self) -> str | list[float]:

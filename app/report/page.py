@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from app.core.marking_names import area_name, marking_name
 from app.report.drawing import ReportDrawings
 from app.report.figures import HEAD
 from app.report.markup import Html, element, joined
@@ -37,8 +38,9 @@ def _header(contents: Mapping[str, Any], title: str) -> Html:
     length = [": ", value(verdict["mm"], "mm", 1)] if verdict["mm"] is not None else None
     return joined([
         element("h1", title),
-        element("p", f"{contents['model']['title']} on {field['title']}, covered area {field['region']}{turned}. Made "
-                f"{it['created_at']}{', active for its camera' if it['active'] else ''}.", class_="dim"),
+        element("p", f"{contents['model']['title']} on {field['title']}, covered area "
+                f"{area_name(field['region'])}{turned}. Made {it['created_at']}"
+                f"{', active for its camera' if it['active'] else ''}.", class_="dim"),
         element("p", "Note: ", it["note"]) if it["note"] else None,
         element("p", "Camera position and errors: ", element("a", "3-D scene", href=SCENE),
                 f" (requires the server or {SCENE} in the same folder).", class_="screen dim"),
@@ -145,7 +147,7 @@ def _provenance(contents: Mapping[str, Any]) -> Html:
             ("Camera", [it["camera_name"], " ", element("code", it["camera"])] if it["camera"] else "none"),
             ("Made", [it["created_at"], f", {it['software']}"]), ("This report", f"by {contents['written_by']}"),
             ("Field", f"{field['title']} ({field['name']}), {field['length_mm']:g} × {field['width_mm']:g} mm"),
-            ("Covered area", f"{field['region']}, x {_mm(x)}, y {_mm(y)}, rotated by {field['rotate']}°"),
+            ("Covered area", f"{area_name(field['region'])}, x {_mm(x)}, y {_mm(y)}, rotated by {field['rotate']}°"),
             ("Raw image", _size(it["image_size"])), ("Corrected image", _size(it["corrected_size"])),
             ("sha256 of the calibration image", element("code", it["image_sha256"] or "unknown")),
             ("sha256 of the image shown", element("code", picture["sha256"])) if picture["sha256"] else None,
@@ -183,7 +185,8 @@ def _missing(what: str | None, fix: str | None) -> Html:
 def _feature(name: str | list[float] | None) -> str:
     if isinstance(name, list):
         return f"({name[0]:g}, {name[1]:g}) mm"
-    return name.replace("-", " ").capitalize() if name else "–"
+    shown = marking_name(name or "–")
+    return f"{shown[:1].upper()}{shown[1:]}"
 
 
 def _place(point: list[float] | None) -> str:

@@ -1,6 +1,5 @@
 // Numbers and times as the operator reads them: true minus, thin spaces, units, and a dash for what is not known.
-import { BORDERS } from "./document.js";
-import { LOCALE, POINT, t } from "./words.js";
+import { LOCALE, POINT, has, t } from "./words.js";
 
 /** @param {number | null | undefined} value @param {number} [digits] */
 export function number(value, digits = 1) {
@@ -19,17 +18,31 @@ export const mm = (value) =>
 export const pct = (value) =>
   (value !== null && value !== undefined && value >= 0.005 ? "+" : "") + number(value, 2);
 
-/** @param {string} name "halfway-line" → "Halfway line" */
-export const words = (name) => {
-  const text = name.replaceAll("-", " ").replaceAll("_", " ");
-  return text.charAt(0).toUpperCase() + text.slice(1);
-};
+/** As a title, or at the start of a sentence. @param {string} text */
+export const capitalised = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
-/** A border, line or landmark in a sentence: "left border", "halfway line". @param {string} name */
-export function lineName(name) {
-  const border = BORDERS.find((it) => it === name);
-  return border ? t(`core.border.${border}`) : words(name).toLowerCase();
+/** An id that no catalogue names, for an operator or a camera gave it: "my-line" → "my line". @param {string} id */
+const words = (id) => id.replaceAll("-", " ").replaceAll("_", " ");
+
+/** A border, line, arc or landmark in a sentence: "left border", "halfway line". @param {string} id */
+export function lineName(id) {
+  const key = /** @type {const} */ (`markings.${id}`);
+  return has(key) ? t(key) : words(id);
 }
+
+/** An area of a field in a sentence: "left half", "full field". @param {string} id */
+export function areaName(id) {
+  const key = /** @type {const} */ (`areas.${id}`);
+  return has(key) ? t(key) : words(id);
+}
+
+/** The same as titles and in lists: "Left border". @param {string} id */
+export const lineTitle = (id) => capitalised(lineName(id));
+/** @param {string} id */
+export const areaTitle = (id) => capitalised(areaName(id));
+
+/** A label within a sentence: where nouns have no capitals, in lower case. @param {string} label */
+export const inSentence = (label) => (LOCALE === "de" ? label : label.toLowerCase());
 
 /** "2 s ago", "3 min ago", or the time of day. @param {number} then ms @param {number} now ms */
 export function ago(then, now) {

@@ -70,6 +70,8 @@ export const automaticModel = signal(/** @type {string | null} */ (null));
 /** The name of the model that is used. */
 export const modelName = computed(() => doc.value.model ?? automaticModel.value);
 export const model = computed(() => models.value.find((m) => m.name === modelName.value) ?? null);
+/** What a model is called, as the server says; its name where the server has none of that name. @param {string} name */
+export const modelTitle = (name) => models.value.find((m) => m.name === name)?.title ?? name;
 export const editing = computed(() => snapshot.value !== null && step.value === "points");
 
 /**

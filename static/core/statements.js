@@ -1,8 +1,11 @@
 // What the server states, in the page's language: its answers carry codes and values beside their English sentences.
+import { areaName, lineName } from "./format.js";
 import { POINT, filled, hasStatements, statement } from "./words.js";
 
 /** @typedef {import("./types").Statement} Statement */
 
+/** What is called the same in all of the page. @type {Record<string, (id: string) => string>} */
+const NAMES = { line: lineName, area: areaName };
 /** Numbers and nothing but a unit, as the server writes them. */
 const MEASURED = /^[\d.\s,()×±+−⁰¹²³⁴⁵⁶⁷⁸⁹⁻-]*( ?(mm|px|m|s|ms|%|°))?$/;
 
@@ -34,6 +37,9 @@ function translate(it) {
 
 /** A statement in words; undefined where the language has none. @param {Statement} it @returns {string | undefined} */
 export function inWords(it) {
+  const [family, ...id] = (it.code ?? "").split(".");
+  const called = NAMES[family]?.(id.join("."));
+  if (called) return called;
   const template = statement(it.code ?? "");
   if (template === undefined) return undefined;
   const values = Object.entries(it.values ?? {}).map(([name, value]) => [name, shown(value)]);

@@ -20,8 +20,8 @@ const CATALOGUES = {
   de: () => import("./words/de.js"),
   pseudo: async () => ({ messages: (await import("./words/pseudo.js")).pseudo(en) }),
 };
-/** The languages that an operator can choose, by their own names. */
-export const LANGUAGES = { en: "English", de: "Deutsch" };
+/** The languages that an operator can choose. @type {["en", "de"]} */
+export const LANGUAGES = ["en", "de"];
 
 /** The page's language, fixed until the page is loaded again. */
 export const language = [chosenLanguage(), ...navigator.languages]
@@ -74,6 +74,14 @@ export function message(key, values) {
   if (typeof entry === "string") return entry;
   return /** @type {Record<string, string>} */ (entry)[plurals.select(Number(values.count))] ?? entry.other;
 }
+
+/**
+ * Whether a key that is made of an id is that of a message: ids that operators and cameras gave have none.
+ * @template {string} K
+ * @param {K} key
+ * @returns {key is K & Key}
+ */
+export const has = (key) => Object.hasOwn(catalogue, key);
 
 /**
  * A message with its values in their places. Where it has several forms, `count` chooses.

@@ -70,7 +70,7 @@ def test_what_cannot_be_meant_is_refused(touchline, seen, words, code):
 def test_check_says_whether_it_still_holds_and_ends_with_5_where_it_does_not(touchline, automatic, tmp_path):
     code, out, err = touchline("check", "cal.json", "frame.png", "--drawn", "drawn.png", "--enough", "good")
     assert (code, err) == (0, "") and out.startswith("The calibration is still valid: ")
-    assert "touch-line-top" in out and cv2.imread(str(tmp_path / "drawn.png")).shape == (682, 816, 3)
+    assert "top touch line" in out and cv2.imread(str(tmp_path / "drawn.png")).shape == (682, 816, 3)
     cv2.imwrite(str(tmp_path / "knocked.png"), np.roll(cv2.imread(str(tmp_path / "frame.png")), 3, axis=1))
     code, out, err = touchline("check", "cal.json", "knocked.png")
     assert (code, err) == (5, "") and out.startswith("The calibration is no longer valid: ") and "has moved" in out

@@ -7,7 +7,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import WHERE
 from tests.support.waiting import until
-from tests.support.words import t
+from tests.support.words import t, titled
 
 # Marks when a move of the pointer was heard, when the curve was redrawn, and when the next frame began.
 WATCH = """() => {
@@ -129,7 +129,7 @@ def test_the_curve_is_redrawn_in_the_frame_of_the_move(operator, straight_pictur
     # A parabola through three points follows each; among many, one far off would be a stray and bend nothing.
     operator.open(straight_picture, "table", "full").use_model("polynomial").click("left", frame_points["left"][:3])
     page.get_by_test_id("degree").select_option("2")
-    found = t("calibrate.borders.degree-found", border="Left", degree=2)
+    found = t("calibrate.borders.degree-found", border=titled("markings.left"), degree=2)
     expect(page.get_by_test_id("degree-reason")).to_contain_text(found)
     page.mouse.move(*operator.spot(80, 140))
     page.mouse.down()

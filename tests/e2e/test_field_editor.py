@@ -18,7 +18,7 @@ from tests.support.field_desk import (
     named,
     save,
 )
-from tests.support.words import t
+from tests.support.words import t, titled
 
 
 def check_lab_field(field_desk) -> None:
@@ -57,7 +57,7 @@ def test_it_is_made_by_the_keyboard_alone(editor, field_desk):
         editor.keyboard.press("Enter")
     keys.to("field-stage")
     editor.keyboard.press("Tab")  # the first marking
-    while "Centre line" not in editor.get_by_test_id("field-read-out").inner_text():
+    while titled("markings.centre-line") not in editor.get_by_test_id("field-read-out").inner_text():
         editor.keyboard.press("n")
     editor.keyboard.press("Delete")
     editor.keyboard.press("Control+s")
@@ -173,7 +173,7 @@ def test_a_finger_reaches_every_number_below_the_drawing(new_context, field_desk
     page = new_context().new_page()
     page.goto(f"{field_desk.url}/#/library/new-field/ssl-div-b")
     page.get_by_test_id("mark-halfway-line").tap()
-    expect(page.get_by_test_id("field-read-out")).to_contain_text("Halfway line")
+    expect(page.get_by_test_id("field-read-out")).to_contain_text(titled("markings.halfway-line"))
     for entry in ("lines[4].to[0]", "width_mm", "title"):
         page.get_by_test_id(f"entry-{entry}").tap()
         expect(page.get_by_test_id(f"entry-{entry}")).to_be_focused()

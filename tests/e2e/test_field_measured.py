@@ -12,7 +12,7 @@ from tests.support.field_desk import OBLIQUE, calibrate_without_clicks, camera_o
 from tests.support.sim_clicks import border_clicks
 from tests.support.tape import SIDES_AND_DIAGONALS, measured
 from tests.support.waiting import until
-from tests.support.words import t
+from tests.support.words import t, titled
 
 
 def test_an_open_draft_follows_its_field_and_an_outdated_calibration_is_made_again(editor, field_desk):
@@ -35,7 +35,8 @@ def test_an_open_draft_follows_its_field_and_an_outdated_calibration_is_made_aga
         t("shell.readiness.calibrated-before", cameras="The hall camera"))
     expect(page.get_by_test_id("readiness")).to_have_attribute("data-ready", "false")
     page.goto(f"{field_desk.url}/#/cameras/hall/versions")
-    expect(page.get_by_test_id("outdated")).to_contain_text("centre line, centre circle")
+    changed = f"{t('markings.centre-line')}, {t('markings.centre-circle')}"
+    expect(page.get_by_test_id("outdated")).to_contain_text(changed)
     expect(page.get_by_test_id("field-changed")).to_have_count(1)
     page.get_by_test_id("calibrate-again").click()
     expect(page.get_by_test_id("shelf-version")).to_have_count(2)
@@ -68,7 +69,7 @@ def test_lines_taped_elsewhere_are_found_by_tape_and_adopted(editor, field_desk)
         box.fill(f"{mm:.0f}")
         box.press("Enter")
     editor.get_by_test_id("adjust-to-tape").click()
-    expect(editor.get_by_test_id("found-offsets")).to_contain_text("Goal line right")
+    expect(editor.get_by_test_id("found-offsets")).to_contain_text(titled("markings.goal-line-right"))
     expect(editor.get_by_test_id("found-offsets")).to_contain_text("±")
     editor.reload()
     expect(editor.get_by_test_id("distance-12-mm")).not_to_have_value("")  # what was typed is there
@@ -92,7 +93,7 @@ def test_what_a_calibration_found_of_the_lines_is_adopted(editor, field_desk):
     page.get_by_test_id("fold-measured").locator("summary").click()
     page.get_by_test_id("adopt-offsets").select_option(
         label=t("field-editor.measured.version", camera="The taped camera", version=1))
-    expect(page.get_by_test_id("found-offsets")).to_contain_text("Defence left front")
+    expect(page.get_by_test_id("found-offsets")).to_contain_text(titled("markings.defence-left-front"))
     save(page, "nominal")
     assert worst_mm(field_of(field_desk, "nominal"), truth) < 3
     expect(page.get_by_test_id("outdated")).to_contain_text("The taped camera")

@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS, clicks_left, shift_one
-from tests.support.words import like
+from tests.support.words import like, t
 
 KNOWN_HEIGHT = {"value": 3000.0, "sigma": 30.0}
 
@@ -23,7 +23,7 @@ def with_left(count):
 def test_too_few_points_on_a_border_take_the_operator_to_that_border(clicked):
     page = clicked("polynomial", with_left(2)).page
     page.get_by_test_id("border-top").click()
-    expect(page.get_by_test_id("missing")).to_contain_text("left border", timeout=LONG_MS)
+    expect(page.get_by_test_id("missing")).to_contain_text(t("markings.left"), timeout=LONG_MS)
     page.get_by_test_id("cure-click").click()
     expect(page.get_by_test_id("border-left")).to_have_attribute("aria-pressed", "true")
 
@@ -62,7 +62,7 @@ def test_a_border_whose_end_is_a_guess_is_clicked_there(clicked):
     page = clicked("polynomial", with_left(5)).page
     page.get_by_test_id("border-top").click()
     warning = page.locator('[data-reason="border-extrapolated"]').first
-    expect(warning).to_contain_text("left border", timeout=LONG_MS)
+    expect(warning).to_contain_text(t("markings.left"), timeout=LONG_MS)
     warning.get_by_test_id("cure-click").click()
     expect(page.get_by_test_id("border-left")).to_have_attribute("aria-pressed", "true")
 

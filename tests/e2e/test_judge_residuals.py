@@ -7,7 +7,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS, shift_one
 from tests.support.waiting import until
-from tests.support.words import like, t
+from tests.support.words import like, t, titled
 
 
 @pytest.fixture
@@ -39,7 +39,8 @@ def test_what_is_pointed_at_in_the_plot_is_ringed_in_the_picture_and_a_click_sel
     ring = page.get_by_test_id("hovered").locator("circle")
     expect(ring).to_have_count(1)
     feature, index = ring.get_attribute("data-of").split(":")
-    expect(said(page)).to_contain_text(t("common.point-of", feature=feature.capitalize(), number=int(index) + 1))
+    expect(said(page)).to_contain_text(t(
+        "common.point-of", feature=titled(f"markings.{feature}"), number=int(index) + 1))
     x, y = astray.spot(*astray.points(feature)[int(index)])
     on_screen = ring.bounding_box()
     centre = on_screen["x"] + on_screen["width"] / 2, on_screen["y"] + on_screen["height"] / 2
@@ -57,7 +58,7 @@ def test_what_is_pointed_at_in_the_picture_stands_in_the_plot(astray):
     page = astray.page
     x, y = astray.spot(*astray.points("top")[2])
     page.mouse.move(x + 3, y + 2)
-    expect(said(page)).to_contain_text(t("common.point-of", feature="Top", number=3))
+    expect(said(page)).to_contain_text(t("common.point-of", feature=titled("markings.top"), number=3))
     expect(page.get_by_test_id("residuals")).to_have_attribute("data-at", str(7 + 7 + 2))  # left and right come before
     page.mouse.move(x, y + 120)
     expect(page.get_by_test_id("residuals")).to_have_attribute("data-at", "-1")

@@ -6,6 +6,8 @@ import re
 import pytest
 from playwright.sync_api import expect
 
+from app.core.field import BORDERS
+from app.core.marking_names import AREAS, MARKINGS
 from tests.e2e.test_access import PLACES, STEPS, at_rest
 from tests.support.page_text import UNITS
 
@@ -31,6 +33,9 @@ SHOWN = """() => { const found = [];
   }
   return [...new Set(found)]; }"""
 ENGLISH = re.compile(r"[A-Za-z]{2,}(?:[ -][A-Za-z]{2,})*")
+ADDRESS = re.compile(r"\w+://.+")  # of a camera: "sim://ssl-div-b (half)"
+ID = re.compile(r"[a-z0-9]+(-[a-z0-9]+)+")
+SAID = {*MARKINGS.values(), *AREAS.values()}  # "halfway line" is an id in words, and what the server calls it
 NAMES = UNITS | {"JSON", "PNG", "SSL-Vision", *calendar.month_abbr}  # of no catalogue; the browser writes dates
 
 
@@ -39,11 +44,13 @@ def plain(text: str) -> str:
 
 
 def strangers(page) -> set[str]:
-    """What the page shows in English although neither the server nor the operator said it."""
+    """What the page shows in English although neither the server nor the operator said it, and ids of the server."""
     shown = page.evaluate(SHOWN)
-    heard = plain("\n".join(page.evaluate("window.heard")))  # after it: no text is shown before it was heard
-    return {run for text in shown for run in ENGLISH.findall(text)
-            if plain(run) not in heard and not {*run.split()} <= NAMES}
+    heard = page.evaluate("window.heard")  # after it: no text is shown before it was heard
+    ids = ({plain(it) for it in (*heard, *MARKINGS, *AREAS) if ID.fullmatch(it)} | {*BORDERS, *AREAS}) - SAID
+    heard = plain("\n".join(heard))
+    return {run for text in shown for run in ENGLISH.findall(ADDRESS.sub("", text))
+            if plain(run) in ids or (plain(run) not in heard and not {*run.split()} <= NAMES)}
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from playwright.sync_api import expect
 from tests.e2e.conftest import LONG_MS
 from tests.support.tiers import long
 from tests.support.waiting import until
-from tests.support.words import like, t
+from tests.support.words import like, t, titled
 
 MIDDLE = 80.0  # x of the drawn frame's left side
 SNAPPED = "^" + like("calibrate.snapping.snapped").pattern  # of one point
@@ -173,7 +173,7 @@ def test_a_line_that_the_fit_sees_is_chosen_by_clicking_it(fitted, tmp_path):
     expect(ghost).to_be_attached()
     middle = ghost.evaluate("g => { const p = g.getPointAtLength(g.getTotalLength() * 0.3); return [p.x, p.y]; }")
     page.mouse.move(*fitted.spot(middle[0] + 1, middle[1]))
-    expect(page.get_by_test_id("ghost-over")).to_have_text("Halfway line")
+    expect(page.get_by_test_id("ghost-over")).to_have_text(titled("markings.halfway-line"))
     page.screenshot(path=tmp_path / "ghost.png")
     page.mouse.click(*fitted.spot(middle[0] + 1, middle[1]))
     left(fitted, middle, within=2, feature="halfway-line")
@@ -247,6 +247,6 @@ def test_the_little_field_says_what_has_been_done(fitted):
     used = t("calibrate.field-drawing.points", count=6) + t("calibrate.field-drawing.used")
     expect(page.get_by_test_id("field-left")).to_have_attribute("aria-label", re.compile(re.escape(used)))
     expect(page.get_by_test_id("field-halfway-line")).to_have_attribute(
-        "aria-label", t("calibrate.field-drawing.click", feature="Halfway line"))
+        "aria-label", t("calibrate.click", feature=t("markings.halfway-line")))
     page.get_by_test_id("field-centre").click(force=True)
     expect(page.get_by_test_id("inside-centre")).to_have_attribute("aria-pressed", "true")

@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 from tests.e2e.conftest import LONG_MS
 from tests.support.demo_cameras import HEIGHT, WIDTH
 from tests.support.waiting import until
-from tests.support.words import like, t
+from tests.support.words import like, t, titled
 
 
 def stops(page):
@@ -35,7 +35,7 @@ def test_the_tour_tells_the_numbers_of_the_picture_that_is_open(clicked, server)
     page.keyboard.press("F2")
     seen = stops(page)
     assert len(seen) > 10
-    assert f"Left\n{t('common.points', count=7)}" in seen["borders"].replace("\t", "\n")
+    assert f"{titled('markings.left')}\n{t('common.points', count=7)}" in seen["borders"].replace("\t", "\n")
     assert f"{saved['report']['verdict']['mm']:.1f} mm" in seen["verdict"]
     assert f"{saved['report']['rms_px']:.2f} px" in seen["residuals"]
     assert f"{WIDTH} × {HEIGHT} px" in seen["picture"]

@@ -22,6 +22,12 @@ def t(key: str, **values: object) -> str:
     return VALUE.sub(lambda found: str(values[found[1]]), TAG.sub("", _message(key, values)))
 
 
+def titled(key: str, **values: object) -> str:
+    """Return the same as a title: with a capital."""
+    text = t(key, **values)
+    return text[:1].upper() + text[1:]
+
+
 def like(key: str, **values: object) -> re.Pattern:
     """Return what finds a message in a text, whatever stands for the values that are not given."""
     pieces = VALUE.split(TAG.sub("", _message(key, values)))

@@ -13,6 +13,7 @@ import numpy as np
 
 from app.core.field import Field
 from app.core.geometry import ImageSize
+from app.core.marking_names import marking_name
 from app.core.records import Warning
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.fitting.ray_camera.problem import ScalarPrior
@@ -98,7 +99,7 @@ def misplaced_line_warnings(offsets_mm: Mapping[str, float], usual_mm: float) ->
                  reverse=True)
     if not far:
         return []
-    named = ", ".join(f"{name.replace('-', ' ')} by {mm:.0f} mm" for mm, name in far[:NAMED_LINES])
+    named = ", ".join(f"{marking_name(name)} by {mm:.0f} mm" for mm, name in far[:NAMED_LINES])
     return [Warning("misplaced-lines", f"Lines in the image are not where the field model has them: {named}.",
                     "Check the field type. If it is correct, measure these lines and correct the field.")]
 

@@ -1,7 +1,7 @@
 // Drawn under the points: lines that the fit predicts and nobody has clicked, and proposed points.
 import { computed } from "@preact/signals";
 import { doc, pointsOf } from "../../core/document.js";
-import { words } from "../../core/format.js";
+import { lineTitle } from "../../core/format.js";
 import { html } from "../../core/html.js";
 import { active, pointer, showLines, snapshot } from "../../core/state.js";
 import { colour, path, placed } from "../drawing.js";
@@ -70,6 +70,6 @@ function Over() {
   if (!at || !over) return null;
   const [x, y] = toStage(at.x, at.y);
   return html`<text class="over" data-testid="ghost-over" x=${x + 14} y=${y - 12}>
-    ${words(over)}
+    ${lineTitle(over)}
   </text>`;
 }

@@ -4,7 +4,7 @@ import { computed, signal } from "@preact/signals";
 import { createRef } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { doc, pointsOf } from "../../core/document.js";
-import { words } from "../../core/format.js";
+import { lineTitle } from "../../core/format.js";
 import { html } from "../../core/html.js";
 import { editing, pointer, selectedPoints, tool } from "../../core/state.js";
 import { t } from "../../core/words.js";
@@ -41,7 +41,7 @@ const target = computed(() => {
       x: point[0],
       y: point[1],
       touch: at?.touch ?? false,
-      name: t("common.point-of", { feature: words(last.feature), number: last.index + 1 }),
+      name: t("common.point-of", { feature: lineTitle(last.feature), number: last.index + 1 }),
     };
   return at && (!at.touch || at.down) ? { ...at, name: "" } : null;
 });

@@ -1,7 +1,7 @@
 // Drawn over the raw picture while it is clicked: curves, points, the field's lines, the selection box.
 import { computed } from "@preact/signals";
 import { BORDERS, doc } from "../../core/document.js";
-import { mm, words } from "../../core/format.js";
+import { lineTitle, mm } from "../../core/format.js";
 import { html } from "../../core/html.js";
 import { active, box, editing, pointer, selectedPoints, showLines, snapshot, tool } from "../../core/state.js";
 import { t } from "../../core/words.js";
@@ -124,7 +124,7 @@ function FeaturePoints({ feature, kind, points }) {
   const strays = new Set(isCurve(curve) && curve.points.length === points.length ? curve.outliers : []);
   const isDense = areDense(points),
     isNamed = feature === active.value || BORDERS.includes(/** @type {any} */ (feature)),
-    label = isNamed ? labelPlace(points, words(feature).length * NAME_PX) : null;
+    label = isNamed ? labelPlace(points, lineTitle(feature).length * NAME_PX) : null;
   return html`<g class=${feature === active.value ? "points active" : "points"} style=${`--colour:${colour(feature)}`}>
     ${points.map((p, index) => {
       const [x, y] = toStage(...p);
@@ -149,7 +149,7 @@ function FeaturePoints({ feature, kind, points }) {
       </g>`;
     })}
     ${label && html`<text class="name" x=${label.x} y=${label.y} text-anchor=${label.anchor}>
-      ${words(feature)}
+      ${lineTitle(feature)}
     </text>`}
   </g>`;
 }

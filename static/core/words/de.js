@@ -3,6 +3,7 @@ import common from "./de/common.js";
 import core from "./de/core.js";
 import canvas from "./de/canvas.js";
 import ui from "./de/ui.js";
+import areas from "./de/areas.js";
 import board from "./de/board.js";
 import calibrate from "./de/calibrate.js";
 import calibrate_panels from "./de/calibrate_panels.js";
@@ -16,6 +17,7 @@ import jobs from "./de/jobs.js";
 import lens_pictures from "./de/lens_pictures.js";
 import library from "./de/library.js";
 import live from "./de/live.js";
+import markings from "./de/markings.js";
 import network from "./de/network.js";
 import pair from "./de/pair.js";
 import rig from "./de/rig.js";
@@ -36,6 +38,7 @@ export const messages = {
   ...core,
   ...canvas,
   ...ui,
+  ...areas,
   ...board,
   ...calibrate,
   ...calibrate_panels,
@@ -49,6 +52,7 @@ export const messages = {
   ...lens_pictures,
   ...library,
   ...live,
+  ...markings,
   ...network,
   ...pair,
   ...rig,

@@ -3,6 +3,7 @@ import common from "./en/common.js";
 import core from "./en/core.js";
 import canvas from "./en/canvas.js";
 import ui from "./en/ui.js";
+import areas from "./en/areas.js";
 import board from "./en/board.js";
 import calibrate from "./en/calibrate.js";
 import calibrate_panels from "./en/calibrate_panels.js";
@@ -16,6 +17,7 @@ import jobs from "./en/jobs.js";
 import lens_pictures from "./en/lens_pictures.js";
 import library from "./en/library.js";
 import live from "./en/live.js";
+import markings from "./en/markings.js";
 import network from "./en/network.js";
 import pair from "./en/pair.js";
 import rig from "./en/rig.js";
@@ -32,6 +34,7 @@ export default {
   ...core,
   ...canvas,
   ...ui,
+  ...areas,
   ...board,
   ...calibrate,
   ...calibrate_panels,
@@ -45,6 +48,7 @@ export default {
   ...lens_pictures,
   ...library,
   ...live,
+  ...markings,
   ...network,
   ...pair,
   ...rig,

@@ -1,5 +1,6 @@
 // Actions on clicked points: choose a border, add, move, select and remove points, undo and redo.
 import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "../../core/document.js";
+import { lineName } from "../../core/format.js";
 import { active, editing, pointer, selectedPoints, selection, tool } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { stageSize, toPicture } from "../../canvas/viewport.js";
@@ -30,7 +31,7 @@ export const POINT_ACTIONS = [
   },
   ...BORDERS.map((border, i) => ({
     id: `border-${border}`,
-    label: t(`calibrate.point-actions.click-border.${border}`),
+    label: t("calibrate.click", { feature: lineName(border) }),
     keys: [String(i + 1)],
     group: /** @type {const} */ ("points"),
     run: () => activateFeature(border),

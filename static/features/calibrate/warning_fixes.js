@@ -68,7 +68,7 @@ const named = (feature) => BORDERS.find((border) => feature === `the ${border} b
 const click = (feature) =>
   feature
     ? {
-        label: t("calibrate.warning-fixes.click", { feature: lineName(feature) }),
+        label: t("calibrate.click", { feature: lineName(feature) }),
         test: "cure-click",
         run: () => clickOn(feature),
       }

@@ -1,4 +1,5 @@
 // The field that is edited: read from the server's, sent back, a blank one, and changes by numbers.
+import { areaTitle, lineTitle } from "../../core/format.js";
 import { includes, rounded } from "./geometry.js";
 
 /**
@@ -17,6 +18,9 @@ export function docOf(field) {
   const regions = Object.entries(field.regions).map(([name, { x, y, rotate }]) => [name, { x, y, rotate }]);
   return { ...doc, regions: Object.fromEntries(regions) };
 }
+
+/** What a mark is called. @param {Mark} mark */
+export const markTitle = ({ kind, name }) => (kind === "region" ? areaTitle(name) : lineTitle(name));
 
 /** What is sent: without what is off. @param {FieldDoc} doc */
 export const sentOf = (doc) => ({

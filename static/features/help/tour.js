@@ -1,7 +1,7 @@
 // The tour: one picture from camera to activation, explained with its own numbers.
 import { computed, effect, signal } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
-import { mm, number, pct, words } from "../../core/format.js";
+import { lineTitle, mm, number, pct } from "../../core/format.js";
 import { camera, cameras, field, model, region, rotation, snapshot } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { curves, isCurve, preview } from "../calibrate/fitting.js";
@@ -83,7 +83,7 @@ export const STOPS = [
     more: "borders.md",
     done: () => BORDERS.every((b) => pointsOf(doc.value, b).length >= POINTS_ADVISED),
     text: t("help.stop.borders.text", { points: POINTS_ADVISED }),
-    numbers: () => BORDERS.map((b) => [words(b), t("common.points", { count: pointsOf(doc.value, b).length })]),
+    numbers: () => BORDERS.map((b) => [lineTitle(b), t("common.points", { count: pointsOf(doc.value, b).length })]),
   },
   {
     id: "verdict",
@@ -126,7 +126,7 @@ export const STOPS = [
     numbers: () =>
       BORDERS.map((b) => {
         const c = curves.value[b];
-        return [words(b), isCurve(c) ? `${pct(c.distortion_pct)} %` : "–"];
+        return [lineTitle(b), isCurve(c) ? `${pct(c.distortion_pct)} %` : "–"];
       }),
   },
   {

@@ -1,5 +1,6 @@
 // Actions that go from step to step; the primary button runs "next".
 import { run } from "../../core/actions.js";
+import { inSentence } from "../../core/format.js";
 import { go, goToStep } from "../../core/route.js";
 import { t } from "../../core/words.js";
 import { STEPS, nextAction, steps } from "./steps.js";
@@ -14,7 +15,7 @@ export const STEP_ACTIONS = [
   },
   ...STEPS.map(({ id, label }) => ({
     id: `step-${id}`,
-    label: t("shell.action.go-to-step", { step: label.toLowerCase() }),
+    label: t("shell.action.go-to-step", { step: inSentence(label) }),
     run: () => goToStep(id),
     enabled: () => steps.value.find((s) => s.id === id)?.open ?? false,
   })),

@@ -2,6 +2,7 @@
 import { computed } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { route } from "../../core/route.js";
+import { lineName } from "../../core/format.js";
 import { active, camera, nextCamera, region, snapshot, step } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { finding } from "../calibrate/find_lines.js";
@@ -70,7 +71,7 @@ function pointsState() {
   if (border) {
     const missing = POINTS_ADVISED - pointsOf(doc.value, border).length;
     const key = missing < POINTS_ADVISED ? "shell.sentence.mark-more" : "shell.sentence.mark";
-    return [false, t(key, { count: missing, border: t(`shell.border.${border}`) })];
+    return [false, t(key, { count: missing, border: lineName(border) })];
   }
   return [false, refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : t("shell.sentence.computing")];
 }
@@ -104,7 +105,7 @@ export const nextAction = computed(() => {
       if (finding.value) return thing("step-verify", t("shell.next.detecting"), t("shell.next.detecting.missing"));
       const border = nextBorder.value;
       if (!fitted.value && border && border !== active.value)
-        return thing(`border-${border}`, t("shell.next.border", { border: t(`shell.border.${border}`) }));
+        return thing(`border-${border}`, t("shell.next.border", { border: lineName(border) }));
       if (isSaved.value) return thing("step-verify", t("shell.next.continue"));
       return thing("save", t("shell.next.continue"), fitted.value && !stale.value ? "" : current.value.sentence);
     }

@@ -1,7 +1,7 @@
 // What each check of a version says: from the server's answer to a state, a title, a figure and a fix.
-import { lineName, mm, number, words } from "../../core/format.js";
+import { lineName, mm, number } from "../../core/format.js";
 import { addressOf } from "../../core/route.js";
-import { models } from "../../core/state.js";
+import { modelTitle } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { robotTopsMm } from "../calibrate/camera_height.js";
 import { changesInWords } from "../versions/outdated.js";
@@ -115,7 +115,7 @@ export function accuracyFinding(it) {
 /** @param {Calibration} it */
 export function modelFinding(it) {
   const wrong = warningOf(it, "another-lens", "lens-ends"),
-    value = models.value.find((m) => m.name === it.model.name)?.title ?? words(it.model.name);
+    value = modelTitle(it.model.name);
   if (!wrong) return check({ id: "model", state: "ok", title: t("verify.model.ok"), value });
   const title =
     wrong.reason === "lens-ends"

@@ -1,10 +1,10 @@
 // Active versions that were made before their field was changed: made again from the points that they keep.
 import { request } from "../../core/api.js";
-import { words } from "../../core/format.js";
+import { areaName, lineName } from "../../core/format.js";
 import { followJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { notify } from "../../core/state.js";
-import { t } from "../../core/words.js";
+import { has, t } from "../../core/words.js";
 import { readCameras } from "../calibrate/pictures.js";
 import { revision } from "./versions.js";
 
@@ -12,9 +12,13 @@ const NAMED = 3; // in a sentence
 
 export const { search, refusal, watch } = longWork();
 
+/** The field itself, an area, or a line, arc or landmark. @param {string} change */
+const changeName = (change) =>
+  change === "its size" ? t("versions.changes.size") : has(`areas.${change}`) ? areaName(change) : lineName(change);
+
 /** What lies elsewhere now, in words. @param {string[]} changes */
 export function changesInWords(changes) {
-  const shown = changes.slice(0, NAMED).map((name) => words(name).toLowerCase()),
+  const shown = changes.slice(0, NAMED).map(changeName),
     more = changes.length - shown.length;
   return more ? t("versions.changes-and-more", { changes: shown.join(", "), count: more }) : shown.join(", ");
 }

@@ -44,6 +44,7 @@ def test_what_it_does_not_rest_on_leaves_it_right(entries):
 
 
 def test_a_sentence_names_three_at_most():
+    assert changes_in_words(("its size", "half-left", "centre-circle")) == "its size, left half and centre circle"
     assert changes_in_words(("a",)) == "a"
     assert changes_in_words(("a", "b")) == "a and b"
     assert changes_in_words(("a", "b", "c")) == "a, b and c"

@@ -365,7 +365,7 @@ def test_lines_that_are_not_where_the_field_has_them_are_named(wider_mm, named):
     told = [w for w in fit.warnings if w.reason == "misplaced-lines"]
     assert len(told) == bool(named)
     for warning in told:
-        assert all(f"{name} by" in warning.text for name in named), warning.text
+        assert all(f"{name} border by" in warning.text for name in named), warning.text
         assert "measure" in warning.fix
 
 

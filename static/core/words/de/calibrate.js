@@ -1,5 +1,6 @@
 // German: the actions of calibrating a picture, what became of them, and the buttons that fix a warning.
 export default /** @type {const} */ ({
+  "calibrate.click": "Anklicken: {feature}",
   "calibrate.compare-models": "Modelle vergleichen",
   "calibrate.draft.somebody-else": "Jemand anderes",
   "calibrate.find-lines.action.auto-detect": "Feldlinien in jedem neuen Bild erkennen",
@@ -30,10 +31,6 @@ export default /** @type {const} */ ({
   "calibrate.point-actions.add": "Punkt am Mauszeiger oder in der Mitte der Ansicht hinzufügen",
   "calibrate.point-actions.clear": "Alle Punkte dieser Linie entfernen",
   "calibrate.point-actions.clear.short": "Leeren",
-  "calibrate.point-actions.click-border.bottom": "Untere Begrenzung anklicken",
-  "calibrate.point-actions.click-border.left": "Linke Begrenzung anklicken",
-  "calibrate.point-actions.click-border.right": "Rechte Begrenzung anklicken",
-  "calibrate.point-actions.click-border.top": "Obere Begrenzung anklicken",
   "calibrate.point-actions.next": "Nächsten Punkt auswählen (auf dem Bild auch mit Tab)",
   "calibrate.point-actions.nudge": "Punkt um 0,1 px verschieben (Umschalt: 1 px, Strg: 10 px)",
   "calibrate.point-actions.pick": "Punkte setzen",
@@ -67,7 +64,6 @@ export default /** @type {const} */ ({
   "calibrate.view-actions.zoom-out": "Verkleinern",
   "calibrate.warning-fixes.board": "Objektiv mit Kalibriertafel kalibrieren…",
   "calibrate.warning-fixes.check-field": "Feld prüfen…",
-  "calibrate.warning-fixes.click": "Anklicken: {feature}",
   "calibrate.warning-fixes.click-there": "Punkt markieren: {feature}",
   "calibrate.warning-fixes.enter-height": "Kamerahöhe eingeben…",
   "calibrate.warning-fixes.more-clicks": "Markieren Sie mehr Punkte nahe dem größten Fehler oder kalibrieren Sie das Objektiv mit einer Kalibriertafel.",

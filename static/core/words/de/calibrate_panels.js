@@ -26,8 +26,6 @@ export default /** @type {const} */ ({
   "calibrate.distortion.kind.none": "vernachlässigbar",
   "calibrate.distortion.kind.pincushion": "kissenförmig",
   "calibrate.field-drawing.checks": ", nur zur Prüfung",
-  "calibrate.field-drawing.click": "Anklicken: {feature}",
-  "calibrate.field-drawing.click-border": "Anklicken: {border} Begrenzung",
   "calibrate.field-drawing.fitting": ", wird angepasst",
   "calibrate.field-drawing.points": { one: ", {count} Punkt", other: ", {count} Punkte" },
   "calibrate.field-drawing.used": ", in der Anpassung",

@@ -1,5 +1,6 @@
 // English: the actions of calibrating a picture, what became of them, and the buttons that fix a warning.
 export default /** @type {const} */ ({
+  "calibrate.click": "Click the {feature}",
   "calibrate.compare-models": "Compare the models",
   "calibrate.draft.somebody-else": "Another user",
   "calibrate.find-lines.action.auto-detect": "Detect field lines on every new image",
@@ -30,10 +31,6 @@ export default /** @type {const} */ ({
   "calibrate.point-actions.add": "Add a point under the pointer, or in the middle of the view",
   "calibrate.point-actions.clear": "Remove all points of this line",
   "calibrate.point-actions.clear.short": "Clear",
-  "calibrate.point-actions.click-border.bottom": "Click the bottom border",
-  "calibrate.point-actions.click-border.left": "Click the left border",
-  "calibrate.point-actions.click-border.right": "Click the right border",
-  "calibrate.point-actions.click-border.top": "Click the top border",
   "calibrate.point-actions.next": "Select the next point (Tab also works on the image)",
   "calibrate.point-actions.nudge": "Move the point by 0.1 px (Shift: 1 px, Ctrl: 10 px)",
   "calibrate.point-actions.pick": "Pick points",
@@ -67,7 +64,6 @@ export default /** @type {const} */ ({
   "calibrate.view-actions.zoom-out": "Zoom out",
   "calibrate.warning-fixes.board": "Calibrate the lens with a board…",
   "calibrate.warning-fixes.check-field": "Check the field…",
-  "calibrate.warning-fixes.click": "Click the {feature}",
   "calibrate.warning-fixes.click-there": "Mark a point on the {feature}",
   "calibrate.warning-fixes.enter-height": "Enter camera height…",
   "calibrate.warning-fixes.more-clicks": "Mark more points near the largest error, or calibrate the lens with a board.",

@@ -10,6 +10,7 @@ export default /** @type {const} */ ({
   "versions.activated-from-files": "Version {version} for image files is active.",
   "versions.activated.fix": "The previous version is still available.",
   "versions.changes-and-more": "{changes} and {count} more",
+  "versions.changes.size": "its size",
   "versions.compare": "Comparison",
   "versions.compare.changed": "The points have changed since this version was saved. The saved version is shown.",
   "versions.compare.corrected": "Corrected image",

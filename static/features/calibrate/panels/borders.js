@@ -1,7 +1,7 @@
 // What is clicked: the four borders and the lines inside, with their points and residuals.
 import { ACTIONS, run } from "../../../core/actions.js";
 import { BORDERS, change, doc, pointsOf } from "../../../core/document.js";
-import { lineName, mm, number, words } from "../../../core/format.js";
+import { lineName, lineTitle, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { keyLabel } from "../../../core/keys.js";
 import { active, field, model } from "../../../core/state.js";
@@ -67,16 +67,16 @@ function BorderRow({ border }) {
       title=${
         refusal
           ? `${refusal.detail} ${refusal.fix}`
-          : t("calibrate.borders.click", { border: words(border).toLowerCase(), key: keyLabel(key) })
+          : t("calibrate.borders.click", { border: lineName(border), key: keyLabel(key) })
       }
     >
       <i class="chip" style=${`--colour:${colour(border)}`}>
-        ${border[0].toUpperCase()}
+        ${lineTitle(border)[0]}
       </i>
-      <span>${words(border)}</span>
+      <span>${lineTitle(border)}</span>
       <em>${t("common.points", { count: points.length })}</em>
       <em class="value">${isCurve(curve) ? `${number(curve.rms_px, 2)} px` : refusal ? "⚠" : "–"}</em>
-      ${painted && html`<small>${words(painted.replace(SIDE, ""))}</small>`}
+      ${painted && html`<small>${lineTitle(painted.replace(SIDE, ""))}</small>`}
     </button>
   </li>`;
 }
@@ -95,7 +95,7 @@ function InsideRow({ feature }) {
       <i class="chip" style=${`--colour:${colour(feature)}`}>
         +
       </i>
-      <span>${words(feature)}</span>
+      <span>${lineTitle(feature)}</span>
       <em>${t("common.points", { count: pointsOf(doc.value, feature).length })}</em>
       <em class="value">${row ? `${mm(row.rms_mm)} mm` : "–"}</em>
       ${row && html`<small>${row.used ? t("calibrate.borders.used") : t("calibrate.borders.checks")}</small>`}
@@ -112,7 +112,7 @@ function Along() {
     return html`<div class="along" data-testid="proposal">
       ${items.length > 1 && html`<ul class="plain" aria-label=${t("calibrate.borders.detected")}>
         ${items.map((it) => html`<li key=${it.feature} class="line">
-          <span class="grow">${words(it.feature)}</span>
+          <span class="grow">${lineTitle(it.feature)}</span>
           <button type="button" data-testid=${`accept-${it.feature}`} onClick=${() => acceptProposed([it])}>
             ${t("calibrate.borders.add", { count: it.points.length })}
           </button>
@@ -160,7 +160,7 @@ function AddInside() {
     </option>
     ${groups.map(([title, names]) => html`<optgroup key=${title} label=${title}>
       ${names.map((name) => html`<option key=${name} value=${name}>
-        ${words(name)}
+        ${lineTitle(name)}
       </option>`)}
     </optgroup>`)}
   </select>`;
@@ -193,7 +193,7 @@ function Degree() {
     </label>`}
     ${isCurve(curve) && html`<p class="reason" data-testid="degree-reason">
       <b>
-        ${t("calibrate.borders.degree-found", { border: words(border), degree: curve.degree })}
+        ${t("calibrate.borders.degree-found", { border: lineTitle(border), degree: curve.degree })}
       </b>${" "}
       ${curve.degree_reason}
     </p>`}

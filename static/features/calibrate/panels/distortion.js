@@ -1,6 +1,6 @@
 // How bent each border is, against the ± 3 % of a standard lens, before and after correction.
 import { BORDERS } from "../../../core/document.js";
-import { pct, words } from "../../../core/format.js";
+import { capitalised, lineTitle, pct } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
 import { Fold } from "../../../ui/fold.js";
@@ -42,9 +42,9 @@ export function Distortion({ report }) {
       title=${after === null ? "" : t("calibrate.distortion.after", { after: pct(after) })}
     >
       <i class="chip" style=${`--colour:${colour(border)}`}>
-        ${border[0].toUpperCase()}
+        ${lineTitle(border)[0]}
       </i>
-      <span>${words(border)}</span>
+      <span>${lineTitle(border)}</span>
       <div class="bar" aria-hidden="true">
         <i class="band" style=${`left:${at(-STANDARD_PCT)}%;right:${100 - at(STANDARD_PCT)}%`}></i>
         <s class="zero"></s>
@@ -67,7 +67,7 @@ export function Distortion({ report }) {
     </p>
     ${all && html`<p class="reason" data-testid="distortion">
       ${t("calibrate.distortion.found", {
-        kind: words(kindOf(all)),
+        kind: capitalised(kindOf(all)),
         before: pct(all.before_pct),
         after: pct(all.after_pct),
       })}

@@ -1,6 +1,6 @@
 // The little field: the region as it stands in the corrected picture, its borders coloured, and clickable.
 import { BORDERS, doc, pointsOf } from "../../../core/document.js";
-import { words } from "../../../core/format.js";
+import { areaName, lineName, lineTitle } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { active, editing, field, region, rotation } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
@@ -30,7 +30,7 @@ export function FieldDrawing() {
     class="field"
     data-testid="field-drawing"
     role="group"
-    aria-label=${`${f.title}, ${words(r.name)}`}
+    aria-label=${`${f.title}, ${areaName(r.name)}`}
     viewBox=${`${rect.x - margin} ${rect.y - margin} ${rect.width + 2 * margin} ${rect.height + 2 * margin}`}
     style=${`--unit:${unit}px`}
   >
@@ -61,7 +61,7 @@ export function FieldDrawing() {
         style=${`--colour:${colour(border)}`}
         role="button"
         tabindex="0"
-        aria-label=${t("calibrate.field-drawing.click-border", { border: words(border).toLowerCase() }) + done(border)}
+        aria-label=${t("calibrate.click", { feature: lineName(border) }) + done(border)}
         aria-pressed=${active.value === border}
         data-testid=${`field-${border}`}
         onClick=${() => activateFeature(border)}
@@ -70,10 +70,10 @@ export function FieldDrawing() {
         <path class="hit" d=${`M${x1} ${y1}L${x2} ${y2}`} />
         <path class="line" d=${`M${x1} ${y1}L${x2} ${y2}`} />
         <text x=${tx} y=${ty} font-size=${11 * unit}>
-          ${border[0].toUpperCase()}
+          ${lineTitle(border)[0]}
         </text>
         <title>
-          ${words(border)}
+          ${lineTitle(border)}
           ${done(border)}
         </title>
       </g>`;
@@ -88,7 +88,7 @@ function Feature({ name, d }) {
     data-testid=${`field-${name}`}
     role="button"
     tabindex=${editing.value ? 0 : -1}
-    aria-label=${t("calibrate.field-drawing.click", { feature: words(name) }) + done(name)}
+    aria-label=${t("calibrate.click", { feature: lineName(name) }) + done(name)}
     aria-pressed=${active.value === name}
     onClick=${() => editing.value && activateFeature(name)}
     onKeyDown=${onEnter(name)}
@@ -96,7 +96,7 @@ function Feature({ name, d }) {
     <path class="hit" d=${d} />
     <path class="line" d=${d} />
     <title>
-      ${words(name)}
+      ${lineTitle(name)}
       ${done(name)}
     </title>
   </g>`;
@@ -112,14 +112,14 @@ function Spot({ name, at: [x, y], r }) {
     data-testid=${`field-${name}`}
     role="button"
     tabindex="-1"
-    aria-label=${t("calibrate.field-drawing.click", { feature: words(name) }) + done(name)}
+    aria-label=${t("calibrate.click", { feature: lineName(name) }) + done(name)}
     aria-pressed=${active.value === name}
     onClick=${() => editing.value && activateFeature(name)}
   >
     <circle class="hit" cx=${x} cy=${y} r=${1.6 * r} />
     <circle class="dot" cx=${x} cy=${y} r=${r} />
     <title>
-      ${words(name)}
+      ${lineTitle(name)}
       ${done(name)}
     </title>
   </g>`;

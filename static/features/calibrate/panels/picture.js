@@ -1,6 +1,6 @@
 // Which field the picture shows, which part of it, and how it stands.
 import { change, doc } from "../../../core/document.js";
-import { number, words } from "../../../core/format.js";
+import { areaName, areaTitle, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
 import { field, fields, region, rotation } from "../../../core/state.js";
@@ -35,7 +35,7 @@ export function FieldPanel() {
         onChange=${(/** @type {any} */ e) => change({ ...doc.value, region: e.target.value, rotate: null })}
       >
         ${Object.keys(f?.regions ?? {}).map((name) => html`<option key=${name} value=${name}>
-          ${words(name)}
+          ${areaTitle(name)}
         </option>`)}
       </select>
     </label>
@@ -54,7 +54,7 @@ export function FieldPanel() {
 export function FieldSummary() {
   return html`<section aria-label=${t("calibrate.picture.field")}>
     <h2>
-      ${field.value?.title}, ${words(region.value?.name ?? "").toLowerCase()}
+      ${field.value?.title}, ${areaName(region.value?.name ?? "")}
     </h2>
     <${FieldDrawing} />
   </section>`;

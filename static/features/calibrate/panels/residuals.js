@@ -1,6 +1,6 @@
 // How far each click lies from its line: along every line, or how often how far; to point at one is to see it in the
 // picture.
-import { mm, number, words } from "../../../core/format.js";
+import { lineTitle, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { comparing, editing, selectedPoints } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
@@ -101,7 +101,7 @@ function said(known) {
 /** @param {Bar} bar */
 const oneOf = (bar) => html`
   <b>
-    ${t("common.point-of", { feature: words(bar.feature), number: bar.index + 1 })}
+    ${t("common.point-of", { feature: lineTitle(bar.feature), number: bar.index + 1 })}
   </b>
   : ${signed(bar.px, 2)} px${bar.mm === null ? "" : `, ${mm(Math.abs(bar.mm))} mm`}
   ${bar.stray ? t("calibrate.residuals.point.stray") : ""}
@@ -171,7 +171,7 @@ function Along() {
         {
           ...axis(),
           splits: () => lines.map((_, i) => i + 0.5),
-          values: () => lines.map((l) => (lines.length > 5 ? l.feature[0].toUpperCase() : words(l.feature))),
+          values: () => lines.map((l) => (lines.length > 5 ? lineTitle(l.feature)[0] : lineTitle(l.feature))),
           grid: { show: false },
         },
         { ...axis(), size: 40 },
@@ -183,7 +183,7 @@ function Along() {
     describe=${(/** @type {number} */ i) =>
       bars[i]
         ? t("calibrate.residuals.point-residual", {
-          feature: words(bars[i].feature),
+          feature: lineTitle(bars[i].feature),
           number: bars[i].index + 1,
           residual: signed(bars[i].px, 2),
         })

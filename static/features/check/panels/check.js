@@ -1,6 +1,6 @@
 // The check of a calibration: the verdict, a row a line, and the picture with the lines as expected and as found.
 import { address } from "../../../core/api.js";
-import { mm, number, words } from "../../../core/format.js";
+import { lineTitle, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
 import { Title } from "../../../ui/title.js";
@@ -87,7 +87,7 @@ export function CheckReport() {
       </thead>
       <tbody>
         ${it.lines.map((l) => html`<tr key=${l.feature} data-testid=${`line-${l.feature}`}>
-          <th scope="row">${words(l.feature)}</th>
+          <th scope="row">${lineTitle(l.feature)}</th>
           <td>${number(100 * l.found_share, 0)} %</td>
           <td>${l.rms_mm === null ? "–" : mm(l.rms_mm)}</td>
           <td>${l.worst_mm === null ? "–" : mm(l.worst_mm)}</td>

@@ -2,7 +2,7 @@
 import { ACTIONS, run } from "../../../core/actions.js";
 import { dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { models } from "../../../core/state.js";
+import { modelTitle } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { rich } from "../../../ui/rich.js";
@@ -118,7 +118,7 @@ export function HeatPanel() {
         ${before.map((v) => html`<option key=${v.id} value=${v.id}>
           ${t("compare.heat.version", {
             version: v.version,
-            model: titleOf(v.model.name),
+            model: modelTitle(v.model.name),
             time: dayAndTime(v.created_at),
           })}
         </option>`)}
@@ -155,9 +155,6 @@ function Worst() {
 
 /** @param {import("../../../core/types").Point} place */
 const place = ([x, y]) => `${number(x, 0)}, ${number(y, 0)} mm`;
-
-/** @param {string} name */
-const titleOf = (name) => models.value.find((m) => m.name === name)?.title ?? name;
 
 /** @param {string | null} id */
 const numberOf = (id) => versions.value.find((v) => v.id === id)?.version ?? "–";

@@ -1,6 +1,6 @@
 // The legend of the residual arrows: their magnification, a ruler, and the longest of them.
 import { run } from "../../../core/actions.js";
-import { mm, number, roundDown, words } from "../../../core/format.js";
+import { lineName, mm, number, roundDown } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { comparing } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
@@ -95,7 +95,7 @@ const plain = (value, more = 0) => number(value, Math.max(0, more - Math.floor(M
 /** @param {import("../../../core/types").Arrow} arrow */
 const nameOf = ({ feature, index }) =>
   typeof feature === "string"
-    ? t("compare.arrows.point-of-feature", { feature: words(feature).toLowerCase(), number: index + 1 })
+    ? t("compare.arrows.point-of-feature", { feature: lineName(feature), number: index + 1 })
     : t("compare.arrows.point-of-spot", {
         place: feature.map((v) => number(v, 0)).join(", "),
         number: index + 1,

@@ -1,6 +1,6 @@
 // The field that is edited, drawn: its markings, what is chosen with its handles, and where the pointer is.
 import { useLayoutEffect, useRef } from "preact/hooks";
-import { number, words } from "../../../core/format.js";
+import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
@@ -8,6 +8,7 @@ import { rich } from "../../../ui/rich.js";
 import { listen } from "../../../canvas/tools/pointer.js";
 import { arcPoints } from "../../calibrate/field_sides.js";
 import { chooseNext } from "../actions.js";
+import { markTitle } from "../document.js";
 import { chosen, history, isShipped, opened, pointed, viewport } from "../editor.js";
 import { drawingSize, fieldPoint, stageTransform } from "../frame.js";
 import { includes } from "../geometry.js";
@@ -150,7 +151,7 @@ function Drawing({ doc }) {
 /** @param {{ doc: FieldDoc }} props */
 function ReadOut({ doc }) {
   const at = pointed.value,
-    names = chosen.value.map(({ name }) => words(name)).join(", ");
+    names = chosen.value.map(markTitle).join(", ");
   return html`<div class="read-out" data-testid="field-read-out">
     <span>
       ${at

@@ -1,6 +1,6 @@
 // Left of the drawing: what the field is called, how large it is, which parts cameras see, and what to do with it.
 import { address } from "../../../core/api.js";
-import { words } from "../../../core/format.js";
+import { areaTitle } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
@@ -138,7 +138,7 @@ const Parts = ({ doc }) => html`<section aria-label=${t("field-editor.parts")}>
           }}
         >
           <i></i>
-          <span>${words(name)}</span>
+          <span>${areaTitle(name)}</span>
         </button>
       </li>`;
     })}

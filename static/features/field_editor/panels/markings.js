@@ -1,10 +1,10 @@
 // Right of the drawing: every line, arc and landmark, on or off, and the numbers of the chosen one.
-import { words } from "../../../core/format.js";
+import { lineName, lineTitle } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Fold } from "../../../ui/fold.js";
-import { entryOf, isOff, paintedMarks, renamed, switched, withChanges } from "../document.js";
+import { entryOf, isOff, markTitle, paintedMarks, renamed, switched, withChanges } from "../document.js";
 import { chosen, edit, history, isShipped } from "../editor.js";
 import { includes, withGripAt, withMoved, withRadius } from "../geometry.js";
 import { Measured } from "./measured.js";
@@ -58,7 +58,7 @@ function Row({ doc, mark }) {
       : html`<input
         type="checkbox"
         data-testid=${`on-${name}`}
-        aria-label=${t("field-editor.marking.on", { marking: words(name) })}
+        aria-label=${t("field-editor.marking.on", { marking: lineName(name) })}
         checked=${!off}
         disabled=${isShipped.value}
         onChange=${(/** @type {any} */ e) => edit((d) => switched(d, mark, e.target.checked))}
@@ -73,7 +73,7 @@ function Row({ doc, mark }) {
         chosen.value = e.shiftKey ? [...chosen.value.filter((m) => !includes([mark], m)), mark] : [mark];
       }}
     >
-      <span>${words(name)}</span>
+      <span>${lineTitle(name)}</span>
     </button>
   </li>`;
 }
@@ -87,7 +87,7 @@ function Chosen({ doc }) {
       <h2>${t("field-editor.chosen.nothing")}</h2>
       <p class="reason">${t("field-editor.chosen.how")}</p>
     </section>`;
-  const title = marks.length > 1 ? t("field-editor.chosen.count", { count: marks.length }) : words(mark.name);
+  const title = marks.length > 1 ? t("field-editor.chosen.count", { count: marks.length }) : markTitle(mark);
   return html`<section aria-label=${t("field-editor.chosen.panel")} data-testid="chosen">
     <h2>${title}</h2>
     ${marks.length === 1 && html`

@@ -1,5 +1,5 @@
 // Measured as it is: tape distances, what they make of the field, and the offsets that a calibration has found.
-import { number, words } from "../../../core/format.js";
+import { lineTitle, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
@@ -77,7 +77,7 @@ function Row({ doc, i }) {
   >
     <option value="">${t("field-editor.measured.choose-landmark")}</option>
     ${Object.keys(doc.landmarks).map((name) => html`<option key=${name} value=${name}>
-      ${words(name)}
+      ${lineTitle(name)}
     </option>`)}
   </select>`;
   return html`<li>
@@ -152,7 +152,7 @@ function Found() {
     ${aside.length
       ? html`<dl class="details">
         ${aside.map(([name, { mm, sigma_mm: sigma }]) => html`<div key=${name}>
-          <dt>${words(name)}</dt>
+          <dt>${lineTitle(name)}</dt>
           <dd>${number(mm)}${sigma !== null && ` ± ${number(sigma)}`} mm</dd>
         </div>`)}
       </dl>`

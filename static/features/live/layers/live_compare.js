@@ -1,7 +1,7 @@
 // A camera's raw and corrected picture on one stage, of the very same frame: wiped, blinking or side by side, under one
 // view.
 import { useEffect, useRef } from "preact/hooks";
-import { number } from "../../../core/format.js";
+import { inSentence, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
 import {
@@ -101,7 +101,7 @@ export function LiveCompare({ id, name, children }) {
       data-seq=${head?.seq ?? 0}
       data-compared=${it && correctedPlacement.value ? visiblePicture.value : ""}
       role="group"
-      aria-label=${t("live.compare.pictures", { camera: name, state: STATES[state].toLowerCase() })}
+      aria-label=${t("live.compare.pictures", { camera: name, state: inSentence(STATES[state]) })}
       style=${`aspect-ratio:${(isSide ? 2 : 1) * width}/${height}`}
       onPointerMoveCapture=${inPane}
       onPointerDownCapture=${inPane}

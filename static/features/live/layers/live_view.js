@@ -1,6 +1,6 @@
 // One camera's stream on a canvas that a worker draws, the field's lines over it, and how the camera is.
 import { useEffect, useRef } from "preact/hooks";
-import { number } from "../../../core/format.js";
+import { inSentence, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
 import { colour, path } from "../../../canvas/drawing.js";
@@ -34,7 +34,7 @@ export function LiveView({ id, name, view = "raw", width = 480, fps = 0, lines =
     data-seq=${head?.seq ?? 0}
     data-age=${head ? Math.round(head.age_ms) : ""}
     role="img"
-    aria-label=${`${name}, ${STATES[state].toLowerCase()}`}
+    aria-label=${`${name}, ${inSentence(STATES[state])}`}
     style=${head ? `aspect-ratio:${head.width}/${head.height}` : ""}
   >
     ${lines && head?.overlays && html`<svg viewBox=${`-0.5 -0.5 ${head.width} ${head.height}`} aria-hidden="true">

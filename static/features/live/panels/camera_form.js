@@ -1,5 +1,5 @@
 // The form of a camera, new or changed: where its pictures come from, what was tried, and what is plugged in.
-import { number, words } from "../../../core/format.js";
+import { areaTitle, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { fields, namedCamera } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
@@ -91,7 +91,7 @@ export function CameraForm() {
       >
         <option value="">${t("live.form.not-said")}</option>
         ${Object.keys(at.regions).map((name) => html`<option key=${name} value=${name}>
-          ${words(name)}
+          ${areaTitle(name)}
         </option>`)}
       </select>
     </label>`}

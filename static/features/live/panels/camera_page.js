@@ -1,7 +1,7 @@
 // The tab Live of a camera: its picture, its status and its controls.
-import { number, words } from "../../../core/format.js";
+import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { t } from "../../../core/words.js";
+import { has, t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
@@ -137,7 +137,7 @@ export function CameraPanel() {
         ${Object.entries(it.identity ?? {})
           .filter(([, value]) => value)
           .map(([name, value]) => html`<div key=${name}>
-            <dt>${words(name)}</dt>
+            <dt>${identityTitle(name)}</dt>
             <dd class="breaks">${value}</dd>
           </div>`)}
       </dl>
@@ -153,6 +153,12 @@ export function CameraPanel() {
     <${Look} />
   `;
 }
+
+/** @param {string} name */
+const identityTitle = (name) => {
+  const key = /** @type {const} */ (`live.identity.${name}`);
+  return has(key) ? t(key) : name;
+};
 
 /** Light and focus, in words first. */
 function Look() {
@@ -207,8 +213,16 @@ export function CameraReport() {
   `;
 }
 
+/** A control that every kind of camera has is named here, another by its camera. @param {Control} control */
+const controlTitle = ({ name, label }) => {
+  const key = /** @type {const} */ (`live.control.${name.replaceAll("_", "-")}`);
+  return has(key) ? t(key) : label;
+};
+
 /** @param {{ control: Control }} props */
-function Setting({ control: { name, label, kind, value, unit, range, choices, automatic } }) {
+function Setting({ control }) {
+  const { name, kind, value, unit, range, choices, automatic } = control,
+    label = controlTitle(control);
   const set = (/** @type {unknown} */ to) => setControl(name, to),
     isAuto = automatic === true;
   const field =

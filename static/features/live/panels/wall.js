@@ -1,6 +1,6 @@
 // All cameras, live, as cards: how each is, and the way to its calibration.
 import { run } from "../../../core/actions.js";
-import { mm, words } from "../../../core/format.js";
+import { areaName, mm } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
 import { busy, cameras, fields } from "../../../core/state.js";
@@ -56,7 +56,7 @@ function Tile({ camera: { id, name, field, region, active } }) {
     <div class="tile-head">
       <div>
         <b>${name}</b>
-        <small>${title}${region ? `, ${words(region).toLowerCase()}` : ""}</small>
+        <small>${title}${region ? `, ${areaName(region)}` : ""}</small>
       </div>
       <${Accuracy} active=${active} offMm=${alarm?.mm ?? null} />
     </div>

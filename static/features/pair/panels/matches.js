@@ -2,7 +2,7 @@
 // figures.
 import { dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { models } from "../../../core/state.js";
+import { modelTitle } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
@@ -71,7 +71,7 @@ function Picture({ s }) {
   const title = (/** @type {import("../../../core/types").Calibration} */ c) =>
     t(c.active ? "pair.calibration.version-active" : "pair.calibration.version", {
       version: c.version,
-      model: models.value.find((m) => m.name === c.model.name)?.title ?? c.model.name,
+      model: modelTitle(c.model.name),
       made: dayAndTime(c.created_at),
     });
   return html`<div class="pair-picture">

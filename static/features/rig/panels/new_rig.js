@@ -1,6 +1,6 @@
 // The form of a new rig: its field, its cameras, and the part that each shows.
 import { run } from "../../../core/actions.js";
-import { words } from "../../../core/format.js";
+import { areaTitle } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras, fields } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
@@ -67,7 +67,7 @@ export function NewRig() {
             >
               <option value="">${t("rig.new.part.calibrated")}</option>
               ${regions.map((r) => html`<option key=${r} value=${r}>
-                ${words(r)}
+                ${areaTitle(r)}
               </option>`)}
             </select>`}
           </li>`;

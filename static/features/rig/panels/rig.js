@@ -1,7 +1,7 @@
 // A rig's page: its cameras at the left, the whole field in one picture in the middle, what the check says at the
 // right.
 import { run } from "../../../core/actions.js";
-import { dayAndTime, mm, number } from "../../../core/format.js";
+import { areaName, dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf, route } from "../../../core/route.js";
 import { t } from "../../../core/words.js";
@@ -57,7 +57,7 @@ export function RigForm() {
         ${it.cameras.map((c) => html`<li key=${c.camera} data-testid=${`member-${c.camera}`}>
           <b>${c.title}</b>${" "}
           <small>
-            ${c.region ?? t("rig.member.own-region")}
+            ${c.region ? areaName(c.region) : t("rig.member.own-region")}
             ${c.version ? t("rig.member.version", { version: c.version }) : ""}
           </small>
           ${c.troubles.map(({ reason, text, fix }) => html`<p key=${reason} class="warning-line" data-reason=${reason}>

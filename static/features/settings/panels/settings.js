@@ -1,11 +1,11 @@
 // The server's settings, its disk usage, and this browser's preferences.
 import { useEffect } from "preact/hooks";
 import { address } from "../../../core/api.js";
-import { ago, number, words } from "../../../core/format.js";
+import { ago, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { MAX_NAME_LENGTH } from "../../../core/operator.js";
 import { addressOf } from "../../../core/route.js";
-import { LANGUAGES, chooseLanguage, chosenLanguage, t } from "../../../core/words.js";
+import { LANGUAGES, chooseLanguage, chosenLanguage, has, t } from "../../../core/words.js";
 import { CHOICES, choice, chooseCorrection, correctionWords } from "../../../canvas/graphics.js";
 import { Typed } from "../../../ui/typed.js";
 import { serverProblems } from "../../shell/problems.js";
@@ -96,8 +96,8 @@ function Preferences() {
         onChange=${(/** @type {Event} */ e) => chooseLanguage(/** @type {HTMLSelectElement} */ (e.target).value)}
       >
         <option value="">${t("settings.browser.language.browser")}</option>
-        ${Object.entries(LANGUAGES).map(([id, name]) => html`<option key=${id} value=${id} lang=${id}>
-          ${name}
+        ${LANGUAGES.map((id) => html`<option key=${id} value=${id} lang=${id}>
+          ${t(`settings.browser.language.${id}`)}
         </option>`)}
       </select>
     </label>
@@ -204,7 +204,7 @@ function Server({ items }) {
       open=${items.some((s) => sectionOf(s) === section && !isDefault(s))}
       data-testid=${`section-${section}`}
     >
-      <summary>${section === GENERAL ? t("settings.general") : words(section)}</summary>
+      <summary>${sectionTitle(section)}</summary>
       <dl>
         ${items
           .filter((s) => sectionOf(s) === section)
@@ -231,6 +231,11 @@ function Server({ items }) {
 
 /** @param {Setting} s */
 const sectionOf = ({ name }) => (name.includes(".") ? name.split(".")[0] : GENERAL);
+/** @param {string} section */
+const sectionTitle = (section) => {
+  const key = /** @type {const} */ (`settings.section.${section}`);
+  return has(key) ? t(key) : section;
+};
 /** @param {Setting} s */
 const isDefault = (s) => JSON.stringify(s.value) === JSON.stringify(s.default);
 /** @param {Setting} s */

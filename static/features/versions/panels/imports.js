@@ -1,5 +1,6 @@
 // Imports a calibration: a file chosen or dropped, options beside it, and the result.
 import { address } from "../../../core/api.js";
+import { areaTitle } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { busy, cameras, fields } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
@@ -75,7 +76,7 @@ export function ImportPage() {
           >
             <option value="">${t("versions.import.as-file-says")}</option>
             ${regions.map((name) => html`<option key=${name} value=${name}>
-              ${name}
+              ${areaTitle(name)}
             </option>`)}
           </select>
         </label>

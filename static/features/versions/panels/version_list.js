@@ -1,10 +1,10 @@
 // Every version of a camera: the active one, the former one, the difference of two.
 import { useEffect } from "preact/hooks";
 import { address } from "../../../core/api.js";
-import { dayAndTime, mm, number, words } from "../../../core/format.js";
+import { areaName, dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf, route } from "../../../core/route.js";
-import { cameras, models } from "../../../core/state.js";
+import { cameras, modelTitle } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { rich } from "../../../ui/rich.js";
 import { Typed } from "../../../ui/typed.js";
@@ -93,7 +93,7 @@ function RollBack() {
 /** @param {{ it: Kept }} props */
 function Version({ it }) {
   const { id, version, active, camera, snapshot, report, field_changes: changes = [] } = it,
-    model = models.value.find((m) => m.name === it.model.name)?.title ?? it.model.name;
+    model = modelTitle(it.model.name);
   const isChosen = comparedPair.value.includes(id);
   return html`<li
     class=${`card${active ? " now" : ""}`}
@@ -113,7 +113,7 @@ function Version({ it }) {
         ${t("common.field-changed")}
       </b>`}
       <small class="grow">
-        ${model}, ${words(it.region).toLowerCase()}; ${dayAndTime(it.created_at)}
+        ${model}, ${areaName(it.region)}; ${dayAndTime(it.created_at)}
         ${it.made_by && t("versions.list.made-by", { person: it.made_by })}
       </small>
     </div>
