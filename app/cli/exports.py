@@ -62,7 +62,7 @@ def import_file(
     if not isinstance(found, Calibration):
         found = with_new_id(interchange.calibration_from_file(found, options, own_fields(fields)))
     files.write_calibration(output, found)
-    print(f"Calibration ({found.model_name}, {found.image_size}, {found.field['title']}, {area_name(found.region)}), "
+    print(f"Calibration ({found.model_name}, {found.image_size}, {found.field['name']}, {area_name(found.region)}), "
           f"saved as {output}.")
 
 

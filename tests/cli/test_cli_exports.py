@@ -79,7 +79,7 @@ def test_a_file_of_ours_becomes_a_calibration_that_transform_takes(touchline, tm
     assert touchline("export", "cal.json", "-f", "ssl-vision", "-o", "north.pb", "--camera-id", "2")[0] == 0
     code, out, err = touchline("import", "north.pb", "-o", "back.json", "--camera-id", "2")
     assert code == 0, err
-    assert "ssl, 1280 × 1024 px, table full" in out
+    assert "ssl, 1280 × 1024 px, table, full field" in out
     asked = ("--from", "image", "--to", "field", "320.5,240", "--json")
     there, back = (json.loads(touchline("transform", "-c", name, *asked)[1]) for name in ("cal.json", "back.json"))
     assert back["points"][0] == pytest.approx(there["points"][0], abs=0.01)
