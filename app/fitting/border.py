@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import FitFailed
 from app.core.geometry import Array
+from app.core.statements import Sentence, say, statements_of
 from app.fitting.clicks import first_of_each_place
 from app.models.border_curve import Curve
 
@@ -90,25 +91,34 @@ def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, 
 
 def _check_points(position: Array, value: Array, degree: Degree, label: str) -> None:
     least = 3 if degree == "auto" else degree + 1
-    capital = label[0].upper() + label[1:]
+    capital = Sentence(label[0].upper() + label[1:], statements_of(label))
     if position.size < least:
-        what = "an automatic degree" if degree == "auto" else f"degree {degree}"
-        missing = least - position.size
-        raise FitFailed(f"{capital} has {position.size} point{'s' * (position.size != 1)}; {what} requires {least}.",
-                        f"Mark {missing} more point{'s' * (missing != 1)} on {label}.", reason="too-few-points",
-                        feature=label)
+        what = (say("degree.auto", "an automatic degree") if degree == "auto"
+                else say("degree.given", "degree {degree}", degree=degree))
+        points, missing = position.size, least - position.size
+        raise FitFailed(
+            say("refused.border-one-point", "{line} has 1 point; {what} requires {least}.", line=capital, what=what,
+                least=least) if points == 1 else
+            say("refused.border-few-points", "{line} has {n} points; {what} requires {least}.", line=capital, n=points,
+                what=what, least=least),
+            say("refused.one-more.fix", "Mark 1 more point on {line}.", line=label) if missing == 1 else
+            say("refused.more.fix", "Mark {n} more points on {line}.", n=missing, line=label),
+            reason="too-few-points", feature=label)
     if np.ptp(position) < 10:
-        raise FitFailed(f"The points of {label} are not spread along it.",
-                        "Mark points along its whole length, also near both ends.", reason="collinear-points",
-                        feature=label)
+        raise FitFailed(say("refused.not-spread", "The points of {line} are not spread along it.", line=label),
+                        say("refused.not-spread.fix", "Mark points along its whole length, also near both ends."),
+                        reason="collinear-points", feature=label)
 
 
 def _solve(t: Array, value: Array, degree: int) -> _Solved:
     q, r = np.linalg.qr(chebyshev.chebvander(t, degree))
     diagonal = np.abs(np.diag(r))
     if diagonal.min() < 1e-9 * diagonal.max():
-        raise FitFailed(f"The points do not determine a curve of degree {degree}: too many have the same position.",
-                        "Spread the points along the border, or choose a lower degree.", reason="collinear-points")
+        raise FitFailed(
+            say("refused.degree", "The points do not determine a curve of degree {degree}: too many have the same "
+                                  "position.", degree=degree),
+            say("refused.degree.fix", "Spread the points along the border, or choose a lower degree."),
+            reason="collinear-points")
     coefficients = np.linalg.solve(r, q.T @ value)
     residuals = value - q @ (q.T @ value)
     return _Solved(coefficients, residuals, np.einsum("ij,ij->i", q, q), q)

@@ -5,6 +5,7 @@ import numpy as np
 from app.core.errors import FitFailed
 from app.core.geometry import Array, ImageSize, inside_picture
 from app.core.records import Observations, Warning
+from app.core.statements import Sentence, say
 
 SAME_PLACE_PX = 0.5  # two clicks closer than this are one
 MAX_CLICKED = 1000  # more come from a detector, whose spacing is its own
@@ -31,9 +32,9 @@ def check_inside_picture(observations: Observations, image_size: ImageSize) -> N
         outside = np.flatnonzero(~inside_picture(o.points, image_size, -1))
         if outside.size:
             x, y = o.points[outside[0]]
-            raise FitFailed(f"Point {outside[0] + 1} of {o.label}, ({x:.6g}, {y:.6g}), is outside the image of "
-                            f"{image_size}.",
-                            "Remove it, or choose the image that it belongs to.",
+            raise FitFailed(say("refused.outside", "Point {n} of {line}, ({x:.6g}, {y:.6g}), is outside the image of "
+                                "{size}.", n=int(outside[0]) + 1, line=o.label, x=x, y=y, size=str(image_size)),
+                            say("refused.outside.fix", "Remove it, or choose the image that it belongs to."),
                             reason="outside-picture", feature=str(o.feature), index=int(outside[0]))
 
 
@@ -50,22 +51,26 @@ def inlier_masks(observations: Observations, owners: Array, inliers: Array) -> t
 
 def outlier_warnings(observations: Observations, owners: Array, inliers: Array, pixels: Array) -> list[Warning]:
     """Return a warning for each click that was left out; pixels: how far off it is."""
-    return [outlier_warning(observations, i, k, f"is {abs(px):.1f} px from its predicted position")
+    return [outlier_warning(observations, i, k, say("outlier.predicted", "is {px:.1f} px from its predicted position",
+                                                    px=abs(px)))
             for (i, k), fine, px in zip(owners, inliers, pixels, strict=True) if not fine]
 
 
-def outlier_warning(observations: Observations, i: int, k: int, where: str,
-                    fix: str = "Drag it onto the line, or remove it.") -> Warning:
+DRAG = say("warning.outlier.fix", "Drag it onto the line, or remove it.")
+
+
+def outlier_warning(observations: Observations, i: int, k: int, where: Sentence, fix: Sentence = DRAG) -> Warning:
     """Return the warning for point k of observation i; where: what is wrong with it, as a verb."""
     observation = observations[i]
-    return Warning("stray-click", f"Point {k + 1} of {observation.label} {where} and was excluded from the fit.", fix,
+    return Warning("stray-click", say("warning.outlier", "Point {n} of {line} {where} and was excluded from the fit.",
+                                      n=int(k) + 1, line=observation.label, where=where), fix,
                    str(observation.feature), int(k))
 
 
-def elevated_point_warnings(observations: Observations, who: str) -> list[Warning]:
+def elevated_point_warnings(observations: Observations, who: Sentence) -> list[Warning]:
     """Return a warning for each observation that a model without rays cannot use; who: "a homography"."""
-    return [Warning("above-the-carpet",
-                    f"The points on {o.label} are {o.z_mm:g} mm above the carpet. {who} describes only the carpet, so "
-                    "they were excluded.",
-                    "Fit a physical lens model to use them.", str(o.feature))
+    return [Warning("above-the-carpet", say(
+        "warning.above-carpet", "The points on {line} are {mm:g} mm above the carpet. {who} describes only the carpet, "
+        "so they were excluded.", line=o.label, mm=o.z_mm, who=who), say(
+        "warning.above-carpet.fix", "Fit a physical lens model to use them."), str(o.feature))
             for o in observations if o.z_mm != 0 and len(o.points)]

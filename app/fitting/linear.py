@@ -12,10 +12,16 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.geometry import Array
+from app.core.statements import say
 from app.models.rotation import nearest_rotation
 
 BENDS = np.concatenate([[0.0], -np.geomspace(0.002, 1.2, 40), np.geomspace(0.002, 0.5, 20)])
 MIN_ROWS = 8
+NOT_DETERMINED = say(
+    "refused.lines", "The marked lines do not determine the position of the field in the image.")
+MORE_LINES = say(
+    "refused.lines.fix", "Mark points on at least four lines, two in each direction, along their whole length.")
+CHECK_LINES = say("refused.check-lines.fix", "Check the line of each point and the covered area.")
 DEGENERATE = 1e-7  # of the design matrix's largest singular value
 
 
@@ -51,9 +57,11 @@ def homography_from_lines(incidences: Incidences, centre: Array, bends: Array = 
     """
     rows = len(incidences.pixels)
     if rows < MIN_ROWS:
-        raise FitFailed(f"There are {rows} measurements; the homography has 8 unknowns.",
-                        f"Mark at least {MIN_ROWS - rows} more points, on four lines that are not all parallel.",
-                        reason="too-few-points")
+        raise FitFailed(
+            say("refused.measurements", "There are {n} measurements; the homography has {unknowns} unknowns.", n=rows,
+                unknowns=MIN_ROWS),
+            say("refused.measurements.lines.fix", "Mark at least {n} more points, on four lines that are not all "
+                                                  "parallel.", n=MIN_ROWS - rows), reason="too-few-points")
     about = incidences.pixels - centre
     reach = float(np.linalg.norm(about, axis=1).max())
     plane = about / reach
@@ -73,12 +81,10 @@ def homography_from_lines(incidences: Incidences, centre: Array, bends: Array = 
     best = int(np.argmin(error))
     flattened = np.linalg.svd(g[best], compute_uv=False)[-1] < DEGENERATE  # the picture would fall onto one line
     if flattened or values[best, 1] < DEGENERATE * values[best, -1]:
-        raise FitFailed("The marked lines do not determine the position of the field in the image.",
-                        "Mark points on at least four lines, two in each direction, along their whole length.",
-                        reason="lines-not-enough")
+        raise FitFailed(NOT_DETERMINED, MORE_LINES, reason="lines-not-enough")
     if not np.isfinite(error[best]):
-        raise FitFailed("No camera position matches the marked lines: some would be behind the camera.",
-                        "Check the line of each point and the covered area.", reason="no-camera")
+        raise FitFailed(say("refused.behind", "No camera position matches the marked lines: some would be behind the "
+                                              "camera."), CHECK_LINES, reason="no-camera")
     field_from_plane = np.linalg.inv(unit) @ g[best] * np.sign(depth[best, 0])
     field_from_plane = field_from_plane @ np.diag([1 / reach, 1 / reach, 1.0])
     return PlaneEstimate(field_from_plane, float(bends[best] / reach**2), float(error[best] * spots))
@@ -125,9 +131,9 @@ def pose_from_homography(plane_from_field: Array, focal_px: float) -> tuple[Arra
 
 
 def mirrored_error() -> FitFailed:
-    return FitFailed("The field is mirrored in the image.",
-                     "Check which border is left and which is right. Flip a mirrored image before you use it.",
-                     reason="mirrored")
+    return FitFailed(say("refused.mirrored", "The field is mirrored in the image."), say(
+        "refused.mirrored.fix", "Check which border is left and which is right. Flip a mirrored image before you use "
+                                "it."), reason="mirrored")
 
 
 def tsai_two_stage(pixels: Array, field_mm: Array) -> tuple[Array, Array, float, float]:
@@ -139,8 +145,8 @@ def tsai_two_stage(pixels: Array, field_mm: Array) -> tuple[Array, Array, float,
     Raises FitFailed straight from above, where stage two is undetermined.
     """
     if len(pixels) < 5:
-        raise FitFailed("The two-stage method requires five landmarks.",
-                        "Mark more landmarks.", reason="too-few-points")
+        raise FitFailed(say("refused.two-stage", "The two-stage method requires five landmarks."),
+                        say("refused.two-stage.fix", "Mark more landmarks."), reason="too-few-points")
     u, v = pixels[:, 0], pixels[:, 1]
     x, y = field_mm[:, 0], field_mm[:, 1]
     unit = max(float(np.abs(field_mm).max()), 1.0)
@@ -149,7 +155,8 @@ def tsai_two_stage(pixels: Array, field_mm: Array) -> tuple[Array, Array, float,
     c = np.array([[a1, a2], [a4, a5]])  # the rotation's upper left 2 × 2, divided by t_y
     square, det = float(np.sum(c**2)), float(np.linalg.det(c))
     if abs(det) < 1e-18:
-        raise FitFailed("The landmarks are on one line.", "Mark landmarks spread over the field.",
+        raise FitFailed(say("refused.landmarks", "The landmarks are on one line."),
+                        say("refused.landmarks.fix", "Mark landmarks spread over the field."),
                         reason="collinear-points")
     t_y = np.sqrt((square - np.sqrt(max(square**2 - 4 * det**2, 0.0))) / (2 * det**2))
     furthest = int(np.argmax(u**2 + v**2))
@@ -174,5 +181,6 @@ def tsai_two_stage(pixels: Array, field_mm: Array) -> tuple[Array, Array, float,
             translation = np.array([t_x, t_y, t_z])
             k1 = fk / f * f**2 / float(np.mean(u**2 + v**2))
             return rotation, -rotation.T @ translation, float(f), float(k1)
-    raise FitFailed("A camera that looks straight down cannot separate focal length and height.",
-                    "Enter the camera height.", reason="height-unknown")
+    raise FitFailed(
+        say("refused.height", "A camera that looks straight down cannot separate focal length and height."),
+        say("refused.height.fix", "Enter the camera height."), reason="height-unknown")

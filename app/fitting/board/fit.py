@@ -11,6 +11,7 @@ from app.core.errors import BadInput, FitFailed
 from app.core.geometry import Array, ImageSize
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
+from app.core.statements import join, say
 from app.fitting import FITTERS
 from app.fitting.board.initial import start_states, state_with_poses
 from app.fitting.board.model_selection import select, term_sets_for
@@ -204,14 +205,15 @@ def _refuse_implausible(solution: BoardSolution, found: OutlierRejection, observ
 
 
 def _no_camera_error() -> FitFailed:
-    return FitFailed("No lens model reproduces the board in these views.",
-                     "Check the columns and rows of the board, and that corners and places are in the same order.",
-                     reason="no-camera")
+    return FitFailed(say("refused.board-model", "No lens model reproduces the board in these views."), say(
+        "refused.board-model.fix", "Check the columns and rows of the board, and that corners and places are in the "
+        "same order."), reason="no-camera")
 
 
 def _refuse_too_few_views(count: int, left_out: list[RejectedView]) -> None:
     if count < MIN_VIEWS:
-        why = f" {left_out[0].text}" if left_out else ""
-        raise FitFailed(f"{count} views can be used; a lens calibration requires {MIN_VIEWS}.{why}",
-                        "Take about 20 images of the board, tilted in all directions and covering the whole frame.",
-                        reason="too-few-views")
+        raise FitFailed(
+            join(say("refused.few-views", "{n} views can be used; a lens calibration requires {least}.", n=count,
+                     least=MIN_VIEWS), left_out[0].text if left_out else ""),
+            say("refused.few-views.fix", "Take about 20 images of the board, tilted in all directions and covering the "
+                                         "whole frame."), reason="too-few-views")

@@ -12,11 +12,19 @@ from app.core.geometry import Array, ImageSize, homogeneous, with_z
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations
+from app.core.statements import say
 from app.fitting import clicks
 from app.fitting.contract import Fitter, Sensitivity
 from app.fitting.corrected_rectangle import corrected_rectangle
 from app.fitting.homography.parameters import HomographyParameters
-from app.fitting.linear import MIN_ROWS, Incidences, homography_from_lines, mirrored_error
+from app.fitting.linear import (
+    MIN_ROWS,
+    MORE_LINES,
+    NOT_DETERMINED,
+    Incidences,
+    homography_from_lines,
+    mirrored_error,
+)
 from app.fitting.options import CLICK_SIGMA, COMMON_OPTIONS, LINE_SIGMA
 from app.fitting.ray_camera.problem import ClickResiduals, gather_clicks, line_incidences
 from app.fitting.ray_camera.search import MAX_OUTLIER_SHARE, RayFitProblem, RayFitResult, residual_count, solve
@@ -29,7 +37,6 @@ TRIALS, PER_TRIAL = 100, 10  # random tens of clicks: with four outliers in 36, 
 SUSPECT_PX = 10.0  # a click this far off may have distorted the linear estimate
 MAX_SIGMA_SHARE = 0.1  # of the region's shorter side: a corner known no better is not known
 
-MORE_LINES = "Mark points on at least four lines, two in each direction, along their whole length."
 
 
 class HomographyFitter(Fitter):
@@ -70,8 +77,11 @@ class HomographyFitter(Fitter):
         problem = whole.only(visible)
         rows = residual_count(problem)
         if rows < MIN_ROWS:
-            raise FitFailed(f"There are {rows} measurements; the homography has {MIN_ROWS} unknowns.",
-                            f"Mark at least {MIN_ROWS - rows} more points.", reason="too-few-points")
+            raise FitFailed(
+                say("refused.measurements", "There are {n} measurements; the homography has {unknowns} unknowns.",
+                    n=rows, unknowns=MIN_ROWS),
+                say("refused.measurements.fix", "Mark at least {n} more points.", n=MIN_ROWS - rows),
+                reason="too-few-points")
         priors, usual_line_mm = line_priors(problem, settings, field, learned)
         names = begin.names
         progress(0.4, "Refining")
@@ -89,9 +99,10 @@ class HomographyFitter(Fitter):
                  **found.offset_notes,
                  "choices": {"start": parameters_json(model), **found.choices}}
         warnings = (*clicks.outlier_warnings(observations, problem.owners, found.inliers, found.pixels),
-                    *(clicks.outlier_warning(observations, i, k, "is beyond the horizon of the other points")
+                    *(clicks.outlier_warning(observations, i, k, say(
+                        "outlier.horizon", "is beyond the horizon of the other points"))
                       for i, k in whole.owners[~visible]),
-                    *clicks.elevated_point_warnings(observations, "a homography"))
+                    *clicks.elevated_point_warnings(observations, say("model.homography", "a homography")))
         return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), warnings, notes,
                    covariance=found.covariance, parameter_names=names)
 
@@ -161,12 +172,12 @@ def _refuse_impossible(found: RayFitResult, region: Region) -> None:
     sigma_mm = np.sqrt(np.where(np.isfinite(variance), variance, np.inf))
     worst = int(np.argmax(sigma_mm))
     if np.isinf(sigma_mm[worst]):
-        raise FitFailed("The marked lines do not determine the position of the field in the image.", MORE_LINES,
-                        reason="lines-not-enough")
+        raise FitFailed(NOT_DETERMINED, MORE_LINES, reason="lines-not-enough")
     if not sigma_mm[worst] < MAX_SIGMA_SHARE * min(region.width_mm, region.height_mm):
         corner = f"{('top', 'bottom')[worst // 2]} {('left', 'right')[worst % 2]}"
-        raise FitFailed(f"The marked lines do not determine the position of the field in the image: its {corner} "
-                        f"corner is uncertain by {sigma_mm[worst]:.3g} mm.",
-                        MORE_LINES, reason="lines-not-enough")
+        raise FitFailed(
+            say(f"refused.corner-{corner.replace(' ', '-')}", "The marked lines do not determine the position of the "
+                f"field in the image: its {corner} corner is uncertain by {{mm:.3g}} mm.", mm=sigma_mm[worst]),
+            MORE_LINES, reason="lines-not-enough")
     if np.linalg.det(state.raw_from_unit) * np.linalg.det(state.unit_from_field) > 0:
         raise mirrored_error()

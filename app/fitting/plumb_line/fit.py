@@ -11,6 +11,7 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.geometry import Array, ImageSize, Points, as_points
+from app.core.statements import say
 from app.fitting.plumb_line.covariance import covariance, groups_of
 from app.fitting.plumb_line.initial import chain_rms, initial_bend
 from app.fitting.plumb_line.problem import Chains
@@ -84,10 +85,11 @@ def fit_plumb_lines(chains: Sequence[Points], image_size: ImageSize, lens: str =
     long = [_length(c) >= MIN_LENGTH * unit for c in given]
     usable = np.array([i for i, c in enumerate(given) if len(c) >= MIN_POINTS and long[i]], int)
     if len(usable) < need:
-        raise FitFailed(f"There are {len(usable)} lines of {MIN_LENGTH * unit:.0f} px or longer with at least "
-                        f"{MIN_POINTS} points; {need} are required.",
-                        "Mark more straight edges: long ones, and some near the edge of the image.",
-                        reason="too-few-lines")
+        raise FitFailed(
+            say("refused.few-edges", "There are {n} lines of {px:.0f} px or longer with at least {points} points; "
+                "{least} are required.", n=len(usable), px=MIN_LENGTH * unit, points=MIN_POINTS, least=need),
+            say("refused.few-edges.fix", "Mark more straight edges: long ones, and some near the edge of the image."),
+            reason="too-few-lines")
     most = int(np.clip(MAX_POINTS // len(usable), MIN_CHAIN_POINTS, MAX_CHAIN_POINTS))
     thin = Chains.of([_thinned(given[i], most) for i in usable], unit, noise_px)
     bend = initial_bend(thin, centre)
@@ -96,8 +98,9 @@ def fit_plumb_lines(chains: Sequence[Points], image_size: ImageSize, lens: str =
     state, tried = initial_fit(thin, problem, bend), []
     for _ in range(ROUNDS):
         if picked.sum() < need or thin.counts[picked].sum() < 0.5 * thin.counts.sum():
-            raise FitFailed("No lens makes enough of the lines straight.",
-                            "Mark edges that are straight in reality, each one separately.", reason="no-straight-lines")
+            raise FitFailed(say("refused.not-straight", "No lens makes enough of the lines straight."), say(
+                "refused.not-straight.fix", "Mark edges that are straight in reality, each one separately."),
+                reason="no-straight-lines")
         tried.append(picked)
         part = replace(thin.only(picked), noise_px=noise_px)
         minimum = solve(part, state, problem)
@@ -109,15 +112,16 @@ def fit_plumb_lines(chains: Sequence[Points], image_size: ImageSize, lens: str =
     picked = tried[-1]  # the chains that the last fit is about
     groups = groups_of(state, part, where[usable[picked]])
     if groups.max() == 0:
-        raise FitFailed("All the straight lines are one edge, or the sides of one.",
-                        "Mark other edges elsewhere in the image.", reason="one-edge")
+        raise FitFailed(say("refused.one-edge", "All the straight lines are one edge, or the sides of one."),
+                        say("refused.one-edge.fix", "Mark other edges elsewhere in the image."), reason="one-edge")
     statistical = covariance(minimum, part, groups)
     full = Chains.of([given[i] for i in usable], unit, noise_px)
     before = chain_rms((full.pixels - centre) / unit, full, 0.0)
     after = chain_rms_px(state, full)
     if not np.isfinite(after[picked]).all():
-        raise FitFailed("The best fitting lens does not cover the whole image.",
-                        "Try a lens with fewer terms, or mark edges elsewhere in the image.", reason="no-lens")
+        raise FitFailed(say("refused.edges-lens", "The best fitting lens does not cover the whole image."), say(
+            "refused.edges-lens.fix", "Try a lens with fewer terms, or mark edges elsewhere in the image."),
+            reason="no-lens")
     fits = {int(i): ChainFit(int(i), int(where[i]), len(given[i]), _length(given[i]), float(b), float(a), bool(p),
                              "" if p else "not-straight")
             for i, b, a, p in zip(usable, before, after, picked, strict=True)}

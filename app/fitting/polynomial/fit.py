@@ -9,9 +9,11 @@ import numpy as np
 from app.core.errors import BadInput, FitFailed
 from app.core.field import BORDERS, Field, Region
 from app.core.geometry import ImageSize, Points
+from app.core.marking_names import the_border
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observation, Observations, Warning
+from app.core.statements import say
 from app.fitting.border import CurveFit, fit_curve
 from app.fitting.clicks import check_inside_picture, outlier_warning
 from app.fitting.contract import Fitter
@@ -67,7 +69,7 @@ class PolynomialFitter(Fitter):
         progress(0.1, "Fitting the left and right borders")
         rows = (-0.5, image_size.height - 0.5)
         fits = {name: fit_curve(borders[name].points[:, 1], borders[name].points[:, 0], degrees[name], rows,
-                                f"the {name} border", robust=robust) for name in ("left", "right")}
+                                the_border(name), robust=robust) for name in ("left", "right")}
         clicked = np.concatenate([b.points[:, 1] for b in borders.values()])
         _refuse_crossing("left", "right", fits, (float(clicked.min()), float(clicked.max())))
         width_px, height_px, n_x, n_y = corrected_rectangle(settings, region, image_size)
@@ -77,7 +79,7 @@ class PolynomialFitter(Fitter):
             x, y = borders[name].points[:, 0], borders[name].points[:, 1]
             x_initial = fits["left"].curve(y)
             x_c = (x - x_initial) * width_px / (fits["right"].curve(y) - x_initial)  # Eq. (4)
-            fits[name] = fit_curve(x_c, y, degrees[name], (0.0, width_px), f"the {name} border", robust=robust)
+            fits[name] = fit_curve(x_c, y, degrees[name], (0.0, width_px), the_border(name), robust=robust)
         _refuse_crossing("top", "bottom", fits, (0.0, width_px))
 
         straight = Polynomial(*(fits[name].curve for name in BORDERS), width_px, height_px, n_x, n_y,
@@ -118,28 +120,31 @@ def _border_clicks(name: str, observations: Observations) -> _Border:
 def _check_clicks(borders: Mapping[str, _Border], image_size: ImageSize) -> None:
     for border in borders.values():
         if not len(border.points):
-            raise FitFailed(f"The {border.name} border has no points.", f"Mark points along the {border.name} border.",
+            raise FitFailed(say("refused.no-points", "{line} has no points.", line=the_border(border.name, "The")),
+                            say("refused.no-points.fix", "Mark points along {line}.", line=the_border(border.name)),
                             reason="too-few-points", feature=border.name)
         check_inside_picture((Observation(border.name, "line", border.points),), image_size)
     points = np.concatenate([b.points for b in borders.values()])
     spread = np.linalg.svd((points - points.mean(axis=0)) / np.sqrt(len(points)), compute_uv=False)
     if 12 * spread[0] * spread[1] < MIN_HULL_SHARE * image_size.width * image_size.height:  # a rectangle's area
-        raise FitFailed("The points of all four borders are nearly on one line.",
-                        "Mark each border along its own line.", reason="collinear-points")
+        raise FitFailed(say("refused.one-line", "The points of all four borders are nearly on one line."),
+                        say("refused.one-line.fix", "Mark each border along its own line."), reason="collinear-points")
 
 
 def _refuse_crossing(first: str, second: str, fits: Mapping[str, CurveFit], span: tuple[float, float]) -> None:
     position = np.linspace(*span, 256)
     gap = fits[second].curve(position) - fits[first].curve(position)
     if gap.max() <= 0:
-        raise FitFailed(f"The {first} border is on the wrong side of the {second} border.",
-                        f"Swap the points of the {first} and {second} borders, or rotate the covered area.",
-                        reason="borders-swapped", feature=first)
+        raise FitFailed(
+            say(f"refused.swapped.{first}", f"The {first} border is on the wrong side of the {second} border."),
+            say(f"refused.swapped-fix.{first}", f"Swap the points of the {first} and {second} borders, or rotate "
+                                                "the covered area."), reason="borders-swapped", feature=first)
     if gap.min() < 0.02 * gap.max():
-        where = f"near {'row' if first == 'left' else 'corrected column'} {position[np.argmin(gap)]:.0f}"
-        raise FitFailed(f"The {first} and {second} borders cross {where}.",
-                        "Check the points of both. Mark points nearer to the corners, or choose a lower degree.",
-                        reason="borders-cross", feature=first)
+        at, values = position[np.argmin(gap)], "near row" if first == "left" else "near corrected column"
+        raise FitFailed(
+            say(f"refused.cross.{first}", f"The {first} and {second} borders cross {values} {{at:.0f}}.", at=at),
+            say("refused.cross-fix", "Check the points of both. Mark points nearer to the corners, or choose a lower "
+                                     "degree."), reason="borders-cross", feature=first)
 
 
 def _inliers(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
@@ -155,11 +160,13 @@ def _inliers(observations: Observations, borders: Mapping[str, _Border], fits: M
 
 def _outlier_warnings(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
             inliers: tuple[np.ndarray, ...]) -> list[Warning]:
-    found = [outlier_warning(observations, i, k, f"is {abs(residual):.1f} px from the curve through the other points")
+    found = [outlier_warning(observations, i, k, say(
+        "outlier.curve", "is {px:.1f} px from the curve through the other points", px=abs(residual)))
              for name, border in borders.items() for (i, k), fine, residual
              in zip(border.owners, fits[name].inliers, fits[name].residuals, strict=True) if not fine]
-    return found + [outlier_warning(observations, i, k, "does not agree with the other points",
-                                    "Check that it is on the correct mark.")
+    where = say("outlier.disagrees", "does not agree with the other points")
+    fix = say("outlier.disagrees.fix", "Check that it is on the correct mark.")
+    return found + [outlier_warning(observations, i, k, where, fix)
                     for i, observation in enumerate(observations) if observation.feature not in BORDERS
                     for k in np.flatnonzero(~inliers[i])]
 
@@ -176,16 +183,20 @@ def _extrapolation_warnings(borders: Mapping[str, _Border], fits: Mapping[str, C
         position = points[:, 1] if name in ("left", "right") else model.corrected_from_raw(points)[:, 0]
         position = position[np.isfinite(position)]
         if not position.size:
-            raise FitFailed(f"The {name} border is where the adjacent borders have already crossed.",
-                            "Check the points of all four borders, or choose a lower degree.", reason="borders-cross",
-                            feature=name)
+            raise FitFailed(say("refused.crossed", "{line} is where the adjacent borders have already crossed.",
+                                line=the_border(name, "The")),
+                            say("refused.crossed.fix",
+                                "Check the points of all four borders, or choose a lower degree."),
+                            reason="borders-cross", feature=name)
         low, high = rows[name]
         ends = ("top", "bottom") if name in ("left", "right") else ("left", "right")
         for gap, end in ((position.min() - low, ends[0]), (high - position.max(), ends[1])):
             if gap > EXTRAPOLATED_SHARE * (high - low):
                 found.append(Warning(
                     "border-extrapolated",
-                    f"The {name} border has no point in the last {100 * gap / (high - low):.0f} % towards the {end} "
-                    "border. Its curve is extrapolated there.",
-                    f"Add a point on the {name} border near the {end} corner.", name))
+                    say("warning.extrapolated", "{line} has no point in the last {share:.0f} % towards {end}. Its curve "
+                        "is extrapolated there.", line=the_border(name, "The"), share=100 * gap / (high - low),
+                        end=the_border(end)),
+                    say(f"warning.extrapolated-fix.{name}-{end}",
+                        f"Add a point on the {name} border near the {end} corner."), name))
     return found

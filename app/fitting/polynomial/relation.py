@@ -8,6 +8,7 @@ from numpy.polynomial import polynomial
 from app.core.errors import FitFailed
 from app.core.field import BORDERS, Arc, Field, Landmark, Line, Region
 from app.core.records import Observation, Observations
+from app.core.statements import say
 from app.models.polynomial import Polynomial
 
 MISTAKE_SHARE = 0.02  # of the field: a known point further off than this was clicked on another mark
@@ -51,16 +52,17 @@ def relate(model: Polynomial, observations: Observations, field: Field, wanted: 
     levels = 2 + len({round(row[1], 6) for row in down if 0.02 < row[1] < 0.98})  # the two borders are known rows
     degree = min(MAX_AUTO_DEGREE, levels - 1) if wanted == "auto" else wanted
     if degree > levels - 1:
-        raise FitFailed(f"A relation of degree {degree} requires known points at {degree - 1} heights inside the "
-                        f"field; there are {levels - 2}.",
-                        "Mark landmarks or lines across the field, or choose degree 1.",
-                        reason="too-few-points")
+        raise FitFailed(
+            say("refused.relation", "A relation of degree {degree} requires known points at {needed} heights inside "
+                                    "the field; there are {n}.", degree=degree, needed=degree - 1, n=levels - 2),
+            say("refused.relation.fix", "Mark landmarks or lines across the field, or choose degree 1."),
+            reason="too-few-points")
     (a, b), outliers_across = _fit_curve(across, 1)
     down_coefficients, outliers_down = _fit_curve(down, degree)
     slope = polynomial.polyval(np.linspace(0, 1, 64), polynomial.polyder(down_coefficients))
     if not (b > 0 and np.all(slope > 0)):
-        raise FitFailed("The known points are not in the correct order in the image.",
-                        "Check the landmark or line of each point.", reason="bad-order")
+        raise FitFailed(say("refused.order", "The known points are not in the correct order in the image."),
+                        say("refused.order.fix", "Check the landmark or line of each point."), reason="bad-order")
     notes = {"degree": degree, "known_across": len(across), "known_down": len(down),
              "reason": "Only the borders are known: linear in both directions." if not (across or down) else
              f"{len(across)} known columns and {len(down)} known rows inside the field."}

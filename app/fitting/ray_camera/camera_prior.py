@@ -15,6 +15,7 @@ from app.core.field import Field
 from app.core.geometry import ImageSize
 from app.core.marking_names import marking_name
 from app.core.records import Warning
+from app.core.statements import say
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.fitting.ray_camera.problem import ScalarPrior
 from app.models.lenses import Lens
@@ -68,24 +69,33 @@ def unusual_camera_warnings(state: RayCameraParameters, priors: Sequence[ScalarP
     if abs(away.get("log_height", 0.0)) > ABSURD_SIGMAS:
         warnings.append(Warning(
             "unusual-height",
-            f"The fitted camera height is {state.position_mm[2] / 1000:.1f} m; about "
-            f"{usual_height_mm(field) / 1000:.1f} m is typical for this field.",
-            "Check the field type and the covered area, or measure and enter the camera height."))
+            say("warning.unusual-height", "The fitted camera height is {m:.1f} m; about {typical_m:.1f} m is typical "
+                "for this field.", m=state.position_mm[2] / 1000, typical_m=usual_height_mm(field) / 1000),
+            say("warning.unusual-height.fix",
+                "Check the field type and the covered area, or measure and enter the camera height.")))
     if abs(away.get("log_focal", 0.0)) > ABSURD_SIGMAS:
         angle = 2 * np.degrees(np.arctan(image_size.width / 2 / np.exp(state.log_focal)))
         warnings.append(Warning(
-            "unusual-focal-length", f"The fitted lens covers {angle:.0f}° across the image; 40° to 90° is typical.",
-            "Check the field type and the covered area, or calibrate the lens with a board."))
+            "unusual-focal-length",
+            say("warning.unusual-focal-length", "The fitted lens covers {deg:.0f}° across the image; 40° to 90° is "
+                "typical.", deg=angle),
+            say("warning.unusual-focal-length.fix",
+                "Check the field type and the covered area, or calibrate the lens with a board.")))
     off_px = float(np.hypot(*(state.centre_px - np.array(image_size.centre))))
     if np.hypot(away.get("centre_x", 0.0), away.get("centre_y", 0.0)) > ABSURD_SIGMAS:
         warnings.append(Warning(
-            "unusual-principal-point", f"The fitted principal point is {off_px:.0f} px from the image centre.",
-            "If the image was cropped, set centre_sigma_px to the size of the cut. Otherwise check the line of each "
-            "point."))
+            "unusual-principal-point",
+            say("warning.unusual-principal-point", "The fitted principal point is {px:.0f} px from the image centre.",
+                px=off_px),
+            say("warning.unusual-principal-point.fix", "If the image was cropped, set centre_sigma_px to the size of "
+                "the cut. Otherwise check the line of each point.")))
     if abs(away.get("aspect", 0.0)) > ABSURD_SIGMAS:
         warnings.append(Warning(
-            "unusual-aspect", f"The fitted pixels are {state.aspect:.3f} times as high as wide.",
-            "If the image was stretched, increase aspect_sigma. Otherwise check the field size."))
+            "unusual-aspect",
+            say("warning.unusual-aspect", "The fitted pixels are {times:.3f} times as high as wide.",
+                times=state.aspect),
+            say("warning.unusual-aspect.fix",
+                "If the image was stretched, increase aspect_sigma. Otherwise check the field size.")))
     return warnings
 
 
@@ -99,9 +109,11 @@ def misplaced_line_warnings(offsets_mm: Mapping[str, float], usual_mm: float) ->
                  reverse=True)
     if not far:
         return []
-    named = ", ".join(f"{marking_name(name)} by {mm:.0f} mm" for mm, name in far[:NAMED_LINES])
-    return [Warning("misplaced-lines", f"Lines in the image are not where the field model has them: {named}.",
-                    "Check the field type. If it is correct, measure these lines and correct the field.")]
+    named = [say("line-by", "{line} by {mm:.0f} mm", line=marking_name(name), mm=mm) for mm, name in far[:NAMED_LINES]]
+    return [Warning("misplaced-lines", say(
+        "warning.misplaced-lines", "Lines in the image are not where the field model has them: {lines}.", lines=named),
+        say("warning.misplaced-lines.fix",
+            "Check the field type. If it is correct, measure these lines and correct the field."))]
 
 
 def centre_sigma_px(settings: Mapping[str, Any], image_size: ImageSize) -> float:

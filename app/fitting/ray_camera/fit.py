@@ -12,6 +12,7 @@ from app.core.geometry import Array, ImageSize
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations
+from app.core.statements import say
 from app.fitting.clicks import check_inside_picture, inlier_masks, outlier_warnings
 from app.fitting.contract import Fitter, Sensitivity
 from app.fitting.corrected_rectangle import corrected_rectangle
@@ -103,10 +104,11 @@ class RayFitter(Fitter):
         model = cls.MODEL(**state.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
                           n_rectangles_y=n_y, region=region, image_size=image_size)
         if not model.plausible():
-            raise FitFailed(f"The points result in an impossible camera: {model.position_mm[2] / 1000:.3g} m above the "
-                            f"carpet with a focal length of {model.focal_px:.3g} px.",
-                            "Check the line of each point and the covered area, then add points.",
-                            reason="implausible-camera")
+            raise FitFailed(
+                say("refused.implausible", "The points result in an impossible camera: {m:.3g} m above the carpet with "
+                    "a focal length of {px:.3g} px.", m=model.position_mm[2] / 1000, px=model.focal_px),
+                say("refused.implausible.fix", "Check the line of each point and the covered area, then add points."),
+                reason="implausible-camera")
         inliers = inlier_masks(observations, problem.owners, best.inliers)
         notes = {
             "terms": {"chosen": best.terms, "tried": {" ".join(best.terms): {

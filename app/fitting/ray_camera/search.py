@@ -8,7 +8,9 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.geometry import Array
+from app.core.statements import say
 from app.fitting.least_squares import Minimum, minimise
+from app.fitting.linear import CHECK_LINES
 from app.fitting.options import CLICK_SIGMA
 from app.fitting.ray_camera.lens_prior import GaussianPrior
 from app.fitting.ray_camera.line_offsets import line_sigmas_mm
@@ -173,8 +175,8 @@ def best_start(task: RayFitProblem, starts: list[RayCameraParameters]) -> RayCam
 
 
 def no_camera_error() -> FitFailed:
-    return FitFailed("No camera position matches the points.",
-                     "Check the line of each point and the covered area.", reason="no-camera")
+    return FitFailed(say("refused.no-camera", "No camera position matches the points."), CHECK_LINES,
+                     reason="no-camera")
 
 
 def solve(task: RayFitProblem, start: RayCameraParameters, settings: Mapping[str, Any], *,

@@ -8,6 +8,7 @@ import numpy as np
 from app.core.errors import FitFailed
 from app.core.field import Field
 from app.core.geometry import ImageSize
+from app.core.statements import say
 from app.fitting.ray_camera.camera_prior import camera_priors, centre_sigma_px
 from app.fitting.ray_camera.distortion_prior import CENTRE, DistortionEstimate, distortion_prior
 from app.fitting.ray_camera.lens_prior import lens_prior
@@ -43,9 +44,11 @@ def fit_problem(state: RayCameraParameters, problem: ClickResiduals, terms: tupl
     priors += lines
     rows = residual_count(problem)
     if rows + len(priors) + (len(gaussian.names) if gaussian else 0) - 1 < free.sum():
-        raise FitFailed(f"There are {rows} measurements for {int(free.sum())} unknowns.",
-                        f"Mark at least {int(free.sum()) - rows} more points, or choose fewer lens terms.",
-                        reason="too-few-points")
+        raise FitFailed(
+            say("refused.unknowns", "There are {n} measurements for {unknowns} unknowns.", n=rows,
+                unknowns=int(free.sum())),
+            say("refused.unknowns.fix", "Mark at least {n} more points, or choose fewer lens terms.",
+                n=int(free.sum()) - rows), reason="too-few-points")
     return RayFitProblem(problem, priors, free, names, line_sigma_mm(settings, field), gaussian, usual_line_mm)
 
 

@@ -12,6 +12,7 @@ from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations, Warning
+from app.core.statements import say
 from app.fitting import FITTERS
 from app.fitting.clicks import check_inside_picture, elevated_point_warnings, inlier_masks, outlier_warning
 from app.fitting.contract import Fitter, Sensitivity
@@ -81,8 +82,9 @@ class ThinPlateFitter(Fitter):
         progress(0.7, "Fitting the spline")
         reachable = np.isfinite(clicks.base).all(axis=1) & np.isfinite(clicks.stretch).all(axis=(1, 2))
         if reachable.mean() < 1 - MAX_OUTLIER_SHARE or (not settings["robust"] and not reachable.all()):
-            raise FitFailed("Points are beyond the horizon of the base model.",
-                            "Check the line of each point, or choose another base model.", reason="no-camera")
+            raise FitFailed(say("refused.beyond-base", "Points are beyond the horizon of the base model."),
+                            say("refused.beyond-base.fix",
+                                "Check the line of each point, or choose another base model."), reason="no-camera")
         fine = reachable.copy()
         smoothing = settings["smoothing"]
         if settings["robust"]:
@@ -96,7 +98,7 @@ class ThinPlateFitter(Fitter):
         inliers = inlier_masks(observations, clicks.owners, fine)
         warnings = [_outlier_warning(observations, i, k, pixel, model, clicks.features)
                     for (i, k), ok, pixel in zip(clicks.owners, fine, clicks.raw, strict=True) if not ok]
-        warnings += elevated_point_warnings(observations, "a thin-plate spline")
+        warnings += elevated_point_warnings(observations, say("model.thin-plate", "a thin-plate spline"))
         noise = ("click_sigma_px", "line_sigmas_mm")
         base_choices = {k: v for k, v in base_fit.notes.get("choices", {}).items() if k not in noise}
         found = len(base_fit.parameter_names) or int(base_fit.notes.get("parameters", 0))
@@ -120,9 +122,9 @@ def _covariance(base_fit: Fit, clicks: Clicks, fitted: _FittedSpline, sigma_px: 
 
 
 def _folding_error() -> FitFailed:
-    return FitFailed("The spline folds the image.",
-                     "Increase the smoothing, check the points for outliers, or choose a base model that fits better.",
-                     reason="folds")
+    return FitFailed(say("refused.folds", "The spline folds the image."), say(
+        "refused.folds.fix", "Increase the smoothing, check the points for outliers, or choose a base model that fits "
+        "better."), reason="folds")
 
 
 def _inliers(clicks: Clicks, base: CameraModel, smoothing: float | None) -> Array:
@@ -182,6 +184,6 @@ def _outlier_warning(observations: Observations, i: int, k: int, pixel: Points, 
     place = model.field_from_corrected(model.corrected_from_raw(pixel))
     foot = model.raw_from_corrected(model.corrected_from_field(features[i].nearest(place)))
     far = np.linalg.norm(foot - pixel)
-    where = (f"is {far:.1f} px from the position predicted by the "
-             "other points") if np.isfinite(far) else "is beyond the field"
+    where = (say("outlier.others", "is {px:.1f} px from the position predicted by the other points", px=far)
+             if np.isfinite(far) else say("outlier.beyond-field", "is beyond the field"))
     return outlier_warning(observations, i, k, where)

@@ -14,6 +14,8 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.geometry import Array
+from app.core.statements import say
+from app.fitting.linear import MORE_LINES
 from app.models.thin_plate_spline import Spline, kernel
 
 MIN_SMOOTHING = 1e-14  # of the largest stiffness: as good as none in double precision
@@ -157,8 +159,7 @@ def design(constraints: Constraints) -> tuple[Array, Array]:
 
 
 def _too_few_lines() -> FitFailed:
-    return FitFailed("The marked lines do not determine the spline.",
-                     "Mark points on at least four lines, two in each direction, along their whole length.",
+    return FitFailed(say("refused.no-spline", "The marked lines do not determine the spline."), MORE_LINES,
                      reason="lines-not-enough")
 
 
