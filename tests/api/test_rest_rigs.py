@@ -286,6 +286,6 @@ def test_a_camera_calibrated_before_the_field_was_changed_is_told_and_not_compar
     assert client.put(f"{API}/fields/own", json={**field, "arcs": arcs}).status_code == 200
     for camera in client.get(f"{RIGS}/own").json()["cameras"]:
         (trouble,) = camera["troubles"]
-        assert trouble["reason"] == "field-changed" and "centre-circle" in trouble["text"]
+        assert trouble["reason"] == "field-changed" and "centre circle" in trouble["text"]
     found = client.post(f"{RIGS}/own/check", json={"pictures": "none"}).json()
     assert found["pairs"] == [] and {t["reason"] for c in found["cameras"] for t in c["troubles"]} == {"field-changed"}

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadInput, TouchlineError
+from app.core.marking_names import marking_name
 from app.league.config import PublishingConfig
 from app.league.geometry_packet import WireCameraCache, geometry_packet, published_cameras, wire_camera
 from app.league.multicast_address import MulticastAddress, NetworkError, is_here
@@ -135,7 +136,7 @@ def test_a_calibration_made_before_its_field_was_changed_is_not_sent_with_the_ne
     new = replace(new, field=moved.to_json(), created_at="2026-01-01")  # a line that was added leaves it right
     told = published_cameras([old, new], PublishingConfig(numbers={"b": 1}), fields={now.name: now})
     assert [(one.name, one.sent is not None) for one in told] == [("a", False), ("b", True)]
-    assert told[0].problem.reason == "field-changed" and line.name in told[0].problem.what
+    assert told[0].problem.reason == "field-changed" and marking_name(line.name) in told[0].problem.what
     packet = decode(WrapperPacket, geometry_packet(told, {now.name: now}))
     sent = {one.name: (one.p1, one.p2) for one in packet.geometry.field.field_lines}
     for name in (line.name, "added"):

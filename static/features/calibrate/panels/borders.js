@@ -60,7 +60,7 @@ function BorderRow({ border }) {
   return html`<li>
     <button
       type="button"
-      class="feature"
+      class="feature measured"
       data-testid=${`border-${border}`}
       aria-pressed=${active.value === border}
       onClick=${() => run(`border-${border}`)}
@@ -87,7 +87,7 @@ function InsideRow({ feature }) {
   return html`<li>
     <button
       type="button"
-      class="feature"
+      class="feature measured"
       data-testid=${`inside-${feature}`}
       aria-pressed=${active.value === feature}
       onClick=${() => activateFeature(feature)}
