@@ -194,8 +194,8 @@ def _extrapolation_warnings(borders: Mapping[str, _Border], fits: Mapping[str, C
             if gap > EXTRAPOLATED_SHARE * (high - low):
                 found.append(Warning(
                     "border-extrapolated",
-                    say("warning.extrapolated", "{line} has no point in the last {share:.0f} % towards {end}. Its curve "
-                        "is extrapolated there.", line=the_border(name, "The"), share=100 * gap / (high - low),
+                    say("warning.extrapolated", "{line} has no point in the last {share:.0f} % towards {end}. Its "
+                        "curve is extrapolated there.", line=the_border(name, "The"), share=100 * gap / (high - low),
                         end=the_border(end)),
                     say(f"warning.extrapolated-fix.{name}-{end}",
                         f"Add a point on the {name} border near the {end} corner."), name))

@@ -30,6 +30,7 @@ import verify from "./de/verify.js";
 import versions from "./de/versions.js";
 import statedInChecks from "./de/statements/checks.js";
 import statedOfFits from "./de/statements/fits.js";
+import statedOfPoints from "./de/statements/points.js";
 import statedLive from "./de/statements/live.js";
 
 /** @type {Record<import("./types").Key, import("./types").Entry>} */
@@ -66,4 +67,4 @@ export const messages = {
 };
 
 /** @type {Record<string, string>} */
-export const statements = { ...statedInChecks, ...statedOfFits, ...statedLive };
+export const statements = { ...statedInChecks, ...statedOfFits, ...statedOfPoints, ...statedLive };

@@ -6,7 +6,7 @@ export default /** @type {const} */ ({
   "calibrate.borders.add-inside.choose": "Linie oder Landmarke hinzufügen…",
   "calibrate.borders.checks": "Nur zur Prüfung",
   "calibrate.borders.clear": "Leeren: {feature}",
-  "calibrate.borders.click": "Anklicken: {border} Begrenzung ({key})",
+  "calibrate.borders.click": "Anklicken: {border} ({key})",
   "calibrate.borders.degree": "Grad der Kurve",
   "calibrate.borders.degree-found": "{border}: Grad {degree}.",
   "calibrate.borders.detected": "Erkannte Linien",

@@ -10,7 +10,7 @@ export default /** @type {const} */ ({
   "versions.activated-from-files": "Version {version} für Bilddateien ist aktiv.",
   "versions.activated.fix": "Die vorherige Version ist weiterhin verfügbar.",
   "versions.changes-and-more": "{changes} und {count} weitere",
-  "versions.changes.size": "seine Größe",
+  "versions.changes.size": "Größe",
   "versions.compare": "Vergleich",
   "versions.compare.changed": "Die Punkte wurden geändert, seit diese Version gespeichert wurde. Gezeigt wird die gespeicherte Version.",
   "versions.compare.corrected": "Entzerrtes Bild",
