@@ -7,22 +7,23 @@ import pytest
 from tests.support.page_text import texts_outside
 from tests.support.paths import NOT_OURS, ROOT, STATIC
 from tests.support.statements import statements, values_of
-from tests.support.words import CATALOGUES, OTHERS, STATEMENTS, TAG, VALUE, WORDS, entries, forms_of, like, messages, t
+from tests.support.words import (
+    BANNED,
+    CATALOGUES,
+    OTHERS,
+    STATEMENTS,
+    TAG,
+    VALUE,
+    WORDS,
+    entries,
+    forms_of,
+    like,
+    messages,
+    t,
+)
 
 SCRIPTS = [p for p in sorted(STATIC.rglob("*.js")) if not NOT_OURS & {*p.parts} and WORDS not in p.parents]
 KEY = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*(\.[a-z0-9]+(-[a-z0-9]+)*)+")
-
-# What a stranger does not understand, or reads as translated; the word to use instead.
-BANNED = {
-    r"hats?": "robot top", r"strays?": "outlier", r"knock\w*": "moved", r"anew": "again", r"reckon\w*": "compute",
-    r"held[ -]out|left out": "cross-validated, excluded", r"go(es)? on": "continue", r"by (itself|themselves)":
-    "automatically", r"at work|long work": "running, job", r"clicks": "points", r"tells?|told": "report",
-    r"stands|holds|foretold": "is, is valid, predicted", r"beside": "next to", r"burnt": "overexposed",
-    r"somebody|nobody": "another user", r"pictures? of now": "current image", r"cameras? with rays":
-    "physical lens model", r"as it hangs": "in its match position", r"not known": "unknown", r"re-?register\w*":
-    "update the pose", r"part in view": "covered area", r"bright button": "primary button", r"desk": "page",
-    r"kept": "saved", r"what (it|the camera) sees": "object detection", r"look at": "view", r"is at it": "computing",
-}
 
 
 def test_every_catalogue_is_one_message_a_line_in_order_under_its_own_name():

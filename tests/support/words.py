@@ -16,6 +16,18 @@ FORM = re.compile(r'(zero|one|two|few|many|other): ("(?:[^"\\]|\\.)*")')
 VALUE = re.compile(r"\{(\w+)\}")
 TAG = re.compile(r"</?(?:b|code|kbd|small)>")
 
+# What a stranger does not understand, or reads as translated; the word to use instead.
+BANNED = {
+    r"hats?": "robot top", r"strays?": "outlier", r"knock\w*": "moved", r"anew": "again", r"reckon\w*": "compute",
+    r"held[ -]out|left out": "cross-validated, excluded", r"go(es)? on": "continue", r"by (itself|themselves)":
+    "automatically", r"at work|long work": "running, job", r"clicks": "points", r"tells?|told": "report",
+    r"stands|holds|foretold": "is, is valid, predicted", r"beside": "next to", r"burnt": "overexposed",
+    r"somebody|nobody": "another user", r"pictures? of now": "current image", r"cameras? with rays":
+    "physical lens model", r"as it hangs": "in its match position", r"not known": "unknown", r"re-?register\w*":
+    "update the pose", r"part in view": "covered area", r"bright button": "primary button", r"desk": "page",
+    r"kept": "saved", r"what (it|the camera) sees": "object detection", r"look at": "view", r"is at it": "computing",
+}
+
 
 def t(key: str, **values: object) -> str:
     """Return the text of a message with its values in their places, without its elements."""

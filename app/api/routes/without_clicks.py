@@ -103,7 +103,7 @@ class Reregister(Strict):
 
     snapshot: Name | None = Field(None, description="of this camera, instead of current images")
     frames: Annotated[int, Field(ge=1, le=25)] = Field(FRAMES, description="taken now; moving objects are removed")
-    note: Note = "Pose registered anew"
+    note: Note = "Pose updated"
 
 
 @router.post("/cameras/{id}/reregister", tags=["cameras"], status_code=202, response_model=responses.Job)

@@ -51,6 +51,7 @@ class LearnBody(Strict):
     clicks: Clicks = Field(
         {}, description="[x, y] of a point, or [x0, y0, x1, y1] of a box, raw px; `background` for areas without a "
                         "colour")
-    base: Name | Spec | None = Field(None, description="a profile, by name or complete, whose other colours are kept")
+    base: Name | Spec | None = Field(
+        None, description="a profile, by name or complete, whose other colours stay as they are")
     snapshot: Name | None = Field(None, description="by default the newest frame")
     automatic: bool = Field(False, description="detect the colours in the image")

@@ -86,7 +86,7 @@ CalibrationReport = response("CalibrationReport", format=Literal["touchline-repo
     figures=dict[str, JsonObject], distortion=JsonObject, per_feature=list[JsonObject], outliers=list[JsonObject],
     uncertainty=JsonObject, warnings=list[JsonObject])
 CheckVerdict = response("CheckVerdict", level=described(Level, "null: inconclusive"), sentence=str,
-    fix=str, reason=described(str, "holds, moved, lens, lines-missing, as-made, elsewhere or not-seen"))
+    fix=str, reason=described(str, "`holds`, `moved`, `lens`, `lines-missing`, `as-made`, `elsewhere` or `not-seen`"))
 # mm is across the marking on the carpet, and null where nothing was found
 CheckedLine = response("CheckedLine", feature=str, places=int, found=int, found_share=float, mean_mm=float | None,
     rms_mm=float | None, worst_mm=float | None, rms_px=float | None)

@@ -26,7 +26,7 @@ FIXES: dict[State, str] = {
     "steady": "",
     "misplaced": say("drift.misplaced.fix", "Calibrate it again with a physical lens model, or with points on lines "
                                             "inside the field."),
-    "knocked": say("drift.moved.fix", "Move the camera back, or update its pose. The lens calibration is kept."),
+    "knocked": say("drift.moved.fix", "Move the camera back, or update its pose. The lens calibration remains valid."),
     "out-of-focus": say("drift.focus.fix", "Focus the camera again and lock the ring. If the new focus stays, "
                                            "calibrate the lens again."),
     "replaced": say("drift.replaced.fix", "Check its image. Move the camera back, or calibrate it again."),

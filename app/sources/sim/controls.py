@@ -54,7 +54,7 @@ class Settings:
             Control("resolution", "Resolution", "choice", self._text(self.binning), "px", None,
                     tuple(self._text(n) for n in self._binnings)),
             Control("frame_rate", "Frame rate", "float", self.frame_rate, "Hz", RATES_HZ),
-            Control("knock", "Knock the camera: rotate it to the side", "float", self.knock_px, "px", KNOCKS_PX),
+            Control("knock", "Move the camera: rotate it to the side", "float", self.knock_px, "px", KNOCKS_PX),
             Control("softer", "Defocus the lens", "float", self.softer_px, "px", SOFTER_PX),
         )
 

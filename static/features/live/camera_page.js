@@ -84,9 +84,10 @@ export const cameraNextStep = computed(() => {
       done: false,
       sentence: now.drift.sentence,
     };
+  const camera = openedCamera.value?.name; // none before the list of cameras is there
   return {
     action: "take-live",
-    label: t("live.next.take-picture", { camera: String(openedCamera.value?.name) }),
+    label: camera ? t("live.next.take-picture", { camera }) : t("live.action.take-live"),
     missing: now && now.state !== "live" ? `${STATES[now.state]}. ${now.problem?.what ?? ""}` : "",
     done: now?.state === "live",
     sentence: now?.problem

@@ -35,7 +35,7 @@ export default {
   "drift.learning.fix": "Warten Sie einige Sekunden.",
   "drift.misplaced.fix": "Kalibrieren Sie sie erneut mit einem physikalischen Objektivmodell, oder mit Punkten auf Linien im Inneren des Felds.",
   "drift.moved": "Die Kamera wurde bewegt. Positionen weichen um etwa {mm} mm ab ({px} px).",
-  "drift.moved.fix": "Bewegen Sie die Kamera zurück, oder aktualisieren Sie ihre Pose. Die Objektivkalibrierung bleibt erhalten.",
+  "drift.moved.fix": "Bewegen Sie die Kamera zurück, oder aktualisieren Sie ihre Pose. Die Objektivkalibrierung bleibt gültig.",
   "drift.replaced": "Nahe der kalibrierten Position wurden keine Feldlinien erkannt. Die Kamera wurde weit gedreht oder ausgetauscht.",
   "drift.replaced.fix": "Prüfen Sie ihr Bild. Bewegen Sie die Kamera zurück, oder kalibrieren Sie sie erneut.",
   "drift.sharper": "Der Fokus hat sich geändert: Die Linien sind um {px} px schärfer.",
