@@ -58,6 +58,13 @@ def stated(record: Mapping[str, Any]) -> dict[str, Any]:
     return {**record, STATEMENTS: found} if found else dict(record)
 
 
+def sentence_in(record: Mapping[str, Any], name: str) -> str:
+    """Return a sentence of a record that stated() has made, also where it has been JSON since."""
+    text = record[name]
+    found = None if isinstance(text, Sentence) else read_statements(record.get(STATEMENTS)).get(name)
+    return Sentence(text, tuple(found)) if found else text
+
+
 def read_statements(value: Any) -> dict[str, Any]:
     """Return the entry as it may come from a file: lists of statements by name, without what is none."""
     rows = value.items() if isinstance(value, Mapping) else ()
