@@ -11,6 +11,7 @@ from starlette.datastructures import UploadFile
 
 from app.core.errors import BadInput, ImageTooLarge
 from app.core.geometry import Points, as_points
+from app.core.statements import say
 
 TEXTS = ("camera", "purpose")
 FILE_FIX = 'Send multipart/form-data with the image as the part named "file".'
@@ -41,7 +42,7 @@ async def uploaded_file(request: Request, max_bytes: int,
     async with request.form(max_files=1, max_fields=len(names) + 2, max_part_size=4096) as form:
         file, texts = form.get("file"), {name: form.get(name, "") for name in names}
         if not isinstance(file, UploadFile):
-            raise BadInput("No file was sent.", FILE_FIX, reason="no-file")
+            raise BadInput(say("upload.no-file", "No file was sent."), FILE_FIX, reason="no-file")
         for name in form:
             if name not in ("file", *names):
                 raise BadInput("The form has an unknown part.", FILE_FIX, reason="bad-request")
@@ -51,7 +52,8 @@ async def uploaded_file(request: Request, max_bytes: int,
         data = await file.read(max_bytes + 1)
         texts["file"] = (file.filename or "")[:200]
     if len(data) > max_bytes:
-        raise ImageTooLarge(f"The file has more than {max_bytes / 1e6:.0f} MB.", "Send a smaller image.")
+        raise ImageTooLarge(say("upload.too-large", "The file has more than {most_mb:.0f} MB.",
+                                most_mb=max_bytes / 1e6), say("upload.smaller", "Send a smaller image."))
     return data, texts
 
 

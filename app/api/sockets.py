@@ -13,6 +13,7 @@ from starlette.websockets import WebSocketDisconnect
 from app.api.json_text import json_bytes
 from app.api.middleware.problems import MANUAL
 from app.core.errors import BadInput, Busy, TouchlineError
+from app.core.statements import stated
 
 Told = TypeVar("Told", bound=BaseModel)
 SEND_TIMEOUT_S = 10.0  # a viewer that takes nothing for so long is closed
@@ -27,8 +28,8 @@ async def websocket_session(socket: WebSocket) -> AsyncIterator[None]:
         try:
             yield
         except TouchlineError as error:
-            await send_json(socket, {"type": MANUAL + error.reason, "title": error.title, "status": error.status,
-                                     "detail": error.what, "fix": error.fix})
+            await send_json(socket, stated({"type": MANUAL + error.reason, "title": error.title,
+                                            "status": error.status, "detail": error.what, "fix": error.fix}))
             await socket.close(4000 + error.status, error.reason[:100])
             return
     with suppress(TimeoutError, WebSocketDisconnect, RuntimeError):

@@ -14,7 +14,9 @@
         └── DiskFull              nothing more can be saved                      (507)
 """
 
-from typing import ClassVar
+from typing import Any, ClassVar
+
+from app.core.statements import stated
 
 
 class TouchlineError(Exception):
@@ -37,9 +39,9 @@ class TouchlineError(Exception):
     def __str__(self) -> str:
         return f"{self.what} {self.fix}"
 
-    def to_json(self) -> dict[str, str]:
+    def to_json(self) -> dict[str, Any]:
         """Return reason, what and fix, as reports and answers carry them."""
-        return {"reason": self.reason, "what": self.what, "fix": self.fix}
+        return stated({"reason": self.reason, "what": self.what, "fix": self.fix})
 
     @property
     def title(self) -> str:

@@ -4,9 +4,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from app.core.marking_names import AREAS, area_name, marking_name
+from app.core.statements import Sentence, say
 
 NAMED = 3  # in a sentence
-FIELD_CHANGED_FIX = "Calibrate it again from its saved points, then activate the new version."
+FIELD_CHANGED_FIX = say("field-change.calibrate-again",
+                        "Calibrate it again from its saved points, then activate the new version.")
+SIZE = say("field-change.size", "its size")
 
 
 def field_changes(before: Mapping[str, Any], now: Mapping[str, Any], region: str,
@@ -22,7 +25,7 @@ def field_changes(before: Mapping[str, Any], now: Mapping[str, Any], region: str
 
 def _changes(before: Mapping[str, Any], now: Mapping[str, Any], region: str, observed: Iterable[Any]) -> Iterator[str]:
     if any(before[side] != now[side] for side in ("length_mm", "width_mm")):
-        yield "its size"
+        yield SIZE
     then, today = before["regions"].get(region), now["regions"].get(region)
     if today is None or (then is not None and any(then[axis] != today[axis] for axis in ("x", "y"))):
         yield region
@@ -43,10 +46,11 @@ def _places(field: Mapping[str, Any]) -> dict[str, tuple[Any, ...]]:
     return lines | arcs
 
 
-def changes_in_words(changes: Sequence[str]) -> str:
+def changes_in_words(changes: Sequence[str]) -> Sentence:
     """Return "its size", "centre circle and left half", or the first three and how many more."""
-    shown = [area_name(change) if change in AREAS else marking_name(change) for change in changes[:NAMED]]
-    more = len(changes) - NAMED
-    if more > 0:
-        return f"{', '.join(shown)} and {more} more"
-    return " and ".join(filter(None, (", ".join(shown[:-1]), shown[-1])))
+    names = [SIZE if name == SIZE else area_name(name) if name in AREAS else marking_name(name) for name in changes]
+    if len(names) > NAMED:
+        return say("field-change.more", "{names} and {more} more", names=names[:NAMED], more=len(names) - NAMED)
+    if len(names) > 1:
+        return say("field-change.several", "{names} and {last}", names=names[:-1], last=names[-1])
+    return names[0]

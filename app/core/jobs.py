@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from typing import Any, Literal, Self
 
 from app.core.errors import TouchlineError
+from app.core.statements import say, stated
 
 State = Literal["queued", "running", "done", "failed", "cancelled"]
 INTERNAL = ("spec", "worker")  # what of a job the server alone knows
 ENDED: tuple[State, ...] = ("done", "failed", "cancelled")
-WAITING = "Waiting for its turn"
+WAITING = say("job.waiting", "Waiting for its turn")
 STORED = {"run": "run", "spec": "spec", "saver": "keep", "context": "about", "durable": "lasts"}  # names in stored rows
 
 
@@ -63,10 +64,10 @@ class Job:
 
     def to_json(self) -> dict[str, Any]:
         """Return what everybody may know of it."""
-        return {name: value for name, value in vars(self).items() if name not in INTERNAL}
+        return stated({name: value for name, value in vars(self).items() if name not in INTERNAL})
 
 
 def problem_of(error: TouchlineError) -> dict[str, Any]:
     """Return an error as plain JSON, from which the API makes its answer."""
-    return {"reason": error.reason, "title": error.title, "status": error.status, "detail": error.what,
-            "fix": error.fix, **error.details}
+    return stated({"reason": error.reason, "title": error.title, "status": error.status, "detail": error.what,
+                   "fix": error.fix, **error.details})

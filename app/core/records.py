@@ -17,7 +17,7 @@ from app.core.field_changes import field_changes
 from app.core.geometry import ImageSize, Points, as_points
 from app.core.marking_names import marking_name
 from app.core.report_json import read_report
-from app.core.statements import Sentence
+from app.core.statements import Sentence, stated
 
 Kind = Literal["line", "landmark"]
 MAX_POINTS = 20_000  # an operator clicks dozens and a detector finds thousands; more is a mistake
@@ -128,7 +128,7 @@ class Warning:
     index: int | None = None  # of the point within its observation, from 0
 
     def to_json(self) -> dict[str, Any]:
-        return dict(vars(self))
+        return stated(vars(self))
 
 
 @dataclass(frozen=True, eq=False)

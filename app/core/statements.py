@@ -55,7 +55,14 @@ def statements_of(text: str) -> tuple[Mapping[str, Any], ...]:
 def stated(record: Mapping[str, Any]) -> dict[str, Any]:
     """Return a record as plain JSON, with what its sentences state beside them."""
     found = {name: list(value.statements) for name, value in record.items() if isinstance(value, Sentence)}
-    return {**record, STATEMENTS: found} if found else dict(record)
+    return {**record, STATEMENTS: {**record.get(STATEMENTS, {}), **found}} if found else dict(record)
+
+
+def sentence_in(record: Mapping[str, Any], name: str) -> str:
+    """Return a sentence of a record that stated() has made, also where it has been JSON since."""
+    text = record[name]
+    found = None if isinstance(text, Sentence) else read_statements(record.get(STATEMENTS)).get(name)
+    return Sentence(text, tuple(found)) if found else text
 
 
 def read_statements(value: Any) -> dict[str, Any]:

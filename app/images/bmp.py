@@ -2,6 +2,7 @@
 
 import struct
 
+from app.core.statements import say
 from app.images.limits import DeclaredImage, ImageLimits, checked_size, damaged, truncated, unsupported
 
 FILE_HEADER_BYTES = 14
@@ -15,12 +16,12 @@ def screen_bmp(data: bytes, limits: ImageLimits) -> DeclaredImage:
         raise truncated("BMP")
     pixels_at, header_bytes, width, height, planes, bits, compression = struct.unpack_from("<IIiiHHI", data, 10)
     if header_bytes not in HEADER_BYTES:
-        raise unsupported("The BMP image has an old or unknown type.")
+        raise unsupported(say("image.bmp-type", "The BMP image has an old or unknown type."))
     if planes != 1 or pixels_at < FILE_HEADER_BYTES + header_bytes:
-        raise damaged("its header is inconsistent")
+        raise damaged(say("image-damage.header", "its header is inconsistent"))
     if bits not in BITS_PER_PIXEL.get(compression, ()):
         # Run lengths can declare 50 Mpx in a few bytes, and no camera writes them.
-        raise unsupported("The BMP image is compressed or has an unusual pixel format.")
+        raise unsupported(say("image.bmp-format", "The BMP image is compressed or has an unusual pixel format."))
     height = abs(height)
     checked_size(width, height, limits)
     row_bytes = (width * bits + 31) // 32 * 4

@@ -9,11 +9,13 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.common_sentences import SHUTTING_DOWN, TRY_AGAIN, TRY_WHEN_BACK
 from app.core.errors import BadImage, Unavailable
 from app.core.records import Frame
+from app.core.statements import say
 from app.images import decoder_worker
 from app.images.decoder_process import DecoderProcess
-from app.images.limits import DEFAULT_LIMITS, RESAVE, DeclaredImage, ImageLimits
+from app.images.limits import DEFAULT_LIMITS, RESAVE, SCALE_DOWN, DeclaredImage, ImageLimits
 from app.images.screen import screen
 
 
@@ -66,14 +68,14 @@ class ImageDecoder:
             answer = worker.decode(data, declared)
         except TimeoutError:
             worker = self._replace(worker)
-            raise BadImage(f"The image took longer than {self.limits.wall_s:g} s to decode.",
-                           "Scale it down, or save it again as a standard JPEG.", reason="slow-image") from None
+            raise BadImage(say("image.slow", "The image took longer than {seconds:g} s to decode.",
+                               seconds=self.limits.wall_s), SCALE_DOWN, reason="slow-image") from None
         except OSError:
             worker = self._replace(worker)
             if self._closed:
                 raise _shutting_down() from None
-            raise BadImage("The image crashed the decoder. The decoder has been restarted.", RESAVE,
-                           reason="undecodable-image") from None
+            raise BadImage(say("image.crashed-decoder", "The image crashed the decoder. The decoder has been "
+                               "restarted."), RESAVE, reason="undecodable-image") from None
         except BaseException:
             worker = self._replace(worker)
             raise
@@ -84,8 +86,8 @@ class ImageDecoder:
         if answer.kind == decoder_worker.OTHER_SIZE:
             raise declared.other_size(*decoder_worker.SIZE.unpack(answer.body))
         if answer.kind == decoder_worker.OUT_OF_MEMORY:
-            raise BadImage("The image needs more memory than a decoder is allowed.",
-                           "Scale it down, or save it again as a standard JPEG.", reason="image-needs-memory")
+            raise BadImage(say("image.needs-memory", "The image needs more memory than a decoder is allowed."),
+                           SCALE_DOWN, reason="image-needs-memory")
         raise declared.undecodable()
 
     def _take(self) -> DecoderProcess:
@@ -95,7 +97,7 @@ class ImageDecoder:
         try:
             worker = self._free.get(timeout=self._patience_s)
         except queue.Empty:
-            raise Unavailable("Too many images are being read at once.", "Try again in a moment.",
+            raise Unavailable(say("image.decoder-busy", "Too many images are being read at once."), TRY_AGAIN,
                               reason="decoder-busy") from None
         return worker if worker.is_alive else self._replace(worker)
 
@@ -115,7 +117,7 @@ class ImageDecoder:
 
 
 def _shutting_down() -> Unavailable:
-    return Unavailable("The server is shutting down.", "Try again when it is back.", reason="shutting-down")
+    return Unavailable(SHUTTING_DOWN, TRY_WHEN_BACK, reason="shutting-down")
 
 
 def frame_from_bytes(data: bytes, limits: ImageLimits = DEFAULT_LIMITS) -> Frame:

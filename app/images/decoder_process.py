@@ -5,7 +5,9 @@ from functools import partial
 
 import numpy as np
 
+from app.core.common_sentences import FREE_MEMORY
 from app.core.errors import Unavailable
+from app.core.statements import say
 from app.images import decoder_worker
 from app.images.limits import DeclaredImage, ImageLimits
 from app.processes.child_process import ChildProcess
@@ -64,5 +66,6 @@ class DecoderProcess:
                 self._child.await_ready(START_S)
                 self._is_ready = True
         except OSError:
-            raise Unavailable("The process that decodes images does not start.",
-                              "Free some memory, or reinstall Touchline.", reason="decoder-down") from None
+            raise Unavailable(say("image.decoder-down", "The process that decodes images does not start."),
+                              FREE_MEMORY,
+                              reason="decoder-down") from None

@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import BadInput
+from app.core.statements import say
 
 ENCODED_MEDIA_TYPES = {"png": "image/png", "jpg": "image/jpeg"}
 PNG_COMPRESSION = 3  # of 9; a third slower files for a fifth of the bytes gained beyond it
@@ -20,5 +21,6 @@ def encode(pixels: NDArray[np.uint8], format: str = "png", quality: int = 90) ->
     options = {"png": [cv2.IMWRITE_PNG_COMPRESSION, PNG_COMPRESSION], "jpg": [cv2.IMWRITE_JPEG_QUALITY, quality]}
     done, buffer = cv2.imencode(f".{format}", np.ascontiguousarray(pixels), options[format])
     if not done:
-        raise BadInput("The image cannot be encoded.", "Use PNG, or a smaller image.", reason="not-encodable")
+        raise BadInput(say("image.not-encodable", "The image cannot be encoded."),
+                       say("image.use-png", "Use PNG, or a smaller image."), reason="not-encodable")
     return buffer.tobytes()

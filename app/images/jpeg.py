@@ -8,6 +8,7 @@ import re
 import struct
 
 from app.core.errors import BadImage
+from app.core.statements import say
 from app.images.limits import DeclaredImage, ImageLimits, checked_size, damaged, truncated, unsupported
 
 EOI, SOS = 0xD9, 0xDA
@@ -30,29 +31,33 @@ def screen_jpeg(data: bytes, limits: ImageLimits) -> DeclaredImage:
         if marker == EOI:
             break
         if marker in OTHER_KINDS:
-            raise unsupported("The JPEG image has an unsupported type (lossless, hierarchical or arithmetic).")
+            raise unsupported(say("image.jpeg-type",
+                                  "The JPEG image has an unsupported type (lossless, hierarchical or arithmetic)."))
         if marker in PLAIN:
             if size:
-                raise damaged("it declares its size twice")
+                raise damaged(say("image-damage.size-twice", "it declares its size twice"))
             size = _size(body)
             checked_size(*size, limits)
         elif marker == SOS:
             scans += 1
             if size is None:
-                raise damaged("its pixels come before its size")
+                raise damaged(say("image-damage.pixels-before-size", "its pixels come before its size"))
             if scans > limits.max_jpeg_scans:
-                raise BadImage(f"The image has more than {limits.max_jpeg_scans} scans.",
-                               "Save it again as a standard JPEG or as PNG.", reason="too-many-scans")
+                raise BadImage(say("image.too-many-scans", "The image has more than {most} scans.",
+                                   most=limits.max_jpeg_scans),
+                               say("image.save-again", "Save it again as a standard JPEG or as PNG."),
+                               reason="too-many-scans")
             found = NEXT_MARKER.search(data, position)
             if found is None:
                 raise truncated("JPEG")
             position = found.start()
         elif marker not in SEGMENTS:
-            raise damaged(f"it contains an unknown segment ({marker:02X})")
+            raise damaged(say("image-damage.unknown-segment", "it contains an unknown segment ({marker})",
+                              marker=f"{marker:02X}"))
     else:
-        raise damaged("it has too many segments")
+        raise damaged(say("image-damage.too-many-segments", "it has too many segments"))
     if size is None or scans == 0:
-        raise damaged("it contains no pixels")
+        raise damaged(say("image-damage.no-pixels", "it contains no pixels"))
     return DeclaredImage("jpeg", *size, position)
 
 
@@ -60,7 +65,7 @@ def _segment(data: bytes, position: int) -> tuple[int, memoryview, int]:
     """Marker and body of the segment at a position, and where the next begins."""
     fill = FILL.match(data, position)
     if fill is None and position < len(data):
-        raise damaged("a segment begins with the wrong byte")
+        raise damaged(say("image-damage.wrong-byte", "a segment begins with the wrong byte"))
     if fill is None or fill.end() == len(data):
         raise truncated("JPEG")
     marker, position = data[fill.end()], fill.end() + 1
@@ -76,8 +81,10 @@ def _segment(data: bytes, position: int) -> tuple[int, memoryview, int]:
 
 def _size(body: memoryview) -> tuple[int, int]:
     if len(body) < 6:
-        raise damaged("its size is missing")
+        raise damaged(say("image-damage.no-size", "its size is missing"))
     precision, height, width, components = struct.unpack_from(">BHHB", body)
     if precision != 8 or components not in (1, 3, 4):
-        raise unsupported(f"The JPEG image has {components} colour components of {precision} bits.")
+        raise unsupported(say("image.jpeg-components",
+                              "The JPEG image has {components} colour components of {bits} bits.",
+                              components=components, bits=precision))
     return width, height

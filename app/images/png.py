@@ -7,6 +7,7 @@ import struct
 from zlib import crc32
 
 from app.core.errors import BadImage
+from app.core.statements import say
 from app.images.limits import DeclaredImage, ImageLimits, animated, checked_size, damaged, truncated
 
 SIGNATURE_BYTES = 8
@@ -36,13 +37,14 @@ def screen_png(data: bytes, limits: ImageLimits) -> DeclaredImage:
         elif kind not in (b"IHDR", b"PLTE"):
             ancillary += len(body)
         if chunks > MAX_CHUNKS or ancillary > MAX_ANCILLARY_BYTES:
-            raise damaged("it contains more metadata than pixels")
+            raise damaged(say("image-damage.metadata", "it contains more metadata than pixels"))
     if raw_bytes > compressed * DEFLATE_MAX_RATIO:
         raise truncated("PNG")
     if raw_bytes > max(limits.png_ratio_free_bytes, compressed * limits.max_png_ratio):
-        raise BadImage(f"The image decompresses to {raw_bytes / compressed:.0f} times its size. This is not plausible "
-                       "for a camera image.",
-                       "Send the original camera image, or save it as JPEG.", reason="image-bomb")
+        raise BadImage(say("image.decompresses-too-far", "The image decompresses to {ratio:.0f} times its size. This "
+                           "is not plausible for a camera image.", ratio=raw_bytes / compressed),
+                       say("image.send-original", "Send the original camera image, or save it as JPEG."),
+                       reason="image-bomb")
     return DeclaredImage("png", width, height)
 
 
@@ -50,10 +52,10 @@ def _header(data: bytes) -> tuple[int, int, int]:
     """Width, height and the bytes that the pixels unpack to."""
     kind, body, _ = _chunk(data, SIGNATURE_BYTES)
     if kind != b"IHDR" or len(body) != 13:
-        raise damaged("its size is not at the beginning")
+        raise damaged(say("image-damage.size-not-first", "its size is not at the beginning"))
     width, height, depth, colour, _, _, interlace = struct.unpack(">IIBBBBB", body)
     if depth not in BIT_DEPTHS.get(colour, ()) or interlace > 1:
-        raise damaged("its pixel format is invalid")
+        raise damaged(say("image-damage.pixel-format", "its pixel format is invalid"))
     return width, height, height * (1 + (width * depth * CHANNELS[colour] + 7) // 8)
 
 
@@ -68,5 +70,6 @@ def _chunk(data: bytes, position: int) -> tuple[bytes, memoryview, int]:
     body = memoryview(data)[position + 8:end]
     critical = kind[:1].isupper()
     if critical and crc32(body, crc32(kind)) != struct.unpack_from(">I", data, end)[0]:
-        raise damaged(f"the checksum of its {kind.decode('latin-1')} chunk is wrong")
+        raise damaged(say("image-damage.checksum", "the checksum of its {chunk} chunk is wrong",
+                          chunk=kind.decode("latin-1")))
     return kind, body, end + 4

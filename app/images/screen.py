@@ -7,6 +7,7 @@ of formats; only those in FORMATS reach them.
 from collections.abc import Callable
 
 from app.core.errors import BadImage, ImageTooLarge
+from app.core.statements import Sentence, join, say
 from app.images.bmp import screen_bmp
 from app.images.jpeg import screen_jpeg
 from app.images.limits import DEFAULT_LIMITS, RESAVE, DeclaredImage, ImageLimits, checked_size
@@ -22,33 +23,38 @@ FORMATS: dict[bytes, Screen] = {  # by the bytes that a file begins with
     b"RIFF": screen_webp,
 }
 
-REFUSED: dict[bytes, str] = {  # so that the refusal can name what came
-    b"GIF8": "a GIF image", b"II*\0": "a TIFF image", b"MM\0*": "a TIFF image",
-    b"\0\0\0\x0cjP": "a JPEG 2000 image", b"\xffO\xffQ": "a JPEG 2000 image",
-    b"#?RADIANCE": "a Radiance HDR image", b"v/1\x01": "an OpenEXR image", b"%PDF": "a PDF document",
-    b"<svg": "an SVG drawing", b"PK": "a ZIP archive",
+TIFF, JPEG_2000 = say("file-kind.tiff", "a TIFF image"), say("file-kind.jpeg-2000", "a JPEG 2000 image")
+REFUSED: dict[bytes, Sentence] = {  # so that the refusal can name what came
+    b"GIF8": say("file-kind.gif", "a GIF image"), b"II*\0": TIFF, b"MM\0*": TIFF,
+    b"\0\0\0\x0cjP": JPEG_2000, b"\xffO\xffQ": JPEG_2000,
+    b"#?RADIANCE": say("file-kind.radiance", "a Radiance HDR image"),
+    b"v/1\x01": say("file-kind.openexr", "an OpenEXR image"), b"%PDF": say("file-kind.pdf", "a PDF document"),
+    b"<svg": say("file-kind.svg", "an SVG drawing"), b"PK": say("file-kind.zip", "a ZIP archive"),
 }
 
 
 def screen(data: bytes, limits: ImageLimits = DEFAULT_LIMITS) -> DeclaredImage:
     """What the picture declares itself to be; BadImage or ImageTooLarge if we would not decode it."""
     if not data:
-        raise BadImage("The file is empty.", "Choose an image file.", reason="empty-image")
+        raise BadImage(say("file.empty", "The file is empty."), say("file.choose-image", "Choose an image file."),
+                       reason="empty-image")
     if len(data) > limits.max_bytes:
-        raise ImageTooLarge(f"The file has {len(data) / 1e6:.1f} MB.",
-                            f"Send at most {limits.max_bytes / 1e6:g} MB. Save it as JPEG or scale it down.",
-                            reason="image-file-too-large")
+        raise ImageTooLarge(say("file.too-large", "The file has {mb:.1f} MB.", mb=len(data) / 1e6),
+                            say("file.size-limit", "Send at most {most_mb:g} MB. Save it as JPEG or scale it down.",
+                                most_mb=limits.max_bytes / 1e6), reason="image-file-too-large")
     for magic, read in FORMATS.items():
         if data.startswith(magic):
             declared = read(data, limits)
             checked_size(declared.width, declared.height, limits)
             return declared
     kind = _kind(data)
-    raise BadImage(f"This file is {kind}, which is not supported." if kind else "The file is not an image.",
-                   f"Use PNG, JPEG, BMP or WebP. {RESAVE}", reason="unknown-image-format")
+    raise BadImage(say("file.kind-not-supported", "This file is {kind}, which is not supported.", kind=kind) if kind
+                   else say("file.no-image", "The file is not an image."),
+                   join(say("file.use-image-format", "Use PNG, JPEG, BMP or WebP."), RESAVE),
+                   reason="unknown-image-format")
 
 
-def _kind(data: bytes) -> str | None:
+def _kind(data: bytes) -> Sentence | None:
     if data[4:12] in (b"ftypavif", b"ftypavis", b"ftypheic", b"ftypmif1"):
-        return "an AVIF or HEIC image"
+        return say("file-kind.avif-heic", "an AVIF or HEIC image")
     return next((kind for magic, kind in REFUSED.items() if data.startswith(magic)), None)

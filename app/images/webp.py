@@ -6,6 +6,7 @@ https://developers.google.com/speed/webp/docs/riff_container
 
 import struct
 
+from app.core.statements import say
 from app.images.limits import DeclaredImage, ImageLimits, animated, damaged, truncated
 
 ANIMATION_FLAG = 0x02
@@ -15,7 +16,8 @@ MAX_CHUNKS = 1_000
 def screen_webp(data: bytes, limits: ImageLimits) -> DeclaredImage:
     """Size and format of a still WebP, lossy or lossless."""
     if len(data) < 20 or data[8:12] != b"WEBP":
-        raise damaged("it is a RIFF file, but not WebP") if len(data) >= 12 else truncated("WebP")
+        raise (damaged(say("image-damage.not-webp", "it is a RIFF file, but not WebP")) if len(data) >= 12
+               else truncated("WebP"))
     end = 8 + struct.unpack_from("<I", data, 4)[0]
     if end > len(data):
         raise truncated("WebP")
@@ -36,33 +38,33 @@ def screen_webp(data: bytes, limits: ImageLimits) -> DeclaredImage:
             canvas = _canvas(body)
         elif kind in (b"VP8 ", b"VP8L"):
             if size:
-                raise damaged("it contains two images")
+                raise damaged(say("image-damage.two-images", "it contains two images"))
             size = _lossy(body) if kind == b"VP8 " else _lossless(body)
     else:
-        raise damaged("it has too many chunks")
+        raise damaged(say("image-damage.too-many-chunks", "it has too many chunks"))
     if size is None:
-        raise damaged("it contains no pixels")
+        raise damaged(say("image-damage.no-pixels", "it contains no pixels"))
     if canvas not in (None, size):
-        raise damaged("it declares two different sizes")
+        raise damaged(say("image-damage.two-sizes", "it declares two different sizes"))
     return DeclaredImage("webp", *size)
 
 
 def _canvas(body: memoryview) -> tuple[int, int]:
     if len(body) < 10:
-        raise damaged("its size is missing")
+        raise damaged(say("image-damage.no-size", "its size is missing"))
     return 1 + int.from_bytes(body[4:7], "little"), 1 + int.from_bytes(body[7:10], "little")
 
 
 def _lossy(body: memoryview) -> tuple[int, int]:
     key_frame = len(body) >= 10 and not body[0] & 1
     if not key_frame or body[3:6] != b"\x9d\x01\x2a":
-        raise damaged("its pixel data has no header")
+        raise damaged(say("image-damage.no-pixel-header", "its pixel data has no header"))
     width, height = struct.unpack_from("<HH", body, 6)
     return width & 0x3FFF, height & 0x3FFF  # the two bits above are a display scale
 
 
 def _lossless(body: memoryview) -> tuple[int, int]:
     if len(body) < 5 or body[0] != 0x2F:
-        raise damaged("its pixel data has no header")
+        raise damaged(say("image-damage.no-pixel-header", "its pixel data has no header"))
     bits = int.from_bytes(body[1:5], "little")
     return 1 + (bits & 0x3FFF), 1 + (bits >> 14 & 0x3FFF)

@@ -15,6 +15,7 @@ from typing import Any
 
 from app import __version__
 from app.core.errors import BadInput, TouchlineError, Unavailable
+from app.core.statements import say
 from app.jobs.dask_task import do
 from app.jobs.runner import JobStopped
 
@@ -127,9 +128,10 @@ class DaskCluster:
                               reason="no-scheduler") from None
 
     def _unreachable(self) -> TouchlineError:
-        return Unavailable(f"The cluster's scheduler at {self._host}:{self._port} is not responding.",
-                           f"Start it: dask scheduler --port {self._port}, then workers; or set jobs.engine to local.",
-                           reason="no-scheduler")
+        return Unavailable(say("cluster.no-scheduler", "The cluster's scheduler at {host}:{port} is not responding.",
+                               host=self._host, port=self._port),
+                           say("cluster.start-scheduler", "Start it: dask scheduler --port {port}, then workers; or "
+                               "set jobs.engine to local.", port=self._port), reason="no-scheduler")
 
     def _on_event(self, event: tuple[float, dict[str, Any]]) -> None:
         message = event[1]

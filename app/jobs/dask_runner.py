@@ -12,6 +12,7 @@ from concurrent.futures import CancelledError
 from typing import Any
 
 from app.core.errors import Unavailable
+from app.core.statements import say, sentence_in
 from app.jobs.dask_cluster import DaskCluster, SubmittedJob
 from app.jobs.runner import JobFailed, JobStopped, JobTimeout, Report, WorkerDied
 
@@ -52,9 +53,13 @@ class DaskRunner:
             if self._closed or not is_wanted():
                 raise JobStopped
             if now > deadline:
-                raise JobTimeout if worker else Unavailable(
-                    f"No worker of the cluster was available for the job within {wall_s:g} s.",
-                    "Start more workers: dask worker tcp://SCHEDULER:8786 --nthreads 1.", reason="no-free-worker")
+                raise JobTimeout if worker else Unavailable(say("cluster.no-worker", "No worker of the cluster was "
+                                                                "available for the job within {seconds:g} s.",
+                                                                seconds=wall_s),
+                                                            say("cluster.start-workers",
+                                                                "Start more workers: dask worker "
+                                                                "tcp://SCHEDULER:8786 --nthreads 1."),
+                                                            reason="no-free-worker")
             if worker is None and not has_said_so and now > start + WAITING_NOTICE_S:
                 has_said_so = True
                 report(0.0, "Waiting for a worker of the cluster")
@@ -68,7 +73,7 @@ class DaskRunner:
                 worker, deadline = event["worker"], now + wall_s
                 report(0.0, "Starting")
             elif event["kind"] == "progress":
-                report(event["fraction"], event["message"])
+                report(event["fraction"], sentence_in(event, "message"))
             elif event["kind"] == "gone" and event["worker"] == worker:
                 raise WorkerDied
 
@@ -82,9 +87,11 @@ class DaskRunner:
         except KilledWorker:
             raise WorkerDied from None
         except Exception as error:
-            raise Unavailable(f"The cluster cannot run Touchline's jobs: {type(error).__name__}: {str(error)[:200]}",
-                              "Install the same versions of Python and Touchline on its scheduler and its workers: "
-                              "pip install 'touchline[dask]'.", reason="cluster-differs") from None
+            raise Unavailable(say("cluster.cannot-run", "The cluster cannot run Touchline's jobs: {kind}: {error}",
+                                  kind=type(error).__name__, error=str(error)[:200]),
+                              say("cluster.same-versions", "Install the same versions of Python and Touchline on its "
+                                  "scheduler and its workers: pip install 'touchline[dask]'."),
+                              reason="cluster-differs") from None
         if "lost" in answer:
             raise WorkerDied
         if "problem" in answer:

@@ -10,6 +10,7 @@ import time
 
 from app import __version__
 from app.core.errors import Cancelled
+from app.core.statements import stated
 from app.jobs.execute import execute, plain
 
 MIN_INTERVAL_S = 0.05  # between two reports of progress; more often nobody sees
@@ -47,8 +48,8 @@ def do(request_text: str) -> str:
         now = time.monotonic()
         if message != reported or now - reported_at >= MIN_INTERVAL_S:
             reported_at, reported = now, message
-            worker.log_event(request["topic"], {"key": key, "kind": "progress", "fraction": float(fraction),
-                                              "message": message})
+            said = stated({"message": message}) | {"message": str(message)}  # plain for Dask's own encoding
+            worker.log_event(request["topic"], {"key": key, "kind": "progress", "fraction": float(fraction), **said})
 
     cv2.setNumThreads(1)
     is_done, value = execute(request["run"], request["spec"], progress)

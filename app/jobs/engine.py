@@ -10,14 +10,16 @@ from math import inf
 from threading import Lock, Thread
 from typing import Any, Self
 
+from app.core.common_sentences import SHUTTING_DOWN, TRY_WHEN_BACK
 from app.core.errors import BadInput, Busy, TouchlineError, Unavailable
 from app.core.jobs import Job, JobSpec, problem_of
 from app.core.progress import Progress
+from app.core.statements import say
 from app.jobs.dask_cluster import DaskCluster
 from app.jobs.dask_runner import DaskRunner
 from app.jobs.execute import current_name
 from app.jobs.process_runner import ProcessRunner
-from app.jobs.registry import JobRegistry, JobTable
+from app.jobs.registry import START_AGAIN, JobRegistry, JobTable
 from app.jobs.runner import JobFailed, JobRunner, JobStopped, JobTimeout, WorkerDied
 
 Run = Callable[[Any, Progress], Any]
@@ -68,8 +70,8 @@ class JobEngine:
                 if job.attempt > MAX_ATTEMPTS:
                     self._fail(job.id, WorkerDied())
                 elif spec is None or not self._is_known(spec):
-                    self._fail(job.id, Unavailable("This version of Touchline does not support this job.",
-                                                   "Start the job again.", reason="job-lost"))
+                    self._fail(job.id, Unavailable(say("job.not-supported", "This version of Touchline does not "
+                                                       "support this job."), START_AGAIN, reason="job-lost"))
                 else:
                     self._put(0, (job.id, spec))
             if not self._queue.empty():
@@ -89,13 +91,16 @@ class JobEngine:
             raise KeyError(saver)
         with self._lock:
             if self.closed:
-                raise Unavailable("The server is shutting down.", "Try again when it is back.", reason="shutting-down")
+                raise Unavailable(SHUTTING_DOWN, TRY_WHEN_BACK, reason="shutting-down")
             under_way = [job for job in self._registry.all() if not job.ended]
             self._callers = {job.id: self._callers.get(job.id, "") for job in under_way}
             own = [job for job in under_way if self._callers[job.id] == caller]
-            for jobs, most, whose in ((own, MAX_QUEUED_EACH, "of your jobs"), (under_way, MAX_QUEUED, "jobs")):
+            for jobs, most, what in (
+                    (own, MAX_QUEUED_EACH, say("job.too-many-of-yours", "{jobs} of your jobs are already waiting.",
+                                               jobs=MAX_QUEUED_EACH)),
+                    (under_way, MAX_QUEUED, say("job.too-many", "{jobs} jobs are already waiting.", jobs=MAX_QUEUED))):
                 if sum(job.state == "queued" for job in jobs) >= most:
-                    raise Busy(f"{most} {whose} are already waiting.", "Wait until some have ended, or cancel some.",
+                    raise Busy(what, say("job.wait-or-cancel", "Wait until some have ended, or cancel some."),
                                reason="too-many-jobs")
             job = self._registry.add(kind, job_spec)
             self._callers[job.id] = caller
@@ -178,7 +183,9 @@ class JobEngine:
         attempt = self._registry.get(id).attempt + 1
         if attempt > MAX_ATTEMPTS:
             self._fail(id, error)
-        elif self._registry.requeue(id, f"Its worker was lost; waiting for attempt {attempt} of {MAX_ATTEMPTS}"):
+        elif self._registry.requeue(id, say(
+                "job.worker-lost", "Its worker was lost; waiting for attempt {attempt} of {attempts}", attempt=attempt,
+                attempts=MAX_ATTEMPTS)):
             self._put(MAX_QUEUED_EACH, (id, spec))  # it may be to blame: the others go first
 
     def _fail(self, id: str, error: Exception) -> None:
@@ -201,19 +208,19 @@ class JobEngine:
         if isinstance(error, TouchlineError):
             return error
         if isinstance(error, WorkerDied):
-            return Unavailable(f"The process that ran this job ended before the job was complete, {MAX_ATTEMPTS} "
-                               "times.",
-                               "Reduce the size of the job. On a cluster, check the memory limit and the log of its "
-                               "workers.", reason="worker-died")
+            return Unavailable(say("job.process-died", "The process that ran this job ended before the job was "
+                                   "complete, {times} times.", times=MAX_ATTEMPTS),
+                               say("job.reduce-or-check-workers", "Reduce the size of the job. On a cluster, check "
+                                   "the memory limit and the log of its workers."), reason="worker-died")
         if isinstance(error, JobTimeout):
-            return BadInput(f"The job took longer than {self._wall_s:g} s.", "Reduce the size of the job.",
-                               reason="job-too-long")
+            return BadInput(say("job.too-long", "The job took longer than {seconds:g} s.", seconds=self._wall_s),
+                            say("job.reduce", "Reduce the size of the job."), reason="job-too-long")
         if isinstance(error, JobFailed) and error.problem["reason"] == "job-needs-memory":
-            return BadInput("The job needs more memory than it is allowed.", "Use fewer or smaller images.",
-                            reason="job-needs-memory")
+            return BadInput(say("job.needs-memory", "The job needs more memory than it is allowed."),
+                            say("job.fewer-images", "Use fewer or smaller images."), reason="job-needs-memory")
         id = secrets.token_hex(4)
         log.error("unexpected error %s in a job: %s", id,
                   error.problem.get("trace") if isinstance(error, JobFailed) else repr(error))
-        return Unavailable(f"An unexpected error occurred (error {id}).",
-                           f"Try again. If the error remains, report it with the log around error {id}.",
-                           reason="unexpected")
+        return Unavailable(say("job.unexpected", "An unexpected error occurred (error {error}).", error=id),
+                           say("job.report-error", "Try again. If the error remains, report it with the log around "
+                               "error {error}.", error=id), reason="unexpected")

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from threading import Lock
 from typing import Any
 
+from app.core.statements import sentence_in
 from app.jobs import worker_main
 from app.jobs.runner import JobFailed, JobStopped, JobTimeout, Report, WorkerDied
 from app.processes.child_process import ChildProcess
@@ -91,7 +92,7 @@ class ProcessRunner:
                 self._has_begun = True
             elif message.kind == worker_main.PROGRESS:
                 body = _json(message)
-                report(body["fraction"], body["message"])
+                report(body["fraction"], sentence_in(body, "message"))
             elif message.kind == worker_main.RESULT:
                 return _json(message)["value"]
             elif message.kind == worker_main.PROBLEM:

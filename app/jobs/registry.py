@@ -15,8 +15,13 @@ from time import monotonic
 from typing import Any, Protocol
 
 from app.core.errors import NotFound, TouchlineError, Unavailable
-from app.core.jobs import WAITING, Job, JobSpec
+from app.core.jobs import Job, JobSpec
+from app.core.statements import say
 
+START_AGAIN = say("job.start-again", "Start the job again.")
+WAITING_AGAIN = say("job.waiting-again", "The server was restarted; waiting for its turn")
+DONE, FAILED, CANCELLED = say("job.done", "Done"), say("job.failed", "Failed"), say("job.cancelled", "Cancelled")
+MAX_MESSAGE = 500  # characters
 BEAT_S = 2.0
 LEASE_S = 60.0  # far above a beat: a disk that is slow for a moment takes nobody's job away
 MAX_ROWS = 1_000_000
@@ -61,7 +66,7 @@ class JobRegistry:
         for stored in reversed(table.list(MAX_ROWS)):
             job = replace(stored, spec=None, attempt=max(1, stored.attempt))
             if not job.ended:
-                message = f"The server was restarted; {WAITING.lower()}" if job.state == "running" else job.message
+                message = WAITING_AGAIN if job.state == "running" else job.message
                 job = replace(job, state="queued", progress=0.0, attempt=stored.attempt + 1, message=message)
                 unfinished.append((job, JobSpec.from_json(stored.spec)))
             self._jobs[job.id] = job
@@ -111,13 +116,14 @@ class JobRegistry:
                 return False
             if table := self._table_of(id):
                 table.claim(worker, LEASE_S, id=id)
-            return self._update(id, state="running", message="Starting")
+            return self._update(id, state="running", message=say("job.starting", "Starting"))
 
     def report(self, id: str, progress: float, message: str) -> None:
         """Note how far it has come."""
+        message = message if len(message) <= MAX_MESSAGE else message[:MAX_MESSAGE]
         with self._lock:
             if id in self._jobs and not self._jobs[id].ended:
-                self._jobs[id] = replace(self._jobs[id], progress=min(max(progress, 0.0), 1.0), message=message[:500])
+                self._jobs[id] = replace(self._jobs[id], progress=min(max(progress, 0.0), 1.0), message=message)
 
     def beat(self, id: str) -> None:
         """Note that its worker is alive; called often, written now and then."""
@@ -148,18 +154,18 @@ class JobRegistry:
             if id not in self._jobs or self._jobs[id].ended:
                 return False
             self._completing.add(id)
-            job = self._jobs[id] = replace(self._jobs[id], message="Saving the result")
+            job = self._jobs[id] = replace(self._jobs[id], message=say("job.saving", "Saving the result"))
         table = self._table_of(id)
         if table is None:
             result = save()
         else:
             with table.transaction():
                 result = save()
-                if not table.finish(id, job.attempt, "done", result, None, "Done"):
-                    raise Unavailable("The job was taken over by another server.", "Start the job again.",
+                if not table.finish(id, job.attempt, "done", result, None, DONE):
+                    raise Unavailable(say("job.taken-over", "The job was taken over by another server."), START_AGAIN,
                                       reason="job-lost")
         with self._changing:
-            return self._update(id, state="done", progress=1.0, message="Done", result=result)
+            return self._update(id, state="done", progress=1.0, message=DONE, result=result)
 
     def fail(self, id: str, problem: dict[str, Any]) -> bool:
         """End it with a problem; false where it had ended."""
@@ -170,11 +176,11 @@ class JobRegistry:
 
             def end(table: JobTable) -> None:
                 attempt = job.attempt if job.state == "running" else table.claim("nobody", LEASE_S, id=id).attempt
-                table.finish(id, attempt, "failed", None, problem, "Failed")
+                table.finish(id, attempt, "failed", None, problem, FAILED)
             self._write(id, end)
-            return self._update(id, state="failed", message="Failed", problem=problem)
+            return self._update(id, state="failed", message=FAILED, problem=problem)
 
-    def cancel(self, id: str, message: str = "Cancelled") -> bool:
+    def cancel(self, id: str, message: str = CANCELLED) -> bool:
         """End it, unless it has ended or its result is being kept."""
         with self._changing:
             if self.ended(id) or id in self._completing:
@@ -185,7 +191,7 @@ class JobRegistry:
     def suspend(self, id: str) -> bool:
         """Stop it with the server: a durable one goes on when that is back, as the same attempt; others are cancelled.
         """
-        message = "The server was stopped"
+        message = say("job.server-stopped", "The server was stopped")
         if self._table_of(id) is None:
             return self.cancel(id, message)
         with self._changing:
@@ -194,8 +200,8 @@ class JobRegistry:
             job = self.get(id)
             if job.state == "running":
                 self._write(id, lambda table: table.requeue(id, job.attempt, message, counts=False))
-            return self._update(id, state="queued", progress=0.0, message=f"{message}. The job continues when the "
-                                                                          "server is back")
+            return self._update(id, state="queued", progress=0.0, message=say(
+                "job.continues", "The server was stopped. The job continues when the server is back"))
 
     def _table_of(self, id: str) -> JobTable | None:
         return self._table if id in self._written_s else None

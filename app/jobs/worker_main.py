@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import Any
 
 from app.core.errors import Cancelled
+from app.core.statements import stated
 from app.jobs.execute import execute, plain
 from app.processes.framing import FIRST_KIND, START, Connection, decode_body, encode_body
 
@@ -48,7 +49,7 @@ class JobWorker:
             now = time.monotonic()
             if message != self._reported or now - self._reported_at >= MIN_INTERVAL_S:
                 self._reported_at, self._reported = now, message
-                self._send(PROGRESS, number, {"fraction": float(fraction), "message": message})
+                self._send(PROGRESS, number, stated({"fraction": float(fraction), "message": message}))
 
         self._send(BEGUN, number, {})
         is_done, value = execute(job["run"], job["spec"], progress)

@@ -7,6 +7,7 @@ from dataclasses import field as member
 from typing import Any, Self, get_args, get_origin
 
 from app.core.errors import BadInput
+from app.core.statements import say
 from app.league.multicast_address import GROUP, PORT, MulticastAddress
 
 MIN_INTERVAL_S, MAX_INTERVAL_S = 0.1, 60.0  # between two packets
@@ -38,14 +39,18 @@ class PublishingConfig:
     def __post_init__(self) -> None:
         _ = self.address
         if not MIN_INTERVAL_S <= self.interval_s <= MAX_INTERVAL_S:
-            raise BadInput(f"{self.interval_s:g} s is not a valid interval.",
-                           f"Give {MIN_INTERVAL_S:g} to {MAX_INTERVAL_S:g} seconds.", reason="bad-interval")
+            raise BadInput(say("publishing.bad-interval", "{interval_s:g} s is not a valid interval.",
+                               interval_s=self.interval_s),
+                           say("publishing.interval-range", "Give {least_s:g} to {most_s:g} seconds.",
+                               least_s=MIN_INTERVAL_S, most_s=MAX_INTERVAL_S), reason="bad-interval")
         if not (math.isfinite(self.limit_mm) and self.limit_mm >= 0):
-            raise BadInput("The limit is not a valid length.", "Give millimetres, 0 or more.", reason="bad-limit")
+            raise BadInput(say("publishing.bad-limit", "The limit is not a valid length."),
+                           say("publishing.limit-range", "Give millimetres, 0 or more."), reason="bad-limit")
         for name, number in self.numbers.items():
             if not 0 <= number < 2**32:
-                raise BadInput(f"{number} is not a valid camera number for {name!r}.",
-                               "Give a whole number, 0 or more.",
+                raise BadInput(say("publishing.bad-number", "{number} is not a valid camera number for {camera!r}.",
+                                   number=number, camera=name),
+                               say("publishing.number-range", "Give a whole number, 0 or more."),
                                reason="bad-camera-number")
 
     @property
@@ -64,8 +69,8 @@ class PublishingConfig:
                 raise TypeError
             return cls(**given)
         except (AttributeError, TypeError):
-            raise BadInput("The saved network settings cannot be read.", "Enter them again.",
-                           reason="bad-publishing") from None
+            raise BadInput(say("publishing.settings-unreadable", "The saved network settings cannot be read."),
+                           say("publishing.enter-again", "Enter them again."), reason="bad-publishing") from None
 
 
 def _is(value: Any, kind: Any) -> bool:

@@ -10,7 +10,9 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from app.core.common_sentences import TRIES_AGAIN
 from app.core.errors import BadInput, TouchlineError, Unavailable
+from app.core.statements import say
 from app.league.multicast_address import MulticastAddress
 from app.league.multicast_receiver import Datagram, MulticastReceiver
 from app.ssl_protocol.messages import Geometry
@@ -116,9 +118,8 @@ class GeometryListener:
                 self.problem = self.address.network_error(error)
             except Exception:
                 log.exception("the group could not be listened to")
-                self.problem = Unavailable("The multicast group cannot be received.",
-                                           "Touchline tries again automatically. See the server log for the reason.",
-                                           reason="absorbing-failed")
+                self.problem = Unavailable(say("receiving.failed", "The multicast group cannot be received."),
+                                           TRIES_AGAIN, reason="absorbing-failed")
             self._ended.wait(RETRY_S)
 
     def _listen(self) -> None:
@@ -164,14 +165,15 @@ class GeometryListener:
     def _read(self, sender: RemotePublisher, data: bytes) -> RemotePublisher:
         try:
             if not data:
-                raise BadInput("The packet is empty.", "Send a packet.", reason="bad-protobuf")
+                raise BadInput(say("packet.empty", "The packet is empty."), say("packet.send", "Send a packet."),
+                               reason="bad-protobuf")
             packet = decode(_Packet, data)
             if packet.geometry is None:
                 return replace(sender, source=sender.source if packet.source is None else packet.source)
             if len(packet.geometry.calib) > MAX_CAMERAS:
-                raise BadInput(f"The packet has {len(packet.geometry.calib)} cameras, which is too many.",
-                               "Send fewer cameras.",
-                               reason="bad-protobuf")
+                raise BadInput(say("packet.too-many-cameras", "The packet has {cameras} cameras, which is too many.",
+                                   cameras=len(packet.geometry.calib)),
+                               say("packet.fewer-cameras", "Send fewer cameras."), reason="bad-protobuf")
         except BadInput as refused:
             return replace(sender, refused=sender.refused + 1, why=refused.what)
         return replace(sender, geometries=sender.geometries + 1, geometry=packet.geometry, data=data,

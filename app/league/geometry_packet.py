@@ -11,6 +11,7 @@ from app.core.field import Field
 from app.core.field_changes import FIELD_CHANGED_FIX, changes_in_words
 from app.core.field_json import field_from_json
 from app.core.records import Calibration
+from app.core.statements import say
 from app.evaluate.fit.approximation import ApproximationError, approximation_error
 from app.formats.approximation import export_camera
 from app.formats.ssl_field import field_to_wire
@@ -141,23 +142,29 @@ def _problem(one: PublishedCamera, before: Iterable[PublishedCamera], config: Pu
     """Return why an encoded camera is left out; None where it is sent."""
     name, worst = one.name, one.wire.loss.worst_at_any_height_mm
     if one.calibration.field["name"] != field_name:
-        return Conflict(f"{name} covers the field {one.calibration.field['name']}, but a packet has one field: "
-                        f"{field_name}.",
-                        "Publish that field instead, or change the field of this camera.", reason="other-field")
+        return Conflict(say("publishing.other-field", "{camera} covers the field {covered}, but a packet has one "
+                            "field: {field}.", camera=name, covered=one.calibration.field["name"], field=field_name),
+                        say("publishing.change-field", "Publish that field instead, or change the field of this "
+                            "camera."), reason="other-field")
     if field is not None and (changes := one.calibration.field_changes(field)):
-        return Conflict(f"{name} was calibrated before {field_name} was changed: {changes_in_words(changes)}.",
+        return Conflict(say("publishing.field-changed", "{camera} was calibrated before {field} was changed: "
+                            "{changes}.", camera=name, field=field_name, changes=changes_in_words(changes)),
                         FIELD_CHANGED_FIX, reason="field-changed")
     twin = next((other for other in before if other.sent is not None and other.number == one.number), None)
     if twin is not None:
-        return Conflict(f"{name} and {twin.name} both have camera number {one.number}.",
-                        f"Give {name} another number.", reason="number-taken")
+        return Conflict(say("publishing.number-taken", "{camera} and {other} both have camera number {number}.",
+                            camera=name, other=twin.name, number=one.number),
+                        say("publishing.another-number", "Give {camera} another number.", camera=name),
+                        reason="number-taken")
     if not math.isfinite(worst):
-        return Conflict(f"The SSL lens model does not cover the whole area of {name}.",
-                        "Fit the SSL lens model to the same points, and activate the new version.",
-                        reason="loss-unlimited")
+        return Conflict(say("publishing.area-not-covered", "The SSL lens model does not cover the whole area of "
+                            "{camera}.", camera=name),
+                        say("publishing.fit-ssl-model", "Fit the SSL lens model to the same points, and activate the "
+                            "new version."), reason="loss-unlimited")
     if worst > config.limit_mm and config.approved.get(name) != one.calibration.id:
-        return Conflict(f"The largest error of the SSL lens model for {name} is {worst:.1f} mm; the limit is "
-                        f"{config.limit_mm:g} mm.",
-                        "Fit the SSL lens model to the same points and activate the new version, or publish anyway.",
-                        reason="loss-above-limit")
+        return Conflict(say("publishing.above-limit", "The largest error of the SSL lens model for {camera} is "
+                            "{mm:.1f} mm; the limit is {limit_mm:g} mm.", camera=name, mm=worst,
+                            limit_mm=config.limit_mm),
+                        say("publishing.fit-ssl-model-or-publish", "Fit the SSL lens model to the same points and "
+                            "activate the new version, or publish anyway."), reason="loss-above-limit")
     return None

@@ -8,6 +8,7 @@ import struct
 from dataclasses import dataclass
 
 from app.core.errors import BadInput, Conflict
+from app.core.statements import Sentence, join, say
 
 GROUP, PORT = "224.5.23.2", 10006  # the league's usual ones for vision
 MAX_NAME = 15  # bytes of an interface's name; Linux' IFNAMSIZ less its end
@@ -38,17 +39,19 @@ class MulticastAddress:
         except ValueError:
             fine = False
         if not fine:
-            raise BadInput(f"{self.group[:64]!r} is not a multicast group.",
-                           f"Give an address from 224.0.0.0 to 239.255.255.255, such as {GROUP}.", reason="bad-group")
+            raise BadInput(say("multicast.bad-group", "{group!r} is not a multicast group.", group=self.group[:64]),
+                           say("multicast.group-range", "Give an address from 224.0.0.0 to 239.255.255.255, such as "
+                               "{group}.", group=GROUP), reason="bad-group")
         if not 1 <= self.port <= 65535:
-            raise BadInput(f"{self.port} is not a UDP port.", f"Give one from 1 to 65535, such as {PORT}.",
+            raise BadInput(say("multicast.bad-port", "{port} is not a UDP port.", port=self.port),
+                           say("multicast.port-range", "Give one from 1 to 65535, such as {port}.", port=PORT),
                            reason="bad-port")
         if not 0 <= self.ttl <= 255:
-            raise BadInput(f"{self.ttl} is not a valid TTL.",
-                           "Give 1 for the local network, at most 255.", reason="bad-ttl")
+            raise BadInput(say("multicast.bad-ttl", "{ttl} is not a valid TTL.", ttl=self.ttl),
+                           say("multicast.ttl-range", "Give 1 for the local network, at most 255."), reason="bad-ttl")
         if not _may_be_interface(self.interface):
-            raise BadInput(f"{self.interface[:64]!r} is not a network interface.",
-                           known_interfaces(), reason="bad-interface")
+            raise BadInput(say("multicast.bad-interface", "{interface!r} is not a network interface.",
+                               interface=self.interface[:64]), known_interfaces(), reason="bad-interface")
 
     def request(self) -> bytes:
         """Return the socket option's struct ip_mreqn: group, address, interface index; NetworkError."""
@@ -63,24 +66,32 @@ class MulticastAddress:
         return socket.inet_aton(self.group) + socket.inet_aton(address) + struct.pack("i", index)
 
     def no_interface_error(self) -> NetworkError:
-        named = f"no interface {self.interface}" if self.interface else "no network for multicast"
-        return NetworkError(f"This computer has {named}.", known_interfaces(), reason="no-interface")
+        what = (say("multicast.no-interface", "This computer has no interface {interface}.", interface=self.interface)
+                if self.interface else say("multicast.no-network", "This computer has no network for multicast."))
+        return NetworkError(what, known_interfaces(), reason="no-interface")
 
     def network_error(self, error: OSError) -> NetworkError:
         """Translate a socket error into its cause and remedy."""
         if error.errno in (errno.ENODEV, errno.EADDRNOTAVAIL, errno.ENXIO):
             return self.no_interface_error()
         if error.errno in (errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN):
-            return NetworkError(f"No network reaches {self.group}.",
-                                  f"Connect or enable the network. {known_interfaces()}", reason="no-route")
+            return NetworkError(say("multicast.no-route", "No network reaches {group}.", group=self.group),
+                                join(say("multicast.connect", "Connect or enable the network."), known_interfaces()),
+                                reason="no-route")
         if error.errno in (errno.EPERM, errno.EACCES):
-            return NetworkError(f"The operating system does not permit multicast to {self.group}, port {self.port}.",
-                                  "Allow this program in the firewall.", reason="forbidden")
+            return NetworkError(say("multicast.forbidden", "The operating system does not permit multicast to "
+                                    "{group}, port {port}.", group=self.group, port=self.port),
+                                say("multicast.allow-in-firewall", "Allow this program in the firewall."),
+                                reason="forbidden")
         if error.errno == errno.EADDRINUSE:
-            return NetworkError(f"Another program uses port {self.port} exclusively.",
-                                  "Close it, or configure it to share the port (SO_REUSEADDR).", reason="port-taken")
-        return NetworkError(f"The network rejects {self.group}, port {self.port}: {error.strerror or error}.",
-                              "Check the interface. Touchline tries again automatically.", reason="network")
+            return NetworkError(say("multicast.port-taken", "Another program uses port {port} exclusively.",
+                                    port=self.port),
+                                say("multicast.share-port", "Close it, or configure it to share the port "
+                                    "(SO_REUSEADDR)."), reason="port-taken")
+        return NetworkError(say("multicast.rejected", "The network rejects {group}, port {port}: {error}.",
+                                group=self.group, port=self.port, error=error.strerror or error),
+                            say("multicast.check-interface", "Check the interface. Touchline tries again "
+                                "automatically."), reason="network")
 
 
 def interfaces() -> list[dict[str, str | None]]:
@@ -99,10 +110,11 @@ def is_here(address: str) -> bool:
         return True
 
 
-def known_interfaces() -> str:
+def known_interfaces() -> Sentence:
     """Name the interfaces in a sentence, for an error."""
     named = [f"{i['name']} ({i['address']})" for i in interfaces() if i["address"]]
-    return f"Use an interface of this computer: {', '.join(named[:8]) or 'none is up'}."
+    return (say("multicast.use-interface", "Use an interface of this computer: {interfaces}.", interfaces=named[:8])
+            if named else say("multicast.none-is-up", "Use an interface of this computer: none is up."))
 
 
 def _address_of(probe: socket.socket, name: str) -> str | None:

@@ -6,6 +6,7 @@ import socket
 import threading
 
 from app.core.errors import BadInput
+from app.core.statements import say
 from app.league.multicast_address import MulticastAddress, is_here
 from app.ssl_protocol.protobuf import MAX_BYTES
 
@@ -40,8 +41,10 @@ class MulticastSender:
         tried once more with a new socket.
         """
         if len(packet) > MAX_BYTES:
-            raise BadInput(f"The packet has {len(packet)} bytes; the limit of a datagram is {MAX_BYTES}.",
-                           "Send fewer cameras or lines.", reason="packet-too-long")
+            raise BadInput(say("packet.too-long", "The packet has {bytes} bytes; the limit of a datagram is {most}.",
+                               bytes=len(packet), most=MAX_BYTES),
+                           say("packet.fewer-cameras-or-lines", "Send fewer cameras or lines."),
+                           reason="packet-too-long")
         with self._lock:
             for last in (self._socket is None, True):
                 self._socket = self._socket or self._opened()

@@ -7,9 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from app.core.common_sentences import TRIES_AGAIN
 from app.core.errors import TouchlineError, Unavailable
 from app.core.field import Field
 from app.core.records import Calibration
+from app.core.statements import say
 from app.league.config import PublishingConfig
 from app.league.geometry_packet import NO_FIELDS, PublishedCamera, WireCamera, geometry_packet, published_cameras
 from app.league.multicast_sender import MulticastSender
@@ -85,7 +87,6 @@ class Publisher:
             problem = error
         except Exception:
             log.exception("geometry could not be published")
-            problem = Unavailable("The geometry cannot be published.",
-                                  "Touchline tries again automatically. See the server log for the reason.",
+            problem = Unavailable(say("publishing.failed", "The geometry cannot be published."), TRIES_AGAIN,
                                   reason="publishing-failed")
         return PublishStatus(before.packets, before.bytes, before.last_s, before.failures + 1, problem, cameras)

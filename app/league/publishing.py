@@ -7,6 +7,7 @@ from typing import Any
 from app.core.errors import Conflict, NotFound
 from app.core.field import Field
 from app.core.records import Calibration, Warning
+from app.core.statements import join, say
 from app.league.config import PublishingConfig
 from app.league.geometry_listener import GeometryListener, RemotePublisher
 from app.league.geometry_packet import NO_FIELDS, PublishedCamera, WireCameraCache, published_cameras
@@ -97,13 +98,12 @@ class Publishing:
         """Return one that has sent geometry; NotFound, or Conflict."""
         found = None if self._listener is None else self._listener.get(id)
         if found is None:
-            raise NotFound(f"No geometry was received from {id}.",
-                           "See GET /api/v1/publishing/heard, with absorb enabled.",
-                           reason="unknown-sender")
+            raise NotFound(say("receiving.unknown-sender", "No geometry was received from {sender}.", sender=id),
+                           "See GET /api/v1/publishing/heard, with absorb enabled.", reason="unknown-sender")
         if found.geometry is None:
-            raise Conflict(f"{id} has sent no geometry yet.",
-                           "Wait until it sends geometry. The league software sends it every few seconds.",
-                           reason="no-geometry")
+            raise Conflict(say("receiving.no-geometry", "{sender} has sent no geometry yet.", sender=id),
+                           say("receiving.wait-for-geometry", "Wait until it sends geometry. The league software "
+                               "sends it every few seconds."), reason="no-geometry")
         return found
 
     @property
@@ -112,16 +112,19 @@ class Publishing:
         publisher, listener = self._publisher, self._listener
         found = []
         if publisher is not None and (problem := publisher.status.problem) is not None:
-            found.append(Warning("publishing", f"The geometry is not published: {problem.what}", problem.fix))
+            found.append(Warning("publishing", join(
+                say("publishing.not-published", "The geometry is not published:"), problem.what), problem.fix))
         if listener is not None and (problem := listener.problem) is not None:
-            found.append(Warning("absorbing", f"No geometry is received: {problem.what}", problem.fix))
+            found.append(Warning("absorbing", join(
+                say("receiving.no-geometry-received", "No geometry is received:"), problem.what), problem.fix))
         if publisher is not None and listener is not None:
             for other, one in contradictions(listener.publishers, publisher.status.cameras):
                 found.append(Warning("two-publishers",
-                                     f"{other.address} also publishes camera {one.number}, which is {one.name}, with "
-                                     "another calibration.",
-                                     "Only one program may publish: stop one of them, or import the "
-                                     "other calibration."))
+                                     say("receiving.two-publishers", "{address} also publishes camera {number}, which "
+                                         "is {camera}, with another calibration.", address=other.address,
+                                         number=one.number, camera=one.name),
+                                     say("receiving.stop-one", "Only one program may publish: stop one of them, or "
+                                         "import the other calibration.")))
         return tuple(found)
 
     def _apply(self, config: PublishingConfig) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 
 from app.core.board import Board
 from app.core.geometry import ImageSize
+from app.core.statements import say
 from app.evaluate.board.poses import BoardPose, PoseHistory, pose_history
 from app.live.capture import FrameCapture
 from app.processes.limits import give_way
@@ -24,6 +25,9 @@ STILL_S = 0.4  # longer than anybody's hand turns round in
 MAX_STILL_SHARE = 0.003  # of the picture's width, within STILL_S: 2 px of 640
 MAX_VIEWS = 100
 NICE = 10  # niceness: the picture goes first
+NO_BOARD = say("board.not-detected", "No board detected. Show the whole board in good light.")
+HOLD_STILL = say("board.hold-still", "Hold the board still.")
+OTHER_POSE = say("board.other-pose", "This pose is already captured. Move or tilt the board.")
 
 
 def find_board(capture: FrameCapture, board: dict[str, Any], after: int) -> dict[str, Any]:
@@ -54,15 +58,13 @@ class BoardCapture:
         pose = None if quad is None else BoardPose.from_points(quad, self.size)
         if pose is None:
             self._before.clear()
-            return {"still": False, "new": False, "hint": "No board detected. Show the whole board in good light."}
+            return {"still": False, "new": False, "hint": NO_BOARD}
         self._before = [(then, other) for then, other in self._before
                         if pose.moved_px(other) <= MAX_STILL_SHARE * self.size.width]
         still = bool(self._before) and now_s - self._before[0][0] >= STILL_S
         self._before.append((now_s, pose))
         new = not any(pose.is_like(other) for other in self.poses)
-        hint = "" if still and new else ("Hold the board still." if new else "This pose is already captured. Move or "
-                                                                             "tilt the board.")
-        return {"still": still, "new": new, "hint": hint}
+        return {"still": still, "new": new, "hint": "" if still and new else HOLD_STILL if new else OTHER_POSE}
 
     def add_view(self, quad: Any) -> None:
         """Note that this view was taken."""

@@ -9,8 +9,10 @@ import logging
 from collections.abc import Callable
 from typing import Any
 
+from app.core.common_sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED, OPEN_AGAIN
 from app.core.errors import Conflict, Unavailable
 from app.core.records import Calibration
+from app.core.statements import say, stated
 from app.live import messages
 from app.live.detection_feed import DetectionFeed, Publish
 from app.live.failures import failure_words
@@ -55,7 +57,8 @@ class LiveCamera:
     async def stop(self) -> None:
         """End the process and whoever watches."""
         await self._supervisor.stop()
-        gone = Unavailable("This camera was changed or removed.", "Open it again.", reason="camera-gone")
+        gone = Unavailable(say("camera.changed", "This camera was changed or removed."), OPEN_AGAIN,
+                           reason="camera-gone")
         self._streams.end(gone)
         self.detections.end(gone)
 
@@ -95,8 +98,7 @@ class LiveCamera:
             self.detections.require_view(view)
             return
         if self.calibration is None:
-            raise Conflict("This camera has no active calibration.", "Activate a calibration, or use the raw view.",
-                           reason="not-calibrated")
+            raise Conflict(NOT_CALIBRATED, ACTIVATE_OR_RAW, reason="not-calibrated")
         if mismatch := self._mismatch():
             raise Conflict(mismatch["what"], mismatch["fix"], reason=mismatch["reason"])
 
@@ -107,18 +109,19 @@ class LiveCamera:
         if process is None:
             return ("offline", self._supervisor.problem) if self._supervisor.problem else ("connecting", None)
         if why := stall_reason(process, now):
-            return "stalled", {"reason": "stalled", "what": why, "fix": "Check its cable, its power and the network. "
-                                                                        "Touchline reconnects automatically."}
+            return "stalled", stated({"reason": "stalled", "what": why, "fix": say(
+                "camera.reconnects", "Check its cable, its power and the network. Touchline reconnects "
+                "automatically.")})
         if process.values["state"] != "live":
             return process.values["state"], process.values["problem"]
         if why := frozen_reason(process, self.spec["source"].partition(":")[0]):
-            return "stalled", {"reason": "frozen", "what": why, "fix": "Restart the camera, or the device that sends "
-                                                                       "its images."}
+            return "stalled", stated({"reason": "frozen", "what": why, "fix": say(
+                "camera.restart", "Restart the camera, or the device that sends its images.")})
         if mismatch := self._mismatch():
             return "mismatch", mismatch
         return "live", None
 
-    def _mismatch(self) -> dict[str, str] | None:
+    def _mismatch(self) -> dict[str, Any] | None:
         size, process = self.calibration.image_size if self.calibration else None, self._supervisor.status
         return calibration_mismatch(process, self._confirmed, size) if process else None
 
@@ -154,7 +157,8 @@ class LiveCamera:
             if problem is not None:
                 raise error_from_json(problem)
             await asyncio.sleep(POLL_S)
-        raise Unavailable("No image received from this source.", "Check its address, its cable and its power.",
+        raise Unavailable(say("source.no-image", "No image received from this source."),
+                          say("advice.check-address-cable-power", "Check its address, its cable and its power."),
                           reason="camera-silent")
 
     async def board(self, board: dict[str, Any], after: int) -> dict[str, Any]:

@@ -16,8 +16,10 @@ from concurrent.futures import Future
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from app.core.common_sentences import CHECK_STATE_TRY_AGAIN, SENDS_NO_FRAMES
 from app.core.errors import TouchlineError, Unavailable
 from app.core.records import Frame
+from app.core.statements import say
 from app.processes.limits import return_memory
 from app.processes.problems import problem_json
 from app.sources import Control, Source, SourceContext, source_from_url
@@ -131,8 +133,10 @@ class FrameCapture:
             return answer.result(timeout_s)
         except TimeoutError:
             answer.cancel()  # it may not be done any more: nobody would know
-            raise Unavailable("The camera sends no frames, so its settings cannot be changed.",
-                              "Wait until it is live again, then try again.", reason="camera-silent") from None
+            raise Unavailable(say("camera.settings-locked", "The camera sends no frames, so its settings cannot be "
+                                  "changed."),
+                              say("advice.wait-until-live", "Wait until it is live again, then try again."),
+                              reason="camera-silent") from None
 
     def run(self) -> None:
         """Work until the process ends, on a thread of its own."""
@@ -209,7 +213,8 @@ class FrameCapture:
 
 def no_frames() -> Unavailable:
     """Return the error for a camera from which nothing comes."""
-    return Unavailable("The camera sends no frames.", "Check its state, then try again.", reason="camera-silent")
+    return Unavailable(SENDS_NO_FRAMES, CHECK_STATE_TRY_AGAIN,
+                       reason="camera-silent")
 
 
 def _answer(source: Source, action: Callable[[Source], Any], answer: Future[Any]) -> None:
@@ -223,5 +228,6 @@ def _answer(source: Source, action: Callable[[Source], Any], answer: Future[Any]
 def _explained(error: Exception) -> TouchlineError:
     if isinstance(error, TouchlineError):
         return error
-    return Unavailable(f"The source failed: {type(error).__name__}.", "Check the camera and its address.",
+    return Unavailable(say("source.failed", "The source failed: {error}.", error=type(error).__name__),
+                       say("advice.check-camera-and-address", "Check the camera and its address."),
                        reason="source-failed")

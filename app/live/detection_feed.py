@@ -8,7 +8,9 @@ import contextlib
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from app.core.common_sentences import use_one_of
 from app.core.errors import Conflict, NotFound, TouchlineError
+from app.core.statements import say
 from app.live.stream_spec import DETECTIONS, StreamSpec
 from app.live.viewer import Viewer
 from app.processes.framing import split_body
@@ -54,8 +56,8 @@ class DetectionFeed:
         name = StreamSpec.requested(view).stage
         stages = [stage["stage"] for stage in self.request["plan"]["stages"]]
         if view != DETECTIONS and name not in stages:
-            raise NotFound(f"This camera's plan has no stage called {name!r}.", f"Use one of: {', '.join(stages)}.",
-                           reason="unknown-stage")
+            raise NotFound(say("detection.unknown-stage", "This camera's plan has no stage called {stage!r}.",
+                               stage=name), use_one_of(stages), reason="unknown-stage")
 
     @contextlib.contextmanager
     def listening(self, max_fps: float | None = None) -> Iterator[Viewer]:
@@ -98,5 +100,6 @@ def json_text(body: bytes) -> str:
 
 
 def _off() -> Conflict:
-    return Conflict("Object detection is off for this camera.", "Enable it: PUT /api/v1/cameras/{id}/seeing with "
-                    '"on": true.', reason="seeing-off")
+    return Conflict(say("detection.off", "Object detection is off for this camera."),
+                    say("detection.enable", 'Enable it: PUT /api/v1/cameras/{{id}}/seeing with "on": true.'),
+                    reason="seeing-off")

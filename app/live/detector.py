@@ -18,6 +18,7 @@ from app.core.colour_profile import ColourProfile
 from app.core.errors import TouchlineError
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
+from app.core.statements import say
 from app.live import messages
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.failures import Failures
@@ -98,7 +99,7 @@ class LiveDetector:
                     what = error.what
                 else:
                     what = type(error).__name__
-                    self._failures.add("Object detection failed", error)
+                    self._failures.add(say("camera-failure.detection", "Object detection failed"), error)
                 self._send_result(taken, request, None, (f"Object detection failed for this image: {what}",))
                 self._state = DetectorState()
                 self._changed.wait(RETRY_S)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import BadImage, TouchlineError
+from app.core.statements import say
 from app.evaluate.drift.alarm import DriftWatch
 from app.evaluate.drift.check_verdict import verdict_in
 from app.evaluate.drift.monitor import DriftReference, DriftSample
@@ -59,7 +60,7 @@ class CameraDriftMonitor:
             self._changed.wait()
             self._changed.clear()
             if (target := self._target) is not None:
-                with self._failures.surviving("The camera is not monitored for drift"):
+                with self._failures.surviving(say("camera-failure.drift", "The camera is not monitored for drift")):
                     self._follow(target)
                     continue
                 self.newest = None

@@ -6,7 +6,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from app.core.statements import say, sentence_in, stated
+
 RECENT_S = 5.0  # longer ago, it is over
+RESTART_OR_REPORT = say("camera-failure.restart-or-report", "Restart the camera or free memory on the server. If the "
+                        "problem remains, report the server's log.")
 
 
 class Failures:
@@ -37,15 +41,14 @@ class Failures:
         if newest is None:
             return {"count": count, "newest": None}
         what, error, at_s = newest
-        return {"count": count, "newest": {"what": what, "error": error,
-                                           "is_recent": time.monotonic() - at_s < RECENT_S}}
+        return {"count": count, "newest": stated({"what": what, "error": error,
+                                                  "is_recent": time.monotonic() - at_s < RECENT_S})}
 
 
-def failure_words(failures: dict[str, Any] | None) -> list[dict[str, str]]:
+def failure_words(failures: dict[str, Any] | None) -> list[dict[str, Any]]:
     """Return what the camera says of a failure that still goes on: as light and focus are said."""
     newest = failures and failures["newest"]
     if not newest or not newest["is_recent"]:
         return []
-    return [{"severity": "warning", "text": f"{newest['what']}: {newest['error']}.",
-             "fix": "Restart the camera or free memory on the server. If the problem remains, report the server's "
-                    "log."}]
+    return [stated({"severity": "warning", "fix": RESTART_OR_REPORT, "text": say(
+        "camera-failure.said", "{failure}: {error}.", failure=sentence_in(newest, "what"), error=newest["error"])})]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import BadImage
 from app.core.geometry import ImageSize
+from app.core.statements import say
 from app.live.capture import CapturedFrame, FrameCapture, no_frames
 from app.live.failures import Failures
 from app.processes.limits import give_way
@@ -131,5 +132,6 @@ def _encoded(pixels: NDArray[np.uint8]) -> bytes:
     done, buffer = cv2.imencode(".jpg", np.ascontiguousarray(pixels), [
         cv2.IMWRITE_JPEG_QUALITY, QUALITY, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444])
     if not done:
-        raise BadImage("A frame could not be encoded.", "Check the camera's picture.", reason="not-encodable")
+        raise BadImage(say("frame.not-encodable", "A frame could not be encoded."),
+                       say("frame.check-picture", "Check the camera's picture."), reason="not-encodable")
     return buffer.tobytes()

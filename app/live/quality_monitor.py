@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from app.core import opencv
 from app.core.geometry import ImageSize, inside_picture
+from app.core.statements import say
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.encoder import Encoder
 from app.live.failures import Failures
@@ -40,7 +41,7 @@ class QualityMonitor:
         """Work until the process ends, on a thread of its own."""
         seq, due = 0, time.monotonic()
         while True:
-            with self._failures.surviving("Light and focus are not evaluated"):
+            with self._failures.surviving(say("camera-failure.quality", "Light and focus are not evaluated")):
                 if time.monotonic() >= due and not self._capture.resting:
                     due = time.monotonic() + FLICKER_EVERY_S
                     self._flicker = self._burst(seq) or self._flicker

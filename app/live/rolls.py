@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from app.core.common_sentences import SECURE_CAMERA
+from app.core.statements import join, say, stated
 from app.live.capture import CapturedFrame, FrameCapture, no_frames
 from app.processes.limits import give_way
 from app.workflows.rolling import RollRecorder
@@ -23,6 +25,7 @@ MAX_ROLLS = 100  # rolls that somebody may still ask for
 NICE = 5  # niceness: the picture goes first, and yet frames should not be missed
 DRAWN_FRAMES = 240  # points of a track that are drawn, as
 MAX_DRAWN_POINTS = 40
+PICTURE_CHANGES = say("rolls.picture-changes", "Nearly the whole picture changes repeatedly.")
 MIN_MOVED_SHARE = 0.02  # of the picture's width: what has come less far stands
 
 
@@ -81,11 +84,10 @@ class RollMonitor:
                 if count == len(new):
                     self._rolls.clear()
                 self._rolls.extend(new)
-                self._newest = {"watch": watch, "seq": seq, "time": taken.time, "width": size.width,
-                              "height": size.height, "tracks": _drawn_tracks(rolling, taken),
-                              "hint": "" if rolling.is_still else "Nearly the whole picture changes repeatedly. "
-                                                                  "Secure the camera, and switch off its automatic "
-                                                                  "exposure."}
+                self._newest = stated({
+                    "watch": watch, "seq": seq, "time": taken.time, "width": size.width, "height": size.height,
+                    "tracks": _drawn_tracks(rolling, taken),
+                    "hint": "" if rolling.is_still else join(PICTURE_CHANGES, SECURE_CAMERA)})
                 self._lock.notify_all()
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import Unavailable
+from app.core.statements import say
 from app.images import encode
 from app.live.capture import CapturedFrame, FrameCapture
 from app.vision.motion.background import Background
@@ -32,7 +33,8 @@ def take_still(capture: FrameCapture, frames: int, over_s: float, timeout_s: flo
         time.sleep(max(0.0, begun + over_s * count / (frames - 1) - time.monotonic()))
         taken = capture.next(last.seq, max(0.0, deadline - time.monotonic()))
         if taken.frame.pixels.shape != first.frame.pixels.shape:
-            raise Unavailable("The image size changed while the image was taken.", "Try again.", reason="size-changed")
+            raise Unavailable(say("image.size-changed", "The image size changed while the image was taken."),
+                              say("image.take-again", "Try again."), reason="size-changed")
         last = taken
         background.add(taken.frame.pixels)
         count += 1

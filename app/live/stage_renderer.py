@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Mapping
 
 from app.core.errors import TouchlineError
+from app.core.statements import say
 from app.images import encode
 from app.live import messages
 from app.live.capture import CapturedFrame
@@ -54,7 +55,7 @@ class StageRenderer:
             self._came.wait()
             self._came.clear()
             if self._work is not None:
-                with self._failures.surviving("Detections are not drawn"):
+                with self._failures.surviving(say("camera-failure.drawing", "Detections are not drawn")):
                     self._render(*self._work)
                 self._work = None
 

@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 from typing import Any, Self
 
+from app.core.common_sentences import SET_RESOLUTION
 from app.core.geometry import ImageSize
+from app.core.statements import Sentence, say, stated
 from app.sources import Identity
 
 STALL_S = 1.5  # without a frame; a slow camera gets four of its own intervals
@@ -46,38 +48,41 @@ class ProcessStatus:
         return Identity(**self.values["identity"]) if self.values["identity"] else None
 
 
-def stall_reason(status: ProcessStatus, now: float, grace_s: float = 0.0) -> str | None:
+def stall_reason(status: ProcessStatus, now: float, grace_s: float = 0.0) -> Sentence | None:
     """Say why it counts as stalled; None while it does not. grace_s: so much longer than usual."""
     state, silent_s = status.values["state"], now - status.received_s
     # A camera maker's library may hold up the whole process while it looks for its cameras.
     if silent_s > (STALL_S if state == "live" else UNKNOWN_S) + grace_s:
-        return "The camera process is not responding."
+        return say("camera.process-silent", "The camera process is not responding.")
     if state == "live" and status.frame_age_s(now) > status.stall_s + grace_s:
-        return f"No frame received for {status.frame_age_s(now):.1f} s."
+        return say("camera.no-frame", "No frame received for {seconds:.1f} s.", seconds=status.frame_age_s(now))
     if state == "connecting" and status.values["since_s"] + silent_s > OPEN_S + grace_s:
-        return f"The camera has not responded for {OPEN_S:g} s."
+        return say("camera.no-response", "The camera has not responded for {seconds:g} s.", seconds=OPEN_S)
     return None
 
 
-def frozen_reason(status: ProcessStatus, scheme: str) -> str | None:
+def frozen_reason(status: ProcessStatus, scheme: str) -> Sentence | None:
     """Say why it counts as showing an old picture again and again; None where it does not."""
     unchanged_s = (status.values.get("quality") or {}).get("unchanged_s", 0.0)
     if scheme in STATIC_SOURCES or unchanged_s < FROZEN_S:
         return None
-    return f"The picture has not changed for {unchanged_s:.0f} s."
+    return say("camera.picture-frozen", "The picture has not changed for {seconds:.0f} s.", seconds=unchanged_s)
 
 
 def calibration_mismatch(status: ProcessStatus, confirmed: Identity | None,
-                         image_size: ImageSize | None) -> dict[str, str] | None:
+                         image_size: ImageSize | None) -> dict[str, Any] | None:
     """Return the problem where the calibration belongs to another camera or another size; None where it fits."""
     size, identity = status.size, status.identity
     if size is not None and image_size is not None and size != image_size:
-        return {"reason": "other-size", "what": f"The camera sends {size}; its calibration is for {image_size}.",
-                "fix": "Set the camera to that resolution, or calibrate it at this one."}
+        return stated({"reason": "other-size", "fix": SET_RESOLUTION, "what": say(
+            "camera.other-size", "The camera sends {size}; its calibration is for {wanted}.", size=size,
+            wanted=image_size)})
     if image_size is None or confirmed is None or identity is None:
         return None
     difference = identity.differs_from(confirmed)
-    return difference and {
+    return difference and stated({
         "reason": "other-camera",
-        "what": f"This may not be the camera that was calibrated: {difference}.",
-        "fix": "Check the picture. Confirm it if it is the same camera in the same position, or calibrate it again."}
+        "what": say("camera.other-camera", "This may not be the camera that was calibrated: {difference}.",
+                    difference=difference),
+        "fix": say("camera.confirm-or-calibrate", "Check the picture. Confirm it if it is the same camera in the same "
+                   "position, or calibrate it again.")})

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from app.core.errors import Unavailable
+from app.core.statements import say
 from app.live.stream_spec import StreamSpec
 from app.live.viewer import Viewer
 
@@ -32,8 +33,9 @@ class Streams:
         """Yield a viewer of a stream; it is encoded only while somebody watches."""
         if spec not in self._viewers:
             if len(self._viewers) >= MAX_STREAMS:
-                raise Unavailable("This camera is streamed at too many sizes and qualities.",
-                                  "Use a width that others use, such as 960.", reason="too-many-channels")
+                raise Unavailable(say("stream.too-many", "This camera is streamed at too many sizes and qualities."),
+                                  say("stream.use-common-width", "Use a width that others use, such as 960."),
+                                  reason="too-many-channels")
             self._last_number += 1
             self._viewers[spec], self._numbers[spec] = set(), self._last_number
         viewer = Viewer(max_fps)

@@ -5,7 +5,9 @@ import contextlib
 from collections.abc import Callable
 from typing import Any
 
+from app.core.common_sentences import CHECK_STATE_TRY_AGAIN, FREE_MEMORY, TRY_AGAIN
 from app.core.errors import TouchlineError, Unavailable
+from app.core.statements import say
 from app.live import messages
 from app.live.state import KILL_AFTER_S, ProcessStatus, stall_reason
 from app.processes.async_process import AsyncProcess
@@ -23,10 +25,11 @@ class CameraProcess(AsyncProcess):
 
     PROGRAM = Program("app.live.worker_main:main", MEMORY_BYTES)
     START_S = 30.0  # importing OpenCV takes 0.3 s, on a busy small machine some seconds
-    CANNOT_START = "The camera process cannot be started.", "Free some memory.", "camera-process"
-    NOT_READY = "The camera process does not start.", "Free some memory, or reinstall Touchline.", "camera-process"
-    SILENT = "The camera is not responding.", "Check its state, then try again.", "camera-silent"
-    ENDED = "The camera process has ended.", "Try again in a moment.", "camera-silent"
+    CANNOT_START = (say("camera.process-cannot-start", "The camera process cannot be started."),
+                    say("camera.free-memory", "Free some memory."), "camera-process")
+    NOT_READY = (say("camera.process-not-ready", "The camera process does not start."), FREE_MEMORY, "camera-process")
+    SILENT = say("camera.silent", "The camera is not responding."), CHECK_STATE_TRY_AGAIN, "camera-silent"
+    ENDED = say("camera.process-ended", "The camera process has ended."), TRY_AGAIN, "camera-silent"
 
 
 class CameraSupervisor:
@@ -67,7 +70,8 @@ class CameraSupervisor:
     async def request(self, head: dict[str, Any], timeout_s: float) -> tuple[dict[str, Any], bytes]:
         """Return the process' answer; what it refuses is raised."""
         if self._process is None:
-            problem = self.problem or {"what": "The camera is still starting.", "fix": "Try again in a moment."}
+            problem = self.problem or {"what": say("camera.starting", "The camera is still starting."),
+                                       "fix": TRY_AGAIN}
             raise Unavailable(problem["what"], problem["fix"], reason="camera-silent")
         return await self._process.request(messages.REQUEST, head, timeout_s)
 

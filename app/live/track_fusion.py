@@ -7,8 +7,10 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from app.core.common_sentences import NOT_CALIBRATED, OPEN_AGAIN, SENDS_NO_FRAMES
 from app.core.detections import Detection
 from app.core.errors import TouchlineError, Unavailable
+from app.core.statements import say
 from app.evaluate.motion.object_tracks import ObjectTracker, seams_of
 from app.live.camera import LiveCamera
 from app.live.detection_feed import json_text
@@ -52,7 +54,8 @@ class TrackFusion:
         """The rig was changed, or the server ends."""
         self._rest()
         for viewer in self._viewers:
-            viewer.end(Unavailable("This rig was changed or removed.", "Open it again.", reason="rig-gone"))
+            viewer.end(Unavailable(say("rig.changed", "This rig was changed or removed."), OPEN_AGAIN,
+                                   reason="rig-gone"))
 
     def _rest(self) -> None:
         for task in self._tasks:
@@ -69,7 +72,7 @@ class TrackFusion:
             except TouchlineError as error:
                 self._problems[name] = error
             except TimeoutError:
-                self._problems[name] = Unavailable("The camera sends no frames.", "Check its state.",
+                self._problems[name] = Unavailable(SENDS_NO_FRAMES, say("advice.check-state", "Check its state."),
                                                    reason="camera-silent")
             await asyncio.sleep(RETRY_S)
 
@@ -77,7 +80,7 @@ class TrackFusion:
         self._received_s[name] = time.monotonic()
         self._problems.pop(name, None)
         if message["calibration"] is None:
-            self._problems[name] = Unavailable("This camera has no active calibration.", "Activate a calibration.",
+            self._problems[name] = Unavailable(NOT_CALIBRATED, say("advice.activate", "Activate a calibration."),
                                                reason="not-calibrated")
         self._tracker.add(name, message["time_s"], [Detection.from_json(item) for item in message["items"]])
 

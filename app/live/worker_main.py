@@ -11,6 +11,7 @@ from typing import Any
 from app.core.errors import BadInput
 from app.core.field_json import field_from_json
 from app.core.records import Calibration
+from app.core.statements import say
 from app.images import ImageLimits, decode_in_process, read_in_process
 from app.live import messages
 from app.live.board_capture import find_board
@@ -108,5 +109,5 @@ class CameraWorker:
         try:
             return actions[request["what"]](request)
         except MemoryError:
-            raise BadInput("The camera process does not have enough memory for this.", "Request fewer frames.",
-                           reason="camera-memory") from None
+            raise BadInput(say("camera.process-memory", "The camera process does not have enough memory for this."),
+                           say("camera.fewer-frames", "Request fewer frames."), reason="camera-memory") from None

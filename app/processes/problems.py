@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
+from app.core.statements import sentence_in
 from app.processes.framing import ANSWER, Connection, encode_body
 
 KINDS: dict[str, type[TouchlineError]] = {kind.__name__: kind for kind in (BadInput, NotFound, Unavailable)}
@@ -15,7 +16,8 @@ def problem_json(error: TouchlineError) -> dict[str, Any]:
 
 def error_from_json(problem: dict[str, Any]) -> TouchlineError:
     """Return the error to raise in the parent; Unavailable for a kind that does not cross."""
-    return KINDS.get(problem.get("kind", ""), Unavailable)(problem["what"], problem["fix"], reason=problem["reason"])
+    kind = KINDS.get(problem.get("kind", ""), Unavailable)
+    return kind(sentence_in(problem, "what"), sentence_in(problem, "fix"), reason=problem["reason"])
 
 
 def answer(connection: Connection, number: int, action: Callable[[], tuple[dict[str, Any], bytes]]) -> None:

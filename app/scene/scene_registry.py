@@ -6,6 +6,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from app.core.errors import Busy, NotFound
+from app.core.statements import say
 from app.scene.process import OnClick, SceneProcess
 
 MAX_SCENES = 4  # at once: each is a process with viser in it
@@ -22,8 +23,8 @@ class SceneRegistry:
     async def scene(self, on_click: OnClick = lambda _click: None) -> AsyncIterator[tuple[str, SceneProcess]]:
         """Yield a scene of one's own and its name in an address; Busy, Unavailable."""
         if self._count >= MAX_SCENES:
-            raise Busy(f"{MAX_SCENES} scenes are open, which is the maximum.",
-                       "Close one in another tab.", reason="too-many-scenes")
+            raise Busy(say("scene.too-many", "{scenes} scenes are open, which is the maximum.", scenes=MAX_SCENES),
+                       say("scene.close-one", "Close one in another tab."), reason="too-many-scenes")
         self._count += 1
         try:
             process = await SceneProcess.open(on_click)
@@ -42,8 +43,8 @@ class SceneRegistry:
         try:
             return self._open[name]
         except KeyError:
-            raise NotFound("This scene is no longer open.", "Open it from the page.",
-                           reason="unknown-scene") from None
+            raise NotFound(say("scene.not-open", "This scene is no longer open."),
+                           say("scene.open-from-page", "Open it from the page."), reason="unknown-scene") from None
 
     async def aclose(self) -> None:
         processes, self._open = self._open, {}

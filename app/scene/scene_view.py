@@ -10,6 +10,7 @@ import viser
 from app.core.errors import BadInput
 from app.core.field import Field
 from app.core.records import Calibration
+from app.core.statements import say
 from app.scene import METRES
 from app.scene.cameras import COLOURS, CameraNode, Pixels, shrink
 from app.scene.clicks import draw_pose_change, draw_rays, draw_residuals, draw_scale
@@ -58,7 +59,8 @@ class SceneView:
                                  Calibration.from_json(one["before"]) if one.get("before") else None)
                      for one in given["cameras"]]
         if not cameras:
-            raise BadInput("There is no calibration to show.", "Choose a version, or calibrate a camera.",
+            raise BadInput(say("scene.no-calibration", "There is no calibration to show."),
+                           say("scene.choose-version", "Choose a version, or calibrate a camera."),
                            reason="nothing-to-show")
         top = common_scale_mm(cameras)
         scale = min(one.arrow_scale for one in cameras)

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from app.core.errors import BadInput, Conflict, NotFound, TouchlineError, Unavailable
 from app.core.records import Calibration
+from app.core.statements import say
 from app.evaluate.fit.report import expected_figures
 from app.images import ImageLimits
 from app.live.camera import LiveCamera
@@ -43,7 +44,8 @@ class CameraService:
             return _read(id, self._store.cameras.get(id).body)
         except NotFound:
             known = ", ".join(camera.id for camera in self.all()) or "none: add one with POST /api/v1/cameras"
-            raise NotFound(f"There is no camera called {id!r}.", f"Known cameras: {known}.",
+            raise NotFound(say("camera.unknown", "There is no camera called {id!r}.", id=id),
+                           say("camera.known", "Known cameras: {cameras}.", cameras=known),
                            reason="unknown-camera") from None
 
     def title(self, id: str) -> str:
@@ -70,8 +72,8 @@ class CameraService:
         """Save a new camera; its address is checked, not whether it answers."""
         self._check(camera)
         if self._from_settings(camera.id):
-            raise Conflict(f"There is already a camera called {camera.id!r}.", "Choose another id.",
-                           reason="camera-exists")
+            raise Conflict(say("camera.exists", "There is already a camera called {id!r}.", id=camera.id),
+                           say("camera.another-id", "Choose another id."), reason="camera-exists")
         self._store.cameras.add(camera.id, camera.model_dump(exclude={"id"}), by)
         return camera
 
@@ -163,8 +165,8 @@ class CameraService:
 
     def _refuse_settings(self, id: str) -> None:
         if self._from_settings(id):
-            raise Conflict(f"The camera {id!r} is defined in the settings file.",
-                           "Edit the file and restart the server.",
+            raise Conflict(say("camera.in-settings", "The camera {id!r} is defined in the settings file.", id=id),
+                           say("camera.edit-settings", "Edit the file and restart the server."),
                            reason="camera-in-settings")
 
 
@@ -172,5 +174,6 @@ def _read(id: str, body: Mapping[str, Any]) -> CameraSettings:
     try:
         return CameraSettings(id=id, **body)
     except ValidationError:
-        raise Conflict(f"The saved definition of the camera {id!r} is not valid.",
-                       "Delete the camera and add it again.", reason="camera-definition") from None
+        raise Conflict(say("camera.bad-definition", "The saved definition of the camera {id!r} is not valid.", id=id),
+                       say("camera.delete-and-add", "Delete the camera and add it again."),
+                       reason="camera-definition") from None

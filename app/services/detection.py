@@ -15,6 +15,7 @@ from app.core.errors import Conflict, NotFound, Stale, TouchlineError
 from app.core.field import Field
 from app.core.field_json import field_from_json
 from app.core.records import Calibration, Frame
+from app.core.statements import say, stated
 from app.formats.ssl_geometry import camera_number
 from app.live.detection_feed import OFF
 from app.services.cameras import CameraService
@@ -65,10 +66,10 @@ class DetectionService:
             if error.reason != "seeing-exists":
                 raise
             current = self._store.detection_plans.get(id)
-            raise Stale("Another user has changed the object detection of this camera since you opened it.",
-                        "Check the current "
-                        "settings, then change them.", reason="stale-seeing", current=dict(current.body),
-                        etag=current.etag) from None
+            raise Stale(say("detection.changed-meanwhile", "Another user has changed the object detection of this "
+                            "camera since you opened it."),
+                        say("detection.check-settings", "Check the current settings, then change them."),
+                        reason="stale-seeing", current=dict(current.body), etag=current.etag) from None
 
     def colours(self, name: str) -> ColourProfile:
         """Return a saved profile; NotFound."""
@@ -113,8 +114,9 @@ class DetectionService:
         """Send a packet to the league's multicast group; return why it could not be sent."""
         sender = self._publishing.publisher.sender
         if sender is None:
-            return Conflict("Publishing is off.", "Switch it on: PUT /api/v1/publishing with "
-                            '"enabled": true.', reason="not-publishing")
+            return Conflict(say("publishing.off", "Publishing is off."),
+                            say("publishing.switch-on", 'Switch it on: PUT /api/v1/publishing with "enabled": true.'),
+                            reason="not-publishing")
         try:
             sender.send(packet)
         except TouchlineError as error:
@@ -155,8 +157,8 @@ def health_json(profile: Mapping[str, Any] | None) -> list[dict[str, Any]]:
     if profile is None:
         return []
     entries = [health.to_json() for health in colour_health(ColourProfile.from_json(profile))]
-    return [{"colour": entry["colour"], "margin": entry["gap"], "words": entry["sentence"], "level": entry["level"],
-             "nearest": entry["nearest"]} for entry in entries]
+    return [stated({"colour": entry["colour"], "margin": entry["gap"], "words": entry["sentence"],
+                    "level": entry["level"], "nearest": entry["nearest"]}) for entry in entries]
 
 
 def learn_profile(frame: Frame, plan: StageConfig, base: ColourProfile | None, clicks: Mapping[str, Any],

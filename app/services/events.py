@@ -9,6 +9,7 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from app.core.statements import Sentence, say, stated
 from app.core.text_format import format_mm
 from app.live.cameras import LiveCameras
 from app.live.supervisor import LATE_S
@@ -18,15 +19,19 @@ from app.store.store import Store
 
 Kind = Literal["activated", "offline", "back", "moved", "cleared"]
 
+FROM_FILES = say("event.images-from-files", "the images from files")
 POLL_S = 0.25  # a camera that hangs is stalled for half a second, then its process starts anew
 MAX_NOTED = 500  # of all cameras together; a loose cable makes two a minute
 WORKS = {"live": True, "mismatch": True, "stalled": False, "offline": False}  # other states tell nothing new
-ALARMS = {
-    "knocked": "{} moved by {}.",
-    "replaced": "{} was rotated far, or replaced.",
-    "out-of-focus": "The focus of {} has changed.",
-    "misplaced": "The calibration of {} does not match the field lines.",
+ALARMS = {  # codes and templates
+    "knocked": ("event.moved", "{camera} moved by {distance}."),
+    "replaced": ("event.replaced", "{camera} was rotated far, or replaced."),
+    "out-of-focus": ("event.out-of-focus", "The focus of {camera} has changed."),
+    "misplaced": ("event.misplaced", "The calibration of {camera} does not match the field lines."),
 }
+BACK = "event.back", "{camera} is back."
+OFFLINE = "event.offline", "{camera} went offline."
+CLEARED = "event.cleared", "{camera} is in its calibrated position again."
 
 
 @dataclass(frozen=True)
@@ -40,12 +45,18 @@ class _Known:
 
 @dataclass(frozen=True)
 class _Event:
-    """text: a sentence with a place for the camera's name."""
+    """said: a code, and a template with places for the camera's name and how far it moved."""
 
     at: str
     kind: Kind
     camera: str
-    text: str
+    said: tuple[str, str]
+    distance: str = ""
+
+    def text(self, camera: str) -> Sentence:
+        """Return it in words. camera: its name."""
+        moved = {"distance": self.distance} if self.distance else {}
+        return say(*self.said, camera=camera, **moved)
 
 
 class CameraEvents:
@@ -79,7 +90,7 @@ class CameraEvents:
     def _compare(self, id: str, known: _Known, status: Mapping[str, Any]) -> _Known:
         works = WORKS.get(status["state"], known.works)
         if works is not known.works and (works is False or known.works is False):
-            self._add(id, "back" if works else "offline", "{} is back." if works else "{} went offline.")
+            self._add(id, "back" if works else "offline", BACK if works else OFFLINE)
         known = replace(known, works=works)
         drift = status["drift"]
         if drift is None:
@@ -88,15 +99,15 @@ class CameraEvents:
             known = replace(known, calibration=drift["calibration"], alarm=None)
         alarm = drift["state"] if drift["alarm"] else None
         if alarm is not None and alarm != known.alarm:
-            self._add(id, "moved", ALARMS[alarm].format("{}", format_mm(drift["mm"] or 0.0)))
+            self._add(id, "moved", ALARMS[alarm], format_mm(drift["mm"] or 0.0) if alarm == "knocked" else "")
         elif alarm is None and known.alarm is not None:
             if drift["state"] != "steady":  # whoever covers the lines does not put the camera back
                 return known
-            self._add(id, "cleared", "{} is in its calibrated position again.")
+            self._add(id, "cleared", CLEARED)
         return replace(known, alarm=alarm)
 
-    def _add(self, camera: str, kind: Kind, text: str) -> None:
-        self.noted = (_Event(timestamp(utc_now), kind, camera, text), *self.noted)[:MAX_NOTED]
+    def _add(self, camera: str, kind: Kind, said: tuple[str, str], distance: str = "") -> None:
+        self.noted = (_Event(timestamp(utc_now), kind, camera, said, distance), *self.noted)[:MAX_NOTED]
 
 
 def newest_events(noted: tuple[_Event, ...], store: Store, cameras: CameraService, limit: int) -> list[dict[str, Any]]:
@@ -104,11 +115,12 @@ def newest_events(noted: tuple[_Event, ...], store: Store, cameras: CameraServic
     titles = {camera.id: camera.title for camera in cameras.all()}
 
     def title(camera: str | None) -> str:
-        return "the images from files" if camera is None else titles.get(camera, camera)
+        return FROM_FILES if camera is None else titles.get(camera, camera)
 
-    activated = [{"at": row["at"], "kind": "activated", "camera": row["camera"], "version": row["version"],
-                  "by": row["by"] or None, "text": f"Version {row['version']} of {title(row['camera'])} was activated."}
-                 for row in store.calibrations.activations(limit)]
-    did = [{"at": event.at, "kind": event.kind, "camera": event.camera, "version": None, "by": None,
-            "text": event.text.format(title(event.camera))} for event in noted[:limit]]
+    activated = [stated({"at": row["at"], "kind": "activated", "camera": row["camera"], "version": row["version"],
+                         "by": row["by"] or None, "text": say(
+                             "event.activated", "Version {version} of {camera} was activated.", version=row["version"],
+                             camera=title(row["camera"]))}) for row in store.calibrations.activations(limit)]
+    did = [stated({"at": event.at, "kind": event.kind, "camera": event.camera, "version": None, "by": None,
+                   "text": event.text(title(event.camera))}) for event in noted[:limit]]
     return sorted([*activated, *did], key=lambda event: event["at"], reverse=True)[:limit]

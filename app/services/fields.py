@@ -5,6 +5,7 @@ from typing import Any
 from app.core.errors import Conflict
 from app.core.field import Field
 from app.core.records import Calibration
+from app.core.statements import say, stated
 from app.services.container import Services
 from app.sources import split_address
 from app.store.drafts import Draft
@@ -25,10 +26,12 @@ def save_field(services: Services, name: str, value: dict[str, Any], etag: str |
 def delete_field(services: Services, name: str, etag: str | None) -> None:
     """Delete one of the operator's own; Conflict while a camera, a rig or publishing names it."""
     if services.fields.is_own(name) and (users := _users(services, name)):
-        more = f" and {len(users) - 3} more" if len(users) > 3 else ""
-        raise Conflict(f"The field {name} is in use: {', '.join(users[:3])}{more}.",
-                       "Select another field for each of them, then delete this field.", reason="field-used",
-                       users=users)
+        what = (say("field.in-use", "The field {name} is in use: {users}.", name=name, users=users)
+                if len(users) <= 3 else
+                say("field.in-use-by-many", "The field {name} is in use: {users} and {more} more.", name=name,
+                    users=users[:3], more=len(users) - 3))
+        raise Conflict(what, say("field.select-another", "Select another field for each of them, then delete this "
+                                 "field."), reason="field-used", users=users)
     services.fields.delete(name, etag)
 
 
@@ -47,11 +50,12 @@ def outdated_calibrations(services: Services, field: Field) -> list[Calibration]
 
 def _users(services: Services, name: str) -> list[str]:
     simulating = simulated(services, name)
-    cameras = [f"the camera {camera.title}" for camera in services.cameras.all()
-               if camera.field == name or camera.id in simulating]
-    rigs = [f"the rig {rig.body['title'] or rig.name}" for rig in services.store.rigs.all()
-            if rig.body["field"] == name]
-    return [*cameras, *rigs, *(["publishing"] if services.publishing.publisher.config.field == name else [])]
+    cameras = [say("field.used-by-camera", "the camera {camera}", camera=camera.title)
+               for camera in services.cameras.all() if camera.field == name or camera.id in simulating]
+    rigs = [say("field.used-by-rig", "the rig {rig}", rig=rig.body["title"] or rig.name)
+            for rig in services.store.rigs.all() if rig.body["field"] == name]
+    publishing = [say("field.used-by-publishing", "publishing")]
+    return [*cameras, *rigs, *(publishing if services.publishing.publisher.config.field == name else [])]
 
 
 def with_known_field(services: Services, draft: Draft) -> dict[str, Any]:
@@ -59,10 +63,11 @@ def with_known_field(services: Services, draft: Draft) -> dict[str, Any]:
     shown = draft.to_json()
     name, region = shown["field"], shown["region"]
     if name is not None and name not in services.fields:
-        return {"notice": f"The field {name} of this draft was deleted. Choose another field. The points are saved.",
-                **shown,
-                "field": None, "region": None, "rotate": None}
+        notice = say("draft.field-deleted", "The field {field} of this draft was deleted. Choose another field. The "
+                     "points are saved.", field=name)
+        return stated({"notice": notice, **shown, "field": None, "region": None, "rotate": None})
     if name is not None and region is not None and region not in services.fields[name].regions:
-        return {"notice": f"The field {name} no longer has a covered area called {region}. Choose another. The points "
-                          "are saved.", **shown, "region": None, "rotate": None}
+        notice = say("draft.area-deleted", "The field {field} no longer has a covered area called {area}. Choose "
+                     "another. The points are saved.", field=name, area=region)
+        return stated({"notice": notice, **shown, "region": None, "rotate": None})
     return shown

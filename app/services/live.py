@@ -7,9 +7,11 @@ from collections.abc import Awaitable, Callable
 from dataclasses import asdict, dataclass
 from typing import Any, TypeVar
 
+from app.core.common_sentences import TRY_AGAIN
 from app.core.errors import Unavailable
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
+from app.core.statements import say, sentence_in
 from app.live.camera import LiveCamera
 from app.live.cameras import LiveCameras
 from app.services.cameras import CameraService
@@ -62,9 +64,10 @@ async def when_awake(camera: LiveCamera, take: Callable[[float], Awaitable[T]], 
 
 
 def _silent(camera: LiveCamera) -> Unavailable:
-    problem = camera.status()["problem"] or {"what": "This camera has not delivered a frame yet.",
-                                             "fix": "Try again in a moment.", "reason": "camera-silent"}
-    return Unavailable(problem["what"], problem["fix"], reason=problem["reason"])
+    problem = camera.status()["problem"] or {
+        "what": say("camera.no-frame-yet", "This camera has not delivered a frame yet."), "fix": TRY_AGAIN,
+        "reason": "camera-silent"}
+    return Unavailable(sentence_in(problem, "what"), sentence_in(problem, "fix"), reason=problem["reason"])
 
 
 def start_live_cameras(cameras: CameraService, detection: DetectionService) -> LiveCameras:

@@ -9,6 +9,7 @@ from typing import Any
 from app.core.errors import BadInput
 from app.core.field import Field
 from app.core.records import Calibration, Warning
+from app.core.statements import say
 from app.league.config import PublishingConfig
 from app.league.publishing import Publishing
 from app.services.cameras import CameraService
@@ -46,8 +47,8 @@ class PublishingService:
         """
         with self._lock:
             before = self.publisher.config
-            check_etag(etag, content_etag(before.to_json()), "Another user has changed the publishing settings since "
-                       "you opened them.", "stale-publishing", before.to_json())
+            check_etag(etag, content_etag(before.to_json()), say("stale.publishing", "Another user has changed the "
+                       "publishing settings since you opened them."), "stale-publishing", before.to_json())
             saved = {**self._changes, **changes}
             for name in MERGED:
                 if name in changes:
@@ -78,9 +79,11 @@ class PublishingService:
             return PublishingConfig.from_json({**self._own.to_json(), **self._changes})
         except (BadInput, ValueError, RecursionError, OSError):
             self._changes = {}
-            self._damage = (Warning("publishing-damaged", f"{self._path.name} in the data folder cannot be read. "
-                                    "Nothing is published.", "Enter the publishing settings again, or correct the "
-                                    "file and restart the server."),)
+            self._damage = (Warning("publishing-damaged",
+                                    say("publishing.damaged", "{file} in the data folder cannot be read. Nothing is "
+                                        "published.", file=self._path.name),
+                                    say("publishing.restore-settings", "Enter the publishing settings again, or "
+                                        "correct the file and restart the server.")),)
             return PublishingConfig()
 
 

@@ -8,12 +8,13 @@ from typing import Any
 from app.core.errors import BadInput, TouchlineError
 from app.core.field_json import field_from_json
 from app.core.progress import Progress
+from app.core.statements import say
 from app.evaluate.cameras.rectangles import NAMES, Rectangles
 from app.imaging.mosaic import FieldView, Stitcher, stitcher_of
 from app.services.container import Services
 from app.services.live import TakenFrame, take_frame
 from app.store.documents import Document
-from app.workflows.rig import rig_status
+from app.workflows.rig import camera_trouble, rig_status
 
 Pictures = Mapping[str, Mapping[str, Any]]
 
@@ -24,7 +25,8 @@ def checked_definition(services: Services, definition: Mapping[str, Any]) -> dic
     cameras = [{"camera": camera, "region": None, "rotate": None} if isinstance(camera, str) else camera
                for camera in definition["cameras"]]
     if len({camera["camera"] for camera in cameras}) < len(cameras):
-        raise BadInput("The rig contains a camera twice.", "List each camera once.", reason="camera-twice")
+        raise BadInput(say("rig.camera-twice", "The rig contains a camera twice."),
+                       say("rig.list-once", "List each camera once."), reason="camera-twice")
     rectangles = Rectangles.of_rig(definition)
     for camera in cameras:
         services.cameras.get(camera["camera"])
@@ -76,7 +78,7 @@ async def take_frames(services: Services, cameras: Iterable[str]) -> tuple[dict[
         try:
             return await take_frame(services.live.get(id))
         except TouchlineError as error:
-            return {"camera": id, "reason": error.reason, "text": error.what, "fix": error.fix, "level": None}
+            return camera_trouble(id, error.reason, error.what, error.fix)
     results = await asyncio.gather(*map(take, cameras))
     return ({frame.camera.id: frame for frame in results if isinstance(frame, TakenFrame)},
             [problem for problem in results if isinstance(problem, dict)])

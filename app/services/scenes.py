@@ -4,9 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from app.core.common_sentences import CALIBRATE_AND_ACTIVATE, camera_not_calibrated
 from app.core.errors import BadInput, Conflict, TouchlineError
 from app.core.opencv import shrink_to_width
 from app.core.records import Calibration
+from app.core.statements import say, stated
 from app.images import encode
 from app.services.container import Services
 
@@ -19,7 +21,7 @@ class SceneContent:
 
     records: dict[str, Any]
     calibrations: dict[str, Calibration]
-    missing: list[dict[str, str]]
+    missing: list[dict[str, Any]]
 
 
 def scene_content(services: Services, calibrations: Sequence[str] | None = None, rig: str | None = None,
@@ -28,28 +30,32 @@ def scene_content(services: Services, calibrations: Sequence[str] | None = None,
     store = services.store
     if lens is not None:
         return SceneContent({"lens": store.lenses.get(lens)}, {}, [])
-    missing: list[dict[str, str]] = []
+    missing: list[dict[str, Any]] = []
     if rig is not None:
         shown = []
         for camera in store.rigs.get(rig).body["cameras"]:
             active = store.calibrations.active(camera["camera"])
             if active is None:
-                missing.append({"camera": camera["camera"], "text": f"{services.cameras.title(camera['camera'])} has "
-                                "no active calibration.", "fix": "Calibrate the camera and activate the version."})
+                title = services.cameras.title(camera["camera"])
+                missing.append(stated({"camera": camera["camera"], "text": camera_not_calibrated(title),
+                                       "fix": CALIBRATE_AND_ACTIVATE}))
             else:
                 shown.append(active)
         if not shown:
-            raise Conflict("No camera of this rig is calibrated.", "Calibrate a camera and activate the version.",
+            raise Conflict(say("rig.none-calibrated", "No camera of this rig is calibrated."),
+                           say("rig.calibrate-one", "Calibrate a camera and activate the version."),
                            reason="not-calibrated")
     else:
         shown = [store.calibrations.get(id) for id in dict.fromkeys(calibrations or ())]
     if not shown:
-        raise BadInput("There is nothing to show.", "Select calibrations, a rig or a lens.", reason="nothing-to-show")
+        raise BadInput(say("scene.nothing", "There is nothing to show."),
+                       say("scene.select", "Select calibrations, a rig or a lens."), reason="nothing-to-show")
     older = store.calibrations.get(before) if before is not None else None
     if older is not None and (len(shown) > 1 or older.camera != shown[0].camera
                               or older.image_size != shown[0].image_size):
-        raise Conflict("The two versions are not for the same camera and image size.",
-                       "Choose an older version of the same camera.", reason="size-mismatch")
+        raise Conflict(say("scene.versions-differ", "The two versions are not for the same camera and image size."),
+                       say("scene.older-version", "Choose an older version of the same camera."),
+                       reason="size-mismatch")
     return SceneContent({"cameras": [
         {"key": one.id, "title": title_of(services, one), "calibration": one.to_json(),
          "before": older.to_json() if older is not None else None} for one in shown]},

@@ -7,6 +7,7 @@ from app.core.errors import Conflict
 from app.core.field import Field, Region
 from app.core.geometry import as_points
 from app.core.records import Frame
+from app.core.statements import say
 from app.evaluate.fit.click_guides import line_hints, snap_along
 from app.models import CameraModel, model_from_json
 from app.services.container import Services
@@ -45,8 +46,9 @@ def _snap(frame: Frame, point: list[float], hint: Hint) -> Snapped | Unsnapped:
 def _fit(services: Services, fit: Any, frame: Frame) -> tuple[CameraModel, Field, Region]:
     model = model_from_json(fit.model.name, fit.model.parameters)
     if model.image_size != frame.size:
-        raise Conflict(f"The fit is for {model.image_size}, the image has {frame.size.width} × {frame.size.height}.",
-                       "Fit the model to this image first.", reason="size-mismatch")
+        raise Conflict(say("fit.other-image-size", "The fit is for {size}, the image has {width} × {height}.",
+                           size=model.image_size, width=frame.size.width, height=frame.size.height),
+                       say("fit.to-this-image", "Fit the model to this image first."), reason="size-mismatch")
     field = services.fields[fit.field]
     return model, field, field.region(fit.region, fit.rotate)
 

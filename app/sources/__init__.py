@@ -21,15 +21,20 @@ from dataclasses import field as member
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
+from app.core.common_sentences import unknown_field, use_one_of
 from app.core.errors import NotFound
 from app.core.field import Field
 from app.core.options import Option
 from app.core.records import Frame
 from app.core.registry import Registry
+from app.core.statements import Sentence, say
 from app.sources.address import read_query, split_address, without_password
 
 __all__ = ["SOURCES", "BaseSource", "Control", "Identity", "Source", "SourceContext", "named_field", "source_from_url",
            "split_address", "without_password"]
+
+UNKNOWN = say("camera-differs.unknown", "unknown")
+UNKNOWN_PORT = say("camera-differs.unknown-port", "an unknown port")
 
 
 @dataclass(frozen=True)
@@ -64,15 +69,20 @@ class Identity:
     port: str = ""
     model: str = ""
 
-    def differs_from(self, other: "Identity") -> str | None:
+    def differs_from(self, other: "Identity") -> Sentence | None:
         """Return in words why this may be another camera; None where the evidence agrees."""
-        for name, ours, theirs in (("serial number", self.serial, other.serial), ("model", self.model, other.model)):
-            if ours != theirs:
-                return f"its {name} is {ours or 'unknown'}, not {theirs or 'unknown'}"
+        if self.serial != other.serial:
+            return say("camera-differs.serial", "its serial number is {now}, not {before}",
+                       now=self.serial or UNKNOWN, before=other.serial or UNKNOWN)
+        if self.model != other.model:
+            return say("camera-differs.model", "its model is {now}, not {before}",
+                       now=self.model or UNKNOWN, before=other.model or UNKNOWN)
         if not self.serial and self.port != other.port:
-            return f"it is connected to {self.port or 'an unknown port'}, not {other.port or 'an unknown port'}"
+            return say("camera-differs.port", "it is connected to {now}, not {before}",
+                       now=self.port or UNKNOWN_PORT, before=other.port or UNKNOWN_PORT)
         if not self.serial and not self.port and self.address != other.address:
-            return f"its address is {self.address}, not {other.address}"
+            return say("camera-differs.address", "its address is {now}, not {before}",
+                       now=self.address, before=other.address)
         return None
 
 
@@ -144,8 +154,8 @@ class BaseSource:
         return ()
 
     def set_control(self, name: str, value: Any) -> Control:
-        raise NotFound(f"This source has no setting called {name!r}.", "It has no settings that can be changed while "
-                                                                       "it is running.",
+        raise NotFound(say("source.unknown-setting", "This source has no setting called {setting!r}.", setting=name),
+                       say("source.no-settings", "It has no settings that can be changed while it is running."),
                        reason="unknown-control")
 
 
@@ -178,5 +188,4 @@ def named_field(context: SourceContext, name: str) -> Field:
     try:
         return context.fields[name]
     except KeyError:
-        raise NotFound(f"There is no field called {name!r}.", f"Use one of: {', '.join(context.fields)}.",
-                       reason="unknown-field") from None
+        raise NotFound(unknown_field(name), use_one_of(context.fields), reason="unknown-field") from None

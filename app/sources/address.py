@@ -9,12 +9,15 @@ from collections.abc import Mapping
 from typing import Any
 from urllib.parse import parse_qsl, unquote, urlsplit
 
+from app.core.common_sentences import use_one_of
 from app.core.errors import BadInput
 from app.core.options import Option
+from app.core.statements import say
 
 MAX_ADDRESS = 2000  # characters
 KEEP_THEIR_QUERY = ("rtsp", "http", "https")
-FORM = "Write it as scheme://target?option=value, such as sim://ssl-div-b?lens=strong."
+NOT_VALID = say("address.not-valid", "The camera address is not valid.")
+FORM = say("address.form", "Write it as scheme://target?option=value, such as sim://ssl-div-b?lens=strong.")
 
 # user:password@ before the host; then name=value pairs whose name tells that the value is a secret, as some cameras
 # take it in the query or, with _ between them, in the path.
@@ -29,7 +32,7 @@ def split_address(url: str) -> tuple[str, str, dict[str, str]]:
     The target is decoded from its %XX; a network camera's is everything between :// and #, as it was written.
     """
     if not isinstance(url, str) or len(url) > MAX_ADDRESS or not url.isprintable():
-        raise BadInput("The camera address is not valid.", FORM, reason="bad-source")
+        raise BadInput(NOT_VALID, FORM, reason="bad-source")
     try:
         parts = urlsplit(url)
         theirs = parts.scheme in KEEP_THEIR_QUERY
@@ -38,10 +41,11 @@ def split_address(url: str) -> tuple[str, str, dict[str, str]]:
         target = parts.netloc + parts.path
         target = target + f"?{parts.query}" * bool(parts.query) if theirs else unquote(target, errors="strict")
     except ValueError:  # also what is no UTF-8
-        raise BadInput("The camera address is not valid.", FORM, reason="bad-source") from None
+        raise BadInput(NOT_VALID, FORM, reason="bad-source") from None
     given = dict(pairs)
     if not parts.scheme or "://" not in url or not target or (parts.fragment and not theirs) or len(given) < len(pairs):
-        raise BadInput("The camera address is not valid, or contains an option twice.", FORM, reason="bad-source")
+        raise BadInput(say("address.not-valid-or-twice", "The camera address is not valid, or contains an option "
+                           "twice."), FORM, reason="bad-source")
     return parts.scheme, target, given
 
 
@@ -64,8 +68,8 @@ def read_query(described: tuple[Option, ...], given: Mapping[str, str]) -> dict[
     table = {option.name: option for option in described}
     for name in given:
         if name not in table:
-            raise BadInput(f"This source has no option called {name!r}.",
-                           f"Use one of: {', '.join(table)}." if table else "It has no options.",
+            raise BadInput(say("address.unknown-option", "This source has no option called {option!r}.", option=name),
+                           use_one_of(table) if table else say("address.no-options", "It has no options."),
                            reason="unknown-option")
     return {name: _read_one(option, given[name]) if name in given else option.default
             for name, option in table.items()}

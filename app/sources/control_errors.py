@@ -4,14 +4,15 @@ from collections.abc import Iterable
 from typing import Any
 
 from app.core.errors import BadInput, NotFound
+from app.core.statements import say
 
 
 def unknown_control(name: Any, known: Iterable[str]) -> NotFound:
     """Return the error for a control that this camera lacks."""
-    known = ", ".join(known)
-    return NotFound(f"This camera has no setting called {str(name)[:40]!r}.",
-                    f"It has: {known}." if known else "It has no settings that can be changed.",
-                    reason="unknown-control")
+    names = list(known)
+    return NotFound(say("control.unknown", "This camera has no setting called {name!r}.", name=str(name)[:40]),
+                    say("control.known", "It has: {names}.", names=names) if names
+                    else say("control.none", "It has no settings that can be changed."), reason="unknown-control")
 
 
 def refused_value(label: str, value: str, allowed: str) -> BadInput:

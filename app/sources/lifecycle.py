@@ -3,6 +3,7 @@
 import time
 from typing import TypeVar
 
+from app.core.common_sentences import OPEN_AGAIN
 from app.core.errors import Unavailable
 
 T = TypeVar("T")
@@ -23,5 +24,5 @@ class Pacer:
 def require_open(handle: T | None, kind: str = "camera") -> T:
     """Return what an open source reads from; Unavailable where it is None, since the source is closed."""
     if handle is None:
-        raise Unavailable(f"This {kind} is closed.", "Open it again.", reason="source-closed")
+        raise Unavailable(f"This {kind} is closed.", OPEN_AGAIN, reason="source-closed")
     return handle

@@ -21,6 +21,7 @@ from threading import Event, Thread
 from time import monotonic
 
 from app.core.records import Warning
+from app.core.statements import Sentence, say
 from app.store.files import make_folder, remove_temporary_files, replace_synced
 from app.store.integrity import count_changes, find_damage
 from app.store.quota import BACKUPS_BYTES, MB, MIN_FREE_BYTES, free_bytes
@@ -88,8 +89,8 @@ class Backups:
         """Return what an operator should know about the backups."""
         if self._failure is None:
             return ()
-        return (Warning("no-backup", f"The last backup failed: {self._failure}.",
-                        "Check the disk of the data folder, and free some space."),)
+        return (Warning("no-backup", say("backup.failed", "The last backup failed: {error}.", error=self._failure),
+                        say("backup.check-disk", "Check the disk of the data folder, and free some space.")),)
 
     def make(self) -> None:
         """Copy the database now, check the copy, and only then give it its name."""
@@ -97,7 +98,7 @@ class Backups:
         unfinished.unlink(missing_ok=True)
         size_bytes = self._source.stat().st_size
         if free_bytes(self._folder) < size_bytes + MIN_FREE_BYTES:
-            raise OSError("the disk is nearly full")
+            raise OSError(say("backup.disk-nearly-full", "the disk is nearly full"))
         with (closing(sqlite3.connect(self._source, timeout=5)) as source,
               closing(sqlite3.connect(unfinished, isolation_level=None)) as copy):
             source.execute("PRAGMA query_only=ON")
@@ -106,7 +107,7 @@ class Backups:
             changes = count_changes(copy)
         damage = find_damage(unfinished)
         if damage is not None or changes is None:
-            raise OSError(f"the copy is damaged: {damage}")
+            raise OSError(say("backup.copy-damaged", "the copy is damaged: {damage}", damage=str(damage)))
         hour = self._clock().strftime("%Y-%m-%dT%H")
         replace_synced(unfinished, self._folder / f"{changes:012d}.{hour}.db")
         self._thin()
@@ -138,7 +139,7 @@ class Backups:
                 self.make()
             self._failure = None
         except (OSError, sqlite3.Error) as error:
-            self._failure = str(error)
+            self._failure = error.args[0] if isinstance(error.args[0], Sentence) else str(error)
             log.warning("a backup was not made: %s", error)
 
     def _thin(self) -> None:

@@ -13,6 +13,7 @@ from sqlalchemy import ColumnElement, func, select
 
 from app.core.errors import Conflict
 from app.core.records import Calibration
+from app.core.statements import say
 from app.store.checksummed import checksummed, content, is_intact, json_text
 from app.store.precondition import check_etag, content_etag
 from app.store.repository import Page, Repository, column_text, new_id, timestamp
@@ -76,7 +77,8 @@ class CalibrationRepository(Repository):
         with self._changing("The deletion", id, SHOWN) as (rows, row):
             self._check_version(row, etag)
             if rows.scalar(select(ActiveRow.camera_key).where(ActiveRow.calibration == id)) is not None:
-                raise Conflict("This calibration is active for its camera.", "Activate another version first.",
+                raise Conflict(say("calibration.is-active", "This calibration is active for its camera."),
+                               say("calibration.activate-another", "Activate another version first."),
                                reason="calibration-active")
             row.deleted_at = timestamp(self._clock)
 
@@ -121,13 +123,15 @@ class CalibrationRepository(Repository):
         now, what = None, "No version of this camera is active now."
         if former is not None:
             now = {**self.history(chosen.camera, 1)[0], "version": self.get(former).version}
-            what = f"{now['by'] or 'Another user'} has activated version {now['version']} since you opened this page."
+            what = say("stale.activated", "{by} has activated version {version} since you opened this page.",
+                       by=now["by"] or say("stale.another-user", "Another user"), version=now["version"])
         check_etag(etag, former or NOTHING_ACTIVE, what, "stale-activation", now,
-                   "Compare the two versions, then activate the better one.")
+                   say("stale.compare-versions", "Compare the two versions, then activate the better one."))
 
     def _check_version(self, row: CalibrationRow, etag: str | None) -> Calibration:
         known = self._read(row, self._active_ids(row.camera_key))
-        check_etag(etag, version_etag(known), "Another user has changed this version since you opened it.",
+        check_etag(etag, version_etag(known), say("stale.version", "Another user has changed this version "
+                   "since you opened it."),
                    "stale-calibration", {"note": known.note, "active": known.active})
         return known
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from app.core.errors import BadInput, DiskFull, NotFound
+from app.core.statements import say
 from app.store.files import make_folder, translate_disk_errors, write_atomically
 from app.store.quota import MB, PictureQuota
 from app.store.repository import Clock, new_id, timestamp
@@ -58,7 +59,8 @@ class ClipRepository:
                   "height": head["height"], "frames": list(head["frames"])}
         text = json.dumps(header, allow_nan=False, separators=(",", ":")).encode("ascii")
         if len(text) > MAX_HEADER_BYTES or len(jpegs) > MAX_BYTES:
-            raise DiskFull("The clip is too large.", "Record fewer seconds.", reason="clip-too-large")
+            raise DiskFull(say("clip.too-large", "The clip is too large."),
+                           say("clip.fewer-seconds", "Record fewer seconds."), reason="clip-too-large")
         with translate_disk_errors("The clip"):
             make_folder(self._folder)
             self._free_space(len(jpegs))
@@ -85,7 +87,8 @@ class ClipRepository:
         header, begin = self._header(id)
         sizes = [frame["bytes"] for frame in header["frames"]]
         if not 0 <= number < len(sizes):
-            raise NotFound(f"The clip has no frame {number}.", f"Request a frame from 0 to {len(sizes) - 1}.",
+            raise NotFound(say("clip.unknown-frame", "The clip has no frame {frame}.", frame=number),
+                           say("clip.frames", "Request a frame from 0 to {last}.", last=len(sizes) - 1),
                            reason="unknown-frame")
         try:
             with self._path(id).open("rb") as file:
@@ -138,4 +141,5 @@ class ClipRepository:
 
 
 def _unknown(id: str) -> NotFound:
-    return NotFound(f"There is no clip {id[:40]!r}.", "List them with GET /api/v1/clips.", reason="unknown-clip")
+    return NotFound(say("clip.unknown", "There is no clip {id!r}.", id=id[:40]), "List them with GET /api/v1/clips.",
+                    reason="unknown-clip")

@@ -20,8 +20,11 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, OperationalError
 from sqlalchemy.exc import TimeoutError as NoConnection
 from sqlalchemy.orm import Session
 
+from app.core.common_sentences import TRY_AGAIN
 from app.core.errors import BadInput, Busy, DiskFull, TouchlineError, Unavailable
-from app.store.files import write_atomically
+from app.core.statements import join, say
+from app.store.files import CHECK_DISK, DISK_IS_FULL, FREE_SPACE, write_atomically
+from app.store.saved_things import not_saved
 from app.store.tables import LedgerRow
 
 READERS = 8  # connections that read; more callers wait for one
@@ -91,8 +94,8 @@ class Database:
                 self.check_owner(rows)
                 yield rows
                 if self._failed:
-                    raise Unavailable("Nothing was saved, because a part of it could not be saved.", "Try again.",
-                                      reason="not-saved")
+                    raise Unavailable(say("database.part-not-saved", "Nothing was saved, because a part of it could "
+                                          "not be saved."), say("advice.repeat", "Try again."), reason="not-saved")
                 rows.execute(update(LedgerRow).values(changes=LedgerRow.changes + 1))
                 rows.commit()
                 self.on_commit()
@@ -121,26 +124,25 @@ class Database:
         except (DBAPIError, sqlite3.Error) as error:
             raise self._error(what, error) from error
         except NoConnection:
-            raise Busy("The database is overloaded.", "Try again in a moment.") from None
+            raise Busy(say("database.overloaded", "The database is overloaded."), TRY_AGAIN) from None
 
     def _error(self, what: str | None, error: Exception) -> TouchlineError:
-        done = f"{what} was not saved" if what else "The data cannot be read"
+        done = not_saved(what) if what else say("database.cannot-read", "The data cannot be read:")
         cause = getattr(error, "orig", error)
         code = getattr(cause, "sqlite_errorcode", None)
         if code is not None and code & 0xFF in DAMAGED_CODES:
-            return Unavailable(f"{done}: the database is damaged.", "Restart Touchline. It moves the damaged database "
-                               "to quarantine and restores the newest backup.", reason="database-damaged")
+            return Unavailable(join(done, say("database.is-damaged", "the database is damaged.")),
+                               say("database.restart", "Restart Touchline. It moves the damaged database to "
+                                   "quarantine and restores the newest backup."), reason="database-damaged")
         if self._is_full(cause, code):
-            return DiskFull(f"{done}: the disk is full.",
-                            "Free some space on the disk of the data folder, then try again.")
+            return DiskFull(join(done, DISK_IS_FULL), FREE_SPACE)
         if self.is_sqlite:
-            return Unavailable(f"{done}: {cause}.", "Check the disk and the permissions of the data folder, then try "
-                                                    "again.",
+            return Unavailable(join(done, say("disk.cause", "{error}.", error=str(cause))), CHECK_DISK,
                                reason="not-saved")
         if isinstance(error, OperationalError):
-            return Unavailable(f"{done}: the database is not responding.",
-                               "Check that PostgreSQL is running and can be reached, then try again.",
-                               reason="database-away")
+            return Unavailable(join(done, say("database.is-silent", "the database is not responding.")),
+                               say("database.check-postgresql", "Check that PostgreSQL is running and can be "
+                                   "reached, then try again."), reason="database-away")
         raise error  # a mistake of ours: the log shall have all of it
 
     def _is_full(self, cause: Any, code: int | None) -> bool:

@@ -13,6 +13,7 @@ from sqlalchemy import Select, func, inspect, select
 from sqlalchemy.orm import Session
 
 from app.core.errors import BadInput, Conflict, NotFound, Stale, TouchlineError
+from app.core.statements import Sentence, say
 from app.store.checksummed import checksummed, content
 from app.store.database import Database
 from app.store.precondition import check_etag
@@ -63,11 +64,12 @@ class DocumentRepository(Repository):
         self._refuse_damaged(name)
         with self._database.writing(self._what) as rows:
             if self._lookup(rows, name) is not None:
-                raise Conflict(f"There is already a {self.noun} called {name!r}.",
-                               f"Choose another name, or change the existing {self.noun}.",
+                raise Conflict(self._say("exists", f"There is already a {self.noun} called {{name!r}}.", name=name),
+                               self._say("choose-another", f"Choose another name, or change the existing {self.noun}."),
                                reason=f"{self.word}-exists")
             if (rows.scalar(select(func.count()).select_from(self._select().subquery())) or 0) >= self.max_count:
-                raise Conflict(f"The maximum of {self.max_count} is reached.", "Delete one that is no longer used.",
+                raise Conflict(say("document.too-many", "The maximum of {most} is reached.", most=self.max_count),
+                               say("document.delete-one", "Delete one that is no longer used."),
                                reason=f"too-many-{self.plural}")
             row = self._build(rows, name, body, by, None)
             rows.add(row)
@@ -88,7 +90,12 @@ class DocumentRepository(Repository):
             rows.delete(self._current(rows, name, etag))
 
     def _unknown(self, name: str) -> NotFound:
-        return NotFound(f"There is no {self.noun} called {name[:64]!r}.", self.listing, reason=f"unknown-{self.word}")
+        return NotFound(self._say("unknown", f"There is no {self.noun} called {{name!r}}.", name=name[:64]),
+                        self.listing, reason=f"unknown-{self.word}")
+
+    def _say(self, code: str, template: str, **values: object) -> Sentence:
+        """Return a sentence whose code names the kind of document: "rig-document.unknown"."""
+        return say(f"{self.word}-document.{code}", template, **values)
 
     def _refuse_damaged(self, name: str) -> None:
         """Raise DamagedFile where the one of that name is damaged: it is reported and not written over."""
@@ -100,14 +107,15 @@ class DocumentRepository(Repository):
         if row is None:
             raise self._deleted(name)
         current = self._read(row)
-        check_etag(etag, current.etag, f"Another user has changed this {self.noun} since you opened it.",
-                   f"stale-{self.word}", dict(current.body))
+        changed = self._say("changed-meanwhile", f"Another user has changed this {self.noun} since you opened it.")
+        check_etag(etag, current.etag, changed, f"stale-{self.word}", dict(current.body))
         return row
 
     def _deleted(self, name: str) -> TouchlineError:
         """Return the error for who changes one that somebody else has deleted."""
-        return Stale(f"Another user has deleted this {self.noun}.", "Create it again, without If-Match.",
-                     reason=f"stale-{self.word}", current=None, etag=None)
+        return Stale(self._say("deleted-meanwhile", f"Another user has deleted this {self.noun}."),
+                     say("document.create-again", "Create it again, without If-Match."), reason=f"stale-{self.word}",
+                     current=None, etag=None)
 
     def _lookup(self, rows: Session, name: str, **options: bool) -> Any:
         return rows.get(self.table, self._key_of(name), **options) if is_name(name) else None
@@ -154,7 +162,7 @@ class PresetRepository(DocumentRepository):
     """The presets of one kind, by name."""
 
     table, kind, member = PresetRow, "presets", "preset"
-    listing = "Use one of the existing names."
+    listing = say("document.existing-names", "Use one of the existing names.")
 
     def _key_of(self, name: str) -> str:
         return f"{self.word}:{name}"
@@ -185,6 +193,6 @@ def is_name(name: str) -> bool:
 
 def check_name(name: str, what: str) -> None:
     if not is_name(name):
-        raise BadInput(f"{what} has a name that is not valid.",
-                       "Use letters, digits, dots and hyphens, starting with a letter or digit.",
+        raise BadInput(say("name.not-valid", "{what} has a name that is not valid.", what=what),
+                       say("name.allowed", "Use letters, digits, dots and hyphens, starting with a letter or digit."),
                        reason="bad-name")

@@ -11,6 +11,7 @@ from typing import Any
 
 from sqlalchemy import select
 
+from app.core.statements import say
 from app.store.checksummed import checksummed, content
 from app.store.database import Database
 from app.store.precondition import check_etag
@@ -73,8 +74,9 @@ class DraftRepository(Repository):
         with self._database.writing("The draft") as rows:
             row = rows.scalar(select(DraftRow).where(DraftRow.snapshot == snapshot).with_for_update())
             current = self._read(row, snapshot)
-            check_etag(etag, current.etag, "Another user has saved this draft since you opened it.", "stale-draft",
-                       current.to_json(), "Compare it with the current draft, then overwrite it.")
+            check_etag(etag, current.etag, say("stale.draft", "Another user has saved this draft since you opened it."),
+                       "stale-draft", current.to_json(),
+                       say("stale.compare-drafts", "Compare it with the current draft, then overwrite it."))
             draft = Draft(snapshot, dict(body), current.revision + 1, timestamp(self._clock), by)
             record = {"revision": draft.revision, "updated_at": draft.updated_at, "updated_by": by, "draft": draft.body}
             rows.merge(checksummed(DraftRow, record, "The draft", snapshot=snapshot, revision=draft.revision,

@@ -9,9 +9,11 @@ from typing import Any
 import yaml
 
 from app import shipped
+from app.core.common_sentences import unknown_field, use_one_of
 from app.core.errors import BadInput, Conflict, NotFound
 from app.core.field import Field
 from app.core.field_json import field_from_json
+from app.core.statements import say
 from app.store.files import make_folder, read_yaml, sync_folder, translate_disk_errors, write_atomically
 from app.store.precondition import check_etag, content_etag
 
@@ -67,8 +69,7 @@ class FieldRepository(Mapping[str, Field]):
         try:
             return self._shipped[name] if name in self._shipped else self._own[name]
         except (KeyError, TypeError):
-            raise NotFound(f"There is no field called {name!r}.", f"Use one of: {', '.join(self)}.",
-                           reason="unknown-field") from None
+            raise NotFound(unknown_field(name), use_one_of(self), reason="unknown-field") from None
 
     def __contains__(self, name: object) -> bool:
         return name in self._shipped or name in self._own
@@ -92,13 +93,13 @@ class FieldRepository(Mapping[str, Field]):
                            reason="bad-field", entry="name")
         with self._lock:
             if new and name in self._own:
-                raise Conflict(f"There is already a field called {name!r}.",
-                               "Choose another name, or change the existing field.",
+                raise Conflict(say("field.exists", "There is already a field called {name!r}.", name=name),
+                               say("field.choose-another", "Choose another name, or change the existing field."),
                                reason="field-exists", entry="name")
             self._check_etag(name, etag)
             if name not in self._own and len(self._own) >= MAX_OWN_FIELDS:
-                raise Conflict(f"The maximum of {MAX_OWN_FIELDS} fields is reached.",
-                               "Delete a field that is no longer used.",
+                raise Conflict(say("field.too-many", "The maximum of {most} fields is reached.", most=MAX_OWN_FIELDS),
+                               say("field.delete-one", "Delete a field that is no longer used."),
                                reason="too-many-fields")
             text = yaml.safe_dump(field.to_json(), allow_unicode=True, sort_keys=False)
             with translate_disk_errors("The field"):
@@ -132,12 +133,15 @@ class FieldRepository(Mapping[str, Field]):
         if etag is None:
             return
         known = self._own.get(name)
-        happened = "deleted" if known is None else "changed"
-        check_etag(etag, "" if known is None else field_etag(known),
-                   f"Another user has {happened} this field since you opened it.", "stale-field",
+        if known is None:
+            what = say("stale.field-deleted", "Another user has deleted this field since you opened it.")
+        else:
+            what = say("stale.field-changed", "Another user has changed this field since you opened it.")
+        check_etag(etag, "" if known is None else field_etag(known), what, "stale-field",
                    None if known is None else known.to_json())
 
     def _refuse_shipped(self, name: str) -> None:
         if name in self._shipped:
-            raise Conflict(f"The field {name} is built into Touchline and cannot be changed.",
-                           "Choose another name for your field.", reason="shipped-field", entry="name")
+            raise Conflict(say("field.built-in", "The field {name} is built into Touchline and cannot be changed.",
+                               name=name), say("field.another-name", "Choose another name for your field."),
+                           reason="shipped-field", entry="name")

@@ -13,11 +13,18 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
+from app.core.common_sentences import image_name
 from app.core.errors import BadInput, DiskFull, NotFound, Unavailable
+from app.core.statements import join, say
 from app.core.strict_yaml import MAX_BYTES, plain_from_yaml
+from app.store.saved_things import not_saved
 
 T = TypeVar("T")
 TEMPORARY = ".tmp"
+DISK_IS_FULL = say("disk.is-full", "the disk is full.")
+FREE_SPACE = say("disk.free-space", "Free some space on the disk of the data folder, then try again.")
+CHECK_DISK = say("disk.check", "Check the disk and the permissions of the data folder, then try again.")
+UPLOAD_AGAIN = say("file.upload-again", "Upload it again.")
 
 
 def write_atomically(path: Path, data: bytes) -> None:
@@ -92,11 +99,9 @@ def translate_disk_errors(what: str) -> Iterator[None]:
         yield
     except OSError as error:
         if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-            raise DiskFull(f"{what} was not saved: the disk is full.",
-                           "Free some space on the disk of the data folder, then try again.") from error
-        raise Unavailable(f"{what} was not saved: {error.strerror or error}.",
-                          "Check the disk and the permissions of the data folder, then try again.",
-                          reason="not-saved") from error
+            raise DiskFull(join(not_saved(what), DISK_IS_FULL), FREE_SPACE) from error
+        raise Unavailable(join(not_saved(what), say("disk.cause", "{error}.", error=error.strerror or str(error))),
+                          CHECK_DISK, reason="not-saved") from error
 
 
 def read_yaml(path: Path, parse: Callable[[Any], T], what: str, reason: str) -> T:
@@ -118,8 +123,10 @@ def read_checked(name: str, path: str, sha256: str) -> bytes:
     try:
         data = Path(path).read_bytes()
     except OSError as error:
-        raise Unavailable(f"{name.capitalize()} cannot be read: {error.strerror}.", "Upload it again.",
+        raise Unavailable(say("file.cannot-read", "{name} cannot be read: {error}.",
+                              name=image_name(name.capitalize()), error=error.strerror), UPLOAD_AGAIN,
                           reason="damaged-file") from None
     if hashlib.sha256(data).hexdigest() != sha256:
-        raise Unavailable(f"{name.capitalize()} is damaged.", "Upload it again.", reason="damaged-file")
+        raise Unavailable(say("file.damaged", "{name} is damaged.", name=image_name(name.capitalize())),
+                          UPLOAD_AGAIN, reason="damaged-file")
     return data

@@ -16,6 +16,7 @@ from sqlalchemy.orm import Session
 
 from app.core.errors import Unavailable
 from app.core.records import Warning
+from app.core.statements import say
 from app.store.database import SCHEMA_KEY, WRITE_KEY, Database, postgresql_engine
 from app.store.repository import new_id
 from app.store.tables import LedgerRow
@@ -27,8 +28,8 @@ KEEP_S = 1.0  # how often the lock is looked at
 GRACE_S = 3.0  # for a server that did not sign off: it may live, and take its lock back
 
 TAKEN = "The database is in use by another Touchline"
-LOST = f"{TAKEN}. This server saves nothing."
-RESTART = "Stop one of them, then restart this server."
+LOST = say("database.lost", "The database is in use by another Touchline. This server saves nothing.")
+RESTART = say("database.stop-one", "Stop one of them, then restart this server.")
 
 
 class PostgresLock:

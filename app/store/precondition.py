@@ -4,9 +4,10 @@ from hashlib import sha256
 from typing import Any
 
 from app.core.errors import Stale
+from app.core.statements import say
 from app.store.checksummed import json_text
 
-LOOK_AGAIN = "Check the current version, then repeat your change."
+LOOK_AGAIN = say("stale.look-again", "Check the current version, then repeat your change.")
 
 
 def content_etag(content: Any) -> str:

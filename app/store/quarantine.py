@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.core.errors import Unavailable
+from app.core.statements import say
 from app.store.files import make_folder, move_durably, write_atomically
 
 log = logging.getLogger("touchline")
@@ -30,8 +31,9 @@ class DamagedFile(Unavailable):
 
     def __init__(self, damage: Damage) -> None:
         place = damage.to_json()["file"]
-        super().__init__(f"A file of the data folder is damaged and was moved to {place}.",
-                         "Restore it from a backup, or create it again.", file=place)
+        super().__init__(say("quarantine.moved", "A file of the data folder is damaged and was moved to {place}.",
+                             place=place),
+                         say("quarantine.restore", "Restore it from a backup, or create it again."), file=place)
         self.damage = damage
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from app.core.errors import DiskFull
 from app.core.records import Warning
+from app.core.statements import join, say
 
 MB = 1_000_000
 WARN_FREE_BYTES = 500 * MB
@@ -42,20 +43,24 @@ class PictureQuota:
     def check_free(self) -> None:
         """Raise DiskFull where a picture would take what calibrations may need."""
         if self._free(self._folder) < MIN_FREE_BYTES:
-            raise DiskFull(f"The image was not saved. Less than {MIN_FREE_BYTES // MB} MB are free on the disk.",
-                           "Free some space on the disk of the data folder, then try again. Calibrations can still "
-                           "be saved.")
+            raise DiskFull(say("disk.image-refused", "The image was not saved. Less than {free_mb} MB are free on the "
+                               "disk.", free_mb=MIN_FREE_BYTES // MB),
+                           say("disk.free-space-calibrations", "Free some space on the disk of the data folder, then "
+                               "try again. Calibrations can still be saved."))
 
     def refusal(self) -> DiskFull:
-        return DiskFull(f"The image was not saved. Images use {self.used_bytes / MB:.0f} MB, and all of them are in "
-                        "use.", "Increase uploads_mb in the settings, or download all data and start with a new data "
-                        "folder.", reason="uploads-full")
+        return DiskFull(say("disk.quota-in-use", "The image was not saved. Images use {used_mb:.0f} MB, and all of "
+                            "them are in use.", used_mb=self.used_bytes / MB),
+                        say("disk.increase-quota", "Increase uploads_mb in the settings, or download all data and "
+                            "start with a new data folder."), reason="uploads-full")
 
     def warnings(self) -> tuple[Warning, ...]:
         """Return what an operator should know about the disk."""
         free = self._free(self._folder)
         if free >= WARN_FREE_BYTES:
             return ()
-        more = " New images are refused. Calibrations are still saved." if free < MIN_FREE_BYTES else ""
-        return (Warning("disk-nearly-full", f"{free // MB} MB are free on the disk of the data folder.{more}",
-                        "Free some space there."),)
+        more = say("disk.images-refused", "New images are refused. Calibrations are still saved.")
+        return (Warning("disk-nearly-full", join(
+            say("disk.nearly-full", "{mb} MB are free on the disk of the data folder.", mb=free // MB),
+            more if free < MIN_FREE_BYTES else ""),
+                        say("disk.free-some", "Free some space there.")),)

@@ -11,6 +11,7 @@ from sqlalchemy import ColumnElement, Select, inspect, select, update
 from sqlalchemy.orm import Session
 
 from app.core.errors import BadInput, NotFound, TouchlineError
+from app.core.statements import say
 from app.store.checksummed import is_intact, update_checksum
 from app.store.database import Database
 from app.store.quarantine import Damage, DamagedFile, Quarantine
@@ -68,7 +69,8 @@ class Repository:
         self._clock = clock
 
     def _unknown(self, id: str) -> NotFound:
-        return NotFound(f"There is no {self.noun} {id!r}.", self.listing, reason=f"unknown-{self.noun}")
+        return NotFound(say(f"{self.noun}.unknown", f"There is no {self.noun} {{id!r}}.", id=id), self.listing,
+                        reason=f"unknown-{self.noun}")
 
     def _checked(self, row: Any, name: str) -> Any:
         """Return the row if it is intact; raise DamagedFile otherwise, also when it is read again."""

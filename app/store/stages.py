@@ -3,7 +3,9 @@
 from pathlib import Path
 
 from app import shipped
+from app.core.common_sentences import use_one_of
 from app.core.errors import NotFound
+from app.core.statements import say
 from app.store.files import read_yaml
 from app.vision.stage_pipeline import StageConfig
 
@@ -26,6 +28,6 @@ def named_plan(name: str) -> StageConfig:
     """Return a plan that comes with Touchline; NotFound."""
     plans = load_plans()
     if name not in plans:
-        raise NotFound(f"There is no detection plan called {name[:40]!r}.", f"Use one of: {', '.join(plans)}.",
-                       reason="unknown-stages")
+        raise NotFound(say("plan.unknown", "There is no detection plan called {name!r}.", name=name[:40]),
+                       use_one_of(plans), reason="unknown-stages")
     return plans[name]

@@ -19,6 +19,7 @@ from app.core.field import Field, Region
 from app.core.geometry import Array, ImageSize, Points
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observation, Observations
+from app.core.statements import say
 from app.evaluate.fit.verification import Verification
 from app.fitting import FITTERS
 from app.fitting.field_lines.line_samples import LineSamples, fine_pattern, sample_lines_evenly
@@ -107,7 +108,7 @@ def assign_lines(seen: DetectedLines, field: Field, region: Region, rough: PoseP
     searched = search(seen.chains, seen.along, field, region, size, rough, subprogress(progress, 0.0, 0.8))
     if not searched.candidates:
         return None, searched
-    progress(0.8, "Measuring the lines")
+    progress(0.8, say("progress.measuring-the-lines", "Measuring the lines"))
     state = searched.candidates[0].refined.state
     coarse = FieldPattern.of(field, field.length_mm / FINE_STEPS)
     finer = refine_camera(with_brown_conrady(state, coarse, size), coarse, np.concatenate(seen.chains),
@@ -244,9 +245,12 @@ def no_match_error(seen: DetectedLines, searched: SearchResult) -> FitFailed:
     """Return the error that says why no camera was found."""
     lines = len(searched.lines)
     if lines < 3:
-        return FitFailed(f"Only {lines} straight line{'' if lines == 1 else 's'} detected in the image."
-                         if lines else "No line detected in the image.",
-                         "Use a sharper or brighter image that shows more field lines, or mark points.",
-                         reason="no-lines")
-    return FitFailed(f"{lines} lines were detected, but they match no camera pose above this field and covered area.",
-                     "Check the field type and the covered area, or mark points.", reason="no-match")
+        found = (say("automatic.no-line", "No line detected in the image."),
+                 say("automatic.one-line", "Only 1 straight line detected in the image."),
+                 say("automatic.two-lines", "Only 2 straight lines detected in the image."))
+        return FitFailed(found[lines], say("automatic.sharper-image", "Use a sharper or brighter image that shows more "
+                                           "field lines, or mark points."), reason="no-lines")
+    return FitFailed(say("automatic.no-match", "{lines} lines were detected, but they match no camera pose above this "
+                         "field and covered area.", lines=lines),
+                     say("automatic.check-field", "Check the field type and the covered area, or mark points."),
+                     reason="no-match")

@@ -8,11 +8,13 @@ from typing import Any, Self
 
 import numpy as np
 
+from app.core.common_sentences import DETECTING_LINES, ONE_CAMERA
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field import Field, Region
 from app.core.field_json import field_from_json
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Frame
+from app.core.statements import say
 from app.evaluate.fit.verification import verdict_of
 from app.fitting.field_lines.search import PosePrior
 from app.models import MODELS
@@ -77,7 +79,7 @@ class AutomaticRequest:
 
         A picture without a match is an answer as well: the detected lines and why none matched.
         """
-        progress(0.0, "Detecting lines")
+        progress(0.0, DETECTING_LINES)
         lines = automatic.detect_lines(frame.pixels)
         found, searched = automatic.assign_lines(lines, self.field, self.region, pose_prior_from_json(self.rough),
                                                  subprogress(progress, 0.15, 0.6))
@@ -118,11 +120,12 @@ def median_frame(pictures: Pictures, progress: Progress = no_progress) -> Frame:
         return first
     background = Background(first.pixels.shape, count)
     for number, (_, read) in enumerate(pictures):
-        progress(number / count, f"Reading image {number + 1} of {count}")
+        progress(number / count, say(
+            "progress.reading", "Reading image {number} of {count}", number=number + 1, count=count))
         frame = first if number == 0 else read()
         if frame.size != first.size:
-            raise Conflict(f"Image {number + 1} is {frame.size}, the first image is {first.size}.",
-                           "Use images from one camera at one resolution.", reason="size-mismatch")
+            raise Conflict(say("image.differs-from-first", "Image {image} is {size}, the first image is {size2}.",
+                               image=number + 1, size=frame.size, size2=first.size), ONE_CAMERA, reason="size-mismatch")
         background.add(frame.pixels)
     return replace(first, pixels=np.ascontiguousarray(background.picture))
 

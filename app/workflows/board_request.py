@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 
 from app import __version__
 from app.core.board import Board, BoardView, views_from_json
+from app.core.common_sentences import PROGRESS_DONE, image_name, previous_images_differ
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.geometry import ImageSize
 from app.core.options import read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Warning
+from app.core.statements import say
 from app.core.text_format import sentence
 from app.evaluate.board.report import board_report
 from app.fitting.board.fit import board_model, board_options, fit_board
@@ -28,6 +30,10 @@ from app.workflows.calibration import subprogress
 from app.workflows.job_pictures import Pictures, job_pictures
 
 FITTING = 0.7  # of the time of a calibration from views
+COUNT_CORNERS = say("board.count-corners",
+                    "Count the inner corners again. The whole board must be visible and sharp in the image.")
+CHECK_KIND = say("board.check-kind",
+                 "Check columns, rows and dictionary, and whether the board has the legacy pattern.")
 LOOKING = 0.6  # of a calibration from pictures: finding the board takes longer than all arithmetic
 
 
@@ -35,12 +41,10 @@ def find(pixels: NDArray[np.uint8], board: Board, name: str = "") -> BoardView:
     """Find the board in one picture; FitFailed where there is none."""
     view = find_board(pixels, board, name)
     if view is None:
-        raise FitFailed(sentence(f"{name or 'The image'} shows no {board.kind} of {board.columns} × {board.rows} "
-                                 "inner corners."),
-                        "Count the inner corners again. The whole board must be visible and sharp in the image."
-                        if board.kind == "chessboard" else
-                        "Check columns, rows and dictionary, and whether the board has the legacy pattern.",
-                        reason="no-board")
+        raise FitFailed(say("board.not-in-image", "{image} shows no {kind} of {columns} × {rows} inner corners.",
+                            image=image_name(sentence(name)) if name else say("board.the-image", "The image"),
+                            kind=say(f"board-kind.{board.kind}", board.kind), columns=board.columns, rows=board.rows),
+                        COUNT_CORNERS if board.kind == "chessboard" else CHECK_KIND, reason="no-board")
     return view
 
 
@@ -50,9 +54,9 @@ def calibrate_board(views: Sequence[BoardView], board: Board | None, image_size:
     """{"model", "lens", "board", "image_size", "report"}, plain JSON. board: None where views bring their places."""
     fit = fit_board(tuple(views), image_size, board_model(model), options,
                     lambda fraction, message: progress(fraction * FITTING, message))
-    progress(FITTING, "Evaluating the lens")
+    progress(FITTING, say("progress.evaluating-lens", "Evaluating the lens"))
     report = board_report(fit)
-    progress(1.0, "Done")
+    progress(1.0, PROGRESS_DONE)
     return {"model": model, "lens": fit.lens.to_json(), "board": board.to_json() if board else None,
             "image_size": [image_size.width, image_size.height], "report": report}
 
@@ -77,22 +81,27 @@ class BoardCalibrationRequest:
     def from_pictures(self, pictures: Pictures, progress: Progress = no_progress) -> dict[str, Any]:
         """Find the board in pictures of one size and fit. A picture without a board is left out, with a warning."""
         if self.board is None:
-            raise BadInput("The board is missing.", "Enter the board in the images: kind, columns, rows and square_mm.",
+            raise BadInput(say("board.missing", "The board is missing."),
+                           say("board.enter", "Enter the board in the images: kind, columns, rows and square_mm."),
                            reason="no-board")
         views, blank, size, count = [], [], None, len(pictures)
         for number, (name, read) in enumerate(pictures):
-            progress(LOOKING * number / count, f"Detecting the board in {name} ({number + 1} of {count})")
+            progress(LOOKING * number / count,
+                     say("progress.board", "Detecting the board in {image} ({number} of {count})",
+                         image=image_name(name), number=number + 1, count=count))
             frame = read()
             size = size or frame.size
             if frame.size != size:
-                raise Conflict(sentence(f"{name} is {frame.size}, the previous images are {size}."),
-                               "Take all images with one camera at one resolution.", reason="size-mismatch")
+                raise Conflict(previous_images_differ(name, frame.size, size),
+                               say("board.one-resolution", "Take all images with one camera at one resolution."),
+                               reason="size-mismatch")
             try:
                 views.append(find(frame.pixels, self.board, name))
             except FitFailed as none:
                 blank.append((number, none))
         if size is None or not views:
-            raise blank[0][1] if blank else BadInput("There are no images.", "Use about 20 images of the board.",
+            raise blank[0][1] if blank else BadInput(say("board.no-images", "There are no images."),
+                                                     say("board.use-images", "Use about 20 images of the board."),
                                                      reason="too-few-views")
         done = self.from_views(tuple(views), size, subprogress(progress, LOOKING, 1.0))
         warnings = [Warning(none.reason, none.what, none.fix, index=number).to_json() for number, none in blank]

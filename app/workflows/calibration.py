@@ -7,12 +7,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.common_sentences import CALIBRATE_THIS_SIZE, other_image_size
 from app.core.errors import BadInput, Conflict
 from app.core.field import BORDERS, Arc, Field, Line, Region
 from app.core.geometry import ImageSize, Points, as_points
 from app.core.json_values import nullable, nullable_points
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations
+from app.core.statements import join
 from app.evaluate.fit import residual_vectors as vectors
 from app.evaluate.fit.contradiction import bends_otherwise, contradiction, freer_lens
 from app.evaluate.fit.covariance_json import covariance_from_json
@@ -72,7 +74,7 @@ def calibrate(observations: Observations, field: Field, region: Region, image_si
 
 def subprogress(progress: Progress, start: float, end: float, title: str = "") -> Progress:
     """Return the progress callback of one part of a longer work, mapped to [start, end] of the whole."""
-    return lambda share, words: progress(start + share * (end - start), title + words)
+    return lambda share, words: progress(start + share * (end - start), join(title, words))
 
 
 def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float = 0.0,
@@ -183,8 +185,7 @@ def correct(pixels: NDArray[np.uint8], model: CameraModel, image_size: ImageSize
 def check_size(size: ImageSize, wanted: ImageSize) -> None:
     """Refuse a picture of another size: a calibration holds for one size only."""
     if size != wanted:
-        raise Conflict(f"The image is {size}; the calibration is for {wanted}.",
-                       "Use an image of that size, or calibrate the camera at this size.", reason="size-mismatch")
+        raise Conflict(other_image_size(size, wanted), CALIBRATE_THIS_SIZE, reason="size-mismatch")
 
 
 def overlay(model: CameraModel, field: Field, region: Region, frame: Literal["raw", "corrected"] = "raw",

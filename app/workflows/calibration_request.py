@@ -15,6 +15,7 @@ from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Observations, observations_from_json
+from app.core.statements import say
 from app.fitting import known_options
 from app.imaging.correction_mesh import correction_mesh
 from app.models import MODELS, CameraModel, parameters_json
@@ -63,11 +64,12 @@ class CalibrationRequest:
 
     def __post_init__(self) -> None:
         if not self.observations:
-            raise BadInput("There are no points.", "Mark points on the four borders.", reason="too-few-points")
+            raise BadInput(say("points.none", "There are no points."),
+                           say("points.mark-borders", "Mark points on the four borders."), reason="too-few-points")
         if self.n_points > MAX_POINTS:
-            raise BadInput(f"There are {self.n_points} points.", f"Send at most {MAX_POINTS}. More points do not "
-                                                                 "improve the fit.",
-                           reason="too-many-points")
+            raise BadInput(say("points.too-many", "There are {points} points.", points=self.n_points),
+                           say("points.send-fewer", "Send at most {most}. More points do not improve the fit.",
+                               most=MAX_POINTS), reason="too-many-points")
 
     @property
     def n_points(self) -> int:

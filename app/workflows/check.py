@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core import opencv
+from app.core.common_sentences import CALIBRATE_AGAIN_FOR_SIZE, DETECTING_FIELD_LINES, other_image_size
 from app.core.errors import Conflict
 from app.core.geometry import ImageSize
 from app.core.json_values import number
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration
+from app.core.statements import say
 from app.evaluate.drift.check_figures import CheckFigures
 from app.evaluate.drift.check_verdict import INCONCLUSIVE, check_verdict
 from app.evaluate.drift.line_check import LineMeasurements, line_deviations, measure_lines
@@ -36,13 +38,12 @@ def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_prog
     """
     size = ImageSize(pixels.shape[1], pixels.shape[0])
     if size != calibration.image_size:
-        raise Conflict(f"The image is {size}; the calibration is for {calibration.image_size}.",
-                       "Use an image of that size, or calibrate the camera again.", reason="size-mismatch")
+        raise Conflict(other_image_size(size, calibration.image_size), CALIBRATE_AGAIN_FOR_SIZE, reason="size-mismatch")
     model, field, region = Restored.of(calibration)
-    progress(0.0, "Detecting the field lines")
+    progress(0.0, DETECTING_FIELD_LINES)
     gray = opencv.to_grey(pixels)
     seen = measure_lines(model, gray, field, region)
-    progress(0.7, "Evaluating")
+    progress(0.7, say("progress.evaluating", "Evaluating"))
     lines = [asdict(line) for line in line_deviations(seen)]
     own_mm = _own_mm(calibration.report)
     others = _other_lines_px(gray, seen) / max(float(seen.stands_for_px.sum()), 1e-9)

@@ -21,6 +21,7 @@ from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize, as_points
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration
+from app.core.statements import say
 from app.models.restored import model_of
 from app.vision.colour.automatic import automatic_profile
 from app.vision.colour.learning import BACKGROUND, learn_profile
@@ -32,6 +33,7 @@ from app.workflows.calibration import check_size
 from app.workflows.rectified_detection import RectifiedDetector
 
 Clicks = Mapping[str, Sequence[Sequence[float]]]  # by colour: x, y of a click, or x0, y0, x1, y1 of a box
+DETECTING = say("progress.detecting", "Detecting")
 BESIDE_MM = 300.0  # around the field, where a ball or a robot may still be
 MAX_CLICKS = 40  # of one colour
 MAX_PX = 16e6  # of a still picture: three seconds, and 0.5 GB
@@ -63,22 +65,25 @@ def detect(pixels: NDArray[np.uint8], config: StageConfig, *, calibration: Calib
     """
     size = ImageSize(pixels.shape[1], pixels.shape[0])
     if size.width * size.height > MAX_PX:
-        raise BadInput(f"The image ({size}) is too large for object detection.",
-                       f"Use an image of at most {MAX_PX / 1e6:.0f} million pixels, or lower the camera's resolution.",
+        raise BadInput(say("detection.image-too-large", "The image ({size}) is too large for object detection.",
+                           size=size),
+                       say("detection.smaller-image", "Use an image of at most {most_megapixels:.0f} million pixels, "
+                           "or lower the camera's resolution.", most_megapixels=MAX_PX / 1e6),
                        reason="image-too-large")
     if calibration is None and mm_per_px is None:
-        raise BadInput("The scale of this image is unknown.",
-                       "Select a calibration, or enter the mm per pixel.", reason="no-scale")
+        raise BadInput(say("detection.no-scale", "The scale of this image is unknown."),
+                       say("detection.select-calibration", "Select a calibration, or enter the mm per pixel."),
+                       reason="no-scale")
     if eye_mm is not None and not eye_mm[2] > 0:
-        raise BadInput("The camera height must be above the carpet.", "Enter the height in mm, more than 0.",
-                       reason="bad-eye")
+        raise BadInput(say("detection.height-not-positive", "The camera height must be above the carpet."),
+                       say("detection.enter-height", "Enter the height in mm, more than 0."), reason="bad-eye")
     if calibration is not None:
         check_size(size, calibration.image_size)
     profile = colour_profile_for(pixels, config, profile, clicks)
-    progress(0.4, "Detecting")
+    progress(0.4, DETECTING)
     # What is loaded and made at the first frame is no part of a frame's time.
     pipeline_for(config, size, profile, calibration, mm_per_px, eye_mm).process(pixels)
-    progress(0.7, "Detecting")
+    progress(0.7, DETECTING)
     pipeline = pipeline_for(config, size, profile, calibration, mm_per_px, eye_mm)
     config = pipeline.config
     return DetectionResult(pipeline.process(pixels, clock=time.perf_counter, pictures=pictures), config, profile)
@@ -104,8 +109,10 @@ def _read(clicks: Clicks) -> dict[str, list[tuple[float, ...]]]:
             raise BadInput(f"Unknown colour: {str(colour)[:40]!r}.",
                            f"Use one of: {', '.join(NAMES)}, {BACKGROUND}.", reason="unknown-colour")
         if len(places) > MAX_CLICKS or any(len(place) not in (2, 4) for place in places):
-            raise BadInput(f"The samples of {colour} are invalid, or more than {MAX_CLICKS}.",
-                           "Send [x, y] for a point, or [x0, y0, x1, y1] for a box.", reason="bad-clicks")
+            raise BadInput(say("detection.bad-samples", "The samples of {colour} are invalid, or more than {most}.",
+                               colour=colour, most=MAX_CLICKS),
+                           say("detection.sample-form", "Send [x, y] for a point, or [x0, y0, x1, y1] for a box."),
+                           reason="bad-clicks")
         found[colour] = [tuple(as_points(np.reshape(place, (-1, 2)), f"The samples of {colour}").ravel().tolist())
                          for place in places]
     return found
@@ -132,8 +139,10 @@ def pipeline_for(config: StageConfig, size: ImageSize, profile: ColourProfile, c
     if not config.corrected:
         return StagePipeline(config, context)
     if calibration is None:
-        raise Conflict("The image cannot be corrected, because there is no calibration.",
-                       "Activate or select a calibration, or use the raw image.", reason="no-calibration")
+        raise Conflict(say("detection.not-calibrated", "The image cannot be corrected, because there is no "
+                           "calibration."),
+                       say("detection.use-calibration", "Activate or select a calibration, or use the raw image."),
+                       reason="no-calibration")
     return RectifiedDetector(config, context, calibration, BESIDE_MM, field_area)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from app import __version__
+from app.core.common_sentences import use_one_of
 from app.core.errors import BadInput, NotFound, TouchlineError
 from app.core.field import QUARTER_TURNS, Field, Region
 from app.core.field_json import field_from_json
@@ -19,6 +20,7 @@ from app.core.geometry import ImageSize, inside_picture
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Fit, Observations, Warning
 from app.core.report_json import IMPORTED
+from app.core.statements import say, stated
 from app.evaluate.fit.approximation import ApproximationError, approximation_error
 from app.evaluate.fit.report import report
 from app.fitting.corrected_rectangle import corrected_rectangle
@@ -93,7 +95,7 @@ def _format(calibration: Calibration, model: Any, name: str) -> dict[str, Any]:
     try:
         loss = export(calibration, name, approximate=True).loss
     except TouchlineError as refused:
-        return {**entry, "exact": exact, "problem": {"what": refused.what, "fix": refused.fix}}
+        return {**entry, "exact": exact, "problem": stated({"what": refused.what, "fix": refused.fix})}
     return {**entry, "exact": exact, "loss": None if loss is None else loss.to_json()}
 
 
@@ -105,9 +107,9 @@ def read_file(data: bytes, name: str = "", camera_id: int | None = None) -> Cali
     chosen = max(named, key=lambda n: len(readable[n].suffix), default=found[0] if found else None)
     if chosen is None:
         if data[:4] == b"PK\x03\x04":
-            raise BadInput("A remap table contains no model and cannot be imported.", "Import the calibration as json.",
-                           reason="unknown-file")
-        raise BadInput("The file format is not supported.", f"Use one of: {', '.join(readable)}.",
+            raise BadInput(say("import.remap-table", "A remap table contains no model and cannot be imported."),
+                           say("import.as-json", "Import the calibration as json."), reason="unknown-file")
+        raise BadInput(say("import.unknown-format", "The file format is not supported."), use_one_of(readable),
                        reason="unknown-file")
     if chosen == "ssl-vision":
         return readable[chosen].read(data, camera_id)
@@ -120,11 +122,14 @@ def calibration_from_file(found: CameraFile | Observations, options: ImportOptio
     if isinstance(found, CameraFile):
         return _of_camera(found, options, fields)
     if options.field is None or options.region is None or options.image_size is None:
-        raise BadInput("The table contains points, but not their field, covered area and image size.",
-                       "Enter field, region and image_size (as WIDTHxHEIGHT).", reason="no-field")
+        raise BadInput(say("import.table-without-field", "The table contains points, but not their field, covered "
+                           "area and image size."),
+                       say("import.enter-field", "Enter field, region and image_size (as WIDTHxHEIGHT)."),
+                       reason="no-field")
     if sum(len(observation.points) for observation in found) > MAX_TABLE_POINTS:
-        raise BadInput(f"The table has more than {MAX_TABLE_POINTS} points.",
-                       "Use a few hundred. More points do not improve the fit.", reason="too-many-points")
+        raise BadInput(say("import.too-many-points", "The table has more than {most} points.", most=MAX_TABLE_POINTS),
+                       say("import.fewer-points", "Use a few hundred. More points do not improve the fit."),
+                       reason="too-many-points")
     field = _known(fields, options.field)
     request = CalibrationRequest(found, field, field.region(options.region, options.rotate), options.image_size,
                                  options.model or "polynomial", camera=options.camera,
@@ -165,8 +170,8 @@ def _of_camera(given: CameraFile, options: ImportOptions, fields: Mapping[str, F
                        software=f"touchline {__version__}", note=note)
 
 
-_UNKNOWN = Warning("imported", "This calibration was imported. Its error is unknown.",
-                   "Mark the field lines in an image from this camera, and compare.")
+_UNKNOWN = Warning("imported", say("import.error-unknown", "This calibration was imported. Its error is unknown."),
+                   say("import.compare", "Mark the field lines in an image from this camera, and compare."))
 
 
 def _field(found: CameraFile, options: ImportOptions, fields: Mapping[str, Field]) -> Field:
@@ -175,14 +180,15 @@ def _field(found: CameraFile, options: ImportOptions, fields: Mapping[str, Field
     if found.field is not None:
         return field_from_wire(field_to_wire(found.field), fields.values())
     if found.metadata.field is None:
-        raise BadInput("The file does not state the field of the camera.", "Enter it: field.", reason="no-field")
+        raise BadInput(say("import.no-field", "The file does not state the field of the camera."),
+                       say("import.enter-field-name", "Enter it: field."), reason="no-field")
     return _known(fields, found.metadata.field)
 
 
 def _known(fields: Mapping[str, Field], name: str) -> Field:
     if name not in fields:
-        raise NotFound(f"There is no field called {name!r} here.", "Save the field here first, or enter another: "
-                                                                   "field.",
+        raise NotFound(say("import.unknown-field", "There is no field called {name!r} here.", name=name),
+                       say("import.save-field", "Save the field here first, or enter another: field."),
                        reason="unknown-field")
     return fields[name]
 
@@ -216,8 +222,8 @@ def _region(found: CameraFile, options: ImportOptions, field: Field) -> Region:
 def _view(found: CameraFile, region: Region) -> dict[str, Any]:
     size = found.image_size
     if size is None:
-        raise BadInput("The file does not state the image size.", "Enter it: image_size.",
-                       reason="no-image-size")
+        raise BadInput(say("import.no-image-size", "The file does not state the image size."),
+                       say("import.enter-image-size", "Enter it: image_size."), reason="no-image-size")
     drawn = found.metadata.rectangle or corrected_rectangle(NO_OPTIONS, region, size)
     return dict(zip(RECTANGLE_FIELDS, (*drawn, region, size), strict=True))
 
@@ -226,5 +232,6 @@ def size_from_text(text: str) -> ImageSize:
     """1280x1024; BadInput for anything else."""
     found = re.fullmatch(r"\s*([0-9]{1,5})\s*[x×X]\s*([0-9]{1,5})\s*", text)
     if found is None:
-        raise BadInput(f"{text[:40]!r} is not an image size.", "Write it as 1280x1024.", reason="bad-image-size")
+        raise BadInput(say("import.bad-image-size", "{text!r} is not an image size.", text=text[:40]),
+                       say("import.image-size-form", "Write it as 1280x1024."), reason="bad-image-size")
     return ImageSize.of((int(found[1]), int(found[2])))

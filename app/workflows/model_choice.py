@@ -11,6 +11,7 @@ from app.core.field import Field, Region
 from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
 from app.core.records import Observations
+from app.core.statements import say
 from app.evaluate.fit.comparison import FittedModel, compare_models, parameter_count
 from app.evaluate.fit.contradiction import OWN, freer_lens
 from app.fitting import known_options
@@ -41,7 +42,7 @@ def compare(observations: Observations, field: Field, region: Region, image_size
     fitted, failed = [], []
     for index, name in enumerate(names):
         title = MODELS[name].TITLE
-        part = subprogress(progress, index / len(names), (index + 1) / len(names), f"{title}: ")
+        part = subprogress(progress, index / len(names), (index + 1) / len(names), f"{title}:")
         try:
             made = calibrate(observations, field, region, image_size, name, known_options(name, options), part,
                              freer=freer)
@@ -50,7 +51,8 @@ def compare(observations: Observations, field: Field, region: Region, image_size
             continue
         fitted.append(FittedModel(name, title, made.fit, made.report, parameter_count(made.fit)))
     if not fitted:
-        raise FitFailed("No model could be fitted to these points.", failed[0]["fix"], reason=failed[0]["reason"])
+        raise FitFailed(say("models.none-fits", "No model could be fitted to these points."), failed[0]["fix"],
+                        reason=failed[0]["reason"])
     return Ranked({**compare_models(fitted, region), "failed": failed},
                   {one.name: CalibrationResult(one.fit, one.report) for one in fitted})
 

@@ -16,6 +16,7 @@ from app.core.geometry import Array, ImageSize, Points, inside_picture
 from app.core.json_values import nullable, nullable_points
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
+from app.core.statements import say
 from app.evaluate.cameras import pair_verdict
 from app.evaluate.cameras.own_accuracy import own_accuracy
 from app.evaluate.cameras.pair_agreement import CELLS, from_matches, from_observations
@@ -63,7 +64,7 @@ def evaluate_pair(points_a: Any, points_b: Any, a: Calibration | None = None, b:
         parts["agreement"] = lambda: _agreement(a, b, *models, matches)
     found, failed = {}, []
     for number, (name, part) in enumerate(parts.items()):
-        progress(number / len(parts), f"Evaluating the pair: {name}")
+        progress(number / len(parts), say("progress.evaluating-pair", "Evaluating the pair: {part}", part=name))
         try:
             found[name] = part()
         except FitFailed as refusal:
@@ -107,8 +108,8 @@ class _Matches:
 
 def _refuse_different_fields(a: Calibration | None, b: Calibration | None) -> None:
     if a is not None and b is not None and a.field != b.field:
-        raise Conflict("The two calibrations are for different fields.", "Choose two cameras above the same field.",
-                       reason="different-fields")
+        raise Conflict(say("pair.other-fields", "The two calibrations are for different fields."),
+                       say("pair.same-field", "Choose two cameras above the same field."), reason="different-fields")
 
 
 def _have_rays(models: Sequence[CameraModel]) -> bool:
@@ -165,9 +166,9 @@ def _calibrated(model_a: CameraModel, model_b: CameraModel, matches: _Matches) -
     found = calibrated_epipolar_px(model_a, model_b, matches.a, matches.b)
     seen = found[np.isfinite(found)]
     if not seen.size:
-        raise FitFailed("None of the matches is within the range of both lenses.",
-                        "Check that the points belong to these "
-                        "cameras.", reason="nothing-shared")
+        raise FitFailed(say("pair.nothing-shared", "None of the matches is within the range of both lenses."),
+                        say("pair.check-points", "Check that the points belong to these cameras."),
+                        reason="nothing-shared")
     rotation, centre = pose_between(model_a, model_b)
     return {"median_px": float(np.median(seen)), "rms_px": float(np.sqrt(np.mean(seen**2))),
             "epipolar_px": matches.in_given_order(found), **_turn(rotation), "translation_mm": centre.tolist(),

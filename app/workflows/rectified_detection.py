@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.common_sentences import CALIBRATE_THIS_SIZE, other_image_size
 from app.core.errors import BadInput
 from app.core.field import Field
 from app.core.geometry import ImageSize, Points
@@ -91,8 +92,7 @@ class RectifiedDetector:
         """As StagePipeline.process; the stages' pictures are corrected ones."""
         size = ImageSize(pixels.shape[1], pixels.shape[0])
         if size != self.context.image_size:
-            raise BadInput(f"The image is {size}; the calibration is for {self.context.image_size}.",
-                           "Use an image of that size, or calibrate the camera at this size.", reason="size-mismatch")
+            raise BadInput(other_image_size(size, self.context.image_size), CALIBRATE_THIS_SIZE, reason="size-mismatch")
         began = clock() if clock else 0.0
         rectified = self._map.apply(pixels)
         took = {STAGE: 1000 * (clock() - began)} if clock else {}

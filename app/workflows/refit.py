@@ -7,6 +7,7 @@ from app.core.field import BORDERS
 from app.core.field_json import field_from_json
 from app.core.progress import Progress
 from app.core.records import Calibration, observations_from_json
+from app.core.statements import say
 from app.workflows.calibration import subprogress
 from app.workflows.calibration_request import CalibrationRequest
 
@@ -21,10 +22,11 @@ def run_refit(spec: Any, progress: Progress) -> dict[str, Any]:
     for number, one in enumerate(spec["calibrations"]):
         before = Calibration.from_json(one)
         share = subprogress(progress, number / len(spec["calibrations"]), (number + 1) / len(spec["calibrations"]),
-                            f"{before.camera}: ")
+                            f"{before.camera}:")
         if not before.observations:
-            raise Conflict(f"The calibration of {before.camera} has no points.",
-                           "It was imported. Calibrate the camera again.", reason="no-observations")
+            raise Conflict(say("refit.no-points", "The calibration of {camera} has no points.", camera=before.camera),
+                           say("refit.calibrate-again", "It was imported. Calibrate the camera again."),
+                           reason="no-observations")
         request = _request(before, spec["rectangles"], spec.get("field"))
         made.append(request.record(request.run(share), parent=before.id).to_json())
     return {"made": made}

@@ -12,12 +12,14 @@ from typing import Any
 import numpy as np
 
 from app.core import opencv
+from app.core.common_sentences import DETECTING_FIELD_LINES, SET_RESOLUTION, other_image_size
 from app.core.errors import Conflict, FitFailed, TouchlineError
 from app.core.field import Field, Region
 from app.core.field_json import field_from_json
 from app.core.geometry import Array, ImageSize, Points
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Frame, Observation, Observations, observations_from_json
+from app.core.statements import join, say, stated
 from app.evaluate.drift.line_tracking import SIGMA_PX, TrackedLines, track_lines
 from app.fitting.image_motion import estimate_motion
 from app.fitting.ray_camera.lens_prior import camera_intrinsics
@@ -32,7 +34,7 @@ from app.workflows.calibration_request import CalibrationRequest
 
 MIN_LINES, MIN_MARKING_POINTS = 3, 3  # and points on each
 WORSE, WORSE_PX = 3.0, 1.5  # times, and px of 1280, that lines may lie further off than before: else it is another lens
-AFRESH = "Calibrate the camera again: detect the field lines, or mark points."
+AFRESH = say("pose.calibrate-again", "Calibrate the camera again: detect the field lines, or mark points.")
 # Options that the kept lens replaces; everything else was the operator's choice.
 OWN_OPTIONS = ("lens", "lens_sigma", "terms", "leanings", "start", "click_sigma_px", "height_mm", "centre_sigma_px")
 
@@ -44,16 +46,16 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
     before: the picture that the calibration came from, where it is stored.
     """
     if frame.size != calibration.image_size:
-        raise Conflict(f"The image is {frame.size}; the calibration is for {calibration.image_size}.",
-                       "Set the camera to that resolution, or calibrate it at this one.", reason="size-mismatch")
+        raise Conflict(other_image_size(frame.size, calibration.image_size), SET_RESOLUTION, reason="size-mismatch")
     model, field, region = Restored.of(calibration)
-    progress(0.0, "Detecting the field lines")
+    progress(0.0, DETECTING_FIELD_LINES)
     found = track_lines(opencv.to_grey(frame.pixels), model, field,
                         None if before is None else opencv.to_grey(before.pixels))
     observations = None if found is None else _observed(found, field, region)
     if found is None or len(observations) < MIN_LINES:
-        raise FitFailed("Too few field lines were detected near their previous positions.",
-                        f"Uncover the lines and switch the lamps on, then try again. {AFRESH}",
+        raise FitFailed(say("pose.too-few-lines", "Too few field lines were detected near their previous positions."),
+                        join(say("pose.uncover-lines", "Uncover the lines and switch the lamps on, then try again."),
+                             AFRESH),
                         reason="lines-not-found")
     size, part = frame.size, subprogress(progress, 0.3, 1.0)
     field = field_from_json(calibration.field)  # where its lines lie is found again
@@ -71,12 +73,11 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
     before_px = float(calibration.report.get("rms_px") or 0.0)
     if off_px > max(WORSE * before_px, WORSE_PX * max(size.width / 1280, 0.5)):
         if isinstance(model, RayModel):
-            raise FitFailed(f"With the same lens, the lines are {off_px:.1f} px off. The lens, the focus or the field "
-                            "has changed.", AFRESH, reason="lens-changed")
-        raise FitFailed(f"After shifting the points with the image, the lines are {off_px:.1f} px off. This is too "
-                        f"far for {model.TITLE.lower()}, which does not separate the lens from the camera "
-                        "pose.", AFRESH,
-                        reason="moved-too-far")
+            raise FitFailed(say("pose.lens-changed", "With the same lens, the lines are {px:.1f} px off. The lens, "
+                                "the focus or the field has changed.", px=off_px), AFRESH, reason="lens-changed")
+        raise FitFailed(say("pose.moved-too-far", "After shifting the points with the image, the lines are {px:.1f} px "
+                            "off. This is too far for {model}, which does not separate the lens from the camera pose.",
+                            px=off_px, model=model.TITLE.lower()), AFRESH, reason="moved-too-far")
     request = CalibrationRequest(observations, field, region, size, calibration.model_name, options, calibration.camera,
                                  snapshot, frame.sha256 or None, note)
     return _summary(calibration, model, done, found, off_px), request.record(done, parent=calibration.id)
@@ -95,8 +96,8 @@ def _moved_along(calibration: Calibration, found: TrackedLines, size: ImageSize)
     """The points that a model without rays rests on, moved as the picture was; a tilt moves it as a homography does."""
     before = observations_from_json(list(calibration.observations))
     if not before:
-        raise FitFailed("This calibration was imported and has no points, so its pose cannot be updated.", AFRESH,
-                        reason="no-observations")
+        raise FitFailed(say("pose.no-points", "This calibration was imported and has no points, so its pose cannot "
+                            "be updated."), AFRESH, reason="no-observations")
     across = np.einsum("ni,nik->nk", found.normals, _bending(found.places, size))
     off = np.sum((found.points - found.places) * found.normals, axis=1)
     q = estimate_motion(across, off, np.full(len(off), SIGMA_PX)).q
@@ -133,15 +134,17 @@ def _summary(calibration: Calibration, before: CameraModel, done: CalibrationRes
                "seen_share": round(found.share, 3), "lines_px": round(off_px, 3),
                "picture_px": round(found.moved_px, 2), "turned_deg": None, "moved_mm": None,
                "verdict": done.report["verdict"]}
-    kept = "With the points shifted"
     if isinstance(before, RayModel):
         turn = np.array(done.model.camera_from_field) @ np.array(before.camera_from_field).T
         summary["turned_deg"] = round(float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))), 4)
         summary["moved_mm"] = round(float(np.linalg.norm(np.subtract(done.model.position_mm, before.position_mm))), 1)
-        kept = "With the same lens"
-    return {**summary, "sentence":
-            f"The image had moved by {found.moved_px:.1f} px. {kept}, {summary['points']} points on "
-            f"{summary['lines']} lines fit within {off_px:.2f} px."}
+    values = {"points": summary["points"], "lines": summary["lines"], "px": off_px}
+    fits = (say("pose.same-lens", "With the same lens, {points} points on {lines} lines fit within {px:.2f} px.",
+                **values) if isinstance(before, RayModel) else
+            say("pose.points-shifted", "With the points shifted, {points} points on {lines} lines fit within "
+                "{px:.2f} px.", **values))
+    return stated({**summary, "sentence": join(
+        say("pose.image-moved", "The image had moved by {px:.1f} px.", px=found.moved_px), fits)})
 
 
 def run_register(spec: Any, progress: Progress) -> dict[str, Any]:

@@ -12,12 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.common_sentences import CALIBRATE_AGAIN_FOR_SIZE, camera_not_calibrated
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field_changes import FIELD_CHANGED_FIX, changes_in_words, field_changes
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
+from app.core.statements import Sentence, join, say, stated
 from app.evaluate.cameras import rig_verdict
 from app.evaluate.cameras.epipolar_check import geometry
 from app.evaluate.cameras.evidence import OffsetMeasurements, from_clicks, from_matches
@@ -49,7 +51,8 @@ def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
     if wanted:
         with ImageDecoder(workers=1) as decoder:
             for number, camera in enumerate(wanted):
-                progress(READING * number / len(wanted), f"Reading the image from {camera['title']}")
+                progress(READING * number / len(wanted),
+                         say("progress.reading-camera", "Reading the image from {camera}", camera=camera["title"]))
                 pictures[camera["camera"]] = decoder.frame_from_bytes(read_checked(**camera["picture"])).pixels
     found = check(rig, pictures, spec["matches"], subprogress(progress, READING if wanted else 0.0, 1.0))
     return {**found, "missing": spec["missing"]}
@@ -66,8 +69,8 @@ def check(rig: Mapping[str, Any], pictures: Mapping[str, Pixels], matches: Seque
     couples, pairs = list(combinations(calibrations, 2)), []
     for number, (a, b) in enumerate(couples):
         part = subprogress(progress, number / len(couples), (number + 1) / len(couples),
-                           f"{titles[a]} and {titles[b]}: ")
-        part(0.0, "Comparing")
+                           say("progress.pair", "{a} and {b}:", a=titles[a], b=titles[b]))
+        part(0.0, say("progress.comparing", "Comparing"))
         pairs.append({"a": a, "b": b, **_pair(rig, titles, (a, b), calibrations, pictures,
                                               _matches_of(matches, a, b), part)})
     for camera in status["cameras"]:
@@ -83,13 +86,13 @@ def _of_accuracy(camera: Mapping[str, Any], calibration: Calibration, pixels: Pi
     """Yield what its report and the lines in its picture say against a calibration, also where no other looks."""
     own = own_accuracy(camera["title"], calibration.report)
     if own is not None:
-        yield {"camera": camera["camera"], "reason": own.reason, "text": own.text, "fix": own.fix, "level": own.level}
+        yield camera_trouble(camera["camera"], own.reason, own.text, own.fix, own.level)
     if pixels is None or (pixels.shape[1], pixels.shape[0]) != tuple(calibration.image_size):
         return
     found = verdict_in(pixels, *Restored.of(calibration))
     if found["level"] == "poor":
-        yield {"camera": camera["camera"], "reason": "lines-misplaced", "level": "poor",
-               "text": f"In the image from {camera['title']}: {found['sentence']}", "fix": found["fix"]}
+        where = say("rig.in-image-from", "In the image from {camera}:", camera=camera["title"])
+        yield camera_trouble(camera["camera"], "lines-misplaced", join(where, found["sentence"]), found["fix"], "poor")
 
 
 def _pair(rig: Mapping[str, Any], titles: Mapping[str, str], names: tuple[str, str],
@@ -169,26 +172,44 @@ def _troubles(rig: Mapping[str, Any], camera: Mapping[str, Any], mine: Rectangle
     calibration, title = camera["calibration"], camera["title"]
 
     def trouble(reason: str, text: str, fix: str) -> dict[str, Any]:
-        return {"camera": camera["camera"], "reason": reason, "text": text, "fix": fix, "level": None}
+        return camera_trouble(camera["camera"], reason, text, fix)
 
     if calibration is None:
-        yield trouble("not-calibrated", f"{title} has no active calibration.", f"Calibrate {title}, and activate it.")
+        yield trouble("not-calibrated", camera_not_calibrated(title),
+                      say("rig.calibrate-camera", "Calibrate {camera}, and activate it.", camera=title))
         return
     if calibration["field"] != rig["field"]["name"]:
-        yield trouble("other-field", f"{title} is calibrated on the field {calibration['field']}; the field of the "
-                                     f"rig is {rig['field']['name']}.", f"Calibrate {title} on {rig['field']['name']}.")
+        name = rig["field"]["name"]
+        yield trouble("other-field", say("rig.other-field", "{camera} is calibrated on the field {field}; the field of "
+                                         "the rig is {wanted}.", camera=title, field=calibration["field"], wanted=name),
+                      say("rig.calibrate-on-field", "Calibrate {camera} on {field}.", camera=title, field=name))
         return
     if changes := _changes(rig, calibration):
-        yield trouble("field-changed", f"{title} was calibrated before the field was changed: "
-                      f"{changes_in_words(changes)}.", FIELD_CHANGED_FIX)
+        yield trouble("field-changed", say("rig.field-changed", "{camera} was calibrated before the field was "
+                                           "changed: {changes}.", camera=title, changes=changes_in_words(changes)),
+                      FIELD_CHANGED_FIX)
     if camera["region"] is not None and calibration["region"] != camera["region"]:
-        yield trouble("other-region", f"{title} is calibrated on {calibration['region']}; its covered area in the rig "
-                                      f"is {camera['region']}.", f"Calibrate {title} on {camera['region']}, or change "
-                                                                 "the rig.")
+        yield trouble("other-region", say("rig.other-area", "{camera} is calibrated on {area}; its covered area in "
+                                          "the rig is {wanted}.", camera=title, area=calibration["region"],
+                                          wanted=camera["region"]),
+                      say("rig.calibrate-on-area", "Calibrate {camera} on {area}, or change the rig.", camera=title,
+                          area=camera["region"]))
     if mine is not None and wanted is not None and not mine.same_as(wanted):
-        yield trouble("other-rectangles", f"{title} is calibrated with {mine.words()}; the rig has {wanted.words()}. "
-                                          "Corrected pixels of the two cameras differ in scale.",
-                      f"Fit {title} again with the shared calibration grid of the rig, then activate the new version.")
+        yield trouble("other-rectangles", say("rig.other-grid", "{camera} is calibrated with {grid}; the rig has "
+                                              "{wanted}. Corrected pixels of the two cameras differ in scale.",
+                                              camera=title, grid=_grid(mine), wanted=_grid(wanted)),
+                      say("rig.fit-with-grid", "Fit {camera} again with the shared calibration grid of the rig, then "
+                          "activate the new version.", camera=title))
+
+
+def camera_trouble(camera: str, reason: str, text: str, fix: str, level: str | None = None) -> dict[str, Any]:
+    """Return what is wrong with a camera of a rig, as JSON."""
+    return stated({"camera": camera, "reason": reason, "text": text, "fix": fix, "level": level})
+
+
+def _grid(rectangles: Rectangles) -> Sentence:
+    return say("rig.grid", "{n_x} × {n_y} rectangles of {width_px:.4g} × {height_px:.4g} px", n_x=rectangles.n_x,
+               n_y=rectangles.n_y, width_px=rectangles.w_max_px, height_px=rectangles.h_max_px)
 
 
 def _changes(rig: Mapping[str, Any], calibration: Mapping[str, Any]) -> tuple[str, ...]:
@@ -209,8 +230,9 @@ def refuse_other_sizes(rig: Mapping[str, Any], pictures: Mapping[str, Pixels]) -
             continue
         size, wanted = ImageSize(pixels.shape[1], pixels.shape[0]), ImageSize.of(calibration["image_size"])
         if size != wanted:
-            raise Conflict(f"The image from {camera['title']} is {size}; its calibration is for {wanted}.",
-                           "Use an image of that size, or calibrate the camera again.", reason="size-mismatch")
+            raise Conflict(say("rig.other-image-size", "The image from {camera} is {size}; its calibration is for "
+                               "{wanted}.", camera=camera["title"], size=size, wanted=wanted), CALIBRATE_AGAIN_FOR_SIZE,
+                           reason="size-mismatch")
 
 
 def _matches_of(matches: Sequence[Mapping[str, Any]], a: str, b: str) -> Mapping[str, Any] | None:

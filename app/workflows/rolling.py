@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.common_sentences import SECURE_CAMERA
 from app.core.errors import BadInput, FitFailed
 from app.core.geometry import ImageSize
+from app.core.statements import say
 from app.evaluate.motion.roll_report import RecordedRoll, roll_report
 from app.models import CameraModel
 from app.vision.motion.foreground import MotionDetector
@@ -51,8 +53,8 @@ class RollRecorder:
         """
         size = ImageSize(pixels.shape[1], pixels.shape[0])
         if self._size is not None and size != self._size:
-            raise BadInput("The frames have different sizes.", "Use one camera at one resolution.",
-                           reason="size-mismatch")
+            raise BadInput(say("rolls.frames-differ", "The frames have different sizes."),
+                           say("rolls.one-resolution", "Use one camera at one resolution."), reason="size-mismatch")
         self._size = size
         number = self.frames if number is None else number
         self._first_s = float(seconds) if not self.frames else self._first_s
@@ -80,15 +82,16 @@ class RollRecorder:
     @property
     def size(self) -> ImageSize:
         if self._size is None:
-            raise BadInput("There are no frames.", "Use a video, or wait for the camera.", reason="nothing-given")
+            raise BadInput(say("rolls.no-frames", "There are no frames."),
+                           say("rolls.use-video", "Use a video, or wait for the camera."), reason="nothing-given")
         return self._size
 
     def report(self, model: CameraModel | None = None, name: str | None = None) -> dict[str, Any]:
         """Return all figures as plain JSON; `corrected` where a model was given, `lens` where three rolls give one."""
         figures = roll_report(self.rolls, self.size, model, name)
         if not self.is_still:
-            raise BadInput("Nearly the whole image changes repeatedly: the camera or its light is not steady.",
-                           "Secure the camera, and switch off its automatic exposure.", reason="camera-not-still")
+            raise BadInput(say("rolls.not-still", "Nearly the whole image changes repeatedly: the camera or its "
+                               "light is not steady."), SECURE_CAMERA, reason="camera-not-still")
         return {**figures, "frames": self.frames, "seconds": self._last_s - self._first_s,
                 "runs": [roll.to_json() for roll in self.rolls], "lens": lens_or_none(self.rolls, figures, self.size)}
 

@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 
 from app import __version__
+from app.core.common_sentences import PROGRESS_DONE
 from app.core.errors import BadInput, Conflict, FitFailed, NotFound, Unavailable
 from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration
+from app.core.statements import say, stated
 from app.evaluate.motion.roll_report import RecordedRoll, roll_report
 from app.fitting.ray_camera.distortion_prior import DistortionEstimate
 from app.images import frame_from_bytes
@@ -52,7 +54,7 @@ def run_motion(spec: Any, progress: Progress) -> dict[str, Any]:
         report = {**report, "runs": [roll.to_json() for roll in rolls]}
     lens = made = None
     if spec["make"] != "report":
-        progress(FOLLOWING, "Straightening the rolls")
+        progress(FOLLOWING, say("progress.straightening-rolls", "Straightening the rolls"))
         kind, held = spec["lens"], spec["centre_sigma_px"]
         if spec["make"] == "refined":
             kind = check_refinable(calibration)
@@ -60,7 +62,7 @@ def run_motion(spec: Any, progress: Progress) -> dict[str, Any]:
         lens = lens_record(rolls, size, kind, held, spec["note"], spec["camera"])
     if spec["make"] == "refined":
         made = refine(calibration, lens, spec["note"], subprogress(progress, 0.8, 1.0)).to_json()
-    progress(1.0, "Done")
+    progress(1.0, PROGRESS_DONE)
     return {"report": report, "lens": lens, "calibration": made}
 
 
@@ -73,7 +75,8 @@ class FilmRecorder(RollRecorder):
 def track_film(path: Path, progress: Progress = no_progress, calibration: Calibration | None = None) -> FilmRecorder:
     """Record the rolls of a film, which is read once. calibration: refused early where its picture size differs."""
     if not path.is_file():
-        raise NotFound(f"There is no video {path.name!r}.", "Check the path.", reason="unknown-video")
+        raise NotFound(say("rolls.unknown-video", "There is no video {name!r}.", name=path.name),
+                       say("rolls.check-path", "Check the path."), reason="unknown-video")
     rolling = FilmRecorder()
     with closing(VideoSource.open(path.name, OPTIONS, SourceContext(decode=frame_from_bytes,
                                                                     pictures=path.parent))) as film:
@@ -89,8 +92,9 @@ def track_film(path: Path, progress: Progress = no_progress, calibration: Calibr
             rolling.add(film.moment_s, frame.pixels)
             rolling.last = frame.pixels
             if number % PROGRESS_EVERY == 0:
-                progress(number / (number + 200), f"Tracking motion: {film.moment_s:.1f} s, "
-                                                  f"{len(rolling.rolls)} rolls")
+                progress(number / (number + 200),
+                         say("progress.tracking", "Tracking motion: {seconds:.1f} s, {rolls} rolls",
+                             seconds=film.moment_s, rolls=len(rolling.rolls)))
     rolling.end()
     return rolling
 
@@ -136,12 +140,14 @@ def lens_record(rolls: Sequence[RecordedRoll], size: ImageSize, kind: str = "aut
     figures = roll_report(rolls, size)
     used = agreeing_rolls(rolls, figures)
     if not figures["raw"]["free"]:
-        raise FitFailed("These are not free rolls. The moving object was driven or pushed.",
-                        "Delete them, and roll one ball while nothing else moves.", reason="not-free")
+        raise FitFailed(say("rolls.not-free", "These are not free rolls. The moving object was driven or pushed."),
+                        say("rolls.roll-one-ball", "Delete them, and roll one ball while nothing else moves."),
+                        reason="not-free")
     if len(used) < MIN_FOR_LENS:
-        raise FitFailed(f"{len(used)} rolls agree with each other. A lens needs {MIN_FOR_LENS}.",
-                        "Roll the ball more often, fast, in several directions, near the edges of the image.",
-                        reason="too-few-rolls")
+        raise FitFailed(say("rolls.too-few", "{agreeing} rolls agree with each other. A lens needs {needed}.",
+                            agreeing=len(used), needed=MIN_FOR_LENS),
+                        say("rolls.roll-more", "Roll the ball more often, fast, in several directions, near the "
+                            "edges of the image."), reason="too-few-rolls")
     found = straightness((), [roll.points for roll in used], size, lens=kind, centre_sigma_px=centre_sigma_px)
     border = found["bow"]["border"]
     by_lines, by_rolls = 100 * border["sigma_px"] / border["length_px"], figures["raw"]["border_sigma_pct"]
@@ -153,7 +159,7 @@ def lens_record(rolls: Sequence[RecordedRoll], size: ImageSize, kind: str = "aut
             "lens": lens.to_json(), "board": None, "image_size": list(size), "snapshots": None,
             "software": f"touchline {__version__}",
             "report": {"rms_px": found["straightness_px"]["after"], "views": [], "warnings": [],
-                       "verdict": {"level": level, "sentence": found["sentence"]}, "rolls": len(used),
+                       "verdict": stated({"level": level, "sentence": found["sentence"]}), "rolls": len(used),
                        "straightness_px": found["straightness_px"], "bow": found["bow"],
                        "sigma": {name: float(np.sqrt(lens.covariance[i, i])) for i, name in enumerate(lens.names)}}}
 
@@ -161,19 +167,21 @@ def lens_record(rolls: Sequence[RecordedRoll], size: ImageSize, kind: str = "aut
 def check_refinable(calibration: Calibration | None) -> str:
     """Return the name of the calibration's lens; Conflict where rolls cannot refine it."""
     if calibration is None:
-        raise Conflict("There is no calibration to refine.", "Activate or select a calibration.",
-                       reason="not-calibrated")
+        raise Conflict(say("rolls.nothing-to-refine", "There is no calibration to refine."),
+                       say("rolls.select-calibration", "Activate or select a calibration."), reason="not-calibrated")
     if calibration.model_name not in LINE_LENSES:
-        raise Conflict(f"Straight rolls cannot refine {calibration.model_name}, because they determine none of its "
-                       "terms.",
-                       f"Fit one of {', '.join(LINE_LENSES)}, or fit a lens to the rolls.", reason="not-refinable")
+        raise Conflict(say("rolls.model-not-refinable", "Straight rolls cannot refine {model}, because they determine "
+                           "none of its terms.", model=calibration.model_name),
+                       say("rolls.fit-one-of", "Fit one of {models}, or fit a lens to the rolls.",
+                           models=list(LINE_LENSES)), reason="not-refinable")
     if calibration.options.get("lens"):
-        raise Conflict("This calibration uses a lens from elsewhere, which would be replaced.",
-                       "Refine a calibration whose lens was fitted to its own points, or fit a lens to the rolls.",
-                       reason="not-refinable")
+        raise Conflict(say("rolls.lens-from-elsewhere", "This calibration uses a lens from elsewhere, which would be "
+                           "replaced."),
+                       say("rolls.refine-own-lens", "Refine a calibration whose lens was fitted to its own points, "
+                           "or fit a lens to the rolls."), reason="not-refinable")
     if not calibration.observations:
-        raise Conflict("This calibration was imported and has no points.", "Calibrate from an image first.",
-                       reason="not-refinable")
+        raise Conflict(say("rolls.no-points", "This calibration was imported and has no points."),
+                       say("rolls.calibrate-first", "Calibrate from an image first."), reason="not-refinable")
     return calibration.model_name
 
 
@@ -200,6 +208,8 @@ def model_for_size(calibration: Calibration | None, size: ImageSize) -> tuple[Ca
         return None, None
     wanted = calibration.image_size
     if wanted != size:
-        raise Conflict(f"The rolls are from images of {size}; the calibration is for {wanted}.",
-                       "Use rolls recorded at the resolution that was calibrated.", reason="size-mismatch")
+        raise Conflict(say("rolls.other-image-size", "The rolls are from images of {size}; the calibration is for "
+                           "{wanted}.", size=size, wanted=wanted),
+                       say("rolls.calibrated-resolution", "Use rolls recorded at the resolution that was calibrated."),
+                       reason="size-mismatch")
     return model_of(calibration), calibration.id

@@ -5,10 +5,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.common_sentences import DETECTING_LINES
 from app.core.errors import Conflict
 from app.core.field import Field
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration
+from app.core.statements import say
 from app.fitting.seen_markings import with_seen
 from app.models import field_from_raw
 from app.models.restored import model_of
@@ -23,11 +25,12 @@ def seen_field(pixels: NDArray[np.uint8], calibration: Calibration, field: Field
     alone.
     """
     if (pixels.shape[1], pixels.shape[0]) != tuple(calibration.image_size):
-        raise Conflict(f"The image is {pixels.shape[1]} × {pixels.shape[0]}; the calibration is for "
-                       f"{calibration.image_size}.", "Take an image of that size.", reason="size-mismatch")
-    progress(0.0, "Detecting lines")
+        raise Conflict(say("image.other-size-in-pixels", "The image is {width} × {height}; the calibration is for "
+                           "{wanted}.", width=pixels.shape[1], height=pixels.shape[0], wanted=calibration.image_size),
+                       say("image.take-that-size", "Take an image of that size."), reason="size-mismatch")
+    progress(0.0, DETECTING_LINES)
     model, chains = model_of(calibration), detect_lines(pixels).chains
-    progress(0.7, "Measuring lines")
+    progress(0.7, say("progress.measuring-lines", "Measuring lines"))
     on_carpet = [field_from_raw(model, chain) for chain in chains]
     found, names = with_seen(field, [places for places in on_carpet if np.isfinite(places).all()])
     return {"field": found.to_json(), "added": list(names)}

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.common_sentences import PROGRESS_DONE
 from app.core.errors import Conflict, FitFailed
 from app.core.geometry import ImageSize, Points, as_points
 from app.core.json_values import nullable, nullable_points
 from app.core.progress import Progress, no_progress
+from app.core.statements import Sentence, say, stated
 from app.fitting.plumb_line.fit import PlumbLineFit, fit_plumb_lines
 from app.fitting.plumb_line.line_sag import LineSag, SagVerdict, sag_verdict
 from app.fitting.plumb_line.search import PlumbLineProblem
@@ -42,9 +44,9 @@ def straightness(edges: Sequence[Sequence[Points]], lines: Sequence[Any], size: 
     clicked = len(chains)
     where = [0] * clicked + [number for number, found in enumerate(edges) for _ in found]
     chains += [chain for found in edges for chain in found]
-    progress(LOOKING, "Straightening the edges")
+    progress(LOOKING, say("progress.straightening-edges", "Straightening the edges"))
     fit = _fit(chains, size, lens, where, centre_sigma_px)
-    progress(1.0, "Done")
+    progress(1.0, PROGRESS_DONE)
     return _report(fit, chains, clicked)
 
 
@@ -57,9 +59,10 @@ def undistort(pixels: NDArray[np.uint8], lens: Distortion, width: int | None = N
     """Undo a lens' distortion of a picture (h, w, 3), at its own size or `width` px wide; Conflict for another size."""
     seen = ImageSize(pixels.shape[1], pixels.shape[0])
     if seen != lens.image_size:
-        raise Conflict(f"The image is {seen}; the lens is for images of {lens.image_size}.",
-                       "Use an image from the camera and at the resolution that the lens was measured with.",
-                       reason="size-mismatch")
+        raise Conflict(say("lens.other-image-size", "The image is {size}; the lens is for images of {wanted}.",
+                           size=seen, wanted=lens.image_size),
+                       say("lens.same-camera", "Use an image from the camera and at the resolution that the lens was "
+                           "measured with."), reason="size-mismatch")
     return correction_map(UndistortedView(lens), CorrectedView(width=width)).apply_finely(pixels)
 
 
@@ -96,7 +99,7 @@ def _report(fit: PlumbLineFit, chains: list[Points], clicked: int) -> dict[str, 
     most = int(np.clip(MAX_DRAWN // max(len(chains), 1), 2, MAX_DRAWN_OF_ONE))
     straight = UndistortedView(fit.lens)
     drawn = [_drawn(chain, most, ordered=i >= clicked) for i, chain in enumerate(chains)]
-    return {
+    return stated({
         "lens": fit.lens.to_json(),
         "sigma": {name: float(s) for name, s in zip(fit.names, fit.sigma, strict=True)},
         "sigma_chance": dict(zip(fit.names, map(float, np.sqrt(np.diag(fit.statistical_covariance))), strict=True)),
@@ -115,22 +118,24 @@ def _report(fit: PlumbLineFit, chains: list[Points], clicked: int) -> dict[str, 
                    "straight": nullable_points(straight.corrected_from_raw(drawn[c.index]).round(2))}
                   for c in fit.chains],
         "lenses": list(LINE_LENSES),
-        "cannot_see": "Straight edges measure the distortion. They do not give the focal length, and hardly the "
-                      "centre.",
-    }
+        "cannot_see": say("straight.cannot-see", "Straight edges measure the distortion. They do not give the focal "
+                          "length, and hardly the centre."),
+    })
 
 
-def _sentence(fit: PlumbLineFit, verdict: SagVerdict) -> str:
+def _sentence(fit: PlumbLineFit, verdict: SagVerdict) -> Sentence:
     bow = verdict.most
     if verdict.answer == "none":
-        return (f"No significant distortion. The largest bow of an edge is {bow.px:.2f} ± {bow.sigma_px:.2f} px. "
-                f"Without correction, edges are straight within {fit.before_px:.2f} px.")
+        return say("straight.none", "No significant distortion. The largest bow of an edge is {bow_px:.2f} ± "
+                   "{sigma_px:.2f} px. Without correction, edges are straight within {straight_px:.2f} px.",
+                   bow_px=bow.px, sigma_px=bow.sigma_px, straight_px=fit.before_px)
     if verdict.answer == "unknown":
-        return ("Inconclusive: these edges do not show whether the image is distorted. Mark or show more long "
-                "straight edges, near the edge of the image and across it.")
+        return say("straight.inconclusive", "Inconclusive: these edges do not show whether the image is distorted. "
+                   "Mark or show more long straight edges, near the edge of the image and across it.")
     digits = 2 if bow.sigma_px < 0.095 else 1
-    return (f"The lens bows an edge of {bow.length_px:.0f} px by {bow.px:.{digits}f} ± {bow.sigma_px:.{digits}f} px. "
-            f"After correction, edges are straight within {fit.after_px:.2f} px.")
+    return say("straight.bows", "The lens bows an edge of {length_px:.0f} px by {bow_px} ± {sigma_px} px. After "
+               "correction, edges are straight within {straight_px:.2f} px.", length_px=bow.length_px,
+               bow_px=f"{bow.px:.{digits}f}", sigma_px=f"{bow.sigma_px:.{digits}f}", straight_px=fit.after_px)
 
 
 def _bow(bow: LineSag) -> dict[str, float | None]:

@@ -4,9 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
+from app.core.common_sentences import ONE_CAMERA, image_name, previous_images_differ
 from app.core.errors import BadInput, Conflict
 from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
+from app.core.statements import say
 from app.core.text_format import sentence
 from app.vision.lines.edges import edge_chains
 from app.workflows import straight_lines
@@ -34,15 +36,18 @@ class StraightLinesRequest:
         self.check_given(count)
         size, edges, names = self.image_size, [], {}
         for number, (name, read) in enumerate(pictures):
-            progress(straight_lines.LOOKING * number / count, f"Detecting edges in {name} ({number + 1} of {count})")
+            progress(straight_lines.LOOKING * number / count,
+                     say("progress.edges", "Detecting edges in {image} ({number} of {count})",
+                         image=image_name(name), number=number + 1, count=count))
             frame = read()
             size = size or frame.size
             if frame.size != size:
-                raise Conflict(sentence(f"{name} is {frame.size}, the previous images are {size}."),
-                               "Use images from one camera at one resolution.", reason="size-mismatch")
+                raise Conflict(previous_images_differ(name, frame.size, size), ONE_CAMERA,
+                               reason="size-mismatch")
             if frame.sha256 in names:  # counted twice, its edges would pass for twice as many things
-                raise BadInput(sentence(f"{name} is the same image as {names[frame.sha256]}."),
-                               "Remove one of them.", reason="same-picture")
+                raise BadInput(say("straight.same-image", "{image} is the same image as {other}.",
+                                   image=image_name(sentence(name)), other=image_name(names[frame.sha256])),
+                               say("straight.remove-one", "Remove one of them."), reason="same-picture")
             names[frame.sha256] = name
             edges.append(edge_chains(frame.pixels))
         found = straight_lines.straightness(edges, self.lines, size, lens=self.lens,
@@ -52,11 +57,12 @@ class StraightLinesRequest:
     def check_given(self, count: int) -> None:
         """Refuse a request without pictures and lines. count: of pictures."""
         if not count and not self.lines:
-            raise BadInput("There are no images and no lines.", "Send images from one camera, or lines and their "
-                                                                "image size.", reason="nothing-given")
+            raise BadInput(say("straight.nothing-given", "There are no images and no lines."),
+                           say("straight.send-images", "Send images from one camera, or lines and their image size."),
+                           reason="nothing-given")
         if not count and self.image_size is None:
-            raise BadInput("The image size is missing.", 'Send "image_size": [width, height], or the image.',
-                           reason="no-image-size")
+            raise BadInput(say("straight.no-image-size", "The image size is missing."),
+                           'Send "image_size": [width, height], or the image.', reason="no-image-size")
 
     def to_json(self) -> dict[str, Any]:
         return {"lens": self.lens, "centre_sigma_px": self.centre_sigma_px, "lines": list(self.lines),

@@ -18,6 +18,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.api.json_text import json_bytes
 from app.core.errors import TouchlineError
+from app.core.statements import stated
 
 MEDIA_TYPE = "application/problem+json"
 RETRY_S = 5  # after too many at once: what others asked for has moved on by then
@@ -66,7 +67,7 @@ def problem(status: int, reason: str, detail: str, fix: str, headers: dict[str, 
             title: str | None = None, **more: Any) -> Response:
     """Return a response that says what is wrong and what to do; the title is the reason in words unless it is given."""
     title = title or reason.replace("-", " ").capitalize()
-    body = {**more, "type": MANUAL + reason, "title": title, "status": status, "detail": detail, "fix": fix}
+    body = stated({**more, "type": MANUAL + reason, "title": title, "status": status, "detail": detail, "fix": fix})
     return Response(json_bytes(body), status, headers=headers, media_type=MEDIA_TYPE)
 
 

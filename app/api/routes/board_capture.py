@@ -11,6 +11,7 @@ from app.api.sockets import SessionLimit, receive_json, run_until_first, send_js
 from app.core.board import Board
 from app.core.errors import BadInput
 from app.core.geometry import ImageSize
+from app.core.statements import say, stated
 from app.live.board_capture import MAX_VIEWS, BoardCapture
 from app.live.camera import LiveCamera
 from app.services.container import Services
@@ -91,14 +92,15 @@ class BoardSession:
         snapshot = None
         if found["quad"] is not None and (self._take or (self._automatic and state["still"] and state["new"])):
             if watched.is_full:
-                raise BadInput(f"{MAX_VIEWS} views are the maximum for one lens.", "Fit the lens to these views.",
+                raise BadInput(say("board.too-many-views", "{most} views are the maximum for one lens.",
+                                   most=MAX_VIEWS), say("board.fit-these", "Fit the lens to these views."),
                                reason="too-many-views")
             snapshot = await self._take_snapshot()
             watched.add_view(found["quad"])
         self._take = False
-        return {**{name: found[name] for name in ("seq", "time", "width", "height", "corners", "quad")}, **state,
-                "automatic": self._automatic, "count": len(watched.poses), **watched.coverage.to_json(),
-                "taken": None if snapshot is None else snapshot.to_json()}
+        return stated({**{name: found[name] for name in ("seq", "time", "width", "height", "corners", "quad")}, **state,
+                       "automatic": self._automatic, "count": len(watched.poses), **watched.coverage.to_json(),
+                       "taken": None if snapshot is None else snapshot.to_json()})
 
     def _at(self, size: ImageSize) -> BoardCapture:
         """Return the views of pictures of that size; with another size another lens begins."""

@@ -11,7 +11,9 @@ from app.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDe
 from app.api.responses import Json, created, page
 from app.api.schemas import requests, responses
 from app.api.schemas.requests import Id
+from app.core.common_sentences import NOT_CALIBRATED
 from app.core.errors import Busy, Conflict
+from app.core.statements import say
 from app.images import encode
 from app.settings import CameraSettings
 from app.sources import SOURCES
@@ -19,6 +21,7 @@ from app.sources.discover import discover_cameras
 
 router = APIRouter(prefix="/cameras", tags=["cameras"])
 
+WAIT_SECONDS = say("advice.wait-seconds", "Wait a few seconds.")
 TESTS = asyncio.Semaphore(2)  # cameras that are tried out at once
 SEARCHES = asyncio.Semaphore(1)  # each starts some processes
 
@@ -40,7 +43,8 @@ async def add_camera(services: ServicesDep, by: OperatorDep, body: requests.NewC
 async def test_camera(services: ServicesDep, body: requests.CameraTest) -> Json:
     """Open a source in a process of its own and return one image, or the reason why there is none. Nothing is saved."""
     if TESTS.locked():
-        raise Busy("Two camera tests are already running.", "Wait a few seconds.", reason="too-many-tests")
+        raise Busy(say("camera.tests-running", "Two camera tests are already running."), WAIT_SECONDS,
+                   reason="too-many-tests")
     async with TESTS:
         status, png = await services.cameras.try_source(body.source)
     frame = await services.run_in_thread(services.decoder.frame_from_bytes, png)
@@ -54,7 +58,8 @@ async def test_camera(services: ServicesDep, body: requests.CameraTest) -> Json:
 async def find_cameras(services: ServicesDep) -> Json:
     """Find connected cameras and their addresses from this machine; takes up to five seconds."""
     if SEARCHES.locked():
-        raise Busy("A camera search is already running.", "Wait a few seconds.", reason="already-looking")
+        raise Busy(say("camera.search-running", "A camera search is already running."), WAIT_SECONDS,
+                   reason="already-looking")
     async with SEARCHES:
         return Json({"items": await services.run_in_thread(discover_cameras, services.cameras.source_context())})
 
@@ -128,10 +133,11 @@ async def confirm_camera(services: ServicesDep, by: OperatorDep, id: Id) -> Json
     """Confirm that this is the calibrated camera, although it looks like another: apply its calibration again."""
     camera = services.live.get(id)
     if camera.identity is None:
-        raise Conflict("The camera has not been live yet.", "Wait until it is live, then confirm it.",
+        raise Conflict(say("camera.not-live-yet", "The camera has not been live yet."),
+                       say("camera.confirm-when-live", "Wait until it is live, then confirm it."),
                        reason="camera-silent")
     if camera.calibration is None:
-        raise Conflict("This camera has no active calibration.", "There is no calibration to confirm.",
+        raise Conflict(NOT_CALIBRATED, say("camera.nothing-to-confirm", "There is no calibration to confirm."),
                        reason="not-calibrated")
     await services.run_in_thread(services.cameras.confirm, camera.calibration, camera.identity, by)
     services.live.refresh(id)

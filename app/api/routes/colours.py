@@ -12,6 +12,7 @@ from app.api.schemas.detection import ColoursBody, LearnBody
 from app.api.schemas.requests import Id
 from app.core.colour_profile import ColourProfile
 from app.core.errors import BadInput, Conflict
+from app.core.statements import say
 from app.services.container import Services
 from app.services.detection import health_json, learn_profile
 from app.services.live import take_frame
@@ -61,8 +62,9 @@ def remove_colours(services: ServicesDep, name: Id, if_match: IfMatch = None) ->
     """Delete a profile; refused while cameras use it. With If-Match only if it is unchanged."""
     if cameras := services.detection.used_by(name):
         services.store.colour_profiles.get(name)
-        raise Conflict(f"Cameras use the colour profile {name!r}: {', '.join(cameras)}.",
-                       "Select another colour profile for these cameras first.",
+        raise Conflict(say("colours.in-use", "Cameras use the colour profile {name!r}: {cameras}.", name=name,
+                           cameras=list(cameras)),
+                       say("colours.select-another", "Select another colour profile for these cameras first."),
                        reason="colours-used")
     services.store.colour_profiles.delete(name, if_match)
 
@@ -77,7 +79,8 @@ async def learn_colours(services: ServicesDep, id: Id, body: LearnBody) -> Json:
     base = (await services.run_in_thread(services.detection.colours, body.base) if isinstance(body.base, str) else
             None if body.base is None else ColourProfile.from_json(body.base))
     if not body.automatic and not any(body.clicks.values()) and base is None:
-        raise BadInput("No colour is marked.", "Mark the ball and each team colour, or use automatic detection.",
+        raise BadInput(say("colours.none-marked", "No colour is marked."),
+                       say("colours.mark", "Mark the ball and each team colour, or use automatic detection."),
                        reason="no-colours")
     png = None if body.snapshot is not None else (await take_frame(services.live.get(id))).png
 

@@ -18,6 +18,7 @@ from app.core.errors import BadInput, Conflict
 from app.core.field import Field
 from app.core.field_json import MAX_SIDE_MM, field_from_json
 from app.core.progress import Progress
+from app.core.statements import say
 from app.fitting.measured_field import MAX_DISTANCES, TAPE_MM, TapeDistance, adjust_to_tape, as_found
 from app.formats import field_file
 from app.services.container import Services
@@ -153,7 +154,8 @@ async def add_seen(request: Request, services: ServicesDep, body: CalibratedPict
     calibration = await services.run_in_thread(services.store.calibrations.get, body.calibration)
     snapshot = body.snapshot or calibration.snapshot
     if snapshot is None:
-        raise Conflict("This calibration has no image.", "Select an image with snapshot.", reason="no-picture")
+        raise Conflict(say("field.no-image", "This calibration has no image."), "Select an image with snapshot.",
+                       reason="no-picture")
     field = field_from_json(body.field)
 
     def look(progress: Progress) -> Json:
@@ -175,8 +177,8 @@ def refit_field(services: ServicesDep, by: OperatorDep, name: Id, body: Refit) -
                        reason="unknown-camera")
     chosen = [one.to_json() for one in outdated if body.cameras is None or one.camera in body.cameras]
     if not chosen:
-        raise Conflict("All active calibrations match the field.", "No new versions are needed.",
-                       reason="nothing-to-refit")
+        raise Conflict(say("field.all-match", "All active calibrations match the field."),
+                       say("field.no-new-versions", "No new versions are needed."), reason="nothing-to-refit")
     spec = {"calibrations": chosen, "rectangles": {}, "field": field.to_json()}
     return accepted(services.jobs.start("field-refit", run_refit, spec, "calibrations", {"by": by}, caller=by))
 

@@ -12,6 +12,7 @@ from app.api.responses import Json, created, versioned
 from app.api.schemas import responses
 from app.api.schemas.requests import CameraId, Id
 from app.core.errors import Conflict
+from app.core.statements import say
 from app.league.received import source_name
 from app.services.forms import Name, Number, Rotate, Size, Strict
 from app.services.import_file import OPTIONS, import_file
@@ -92,7 +93,8 @@ def import_heard(services: ServicesDep, by: OperatorDep, id: Id, body: ImportBod
     """Save one camera of a sender's newest packet as a new version of a calibration; its note says who sent it."""
     sender = services.publishing.publisher.remote_publisher(id)
     if body.sha256 is not None and body.sha256 != hashlib.sha256(sender.data).hexdigest():
-        raise Conflict(f"{id} has sent a different geometry since then.", "Check the new geometry, then import it.",
+        raise Conflict(say("receiving.geometry-changed", "{sender} has sent a different geometry since then.",
+                           sender=id), say("receiving.check-geometry", "Check the new geometry, then import it."),
                        reason="heard-changed")
     given = body.model_dump(exclude={"sha256", "image_size"}, exclude_none=True)
     texts = dict.fromkeys(OPTIONS, "") | {name: str(value) for name, value in given.items()} | {"file": "heard.pb"}

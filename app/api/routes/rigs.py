@@ -18,6 +18,7 @@ from app.api.sockets import run_until_first, send_text, until_disconnect, websoc
 from app.core.errors import BadInput, Conflict, Unavailable
 from app.core.geometry import ImageSize
 from app.core.progress import Progress
+from app.core.statements import say
 from app.live.track_fusion import TrackFusion
 from app.services import rigs
 from app.services.container import Services
@@ -152,9 +153,10 @@ def refit_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schemas.Ri
     chosen = others if body.cameras is None else body.cameras
     calibrations = [c["calibration"] for c in rig["cameras"] if c["camera"] in chosen and c["calibration"] is not None]
     if not calibrations:
-        raise Conflict("No new versions are needed: all calibrated cameras use the calibration grid of the rig."
-                       if body.cameras is None else "None of these cameras has an active calibration.",
-                       "Select calibrated cameras.", reason="nothing-to-refit")
+        raise Conflict(say("rig.all-share-grid", "No new versions are needed: all calibrated cameras use the "
+                           "calibration grid of the rig.") if body.cameras is None
+                       else say("rig.none-active", "None of these cameras has an active calibration."),
+                       say("rig.select-calibrated", "Select calibrated cameras."), reason="nothing-to-refit")
     spec = {"calibrations": calibrations, "rectangles": shown["rectangles"]}
     return accepted(services.jobs.start("rig-refit", run_refit, spec, "calibrations", {"by": by}, caller=by))
 
@@ -207,6 +209,6 @@ async def _first(viewer: Any) -> bytes:
     try:
         return await viewer.next(FIRST_S)
     except TimeoutError:
-        raise Unavailable("No camera of this rig has delivered a frame yet.",
-                          "Check the camera states, then try again.",
+        raise Unavailable(say("rig.no-frame-yet", "No camera of this rig has delivered a frame yet."),
+                          say("rig.check-states", "Check the camera states, then try again."),
                           reason="camera-silent") from None

@@ -15,6 +15,7 @@ from app.api.sockets import SessionLimit, run_until_first, send_json, until_disc
 from app.core.errors import BadInput, Conflict
 from app.core.geometry import MAX_COORDINATE
 from app.core.records import Calibration
+from app.core.statements import say
 from app.live.camera import LiveCamera
 from app.services.container import Services
 from app.services.forms import Name, Note, Number, Pair, Size, Strict
@@ -154,7 +155,8 @@ def judge_motion(services: ServicesDep, by: OperatorDep, body: MotionRequest) ->
         size = saved[-1]["image_size"] if saved else None
         rolls = [roll for roll in saved if roll["image_size"] == size and not roll["left_out"]]
         if not rolls:
-            raise Conflict("This camera has no saved rolls.", "Start the recording, then roll a ball across the field.",
+            raise Conflict(say("rolls.none-saved", "This camera has no saved rolls."),
+                           say("rolls.start-recording", "Start the recording, then roll a ball across the field."),
                            reason="no-rolls")
         calibration = store.calibrations.active(body.camera) if body.calibration is None else None
     elif body.film is not None:
@@ -180,5 +182,7 @@ def _of_another_size(calibration: Calibration, body: MotionRequest) -> None:
     """Ignore a calibration that was only at hand; refuse one that was asked for."""
     if body.calibration is None and body.make != "refined":
         return None
-    raise Conflict(f"The rolls do not have the image size of the calibration, {calibration.image_size}.",
-                   "Use rolls of the calibrated camera at the same resolution.", reason="size-mismatch")
+    raise Conflict(say("rolls.not-of-calibration", "The rolls do not have the image size of the calibration, {size}.",
+                       size=calibration.image_size),
+                   say("rolls.same-camera", "Use rolls of the calibrated camera at the same resolution."),
+                   reason="size-mismatch")

@@ -15,6 +15,7 @@ from app.api.schemas.requests import Id
 from app.api.sockets import receive_json, run_until_first, send_json, websocket_session
 from app.core.errors import TouchlineError, Unavailable
 from app.core.records import Calibration
+from app.core.statements import say, stated
 from app.live.stream_spec import StreamSpec
 from app.processes.framing import decode_body, split_body
 from app.scene import messages
@@ -92,9 +93,10 @@ async def _until_over(process: SceneProcess) -> None:
         await asyncio.sleep(POLL_S)
         idle_s = 0.0 if process.viewers else idle_s + POLL_S
         if idle_s > IDLE_S:
-            raise Unavailable("The scene was closed because it was not used.", "Reload the page.",
-                              reason="scene-idle")
-    raise Unavailable("The scene process has stopped.", "Open the scene again.", reason="scene-gone")
+            raise Unavailable(say("scene.unused", "The scene was closed because it was not used."),
+                              say("scene.reload", "Reload the page."), reason="scene-idle")
+    raise Unavailable(say("scene.process-ended", "The scene process has stopped."),
+                      say("scene.open-again", "Open the scene again."), reason="scene-gone")
 
 
 class SceneSession:
@@ -128,7 +130,7 @@ class SceneSession:
                 try:
                     await self._show(process, message.show)
                 except TouchlineError as error:
-                    self.queue({"problem": {"reason": error.reason, "detail": error.what, "fix": error.fix}})
+                    self.queue({"problem": stated({"reason": error.reason, "detail": error.what, "fix": error.fix})})
 
     async def stop_feeds(self) -> None:
         """Send no more pictures to the scene."""

@@ -17,6 +17,7 @@ from app.api.file_headers import attachment
 from app.api.responses import NO_STORE, Json
 from app.api.schemas import responses
 from app.api.schemas.media import files
+from app.core.statements import stated
 from app.settings import Settings
 
 router = APIRouter()
@@ -30,7 +31,7 @@ def health(services: ServicesDep) -> Json:
     """Return version, uptime in s, warnings about disk and network, and damaged records."""
     warnings = (*services.store.warnings, *services.publishing.warnings)
     return Json({"status": "ok", "version": __version__, "uptime_s": round(time.monotonic() - services.started_s, 3),
-                 "warnings": [{"reason": w.reason, "text": w.text, "fix": w.fix} for w in warnings],
+                 "warnings": [stated({"reason": w.reason, "text": w.text, "fix": w.fix}) for w in warnings],
                  "damaged": [damage.to_json() for damage in services.store.damaged]})
 
 

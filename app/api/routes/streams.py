@@ -17,6 +17,7 @@ from app.api.responses import NO_STORE
 from app.api.schemas.media import PICTURE, files
 from app.api.schemas.requests import Id
 from app.api.sockets import SEND_TIMEOUT_S, run_until_first, websocket_session
+from app.core.common_sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED
 from app.core.errors import BadInput, Conflict
 from app.images import encode
 from app.imaging.correction import CorrectedView
@@ -61,8 +62,7 @@ async def _exact_frame(services: Services, camera: LiveCamera, view: str) -> Res
     png, calibration = frame.png, camera.calibration
     if view == "corrected":
         if calibration is None:
-            raise Conflict("This camera has no active calibration.", "Activate a calibration, or use the raw view.",
-                           reason="not-calibrated")
+            raise Conflict(NOT_CALIBRATED, ACTIVATE_OR_RAW, reason="not-calibrated")
 
         def corrected() -> bytes:
             pixels = services.decoder.frame_from_bytes(frame.png).pixels

@@ -17,6 +17,7 @@ from app.core.geometry import ImageSize, as_points
 from app.core.json_values import nullable_points
 from app.core.progress import Progress
 from app.core.records import Calibration, Frame, observations_from_json
+from app.core.statements import say
 from app.imaging.correction import CorrectedView
 from app.imaging.correction_mesh import MAX_NODES, correction_mesh
 from app.models.restored import Restored, model_of
@@ -55,8 +56,8 @@ async def show_corrected(request: Request, services: ServicesDep, id: Id, format
     """Return the corrected image of the calibration's own snapshot, or of another one of the same size."""
     calibration = services.store.calibrations.get(id)
     if snapshot is None and calibration.snapshot is None:
-        raise BadInput("The calibration was made without a snapshot.", "Select one: ?snapshot=ID.",
-                       reason="no-snapshot")
+        raise BadInput(say("calibration.no-snapshot", "The calibration was made without a snapshot."),
+                       "Select one: ?snapshot=ID.", reason="no-snapshot")
     frame = await services.run_in_thread(services.frame, snapshot or calibration.snapshot)
     return await _draw(request, services, calibration, frame, CorrectedView(margin_px, width), format)
 

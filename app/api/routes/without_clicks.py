@@ -11,7 +11,9 @@ from app.api.responses import Json, accepted, finished_or_queued
 from app.api.routes.calibrations import ACCEPTED
 from app.api.schemas import responses
 from app.api.schemas.requests import MAX_PICTURES, AsJob, Id, PictureChoice
+from app.core.common_sentences import CALIBRATE_AND_ACTIVATE, NOT_CALIBRATED
 from app.core.errors import BadInput, Conflict
+from app.core.statements import say
 from app.jobs import Job
 from app.services.container import Services
 from app.services.forms import Name, Note, OptionValues, Rotate, Strict
@@ -90,8 +92,8 @@ async def check_calibration(request: Request, services: ServicesDep, id: Id, bod
     if not ids:
         camera = body.camera or calibration.camera
         if camera is None:
-            raise BadInput("This calibration has no camera.", "Send the snapshot for the check.",
-                           reason="no-camera")
+            raise BadInput(say("calibration.no-camera", "This calibration has no camera."),
+                           "Send the snapshot for the check.", reason="no-camera")
         ids = [(await services.take_snapshot(camera, request.is_disconnected, body.frames)).id]
     pictures = await services.run_in_thread(services.store.snapshots.all_for_job, ids)
     spec = {"calibration": calibration.to_json(), "snapshot": ids[0], "pictures": pictures}
@@ -117,8 +119,7 @@ async def reregister_camera(request: Request, services: ServicesDep, by: Operato
     await services.run_in_thread(services.cameras.get, id)
     calibration, _ = await services.run_in_thread(services.cameras.active_calibration, id)
     if calibration is None:
-        raise Conflict("This camera has no active calibration.", "Calibrate the camera and activate the version.",
-                       reason="not-calibrated")
+        raise Conflict(NOT_CALIBRATED, CALIBRATE_AND_ACTIVATE, reason="not-calibrated")
     snapshot = body.snapshot or (await services.take_snapshot(id, request.is_disconnected, body.frames)).id
 
     def start() -> Job:

@@ -6,11 +6,19 @@ Routes send their JSON as it is; tests hold it to these descriptions.
 from collections.abc import Collection
 from typing import Any, get_type_hints
 
-from pydantic import BaseModel, ConfigDict, create_model
+from pydantic import BaseModel, ConfigDict, Field, create_model
 
 JsonObject = dict[str, Any]
 Point = list[float]
 Points = list[Point | None]  # null: out of reach
+
+
+class Texts(BaseModel):
+    """An object of texts, and what its sentences state beside them."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, str]
+    statements: JsonObject = Field(default_factory=dict)
 
 
 class Answer(BaseModel):
@@ -20,11 +28,16 @@ class Answer(BaseModel):
 
 
 def response(name: str, base: type[Answer] = Answer, /, *, record: type | None = None,
-             without: Collection[str] = (), **types: Any) -> type[Answer]:
-    """Describe a response: the fields of its record, a dataclass, and others by name and type; all required."""
+             without: Collection[str] = (), says: bool = False, **types: Any) -> type[Answer]:
+    """Describe a response: the fields of its record, a dataclass, and others by name and type; all required.
+
+    says: whether it has sentences of its own, and so `statements` where they are known.
+    """
     fields = {**(get_type_hints(record) if record is not None else {}), **types}
-    return create_model(name, __base__=base,
-                        **{field: (type, ...) for field, type in fields.items() if field not in without})
+    described: dict[str, Any] = {field: (type, ...) for field, type in fields.items() if field not in without}
+    if says:
+        described["statements"] = (JsonObject, Field(default_factory=dict))
+    return create_model(name, __base__=base, **described)
 
 
 def page_of(name: str, item: type[Answer]) -> type[Answer]:

@@ -5,14 +5,13 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from app import jobs
-from app.api.schemas.base import JsonObject, Point, Points, page_of, response
+from app.api.schemas.base import JsonObject, Point, Points, Texts, page_of, response
 from app.core.jobs import INTERNAL
 from app.league.config import PublishingConfig
 from app.services import events
 from app.store import snapshots
 
 Level = Literal["good", "fair", "poor"] | None
-Texts = dict[str, str] | None
 
 
 def described(type: Any, description: str) -> Any:
@@ -22,7 +21,7 @@ def described(type: Any, description: str) -> Any:
 # --- the server
 Health = response("Health", status=Literal["ok"], version=str, uptime_s=float, warnings=list[JsonObject],
     damaged=list[JsonObject])
-Job = response("Job", record=jobs.Job, without=INTERNAL)
+Job = response("Job", says=True, record=jobs.Job, without=INTERNAL)
 Jobs = page_of("Jobs", Job)
 # value: as it is now, "set" or null of a secret. change: null where only the settings file decides it
 SettingView = response("SettingView", name=str, value=Any, default=Any, help=str, secret=bool, change=str | None)
@@ -41,8 +40,8 @@ Option = response("Option", name=str, type=str, default=Any, help=str, range=lis
     choices=list[str])
 Model = response("Model", name=str, title=str, help=str, points_needed=str, options=list[Option])
 Models = page_of("Models", Model)
-Draft = response("Draft", field=str | None, region=str | None, rotate=int | None, model=str | None, options=JsonObject,
-    observations=list[JsonObject], updated_at=str | None)
+Draft = response("Draft", says=True, field=str | None, region=str | None, rotate=int | None, model=str | None,
+    options=JsonObject, observations=list[JsonObject], updated_at=str | None)
 Border = response("Border", degree=int, degree_reason=str, coefficients=list[float], rms_px=float,
     loo_rms_px=float | None, residuals_px=list[float], outliers=list[int], curve=list[Point], distortion_pct=float,
     kind=str | None)
@@ -85,7 +84,7 @@ CalibrationReport = response("CalibrationReport", format=Literal["touchline-repo
     calibration=JsonObject, field=JsonObject, model=JsonObject, picture=JsonObject, verdict=JsonObject,
     figures=dict[str, JsonObject], distortion=JsonObject, per_feature=list[JsonObject], outliers=list[JsonObject],
     uncertainty=JsonObject, warnings=list[JsonObject])
-CheckVerdict = response("CheckVerdict", level=described(Level, "null: inconclusive"), sentence=str,
+CheckVerdict = response("CheckVerdict", says=True, level=described(Level, "null: inconclusive"), sentence=str,
     fix=str, reason=described(str, "`holds`, `moved`, `lens`, `lines-missing`, `as-made`, `elsewhere` or `not-seen`"))
 # mm is across the marking on the carpet, and null where nothing was found
 CheckedLine = response("CheckedLine", feature=str, places=int, found=int, found_share=float, mean_mm=float | None,
@@ -112,9 +111,9 @@ LensSummary = response("LensSummary", id=str, created_at=str, camera=str | None,
     board=JsonObject | None, image_size=list[int])
 Lens = response("Lens", LensSummary, lens=JsonObject, report=JsonObject, snapshots=list[str] | None, software=str)
 Lenses = page_of("Lenses", LensSummary)
-Straightness = response("Straightness", lens=JsonObject, sigma=dict[str, float], straightness_px=dict[str, float],
-    bow=JsonObject, distortion=Literal["significant", "none", "unknown"], sentence=str, lines=list[JsonObject],
-    lines_used=int, objects=int, pictures=list[str], cannot_see=str)
+Straightness = response("Straightness", says=True, lens=JsonObject, sigma=dict[str, float],
+    straightness_px=dict[str, float], bow=JsonObject, distortion=Literal["significant", "none", "unknown"],
+    sentence=str, lines=list[JsonObject], lines_used=int, objects=int, pictures=list[str], cannot_see=str)
 Pair = response("Pair", fundamental=JsonObject | None, pose=JsonObject | None, calibrated=JsonObject | None,
     agreement=JsonObject | None, matches=int, failed=list[JsonObject])
 PairLines = response("PairLines", in_a=list[Points | None] | None, in_b=list[Points | None] | None,
@@ -130,7 +129,7 @@ ActiveVersion = response("ActiveVersion", id=str, version=int, model=str, create
 Camera = response("Camera", id=str, name=str, field=str | None, region=str | None, source=str, editable=bool,
     active_calibration=str | None, active=ActiveVersion | None, updated_at=str | None, updated_by=str | None)
 Cameras = page_of("Cameras", Camera)
-CameraTest = response("CameraTest", width=int, height=int, fps=float, identity=Texts, picture=str)
+CameraTest = response("CameraTest", width=int, height=int, fps=float, identity=Texts | None, picture=str)
 FoundCameras = response("FoundCameras", items=list[JsonObject])
 Sources = response("Sources", items=list[JsonObject])
 Controls = response("Controls", items=list[JsonObject])
@@ -142,7 +141,7 @@ CameraStatuses = response("CameraStatuses", items=list[response("ListedCameraSta
     state=Literal["idle", "connecting", "live", "stalled", "offline", "mismatch"])],
     fields=described(str, "a different revision after each change of a field"))
 # version, by: of activations, null of others
-Event = response("Event", at=str, kind=events.Kind, camera=described(str | None, "null: images from files"),
+Event = response("Event", says=True, at=str, kind=events.Kind, camera=described(str | None, "null: images from files"),
     version=int | None, by=str | None, text=str)
 Events = response("Events", items=list[Event])
 Clip = response("Clip", clip=str, camera=str, frames=int, seconds=float)
@@ -164,12 +163,12 @@ FrameDetections = response("FrameDetections", seq=int, time_s=float, items=list[
 Tracks = response("Tracks", time_s=float, items=list[JsonObject], seams=JsonObject, cameras=list[JsonObject])
 
 # --- rigs
-RigTrouble = response("RigTrouble", camera=str, reason=str, text=str, fix=str,
+RigTrouble = response("RigTrouble", says=True, camera=str, reason=str, text=str, fix=str,
     level=described(Level, "lower limit of the error of the rig; null if the accuracy is unknown"))
 CameraOfRig = response("CameraOfRig", camera=str, title=str, region=str | None, rotate=int | None,
     calibration=described(str | None, "its active one"), version=int | None, model=str | None,
     rectangles=JsonObject | None, troubles=list[RigTrouble])
-RigVerdict = response("RigVerdict", level=Level, sentence=str, fix=str)
+RigVerdict = response("RigVerdict", says=True, level=Level, sentence=str, fix=str)
 CheckedRig = response("CheckedRig", at=str, verdict=RigVerdict,
     p95_mm=described(float | None, "of the two cameras that are farthest apart; null where none could be compared"))
 Rig = response("Rig", name=str, title=str, field=str, w_max_rectangle_px=float | None, h_max_rectangle_px=float | None,
@@ -181,7 +180,7 @@ Rig = response("Rig", name=str, title=str, field=str, w_max_rectangle_px=float |
 Rigs = page_of("Rigs", Rig)
 # fundamental: predicted by the calibrations, in ideal pixels
 RigPair = response("RigPair", a=str, b=str, agreement=JsonObject | None, fundamental=JsonObject | None,
-    matches=JsonObject | None, verdict=RigVerdict | None, notes=list[str], failed=Texts)
+    matches=JsonObject | None, verdict=RigVerdict | None, notes=list[str], failed=Texts | None)
 RigCheck = response("RigCheck", cameras=list[CameraOfRig], rectangles=JsonObject | None, pairs=list[RigPair],
     verdict=RigVerdict, missing=described(list[RigTrouble], "cameras that delivered no image"))
 # where things lie in stitched.jpg of that width
@@ -190,12 +189,12 @@ StitchedView = response("StitchedView", width=int, height=int, px_per_mm=float, 
 
 # --- the network
 PublishedCamera = response("PublishedCamera", camera=str, calibration=str, version=int, model=str, field=str,
-    region=str, camera_id=int, published=bool, exact=bool, loss=JsonObject | None, problem=Texts)
-Publishing = response("Publishing", record=PublishingConfig, problem=Texts,
+    region=str, camera_id=int, published=bool, exact=bool, loss=JsonObject | None, problem=Texts | None)
+Publishing = response("Publishing", record=PublishingConfig, problem=Texts | None,
     state=Literal["off", "starting", "on-air", "silent", "failing"], said=JsonObject | None,
     cameras=list[PublishedCamera], interfaces=list[JsonObject])
 GeometrySender = response("GeometrySender", id=str, address=str, port=int, source=str, age_s=float, packets=int,
     geometries=int, refused=int, refusal=str | None, skipped=int, geometry_age_s=float | None, sha256=str | None,
-    field=JsonObject | None, problem=Texts, cameras=list[JsonObject])
-GeometrySenders = response("GeometrySenders", listening=bool, problem=Texts, datagrams=int, own=int,
+    field=JsonObject | None, problem=Texts | None, cameras=list[JsonObject])
+GeometrySenders = response("GeometrySenders", listening=bool, problem=Texts | None, datagrams=int, own=int,
     items=list[GeometrySender])

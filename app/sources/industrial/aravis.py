@@ -8,11 +8,14 @@ from ctypes import byref, c_int, c_size_t
 from typing import Any, ClassVar, Self
 from urllib.parse import quote
 
+from app.core.common_sentences import CHECK_CABLE_AND_POWER
 from app.core.errors import NotFound, Unavailable
+from app.core.statements import join, say
 from app.sources import Identity, SourceContext
 from app.sources.industrial.aravis_library import Aravis, AravisError, aravis, text
 from app.sources.industrial.aravis_nodes import AravisNodes
 from app.sources.industrial.camera import FPS, MAX_PAYLOAD, PIXEL_FORMAT, IndustrialSource
+from app.sources.industrial.camera_errors import CANNOT_OPEN, DOES_NOT_START, SMALLER_SIZE, images_too_large
 from app.sources.industrial.discovery import DiscoveredCamera, find_camera, known_cameras
 from app.sources.industrial.gige import is_ip, responds
 from app.sources.industrial.pixel_formats import Pixels, bgr_from_raw
@@ -63,13 +66,15 @@ def resolve_target(target: str, library: Aravis) -> tuple[str, str]:
         return target, target
     if is_ip(target):  # asked directly, which reaches cameras beyond the next router as well
         if not responds(target):
-            raise Unavailable(f"No camera is responding at {target}.", "Check its cable, its power and its address.",
+            raise Unavailable(say("industrial.no-response", "No camera is responding at {address}.", address=target),
+                              say("industrial.check-address", "Check its cable, its power and its address."),
                               reason="camera-off")
         return target, target
     cameras = discover_cameras(library)
     if (found := find_camera(cameras, target)) is not None:
         return found.handle, found.id
-    raise NotFound(f"No camera called {target[:60]!r} is responding.", known_cameras(cameras), reason="unknown-device")
+    raise NotFound(say("industrial.not-found", "No camera called {name!r} is responding.", name=target[:60]),
+                   known_cameras(cameras), reason="unknown-device")
 
 
 class AravisDevice:
@@ -83,11 +88,10 @@ class AravisDevice:
         try:
             self._camera = library.call("camera_new", opened_by.encode())
         except AravisError as error:
-            raise Unavailable("The camera cannot be opened.", "Check its cable and its power. "
-                                                              f"{_driver_message(error)}",
+            raise Unavailable(CANNOT_OPEN, join(CHECK_CABLE_AND_POWER, _driver_message(error)),
                               reason="camera-off") from None
         if not self._camera:
-            raise Unavailable("The camera cannot be opened.", "Check its cable and its power.", reason="camera-off")
+            raise Unavailable(CANNOT_OPEN, CHECK_CABLE_AND_POWER, reason="camera-off")
         self._ip = opened_by if is_ip(opened_by) else ""
         self.nodes = AravisNodes(library, library.call("camera_get_device", self._camera))
         serial, vendor, model = (self._name(what) for what in ("device_serial_number", "vendor_name", "model_name"))
@@ -98,8 +102,7 @@ class AravisDevice:
         try:
             payload = call("camera_get_payload", self._camera)
             if not 0 < payload <= MAX_PAYLOAD:
-                raise Unavailable(f"The camera reports images of {payload / 1e6:.0f} MB.",
-                                  "Set a smaller width and height.", reason="too-large")
+                raise Unavailable(images_too_large(payload), SMALLER_SIZE, reason="too-large")
             self._stream = call("camera_create_stream", self._camera, None, None, None)
             if not self._stream:
                 raise AravisError
@@ -107,9 +110,9 @@ class AravisDevice:
                 call("stream_push_buffer", self._stream, call("buffer_new_allocate", payload))
             call("camera_start_acquisition", self._camera)
         except AravisError as error:
-            raise Unavailable("The camera does not start.", "Close the other program that uses it, or wait until that "
-                              f"program releases it. {_driver_message(error)}",
-                              reason="camera-busy") from None
+            close = say("industrial.close-or-wait",
+                        "Close the other program that uses it, or wait until that program releases it.")
+            raise Unavailable(DOES_NOT_START, join(close, _driver_message(error)), reason="camera-busy") from None
 
     def stop(self) -> None:
         if self._stream is None:
@@ -168,4 +171,5 @@ class AravisDevice:
 
 
 def _driver_message(error: AravisError) -> str:
-    return f"Aravis message: {str(error).rstrip('.')}." if str(error) else ""
+    message = str(error).rstrip(".")
+    return say("industrial.message", "Aravis message: {message}.", message=message) if str(error) else ""

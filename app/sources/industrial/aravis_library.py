@@ -10,9 +10,10 @@ from functools import lru_cache
 from typing import Any
 
 from app.core.errors import Unavailable
+from app.core.statements import say
 
 NAME = "libaravis-0.8.so.0"
-FIX = "Install it: apt install libaravis-0.8-0."
+FIX = say("industrial.install-aravis", "Install it: apt install libaravis-0.8-0.")
 
 
 class _GError(ctypes.Structure):
@@ -136,7 +137,8 @@ def aravis() -> Aravis:
     try:
         return Aravis()
     except (OSError, AttributeError):
-        raise Unavailable("Cameras of this kind need the library Aravis 0.8.", FIX, reason="no-aravis") from None
+        raise Unavailable(say("industrial.no-aravis", "Cameras of this kind need the library Aravis 0.8."), FIX,
+                          reason="no-aravis") from None
 
 
 def text(raw: bytes | None) -> str:

@@ -7,9 +7,11 @@ import time
 from collections.abc import Mapping
 from typing import Any, ClassVar, Protocol, Self
 
+from app.core.common_sentences import CHECK_CABLE_AND_POWER
 from app.core.errors import BadInput, NotFound, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
+from app.core.statements import join, say
 from app.sources import BaseSource, Control, Identity
 from app.sources.industrial.features import FEATURES, NodeMap, controls_of, write_control
 from app.sources.industrial.pixel_formats import PIXEL_FORMATS, Pixels, best_format, canonical_name
@@ -71,11 +73,12 @@ class IndustrialSource(BaseSource):
             if pixels is not None:
                 return Frame(pixels)
         if missing := device.incomplete - missing_before:
-            raise Unavailable(f"The camera sent {missing} images in {READ_S:g} s, and parts of each were missing.",
-                              "Use a separate network port or USB controller for it, or lower its frame rate.",
-                              reason="camera-silent")
-        raise Unavailable(f"The camera sent no image for {READ_S:g} s.", "Check its cable and its power.",
-                          reason="camera-silent")
+            raise Unavailable(say("industrial.images-incomplete", "The camera sent {images} images in {seconds:g} s, "
+                                  "and parts of each were missing.", images=missing, seconds=READ_S),
+                              say("industrial.separate-port", "Use a separate network port or USB controller for it, "
+                                  "or lower its frame rate."), reason="camera-silent")
+        raise Unavailable(say("industrial.no-image", "The camera sent no image for {seconds:g} s.", seconds=READ_S),
+                          CHECK_CABLE_AND_POWER, reason="camera-silent")
 
     def controls(self) -> tuple[Control, ...]:
         return controls_of(require_open(self._device).nodes)
@@ -109,7 +112,8 @@ def set_up(nodes: NodeMap, options: Mapping[str, Any]) -> None:
         try:
             write_control(nodes, "frame_rate", options["fps"])
         except (BadInput, NotFound) as refused:
-            raise BadInput(refused.what, f"{refused.fix} Or remove fps.", reason="bad-option") from None
+            raise BadInput(refused.what, join(refused.fix, say("industrial.or-remove-fps", "Or remove fps.")),
+                           reason="bad-option") from None
 
 
 def _set_if(nodes: NodeMap, name: str, entry: str) -> None:
@@ -128,11 +132,12 @@ def _set_pixel_format(nodes: NodeMap, wanted: str | None) -> None:
     else:
         chosen = next((name for name in offered if canonical_name(name) == wanted), None)
     if chosen is None and wanted:
-        raise BadInput(f"The camera does not support {wanted}.",
-                       f"Use one of: {', '.join(canonical_name(n) or n for n in offered)}. Or remove pixel_format.",
-                       reason="bad-option")
+        raise BadInput(say("industrial.format-not-supported", "The camera does not support {format}.", format=wanted),
+                       say("industrial.use-format", "Use one of: {formats}. Or remove pixel_format.",
+                           formats=list(canonical_name(n) or n for n in offered)), reason="bad-option")
     if chosen is None:
-        raise Unavailable("The camera has no supported pixel format.",
-                          f"Use a camera with one of: {', '.join(PIXEL_FORMATS)}.", reason="pixel-format")
+        raise Unavailable(say("industrial.no-format", "The camera has no supported pixel format."),
+                          say("industrial.camera-with-format", "Use a camera with one of: {formats}.",
+                              formats=list(PIXEL_FORMATS)), reason="pixel-format")
     if chosen != node.value:
         nodes.set("PixelFormat", chosen)

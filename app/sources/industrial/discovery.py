@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.core.errors import BadInput
+from app.core.statements import Sentence, say
 from app.sources import Identity
 
 
@@ -32,14 +33,17 @@ def find_camera(cameras: Sequence[DiscoveredCamera], target: str) -> DiscoveredC
     for key in ("id", "serial", "name"):
         found = [camera for camera in cameras if getattr(camera, key) == target]
         if len(found) > 1:
-            raise BadInput(f"{len(found)} cameras are called {target!r}.",
-                           "Use the longer name from the list of cameras.", reason="bad-source")
+            raise BadInput(say("industrial.ambiguous", "{cameras} cameras are called {name!r}.", cameras=len(found),
+                               name=target),
+                           say("industrial.longer-name", "Use the longer name from the list of cameras."),
+                           reason="bad-source")
         if found:
             return found[0]
     return None
 
 
-def known_cameras(cameras: Sequence[DiscoveredCamera]) -> str:
+def known_cameras(cameras: Sequence[DiscoveredCamera]) -> Sentence:
     """List the cameras in a sentence, for an error."""
-    known = ", ".join(camera.serial or camera.id for camera in cameras) or "none. Check cables and power"
-    return f"Cameras: {known}."
+    names = [camera.serial or camera.id for camera in cameras]
+    return (say("industrial.cameras", "Cameras: {names}.", names=names) if names
+            else say("industrial.no-cameras", "Cameras: none. Check cables and power."))

@@ -9,8 +9,10 @@ from urllib.parse import quote
 
 from app.core.errors import NotFound, Unavailable
 from app.core.options import Option
+from app.core.statements import say
 from app.sources import SourceContext
 from app.sources.industrial.camera import FPS, MAX_PAYLOAD, PIXEL_FORMAT, IndustrialSource
+from app.sources.industrial.camera_errors import CANNOT_OPEN, DOES_NOT_START, SMALLER_SIZE, images_too_large
 from app.sources.industrial.discovery import DiscoveredCamera, find_camera, known_cameras
 from app.sources.industrial.genicam_producers import (
     close_harvester,
@@ -62,8 +64,9 @@ class HarvestersDevice:
                 self._acquirer = self._harvester.create(camera.handle)
         except self._errors as error:
             self.close()
-            raise Unavailable("The camera cannot be opened.", "Close the other program that uses it, or reconnect it. "
-                              f"Driver message: {_driver_message(error)}",
+            raise Unavailable(CANNOT_OPEN,
+                              say("industrial.close-or-reconnect", "Close the other program that uses it, or "
+                                  "reconnect it. Driver message: {message}", message=_driver_message(error)),
                               reason="camera-busy") from None
         except BaseException:
             self.close()
@@ -77,13 +80,13 @@ class HarvestersDevice:
     def start(self) -> None:
         payload = self.nodes.get("PayloadSize")
         if payload is not None and payload.value > MAX_PAYLOAD:
-            raise Unavailable(f"The camera reports images of {payload.value / 1e6:.0f} MB.",
-                              "Set a smaller width and height.", reason="too-large")
+            raise Unavailable(images_too_large(payload.value), SMALLER_SIZE, reason="too-large")
         try:
             self._acquirer.start()
         except self._errors as error:
-            raise Unavailable("The camera does not start.", f"Driver message: {_driver_message(error)}",
-                              reason="camera-busy") from None
+            raise Unavailable(DOES_NOT_START,
+                              say("industrial.driver-message", "Driver message: {message}",
+                                  message=_driver_message(error)), reason="camera-busy") from None
 
     def stop(self) -> None:
         with suppress(*self._errors):  # it is gone already
@@ -148,7 +151,8 @@ def _find_camera(target: str, cameras: list[DiscoveredCamera]) -> DiscoveredCame
         return found
     if target.isascii() and target.isdecimal() and len(target) < 3 and int(target) < len(cameras):
         return cameras[int(target)]
-    raise NotFound(f"There is no GenICam camera {target[:60]!r}.", known_cameras(cameras), reason="unknown-device")
+    raise NotFound(say("industrial.unknown-genicam", "There is no GenICam camera {name!r}.", name=target[:60]),
+                   known_cameras(cameras), reason="unknown-device")
 
 
 def _counter(device: HarvestersDevice) -> Any:
@@ -165,5 +169,6 @@ def _driver_message(error: Exception) -> str:
 
 
 def _gone(error: Exception) -> Unavailable:
-    return Unavailable("The camera is disconnected.", f"Check its cable. Driver message: {_driver_message(error)}",
-                       reason="camera-silent")
+    return Unavailable(say("industrial.disconnected", "The camera is disconnected."),
+                       say("industrial.check-cable", "Check its cable. Driver message: {message}",
+                           message=_driver_message(error)), reason="camera-silent")

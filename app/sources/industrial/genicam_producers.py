@@ -11,12 +11,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from app.core.common_sentences import use_one_of
 from app.core.errors import NotFound, Unavailable
+from app.core.statements import say
 from app.sources.industrial.discovery import DiscoveredCamera
 
 LOOK_MS = 500  # how long a producer may look for cameras on each of its networks
 MAX_CAMERAS = 64
-FIX = "Install the camera vendor's software, and enter its folder in GENICAM_GENTL64_PATH or in the settings."
+FIX = say("industrial.install-producer", "Install the camera vendor's software, and enter its folder in "
+          "GENICAM_GENTL64_PATH or in the settings.")
 
 # A producer can be opened once in a process. Each live camera has a process of its own.
 _in_use: set[Path] = set()
@@ -41,12 +44,13 @@ def select_producers(places: Sequence[Path], name: str) -> list[Path]:
     """Return the producer of this name, or all where it is ""; NotFound lists those there are."""
     found = producers_in(places)
     if not found:
-        raise Unavailable("No GenTL producer is installed on this machine.", FIX, reason="no-producer")
+        raise Unavailable(say("industrial.no-producer", "No GenTL producer is installed on this machine."), FIX,
+                          reason="no-producer")
     if not name:
         return list(found.values())
     if name not in found:
-        raise NotFound(f"There is no GenTL producer {name[:60]!r} on this machine.", f"Use one of: {', '.join(found)}.",
-                       reason="unknown-producer")
+        raise NotFound(say("industrial.unknown-producer", "There is no GenTL producer {producer!r} on this machine.",
+                           producer=name[:60]), use_one_of(found), reason="unknown-producer")
     return [found[name]]
 
 
@@ -55,12 +59,14 @@ def open_harvester(producers: Sequence[Path]) -> Any:
     try:
         from harvesters.core import Harvester
     except ImportError:
-        raise Unavailable("GenICam cameras need the Python package harvesters.",
-                          "Install it: pip install 'touchline[genicam]'.", reason="no-genicam") from None
+        raise Unavailable(say("industrial.no-harvesters", "GenICam cameras need the Python package harvesters."),
+                          say("industrial.install-harvesters", "Install it: pip install 'touchline[genicam]'."),
+                          reason="no-genicam") from None
     with _lock:
         if taken := _in_use.intersection(producers):
-            raise Unavailable(f"The producer {min(taken).stem} is used by another camera of this process.",
-                              "Close that camera first.", reason="camera-busy")
+            raise Unavailable(say("industrial.producer-in-use", "The producer {producer} is used by another camera of "
+                                  "this process.", producer=min(taken).stem),
+                              say("industrial.close-that-camera", "Close that camera first."), reason="camera-busy")
         _in_use.update(producers)
     harvester = Harvester()
     harvester.timeout_for_update = LOOK_MS

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import Unavailable
+from app.core.statements import say
 
 Pixels = NDArray[np.uint8]  # (height, width, 3) BGR
 SIDE_PX = (4, 32767)  # below, there is nothing to take colours from; above, OpenCV refuses
@@ -90,8 +91,10 @@ def bgr_from_raw(data: Any, width: int, height: int, code: int, padding: int = 0
     """
     form = _BY_CODE.get(code)
     if form is None:
-        raise Unavailable(f"The camera sends an unsupported pixel format (number {code:#010x}).",
-                          f"Set it to one of: {', '.join(PIXEL_FORMATS)}.", reason="pixel-format")
+        raise Unavailable(say("industrial.unknown-format", "The camera sends an unsupported pixel format (number "
+                              "{code:#010x}).", code=code),
+                          say("industrial.set-format", "Set it to one of: {formats}.", formats=list(PIXEL_FORMATS)),
+                          reason="pixel-format")
     least, most = SIDE_PX
     if not (least <= width <= most and least <= height <= most and padding >= 0):
         return None

@@ -6,6 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from app.core.errors import NotFound, Unavailable
+from app.core.statements import say
 from app.sources import SourceContext
 
 MAX_BYTES = 64 * 1024 * 1024  # of a picture; the decoder has its own limit
@@ -14,7 +15,8 @@ MAX_BYTES = 64 * 1024 * 1024  # of a picture; the decoder has its own limit
 def pictures_folder(context: SourceContext) -> Path:
     """Return the only folder that is read; Unavailable where none is set."""
     if context.decode is None or context.pictures is None:
-        raise Unavailable("No pictures folder is set.", "Enter it in the settings.", reason="no-pictures")
+        raise Unavailable(say("files.no-folder", "No pictures folder is set."),
+                          say("files.enter-folder", "Enter it in the settings."), reason="no-pictures")
     return context.pictures
 
 
@@ -34,8 +36,8 @@ def read_bytes(path: Path) -> bytes:
         with path.open("rb") as file:
             return file.read(MAX_BYTES + 1)  # the decoder refuses what is too long
     except OSError:
-        raise Unavailable(f"The image {path.name!r} cannot be read.", "Check its permissions.",
-                          reason="unreadable-file") from None
+        raise Unavailable(say("files.unreadable", "The image {name!r} cannot be read.", name=path.name),
+                          say("files.check-permissions", "Check its permissions."), reason="unreadable-file") from None
 
 
 def by_name(path: Path) -> list[int | str]:
@@ -50,5 +52,5 @@ def _within(folder: Path, name: str, is_one: Callable[[Path], bool], kind: str, 
         path = (root / name).resolve(strict=True)
         if path.is_relative_to(root) and is_one(path):
             return path
-    raise NotFound(f"There is no {kind} {name!r} in the pictures folder.", f"{deed} it there, or check the name.",
-                   reason=f"unknown-{kind}")
+    raise NotFound(say(f"files.no-{kind}", f"There is no {kind} {{name!r}} in the pictures folder.", name=name),
+                   say(f"files.{deed.lower()}-there", f"{deed} it there, or check the name."), reason=f"unknown-{kind}")

@@ -3,9 +3,10 @@
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Self
 
-from app.core.errors import BadImage, NotFound, Unavailable
+from app.core.errors import BadImage, NotFound, TouchlineError, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
+from app.core.statements import join, say
 from app.sources import BaseSource, SourceContext
 from app.sources.lifecycle import Pacer, require_open
 from app.sources.local.files import by_name, file_within, folder_within, pictures_folder, read_bytes
@@ -41,7 +42,8 @@ class FolderSource(BaseSource):
     def read(self) -> Frame:
         frame = next(require_open(self._frames, "folder"), None)
         if frame is None:
-            raise Unavailable("The last image has been shown.", "Open the folder again, or with loop=true.",
+            raise Unavailable(say("folder.ended", "The last image has been shown."),
+                              say("folder.open-again", "Open the folder again, or with loop=true."),
                               reason="source-ended")
         self._pacer.wait(self._fps)
         return frame
@@ -51,7 +53,7 @@ class FolderSource(BaseSource):
 
     def _shown(self) -> Iterator[Frame]:
         while True:
-            broken: Exception | None = None
+            broken: TouchlineError | None = None
             came = False
             for name in self._names():
                 try:
@@ -63,8 +65,9 @@ class FolderSource(BaseSource):
                 came = True
                 yield frame
             if not came:
-                raise Unavailable(f"None of the images in {self._target!r} can be read. {broken}",
-                                  "Add images to the folder.", reason="no-pictures-there")
+                raise Unavailable(join(say("folder.none-readable", "None of the images in {folder!r} can be read.",
+                                           folder=self._target), broken.what, broken.fix),
+                                  say("folder.add-images", "Add images to the folder."), reason="no-pictures-there")
             if not self._loop:
                 return
 
@@ -77,7 +80,10 @@ class FolderSource(BaseSource):
         except OSError:
             found = []
         if not found or len(found) > MAX_PICTURES:
-            raise Unavailable(f"The folder {self._target!r} contains {len(found) or 'no'} images.",
-                              f"Put 1 to {MAX_PICTURES} PNG, JPEG, BMP or WebP files in it.",
-                              reason="no-pictures-there")
+            raise Unavailable(say("folder.too-many-images", "The folder {folder!r} contains {images} images.",
+                                  folder=self._target, images=len(found)) if found
+                              else say("folder.no-images", "The folder {folder!r} contains no images.",
+                                       folder=self._target),
+                              say("folder.put-images", "Put 1 to {most} PNG, JPEG, BMP or WebP files in it.",
+                                  most=MAX_PICTURES), reason="no-pictures-there")
         return [str(path.relative_to(root)) for path in sorted(found, key=by_name)]

@@ -12,9 +12,11 @@ os.environ.setdefault("OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT", "2")
 import cv2
 import numpy as np
 
+from app.core.common_sentences import SENDS_NO_IMAGES
 from app.core.errors import BadImage, BadInput, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
+from app.core.statements import say
 from app.sources import BaseSource, Control, Identity, SourceContext
 from app.sources.lifecycle import require_open
 from app.sources.local.v4l2_controls import SIZE, read_controls, set_control
@@ -54,9 +56,10 @@ class V4l2Source(BaseSource):
         capture = cls.opener(device.node)
         if not capture.isOpened():
             capture.release()
-            raise Unavailable(f"The camera {device.node} ({device.model}) cannot be opened.",
-                              "Close other programs that use it, and add Touchline's user to the group video.",
-                              reason="camera-busy")
+            raise Unavailable(say("v4l2.cannot-open", "The camera {node} ({model}) cannot be opened.", node=device.node,
+                                  model=device.model),
+                              say("v4l2.close-others", "Close other programs that use it, and add Touchline's user "
+                                  "to the group video."), reason="camera-busy")
         _begin(capture, size, options["fps"], options["format"])
         return cls(capture, device.identity, context.read)
 
@@ -74,7 +77,7 @@ class V4l2Source(BaseSource):
                 continue
             with contextlib.suppress(BadImage):  # USB loses a part now and then
                 return self._read_image(data)
-        raise Unavailable("The camera no longer sends images.", "Check its plug and its cable.",
+        raise Unavailable(SENDS_NO_IMAGES, say("v4l2.check-plug", "Check its plug and its cable."),
                           reason="camera-silent")
 
     def close(self) -> None:
@@ -119,5 +122,6 @@ def _begin(capture: cv2.VideoCapture, size: tuple[int, int] | None, fps: float |
 def _size(text: str) -> tuple[int, int]:
     found = SIZE.fullmatch(text)
     if not found:
-        raise BadInput(f"{text[:40]!r} is not a size.", "Enter width x height, such as 1280x720.", reason="bad-option")
+        raise BadInput(say("v4l2.not-a-size", "{text!r} is not a size.", text=text[:40]),
+                       say("v4l2.enter-size", "Enter width x height, such as 1280x720."), reason="bad-option")
     return int(found[1]), int(found[2])

@@ -12,6 +12,7 @@ from typing import Any
 import cv2
 
 from app.core.errors import BadInput
+from app.core.statements import say
 from app.sources import Control
 from app.sources.control_errors import is_number, refused_value, unknown_control
 
@@ -104,9 +105,9 @@ def _set_resolution(device: cv2.VideoCapture, value: Any) -> Control:
     device.set(cv2.CAP_PROP_FRAME_HEIGHT, height)
     control = _resolution(device)
     if control.value == before != value:
-        raise BadInput(f"The camera does not accept {value}. The resolution is still {before}.",
-                       "Try another resolution.",
-                       reason="bad-control")
+        raise BadInput(say("v4l2.resolution-refused", "The camera does not accept {wanted}. The resolution is still "
+                           "{resolution}.", wanted=value, resolution=before),
+                       say("v4l2.another-resolution", "Try another resolution."), reason="bad-control")
     return control
 
 

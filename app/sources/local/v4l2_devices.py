@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.core.errors import BadInput, NotFound
+from app.core.statements import say
 from app.sources import Identity
 
 NAMED = re.compile(r"/dev/(video\d{1,3}|v4l/by-(?:id|path)/[A-Za-z0-9_.:+,@%-]{1,200})")
@@ -50,8 +51,9 @@ def find_device(target: str, root: Path = Path("/")) -> VideoDevice:
     """Find the camera named 0, /dev/video0 or /dev/v4l/by-…/NAME; BadInput for another path, NotFound if it is off."""
     path = f"/dev/video{target}" if re.fullmatch(r"[0-9]{1,3}", target) else target
     if not NAMED.fullmatch(path) or "/../" in path or path.endswith("/.."):
-        raise BadInput("The address does not name a camera on this machine.",
-                       "Use v4l2://0, or v4l2:///dev/v4l/by-id/NAME with a name from that folder.", reason="bad-source")
+        raise BadInput(say("v4l2.not-an-address", "The address does not name a camera on this machine."),
+                       say("v4l2.address-form", "Use v4l2://0, or v4l2:///dev/v4l/by-id/NAME with a name from that "
+                           "folder."), reason="bad-source")
     known = list_devices(root)
     try:
         node = "/" + str((root / path[1:]).resolve().relative_to(root.resolve()))
@@ -60,9 +62,10 @@ def find_device(target: str, root: Path = Path("/")) -> VideoDevice:
     for device in known:
         if device.node == node:
             return device
-    there = ", ".join(f"{device.address} ({device.model})" for device in known) or "none"
-    raise NotFound(f"There is no camera {target!r} on this machine.", f"Connected cameras: {there}.",
-                   reason="unknown-camera")
+    there = [f"{device.address} ({device.model})" for device in known]
+    raise NotFound(say("v4l2.not-found", "There is no camera {name!r} on this machine.", name=target),
+                   say("v4l2.connected", "Connected cameras: {cameras}.", cameras=there)
+                   if there else say("v4l2.none-connected", "Connected cameras: none."), reason="unknown-camera")
 
 
 def _device(root: Path, path: Path, usb: Path | None, serial: str, links: dict[str, Path]) -> VideoDevice:

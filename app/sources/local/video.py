@@ -11,6 +11,7 @@ import cv2
 from app.core.errors import BadInput, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
+from app.core.statements import say
 from app.sources import BaseSource, SourceContext
 from app.sources.ffmpeg import open_capture
 from app.sources.lifecycle import require_open
@@ -51,15 +52,17 @@ class VideoSource(BaseSource):
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
         path = file_within(pictures_folder(context), target, "video")
         if not _is_video(path):
-            raise BadInput(f"{target!r} is not a supported video.", "Use MP4, MOV, AVI, MKV or WebM.",
-                           reason="unknown-video-format")
+            raise BadInput(say("video.not-supported", "{name!r} is not a supported video.", name=target),
+                           say("video.use-format", "Use MP4, MOV, AVI, MKV or WebM."), reason="unknown-video-format")
         opened = cls(path, options)
         opened._begin()
         opened._pending = opened._decoded()
         if opened._pending is None:
             opened.close()
-            raise BadInput(f"The video {target!r} has no frames after {options['start_s']:g} s.",
-                           "Start earlier, or convert it to MP4 with H.264.", reason="undecodable-video")
+            raise BadInput(say("video.no-frames", "The video {name!r} has no frames after {start_s:g} s.", name=target,
+                               start_s=options["start_s"]),
+                           say("video.start-earlier", "Start earlier, or convert it to MP4 with H.264."),
+                           reason="undecodable-video")
         return opened
 
     def read(self) -> Frame:
@@ -70,7 +73,8 @@ class VideoSource(BaseSource):
             self._begin()
             frame = self._decoded()
         if frame is None:
-            raise Unavailable("The video has ended.", "Open it again, or with loop=true.", reason="source-ended")
+            raise Unavailable(say("video.ended", "The video has ended."),
+                              say("video.open-again", "Open it again, or with loop=true."), reason="source-ended")
         if self._options["pace"] == "real":
             self._pace.wait_for(self._rounds_s + self._moment_s)
         return frame
@@ -90,8 +94,8 @@ class VideoSource(BaseSource):
         self.close()
         self._capture = open_capture(str(self._path))
         if self._capture is None:
-            raise BadInput(f"The video {self._path.name!r} cannot be decoded.", "Convert it to MP4 with H.264.",
-                           reason="undecodable-video")
+            raise BadInput(say("video.cannot-decode", "The video {name!r} cannot be decoded.", name=self._path.name),
+                           say("video.convert", "Convert it to MP4 with H.264."), reason="undecodable-video")
         fps = self._options["fps"] or self._capture.get(cv2.CAP_PROP_FPS)
         self._interval_s = 1 / fps if math.isfinite(fps) and 0.1 <= fps <= 1000 else 0.04
         self._index = 0

@@ -19,6 +19,8 @@ from typing import Self
 from urllib.parse import quote, unquote, urlsplit
 
 from app.core.errors import BadInput, Unavailable
+from app.core.statements import Sentence, say
+from app.sources.address import NOT_VALID
 
 Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
@@ -32,6 +34,7 @@ THIS_NETWORK = ipaddress.ip_network("0.0.0.0/8")
 NAT64, V4_COMPATIBLE = ipaddress.ip_network("64:ff9b::/96"), ipaddress.ip_network("::/96")
 NEIGHBOURS = Path("/proc/net/arp")
 FORM = "Enter it as {scheme}://user:password@host:port/path. Write @ / : # in a password as %40 %2F %3A %23."
+THIS_MACHINE = say("host.this-machine", "this machine itself")
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,7 @@ class Endpoint:
     @classmethod
     def of(cls, scheme: str, target: str) -> Self:
         """Parse everything between :// and #; BadInput for what leaves any doubt about the host."""
-        wrong = BadInput("The camera address is not valid.", FORM.format(scheme=scheme), reason="bad-source")
+        wrong = BadInput(NOT_VALID, say("address.network-form", FORM, scheme=scheme), reason="bad-source")
         if "\\" in target or any(c.isspace() for c in target.partition("/")[0]):
             raise wrong  # some programs take a backslash for a slash: then they and we would mean different hosts
         try:
@@ -81,9 +84,10 @@ def connect(endpoint: Endpoint, allowed: Iterable[str], deadline: float) -> sock
     for address in addresses:
         why = why_forbidden(address)
         if why and not is_allowed(endpoint, address, allowed):
-            raise BadInput(f"{endpoint.host} is {why}, which is not allowed for cameras.",
-                           "To allow it, add it to the settings under sources: allowed_hosts.",
-                           reason="forbidden-host")
+            raise BadInput(say("network.forbidden-host", "{host} is {kind}, which is not allowed for cameras.",
+                               host=endpoint.host, kind=why),
+                           say("network.allow-host", "To allow it, add it to the settings under sources: "
+                               "allowed_hosts."), reason="forbidden-host")
     for address in addresses:
         try:
             line = socket.create_connection((str(address), endpoint.port), max(0.01, deadline - time.monotonic()))
@@ -91,24 +95,24 @@ def connect(endpoint: Endpoint, allowed: Iterable[str], deadline: float) -> sock
             continue
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return line
-    raise Unavailable(f"No response from {endpoint.authority}.",
-                      "Check that the camera is switched on, and that address and port are correct.",
-                      reason="camera-unreachable")
+    raise Unavailable(say("network.no-response", "No response from {address}.", address=endpoint.authority),
+                      say("network.check-address", "Check that the camera is switched on, and that address and port "
+                          "are correct."), reason="camera-unreachable")
 
 
-def why_forbidden(address: Address) -> str | None:
+def why_forbidden(address: Address) -> Sentence | None:
     """Return in words what a forbidden address is; None for an allowed one."""
     if address.version == 6 and (inner := _inner(address)) is not None:
         return why_forbidden(inner) or None
     if address in METADATA:
-        return "a cloud's metadata service"
+        return say("host.metadata-service", "a cloud's metadata service")
     if address.is_unspecified or address.is_loopback or (address.version == 4 and address in THIS_NETWORK):
-        return "this machine itself"
+        return THIS_MACHINE
     if address.is_link_local or (address.version == 6 and address.is_site_local):
-        return "a link-local address"
+        return say("host.link-local", "a link-local address")
     if address.is_multicast or address.is_reserved:
-        return "not the address of a single machine"
-    return "this machine itself" if _is_ours(address) else None
+        return say("host.not-one-machine", "not the address of a single machine")
+    return THIS_MACHINE if _is_ours(address) else None
 
 
 def is_allowed(endpoint: Endpoint, address: Address, allowed: Iterable[str]) -> bool:
@@ -157,8 +161,9 @@ def _resolve(endpoint: Endpoint, deadline: float) -> list[Address]:
         found = None
     addresses = list(dict.fromkeys(ipaddress.ip_address(text.partition("%")[0]) for text in found or ()))
     if not addresses:
-        raise Unavailable(f"The name {endpoint.host} is unknown on this network.",
-                          "Correct it, or use the camera's IP address.", reason="unknown-host")
+        raise Unavailable(say("network.unknown-host", "The name {host} is unknown on this network.",
+                              host=endpoint.host), say("network.use-ip", "Correct it, or use the camera's IP address."),
+                          reason="unknown-host")
     return addresses
 
 

@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterator
 
 from app.core.errors import Unavailable
+from app.core.statements import say
 from app.sources.network.authentication import Login
 from app.sources.network.camera_errors import connection_lost, silent, status_error
 from app.sources.network.endpoint import Endpoint, connect
@@ -42,9 +43,9 @@ class HttpConnection:
                     self.close()
                 continue
             if answer.status != 200:
-                raise status_error(answer.status, "http", "nothing", "MJPEG")
+                raise status_error(answer.status, "http")
             return answer.headers.get("Content-Type", "")
-        raise status_error(401, "http", "nothing", "MJPEG")
+        raise status_error(401, "http")
 
     def read_some(self, deadline: float) -> bytes:
         """Return what came of the body, at least a byte; b"" at its end."""
@@ -96,9 +97,9 @@ class HttpConnection:
                 line = context.wrap_socket(line, server_hostname=endpoint.host)
             except ssl.SSLCertVerificationError:
                 line.close()
-                raise Unavailable("This machine does not trust the camera's certificate.",
-                                  "Install the certificate on this machine, or add #trust=any to the end of the "
-                                  "address.",
+                raise Unavailable(say("network.certificate", "This machine does not trust the camera's certificate."),
+                                  say("network.install-certificate", "Install the certificate on this machine, or "
+                                      "add #trust=any to the end of the address."),
                                   reason="camera-certificate") from None
             except (OSError, ValueError):
                 line.close()

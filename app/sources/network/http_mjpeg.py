@@ -13,8 +13,10 @@ from typing import Any, ClassVar, Self
 from app.core.errors import BadImage, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
+from app.core.statements import say
 from app.sources import BaseSource, SourceContext
 from app.sources.lifecycle import Pacer, require_open
+from app.sources.network.camera_errors import CHECK_SWITCHED_ON
 from app.sources.network.endpoint import Endpoint, hardware_address
 from app.sources.network.http_client import HttpConnection
 from app.sources.network.multipart import MAX_PART, MultipartParser, PartTooLarge, boundary_of
@@ -52,7 +54,8 @@ class HttpSource(BaseSource):
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
         if context.read is None:
-            raise Unavailable("Images cannot be decoded.", "Restart Touchline.", reason="no-decoder")
+            raise Unavailable(say("network.no-decoder", "Images cannot be decoded."),
+                              say("network.restart-touchline", "Restart Touchline."), reason="no-decoder")
         opened = cls(Endpoint.of(cls.SCHEME, target), options, context)
         try:
             kind = opened._line.request(time.monotonic() + OPEN_S)
@@ -63,8 +66,9 @@ class HttpSource(BaseSource):
         boundary = boundary_of(kind)
         if boundary is None and not kind.lower().startswith("image/"):
             opened.close()
-            raise Unavailable("The address returns neither an MJPEG stream nor an image.",
-                              "See the camera's manual for its MJPEG path.", reason="unknown-stream")
+            raise Unavailable(say("network.no-mjpeg", "The address returns neither an MJPEG stream nor an image."),
+                              say("network.mjpeg-path", "See the camera's manual for its MJPEG path."),
+                              reason="unknown-stream")
         opened._parts = MultipartParser(boundary) if boundary else None
         opened._answered = True
         return opened
@@ -82,8 +86,8 @@ class HttpSource(BaseSource):
         except Unavailable:
             if self.skipped == before:
                 raise
-        raise Unavailable("The camera sends images in an unsupported format.",
-                          "Set it to MJPEG, or check its network.", reason="bad-pictures")
+        raise Unavailable(say("network.bad-images", "The camera sends images in an unsupported format."),
+                          say("network.set-mjpeg", "Set it to MJPEG, or check its network."), reason="bad-pictures")
 
     def close(self) -> None:
         if self._line is not None:
@@ -95,7 +99,8 @@ class HttpSource(BaseSource):
         while not self._waiting:
             some = self._line.read_some(deadline)
             if not some:
-                raise Unavailable("The camera ended the stream.", "Check that it is switched on.", reason="camera-gone")
+                raise Unavailable(say("network.stream-ended", "The camera ended the stream."), CHECK_SWITCHED_ON,
+                                  reason="camera-gone")
             self._waiting += self._parts.feed(some)
             # Without a stated length the end of a part is marked only when the next one begins, a frame late.
             if not self._waiting and (maybe := self._parts.pending_jpeg()) is not None:

@@ -9,6 +9,7 @@ import cv2
 from app.core.errors import Unavailable
 from app.core.options import Option
 from app.core.records import Frame
+from app.core.statements import say
 from app.sources import BaseSource, SourceContext
 from app.sources.ffmpeg import open_capture
 from app.sources.lifecycle import require_open
@@ -71,5 +72,6 @@ class RtspSource(BaseSource):
         if self._capture is None:
             problem = self._relay.problem
             self.close()
-            raise problem or Unavailable("The camera did not send a stream in time.",
-                                         "Check its path, or allow more time: #open_s=5.", reason="camera-silent")
+            raise problem or Unavailable(say("network.no-stream-in-time", "The camera did not send a stream in time."),
+                                         say("network.check-path", "Check its path, or allow more time: #open_s=5."),
+                                         reason="camera-silent")

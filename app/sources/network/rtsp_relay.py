@@ -14,8 +14,9 @@ import threading
 import time
 
 from app.core.errors import TouchlineError, Unavailable
+from app.core.statements import say
 from app.sources.network.authentication import Login
-from app.sources.network.camera_errors import connection_lost, silent, status_error
+from app.sources.network.camera_errors import CHECK_SWITCHED_ON, connection_lost, silent, status_error
 from app.sources.network.endpoint import Endpoint
 from app.sources.network.rtp_sizes import SizeMonitor
 
@@ -98,8 +99,8 @@ class RtspRelay:
             if self._camera.fileno() in ready:
                 data = self._camera.recv(READ_BYTES)
                 if not data:
-                    raise Unavailable("The camera ended the connection.", "Check that it is switched on.",
-                                      reason="camera-gone")
+                    raise Unavailable(say("network.connection-ended", "The camera ended the connection."),
+                                      CHECK_SWITCHED_ON, reason="camera-gone")
                 self._from_camera += data
                 if self._packets():
                     last_packet_s = time.monotonic()
@@ -188,7 +189,7 @@ class RtspRelay:
             self._ask(*request)
             return
         if 300 <= code <= 401 or (code > 401 and request[0] in ("DESCRIBE", "SETUP", "PLAY")):
-            raise status_error(code, "rtsp", "no stream", "RTSP")
+            raise status_error(code, "rtsp")
         if request[0] == "DESCRIBE":
             sdp = body.decode("utf-8", "replace")
             codec = CODEC.search(sdp)

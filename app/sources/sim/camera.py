@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from app.core.errors import BadInput
 from app.core.field import BORDERS, Region
 from app.core.geometry import ImageSize, Points, inside_picture
+from app.core.statements import say
 from app.sources.sim.lens import Lens
 
 Matrix = tuple[tuple[float, float, float], ...]
@@ -44,8 +45,8 @@ class SimCamera:
         middle = np.array([np.mean(region.x_mm), np.mean(region.y_mm), 0.0])
         ahead = rotation[2]
         if ahead[2] > -0.05:
-            raise BadInput("The field is outside the view of the simulated camera.", "Use tilt and pan below 80°.",
-                           reason="bad-camera")
+            raise BadInput(say("sim.field-out-of-view", "The field is outside the view of the simulated camera."),
+                           say("sim.smaller-tilt", "Use tilt and pan below 80°."), reason="bad-camera")
         place = middle + ahead * (height_mm / ahead[2]) if stand_mm is None else np.array([*stand_mm, height_mm])
         camera = cls(image_size, (1.0, 1.0), (0.0, 0.0), lens, _plain(rotation), tuple(map(float, place)))
         if focal_px is None:
@@ -62,9 +63,9 @@ class SimCamera:
         reach = np.abs(self.raw_from_field(edge)).max(axis=0)  # NaN where the lens cannot see a border
         focal = fill * np.array(self.image_size.centre) / np.maximum(reach, 1e-9)
         if not np.isfinite(focal).all():
-            raise BadInput("The simulated camera does not cover the whole area.",
-                           "Increase its height, reduce its tilt, or use a lens with less distortion.",
-                           reason="bad-camera")
+            raise BadInput(say("sim.area-not-covered", "The simulated camera does not cover the whole area."),
+                           say("sim.higher", "Increase its height, reduce its tilt, or use a lens with less "
+                               "distortion."), reason="bad-camera")
         return float(focal.min())
 
     @cached_property

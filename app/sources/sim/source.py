@@ -14,6 +14,7 @@ from app.core.field import Field, Region
 from app.core.geometry import ImageSize
 from app.core.options import Option
 from app.core.records import Frame
+from app.core.statements import say
 from app.processes.limits import return_memory
 from app.sources import BaseSource, Control, Identity, SourceContext, named_field
 from app.sources.lifecycle import Pacer, require_open
@@ -111,8 +112,8 @@ class SimSource(BaseSource):
         region = _region(field, options)
         serial = options["serial"]
         if len(serial) > 100 or not serial.isprintable():
-            raise BadInput("The option serial is not a serial number.", "Use up to 100 letters, digits and "
-                                                                        "punctuation characters.",
+            raise BadInput(say("sim.bad-serial", "The option serial is not a serial number."),
+                           say("sim.serial-form", "Use up to 100 letters, digits and punctuation characters."),
                            reason="bad-option")
         play = Motion(options["robots"], options["people"], options["seed"], options["speed"], options["walk"],
                     options["numbers"] == "drawn", options["ball"])
@@ -189,8 +190,10 @@ class SimSource(BaseSource):
 def _region(field: Field, options: Mapping[str, Any]) -> Region:
     numbered = CAMERAS[options["cameras"]]
     if not options["region"] and options["camera"] >= len(numbered):
-        raise BadInput(f"There is no camera {options['camera']} among {len(numbered)}.",
-                       f"Use 0 to {len(numbered) - 1}, or set cameras=2, 4 or 8.", reason="bad-option")
+        raise BadInput(say("sim.no-camera", "There is no camera {camera} among {cameras}.", camera=options["camera"],
+                           cameras=len(numbered)),
+                       say("sim.camera-range", "Use 0 to {last}, or set cameras=2, 4 or 8.", last=len(numbered) - 1),
+                       reason="bad-option")
     rotate = None if options["rotate"] is None else int(options["rotate"])
     return field.region(options["region"] or numbered[options["camera"]], rotate)
 
@@ -209,8 +212,8 @@ def _lens(options: Mapping[str, Any]) -> Lens:
     known = [member.name for member in dataclasses.fields(preset)]
     for term in given:
         if term not in known:
-            raise BadInput(f"The lens {options['lens']!r} has no term {term}.", f"It has {', '.join(known)}.",
-                           reason="bad-option")
+            raise BadInput(say("sim.no-term", "The lens {lens!r} has no term {term}.", lens=options["lens"], term=term),
+                           say("sim.terms", "It has {terms}.", terms=list(known)), reason="bad-option")
     return dataclasses.replace(preset, **given)
 
 
@@ -218,7 +221,7 @@ def _size(text: str) -> ImageSize:
     found = re.fullmatch(r"([0-9]{2,5})[x×]([0-9]{2,5})", text)
     width, height = (int(n) for n in found.groups()) if found else (0, 0)
     if min(width, height) < 32 or width * height > MAX_PIXELS:
-        raise BadInput(f"The option size cannot be {text!r}.",
-                       f"Write it as 1280x1024: at least 32 px a side, at most {MAX_PIXELS // 10**6} megapixels.",
-                       reason="bad-option")
+        raise BadInput(say("sim.bad-size", "The option size cannot be {size!r}.", size=text),
+                       say("sim.size-form", "Write it as 1280x1024: at least 32 px a side, at most {most_megapixels} "
+                           "megapixels.", most_megapixels=MAX_PIXELS // 10**6), reason="bad-option")
     return ImageSize(width, height)

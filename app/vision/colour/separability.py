@@ -4,9 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.core.colour_profile import ColourProfile
+from app.core.colour_profile import NAMES, ColourProfile
+from app.core.statements import Sentence, say, stated
 from app.vision.colour.table import distances, features
 
+BACKGROUND = "the background"  # beside the colours
 _APART, _CLOSE = 4.0, 2.0  # spreads between two colours
 
 
@@ -21,11 +23,11 @@ class ColourSeparation:
     sentence: str
 
     def to_json(self) -> dict:
-        return {**vars(self), "gap": self.gap if np.isfinite(self.gap) else None}
+        return stated({**vars(self), "gap": self.gap if np.isfinite(self.gap) else None})
 
 
 def colour_health(profile: ColourProfile) -> tuple[ColourSeparation, ...]:
-    others = {**profile.colours, "the background": profile.background}
+    others = {**profile.colours, BACKGROUND: profile.background}
     found = []
     for colour, samples in profile.colours.items():
         chroma = features(np.array([s.bgr for s in samples]))
@@ -34,9 +36,25 @@ def colour_health(profile: ColourProfile) -> tuple[ColourSeparation, ...]:
         nearest = min(gaps, key=gaps.get, default=None)
         gap = gaps[nearest] if nearest else float("inf")
         level = "good" if gap >= _APART else "close" if gap >= _CLOSE else "mixed"
-        words = {"good": "is well separated.",
-                 "close": f"is close to {nearest}. Add samples of both where the light differs.",
-                 "mixed": f"overlaps with {nearest}. Change the light, the white balance or the paper."}[level]
         found.append(ColourSeparation(colour, nearest if np.isfinite(gap) else None, gap, level,
-                                      f"{colour.capitalize()} {words}"))
+                                      _sentence(level, colour, nearest)))
     return tuple(found)
+
+
+def _sentence(level: str, colour: str, nearest: str | None) -> Sentence:
+    first = _name(colour.capitalize())
+    if level == "good" or nearest is None:
+        return say("colour-separation.good", "{colour} is well separated.", colour=first)
+    if level == "close":
+        return say("colour-separation.close", "{colour} is close to {nearest}. Add samples of both where the light "
+                   "differs.", colour=first, nearest=_name(nearest))
+    return say("colour-separation.mixed", "{colour} overlaps with {nearest}. Change the light, the white balance or "
+               "the paper.", colour=first, nearest=_name(nearest))
+
+
+def _name(shown: str) -> str:
+    """Return a colour as it is shown, "Yellow" or "yellow", with its code."""
+    if shown == BACKGROUND:
+        return say("colour.background", BACKGROUND)
+    known = shown.lower()
+    return say(f"colour.{known}" if shown == known else f"colour.{known}-first", shown) if known in NAMES else shown

@@ -13,6 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.statements import join, say
+from app.vision.quality.zones import message
+
 MAINS_HZ = (100.0, 120.0)
 MIN_FRAMES = 12
 MAX_ROWS = 270
@@ -111,20 +114,26 @@ def _lamp(beat: float | None, times: NDArray) -> float | None:
     return fits[0] if len(fits) == 1 else None
 
 
-def advice(flicker: Flicker | None) -> list[dict[str, str]]:
+def advice(flicker: Flicker | None) -> list[dict[str, Any]]:
     """Return advice on flicker: text, fix, severity ("warning" or "note")."""
     if flicker is None or max(flicker.amplitude_pct, flicker.bands_pct) < SEEN_PCT:
         return []
-    lamp = "" if flicker.lamp_hz is None else f" as lamps do at {flicker.lamp_hz:.0f} Hz"
-    periods = [f"{1000 / hz:.3g} ms" for hz in ([flicker.lamp_hz] if flicker.lamp_hz else MAINS_HZ)]
-    fix = (f"Set the exposure to {' or '.join(periods)} or a whole multiple of it, or light the field with lamps that "
-           "do not flicker.")
+    light = (say("flicker.seen", "Light flickers:") if flicker.lamp_hz is None else
+             say("flicker.seen-as-lamps", "Light flickers as lamps do at {hz:.0f} Hz:", hz=flicker.lamp_hz))
+    periods = [1000 / hz for hz in ([flicker.lamp_hz] if flicker.lamp_hz else MAINS_HZ)]
+    fix = (say("flicker.set-exposure", "Set the exposure to {ms:.3g} ms or a whole multiple of it, or light the field "
+               "with lamps that do not flicker.", ms=periods[0]) if len(periods) == 1 else
+           say("flicker.set-one-exposure", "Set the exposure to {ms:.3g} ms or {other_ms:.3g} ms or a whole multiple "
+               "of it, or light the field with lamps that do not flicker.", ms=periods[0], other_ms=periods[1]))
     if flicker.bands_pct > flicker.amplitude_pct:
-        bands = f"{flicker.bands:.2g} " if flicker.bands is not None and flicker.bands > 1 else ""
-        text = f"Light flickers{lamp}: {bands}bands of {flicker.bands_pct:.1f} % move through the picture."
+        what = (say("flicker.some-bands", "{bands:.2g} bands of {percent:.1f} % move through the picture.",
+                    bands=flicker.bands, percent=flicker.bands_pct) if (flicker.bands or 0) > 1 else
+                say("flicker.bands", "bands of {percent:.1f} % move through the picture.", percent=flicker.bands_pct))
         bad = flicker.bands_pct >= MUCH_PCT
     else:
-        often = "" if flicker.beat_hz is None else f", {flicker.beat_hz:.1f} times a second in the picture"
-        text = f"Light flickers{lamp}: the brightness varies by {flicker.amplitude_pct:.1f} %{often}."
+        what = (say("flicker.varies", "the brightness varies by {percent:.1f} %.", percent=flicker.amplitude_pct)
+                if flicker.beat_hz is None else
+                say("flicker.beats", "the brightness varies by {percent:.1f} %, {hz:.1f} times a second in the "
+                    "picture.", percent=flicker.amplitude_pct, hz=flicker.beat_hz))
         bad = flicker.amplitude_pct >= MUCH_PCT
-    return [{"text": text, "fix": fix, "severity": "warning" if bad else "note"}]
+    return [message(join(light, what), fix, bad)]

@@ -12,7 +12,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.vision.quality.zones import MIDDLE, ZONES, field_mask, zone_names, zone_slices
+from app.core.statements import say
+from app.vision.quality.zones import (
+    MIDDLE,
+    WHOLE,
+    ZONES,
+    field_mask,
+    first_capital,
+    message,
+    zone_names,
+    zone_slices,
+)
 
 LOW, HIGH = 2, 253  # grey levels at and beyond which nothing is told apart any more
 CLIPPED_HIGH, CLIPPED_LOW = 0.005, 0.02  # shares from which on it is said
@@ -102,31 +112,35 @@ def _carpet(picture: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tuple
     return tuple(found)
 
 
-def advice(light: Light) -> list[dict[str, str]]:
+def advice(light: Light) -> list[dict[str, Any]]:
     """Return advice on the light, worst first: text, fix, severity ("warning" or "note")."""
     messages = []
     if light.clipped_high >= CLIPPED_HIGH:
         where = [i for i, share in enumerate(light.burnt) if share >= max(0.3 * max(light.burnt), CLIPPED_HIGH)]
-        place = zone_names(where)
-        spot = "everywhere" if place == "whole image" else "at " + place
-        messages.append(_message(
-            f"Image overexposed {spot}: {_percent(light.clipped_high)} of the pixels are saturated.",
-            "Shorten the exposure, lower the gain or close the iris. Move a lamp that causes reflections.",
-            light.clipped_high >= MUCH_CLIPPED))
+        places, share = zone_names(where), _percent(light.clipped_high)
+        text = (say("light.overexposed", "Image overexposed everywhere: {share} of the pixels are saturated.",
+                    share=share) if places == [WHOLE] else
+                say("light.zones-overexposed", "Image overexposed at {zones}: {share} of the pixels are saturated.",
+                    zones=places, share=share))
+        messages.append(message(text, say("light.shorten-exposure", "Shorten the exposure, lower the gain or close the "
+                                          "iris. Move a lamp that causes reflections."),
+                                light.clipped_high >= MUCH_CLIPPED))
     if light.clipped_low >= CLIPPED_LOW:
         # Beside bright lines, black is most often a black carpet.
-        messages.append(_message(f"Image underexposed: {_percent(light.clipped_low)} of the pixels are black.",
-                                 "Lengthen the exposure, open the iris, or light the field.",
-                                 light.clipped_low >= MUCH_CLIPPED and light.bright < BRIGHT))
+        messages.append(message(say("light.underexposed", "Image underexposed: {share} of the pixels are black.",
+                                    share=_percent(light.clipped_low)),
+                                say("light.lengthen-exposure", "Lengthen the exposure, open the iris, or light the "
+                                    "field."), light.clipped_low >= MUCH_CLIPPED and light.bright < BRIGHT))
     if light.bright < DARK:
-        messages.append(_message(f"Image dark: the brightest pixels are at grey level {light.bright:.0f} of 255.",
-                                 "Add light or lengthen the exposure. Raise the gain last, because it adds noise.",
-                                 light.bright < DARK / 2))
+        messages.append(message(say("light.dark", "Image dark: the brightest pixels are at grey level {level:.0f} of "
+                                    "255.", level=light.bright),
+                                say("light.add-light", "Add light or lengthen the exposure. Raise the gain last, "
+                                    "because it adds noise."), light.bright < DARK / 2))
     messages += _unevenness(light)
     return sorted(messages, key=lambda s: s["severity"] != "warning")
 
 
-def _unevenness(light: Light) -> list[dict[str, str]]:
+def _unevenness(light: Light) -> list[dict[str, Any]]:
     known = {i: level for i, level in enumerate(light.carpet) if level is not None}
     if light.evenness is None or light.evenness >= DIM:
         return []
@@ -137,15 +151,12 @@ def _unevenness(light: Light) -> list[dict[str, str]]:
     if not dim:
         return []
     least = 1 - min(known[i] for i in dim) / known[beside]
-    name = zone_names(dim, known)
-    return [_message(f"{name[0].upper()}{name[1:]} {'up to ' if len(dim) > 1 else ''}{100 * least:.0f} % darker than "
-                     f"the {ZONES[beside]}.",
-                     "Move or add a lamp there. If the lens darkens the corners, close its iris a "
-                     "little.", light.evenness < 0.5)]
-
-
-def _message(text: str, fix: str, bad: bool) -> dict[str, str]:
-    return {"text": text, "fix": fix, "severity": "warning" if bad else "note"}
+    values = {"zones": first_capital(zone_names(dim, known)), "percent": 100 * least, "beside": ZONES[beside]}
+    text = (say("light.zones-darker", "{zones} up to {percent:.0f} % darker than the {beside}.", **values)
+            if len(dim) > 1 else
+            say("light.zone-darker", "{zones} {percent:.0f} % darker than the {beside}.", **values))
+    return [message(text, say("light.add-lamp", "Move or add a lamp there. If the lens darkens the corners, close its "
+                              "iris a little."), light.evenness < 0.5)]
 
 
 def _percent(share: float) -> str:

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.geometry import Points
-from app.vision.quality.zones import field_mask, zone_names, zone_slices
+from app.core.statements import say
+from app.vision.quality.zones import field_mask, first_capital, message, zone_names, zone_slices
 
 SEARCH_WIDTH_PX = 640  # px: edges are looked for in a picture this wide
 BLOCK = 16  # px of it: no two edge points are nearer than a block or so
@@ -176,25 +177,22 @@ def _until_high(values: NDArray) -> NDArray[np.float64]:
     return np.where(there.any(axis=1), np.maximum(i - 1, 0) + part, np.nan)
 
 
-def advice(sharpness: Sharpness) -> list[dict[str, str]]:
+def advice(sharpness: Sharpness) -> list[dict[str, Any]]:
     """Return advice on focus: text, fix, severity ("warning" or "note")."""
     known = {i: w for i, w in enumerate(sharpness.width_px) if w is not None}
     if not known:
-        return [{"text": "Focus unknown: no edges detected.", "fix": "Point the camera at the field's lines, or light "
-                                                                     "it.",
-                 "severity": "note"}]
+        return [message(say("focus.unknown", "Focus unknown: no edges detected."),
+                        say("focus.point-at-lines", "Point the camera at the field's lines, or light it."), False)]
     best = sharpness.best_px
     if best > SOFT_PX:
-        return [{"text": f"Whole image soft: the sharpest edges are {best:.1f} px wide.",
-                 "fix": "Turn the focus ring of the lens until this value is smallest, then lock it.",
-                 "severity": "warning" if best > VERY_SOFT_PX else "note"}]
+        return [message(say("focus.all-soft", "Whole image soft: the sharpest edges are {px:.1f} px wide.", px=best),
+                        say("focus.turn-ring", "Turn the focus ring of the lens until this value is smallest, then "
+                            "lock it."), best > VERY_SOFT_PX)]
     soft = [i for i, w in known.items() if w > WORSE * best and w > SOFT_PX]
     if not soft:
         return []
     worst = max(known[i] for i in soft)
-    name = zone_names(soft, known)
-    return [{"text": f"{name[0].upper()}{name[1:]} soft: edges {worst:.1f} px wide, {best:.1f} px in the sharpest "
-                     "area.",
-             "fix": "Focus halfway between near and far, close the iris a little, and clean the lens. Check that the "
-                    "lens is mounted straight.",
-             "severity": "warning" if worst > VERY_SOFT_PX else "note"}]
+    return [message(say("focus.zones-soft", "{zones} soft: edges {px:.1f} px wide, {best_px:.1f} px in the sharpest "
+                        "area.", zones=first_capital(zone_names(soft, known)), px=worst, best_px=best),
+                    say("focus.halfway", "Focus halfway between near and far, close the iris a little, and clean the "
+                        "lens. Check that the lens is mounted straight."), worst > VERY_SOFT_PX)]

@@ -1,17 +1,23 @@
 """The nine zones of a picture, three by three, and what they are called."""
 
 from collections.abc import Iterable
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import BadInput
+from app.core.statements import Sentence, say, stated
 
-ZONES = ("top left", "top", "top right", "left", "middle", "right", "bottom left", "bottom", "bottom right")
+ZONES = (say("zone.top-left", "top left"), say("zone.top", "top"), say("zone.top-right", "top right"),
+         say("zone.left", "left"), say("zone.middle", "middle"), say("zone.right", "right"),
+         say("zone.bottom-left", "bottom left"), say("zone.bottom", "bottom"), say("zone.bottom-right", "bottom right"))
+WHOLE = say("zone.whole-image", "whole image")
 MIDDLE = 4
-_GROUPS = {"rim": (0, 1, 2, 3, 5, 6, 7, 8), "corners": (0, 2, 6, 8), "left edge": (0, 3, 6),
-           "right edge": (2, 5, 8), "top edge": (0, 1, 2), "bottom edge": (6, 7, 8)}
+_GROUPS = {say("zone.rim", "rim"): (0, 1, 2, 3, 5, 6, 7, 8), say("zone.corners", "corners"): (0, 2, 6, 8),
+           say("zone.left-edge", "left edge"): (0, 3, 6), say("zone.right-edge", "right edge"): (2, 5, 8),
+           say("zone.top-edge", "top edge"): (0, 1, 2), say("zone.bottom-edge", "bottom edge"): (6, 7, 8)}
 
 
 def zone_slices(height: int, width: int) -> list[tuple[slice, slice]]:
@@ -20,18 +26,28 @@ def zone_slices(height: int, width: int) -> list[tuple[slice, slice]]:
     return [(slice(rows[i], rows[i + 1]), slice(columns[j], columns[j + 1])) for i in range(3) for j in range(3)]
 
 
-def zone_names(zones: Iterable[int], known: Iterable[int] = range(9)) -> str:
+def zone_names(zones: Iterable[int], known: Iterable[int] = range(9)) -> list[Sentence]:
     """Name a set of zones: edge, corners or rim where all its known zones are meant; else one by one."""
     meant, known, names = set(zones), set(known), []
     if meant and meant == known:
-        return "whole image"
+        return [WHOLE]
     unsaid = set(meant)
     for name, members in _GROUPS.items():
         present = set(members) & known
         if len(present) > 1 and present <= meant and len(present & unsaid) > len(present) / 2:
             names.append(name)
             unsaid -= present
-    return ", ".join(names + [ZONES[i] for i in sorted(unsaid)])
+    return names + [ZONES[i] for i in sorted(unsaid)]
+
+
+def first_capital(names: list[Sentence]) -> list[Sentence]:
+    """Return names as they begin a sentence."""
+    return [Sentence(names[0][0].upper() + names[0][1:], names[0].statements), *names[1:]]
+
+
+def message(text: str, fix: str, bad: bool) -> dict[str, Any]:
+    """Return advice on a picture as JSON."""
+    return stated({"text": text, "fix": fix, "severity": "warning" if bad else "note"})
 
 
 def field_mask(field: NDArray | None, height: int, width: int) -> NDArray[np.bool_] | None:
