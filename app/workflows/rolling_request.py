@@ -140,7 +140,7 @@ def lens_record(rolls: Sequence[RecordedRoll], size: ImageSize, kind: str = "aut
     figures = roll_report(rolls, size)
     used = agreeing_rolls(rolls, figures)
     if not figures["raw"]["free"]:
-        raise FitFailed(say("rolls.not-free", "These are not free rolls. The moving object was driven or pushed."),
+        raise FitFailed(say("rolls.driven", "These are not free rolls. The moving object was driven or pushed."),
                         say("rolls.roll-one-ball", "Delete them, and roll one ball while nothing else moves."),
                         reason="not-free")
     if len(used) < MIN_FOR_LENS:
