@@ -112,8 +112,8 @@ LensSummary = response("LensSummary", id=str, created_at=str, camera=str | None,
 Lens = response("Lens", LensSummary, lens=JsonObject, report=JsonObject, snapshots=list[str] | None, software=str)
 Lenses = page_of("Lenses", LensSummary)
 Straightness = response("Straightness", says=True, lens=JsonObject, sigma=dict[str, float],
-    straightness_px=dict[str, float], bow=JsonObject, distortion=Literal["significant", "none", "unknown"], sentence=str, lines=list[JsonObject],
-    lines_used=int, objects=int, pictures=list[str], cannot_see=str)
+    straightness_px=dict[str, float], bow=JsonObject, distortion=Literal["significant", "none", "unknown"],
+    sentence=str, lines=list[JsonObject], lines_used=int, objects=int, pictures=list[str], cannot_see=str)
 Pair = response("Pair", fundamental=JsonObject | None, pose=JsonObject | None, calibrated=JsonObject | None,
     agreement=JsonObject | None, matches=int, failed=list[JsonObject])
 PairLines = response("PairLines", in_a=list[Points | None] | None, in_b=list[Points | None] | None,
