@@ -28,6 +28,7 @@ ONE_CAMERA = say("advice.one-camera", "Use images from one camera at one resolut
 OPEN_AGAIN = say("advice.open-again", "Open it again.")
 SECURE_CAMERA = say("advice.secure-camera", "Secure the camera, and switch off its automatic exposure.")
 SET_RESOLUTION = say("advice.set-resolution", "Set the camera to that resolution, or calibrate it at this one.")
+REPEAT = say("advice.repeat", "Try again.")
 TRY_AGAIN = say("advice.try-again", "Try again in a moment.")
 TRY_WHEN_BACK = say("advice.try-when-back", "Try again when it is back.")
 TRIES_AGAIN = say("advice.tries-again", "Touchline tries again automatically. See the server log for the reason.")

@@ -9,7 +9,16 @@ import struct
 
 from app.core.errors import BadImage
 from app.core.statements import say
-from app.images.limits import DeclaredImage, ImageLimits, checked_size, damaged, truncated, unsupported
+from app.images.limits import (
+    NO_PIXELS,
+    NO_SIZE,
+    DeclaredImage,
+    ImageLimits,
+    checked_size,
+    damaged,
+    truncated,
+    unsupported,
+)
 
 EOI, SOS = 0xD9, 0xDA
 PLAIN = (0xC0, 0xC1, 0xC2)  # baseline, extended, progressive: what cameras write
@@ -57,7 +66,7 @@ def screen_jpeg(data: bytes, limits: ImageLimits) -> DeclaredImage:
     else:
         raise damaged(say("image-damage.too-many-segments", "it has too many segments"))
     if size is None or scans == 0:
-        raise damaged(say("image-damage.no-pixels", "it contains no pixels"))
+        raise damaged(NO_PIXELS)
     return DeclaredImage("jpeg", *size, position)
 
 
@@ -81,7 +90,7 @@ def _segment(data: bytes, position: int) -> tuple[int, memoryview, int]:
 
 def _size(body: memoryview) -> tuple[int, int]:
     if len(body) < 6:
-        raise damaged(say("image-damage.no-size", "its size is missing"))
+        raise damaged(NO_SIZE)
     precision, height, width, components = struct.unpack_from(">BHHB", body)
     if precision != 8 or components not in (1, 3, 4):
         raise unsupported(say("image.jpeg-components",

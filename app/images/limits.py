@@ -7,6 +7,8 @@ from app.core.geometry import MIN_SIDE_PX
 from app.core.statements import say
 
 RESAVE = say("image.resave", "Open it in an image program and save it again as PNG or JPEG.")
+NO_PIXELS = say("image-damage.no-pixels", "it contains no pixels")
+NO_SIZE = say("image-damage.no-size", "its size is missing")
 SCALE_DOWN = say("image.scale-down", "Scale it down, or save it again as a standard JPEG.")
 SEND_AGAIN = say("image.send-again", "Copy or export the image again. The file is probably incomplete or damaged.")
 

@@ -7,8 +7,9 @@ https://developers.google.com/speed/webp/docs/riff_container
 import struct
 
 from app.core.statements import say
-from app.images.limits import DeclaredImage, ImageLimits, animated, damaged, truncated
+from app.images.limits import NO_PIXELS, NO_SIZE, DeclaredImage, ImageLimits, animated, damaged, truncated
 
+NO_PIXEL_HEADER = say("image-damage.no-pixel-header", "its pixel data has no header")
 ANIMATION_FLAG = 0x02
 MAX_CHUNKS = 1_000
 
@@ -43,7 +44,7 @@ def screen_webp(data: bytes, limits: ImageLimits) -> DeclaredImage:
     else:
         raise damaged(say("image-damage.too-many-chunks", "it has too many chunks"))
     if size is None:
-        raise damaged(say("image-damage.no-pixels", "it contains no pixels"))
+        raise damaged(NO_PIXELS)
     if canvas not in (None, size):
         raise damaged(say("image-damage.two-sizes", "it declares two different sizes"))
     return DeclaredImage("webp", *size)
@@ -51,20 +52,20 @@ def screen_webp(data: bytes, limits: ImageLimits) -> DeclaredImage:
 
 def _canvas(body: memoryview) -> tuple[int, int]:
     if len(body) < 10:
-        raise damaged(say("image-damage.no-size", "its size is missing"))
+        raise damaged(NO_SIZE)
     return 1 + int.from_bytes(body[4:7], "little"), 1 + int.from_bytes(body[7:10], "little")
 
 
 def _lossy(body: memoryview) -> tuple[int, int]:
     key_frame = len(body) >= 10 and not body[0] & 1
     if not key_frame or body[3:6] != b"\x9d\x01\x2a":
-        raise damaged(say("image-damage.no-pixel-header", "its pixel data has no header"))
+        raise damaged(NO_PIXEL_HEADER)
     width, height = struct.unpack_from("<HH", body, 6)
     return width & 0x3FFF, height & 0x3FFF  # the two bits above are a display scale
 
 
 def _lossless(body: memoryview) -> tuple[int, int]:
     if len(body) < 5 or body[0] != 0x2F:
-        raise damaged(say("image-damage.no-pixel-header", "its pixel data has no header"))
+        raise damaged(NO_PIXEL_HEADER)
     bits = int.from_bytes(body[1:5], "little")
     return 1 + (bits & 0x3FFF), 1 + (bits >> 14 & 0x3FFF)

@@ -14,13 +14,14 @@ from threading import Lock
 from time import monotonic
 from typing import Any, Protocol
 
+from app.core.common_sentences import PROGRESS_DONE
 from app.core.errors import NotFound, TouchlineError, Unavailable
 from app.core.jobs import Job, JobSpec
 from app.core.statements import say
 
 START_AGAIN = say("job.start-again", "Start the job again.")
 WAITING_AGAIN = say("job.waiting-again", "The server was restarted; waiting for its turn")
-DONE, FAILED, CANCELLED = say("job.done", "Done"), say("job.failed", "Failed"), say("job.cancelled", "Cancelled")
+FAILED, CANCELLED = say("job.failed", "Failed"), say("job.cancelled", "Cancelled")
 MAX_MESSAGE = 500  # characters
 BEAT_S = 2.0
 LEASE_S = 60.0  # far above a beat: a disk that is slow for a moment takes nobody's job away
@@ -161,11 +162,11 @@ class JobRegistry:
         else:
             with table.transaction():
                 result = save()
-                if not table.finish(id, job.attempt, "done", result, None, DONE):
+                if not table.finish(id, job.attempt, "done", result, None, PROGRESS_DONE):
                     raise Unavailable(say("job.taken-over", "The job was taken over by another server."), START_AGAIN,
                                       reason="job-lost")
         with self._changing:
-            return self._update(id, state="done", progress=1.0, message=DONE, result=result)
+            return self._update(id, state="done", progress=1.0, message=PROGRESS_DONE, result=result)
 
     def fail(self, id: str, problem: dict[str, Any]) -> bool:
         """End it with a problem; false where it had ended."""

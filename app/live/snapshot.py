@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.common_sentences import REPEAT
 from app.core.errors import Unavailable
 from app.core.statements import say
 from app.images import encode
@@ -34,7 +35,7 @@ def take_still(capture: FrameCapture, frames: int, over_s: float, timeout_s: flo
         taken = capture.next(last.seq, max(0.0, deadline - time.monotonic()))
         if taken.frame.pixels.shape != first.frame.pixels.shape:
             raise Unavailable(say("image.size-changed", "The image size changed while the image was taken."),
-                              say("image.take-again", "Try again."), reason="size-changed")
+                              REPEAT, reason="size-changed")
         last = taken
         background.add(taken.frame.pixels)
         count += 1

@@ -20,11 +20,11 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, OperationalError
 from sqlalchemy.exc import TimeoutError as NoConnection
 from sqlalchemy.orm import Session
 
-from app.core.common_sentences import TRY_AGAIN
+from app.core.common_sentences import REPEAT, TRY_AGAIN
 from app.core.errors import BadInput, Busy, DiskFull, TouchlineError, Unavailable
 from app.core.statements import join, say
 from app.store.files import CHECK_DISK, DISK_IS_FULL, FREE_SPACE, write_atomically
-from app.store.saved_things import not_saved
+from app.store.saved_things import because, not_saved
 from app.store.tables import LedgerRow
 
 READERS = 8  # connections that read; more callers wait for one
@@ -95,7 +95,7 @@ class Database:
                 yield rows
                 if self._failed:
                     raise Unavailable(say("database.part-not-saved", "Nothing was saved, because a part of it could "
-                                          "not be saved."), say("advice.repeat", "Try again."), reason="not-saved")
+                                          "not be saved."), REPEAT, reason="not-saved")
                 rows.execute(update(LedgerRow).values(changes=LedgerRow.changes + 1))
                 rows.commit()
                 self.on_commit()
@@ -137,7 +137,7 @@ class Database:
         if self._is_full(cause, code):
             return DiskFull(join(done, DISK_IS_FULL), FREE_SPACE)
         if self.is_sqlite:
-            return Unavailable(join(done, say("disk.cause", "{error}.", error=str(cause))), CHECK_DISK,
+            return Unavailable(join(done, because(str(cause))), CHECK_DISK,
                                reason="not-saved")
         if isinstance(error, OperationalError):
             return Unavailable(join(done, say("database.is-silent", "the database is not responding.")),

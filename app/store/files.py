@@ -17,7 +17,7 @@ from app.core.common_sentences import image_name
 from app.core.errors import BadInput, DiskFull, NotFound, Unavailable
 from app.core.statements import join, say
 from app.core.strict_yaml import MAX_BYTES, plain_from_yaml
-from app.store.saved_things import not_saved
+from app.store.saved_things import because, not_saved
 
 T = TypeVar("T")
 TEMPORARY = ".tmp"
@@ -100,7 +100,7 @@ def translate_disk_errors(what: str) -> Iterator[None]:
     except OSError as error:
         if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
             raise DiskFull(join(not_saved(what), DISK_IS_FULL), FREE_SPACE) from error
-        raise Unavailable(join(not_saved(what), say("disk.cause", "{error}.", error=error.strerror or str(error))),
+        raise Unavailable(join(not_saved(what), because(error.strerror or str(error))),
                           CHECK_DISK, reason="not-saved") from error
 
 

@@ -16,3 +16,8 @@ CODES = {
 def not_saved(what: str) -> Sentence:
     """Return how an error begins. what: as in CODES; another word is stated as it is."""
     return say("saved.not", "{what} was not saved:", what=say(CODES[what], what) if what in CODES else what)
+
+
+def because(error: str) -> Sentence:
+    """Return how an error goes on."""
+    return say("disk.cause", "{error}.", error=error)

@@ -17,8 +17,9 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.api.json_text import json_bytes
+from app.core.common_sentences import SHUTTING_DOWN
 from app.core.errors import TouchlineError
-from app.core.statements import stated
+from app.core.statements import say, stated
 
 MEDIA_TYPE = "application/problem+json"
 RETRY_S = 5  # after too many at once: what others asked for has moved on by then
@@ -121,8 +122,8 @@ class UnexpectedErrors:
         except asyncio.CancelledError:
             # Only a server that is ending cancels a request; its log has said so.
             if scope["type"] == "http" and not started:
-                await problem(503, "shutting-down", "The server is shutting down.",
-                              "Try again after the server has restarted.")(scope, receive, send)
+                await problem(503, "shutting-down", SHUTTING_DOWN, say(
+                    "server.try-after-restart", "Try again after the server has restarted."))(scope, receive, send)
         except Exception:
             if scope["type"] != "http":
                 raise
@@ -130,9 +131,10 @@ class UnexpectedErrors:
             log.exception("unexpected error %s on %s %s", id, scope["method"], scope["path"])
             if started:
                 raise  # half a response has gone: only cutting the connection can say so
-            answer = problem(500, "unexpected", f"An internal error occurred (error {id}).",
-                             f"Try again. If the error occurs again, report it with the log lines of error {id}.",
-                             title="Unexpected error")
+            answer = problem(500, "unexpected",
+                             say("server.error", "An internal error occurred (error {error}).", error=id),
+                             say("server.report-error", "Try again. If the error occurs again, report it with the log "
+                                 "lines of error {error}.", error=id), title="Unexpected error")
             await answer(scope, receive, send)
 
 

@@ -15,7 +15,7 @@ from app.api.sockets import SessionLimit, run_until_first, send_json, until_disc
 from app.core.errors import BadInput, Conflict
 from app.core.geometry import MAX_COORDINATE
 from app.core.records import Calibration
-from app.core.statements import say
+from app.core.statements import say, sentence_in, stated
 from app.live.camera import LiveCamera
 from app.services.container import Services
 from app.services.forms import Name, Note, Number, Pair, Size, Strict
@@ -97,9 +97,10 @@ async def _send(socket: WebSocket, services: Services, camera: LiveCamera, keep:
         summary = None
         if state != sent_state:
             summary, sent_state = await services.run_in_thread(_rolls_json, store, camera.id), state
-        await send_json(socket, {
-            **{name: result[name] for name in ("seq", "time", "width", "height", "tracks", "hint")},
-            "new": [roll["id"] for roll in new] if keep else new, "told": summary})
+        await send_json(socket, stated({
+            **{name: result[name] for name in ("seq", "time", "width", "height", "tracks")},
+            "hint": sentence_in(result, "hint"),
+            "new": [roll["id"] for roll in new] if keep else new, "told": summary}))
         await asyncio.sleep(max(MIN_INTERVAL_S - (loop.time() - start_s), 0.0))
 
 

@@ -92,7 +92,7 @@ def bgr_from_raw(data: Any, width: int, height: int, code: int, padding: int = 0
     form = _BY_CODE.get(code)
     if form is None:
         raise Unavailable(say("industrial.unknown-format", "The camera sends an unsupported pixel format (number "
-                              "{code:#010x}).", code=code),
+                              "{number:#010x}).", number=code),
                           say("industrial.set-format", "Set it to one of: {formats}.", formats=list(PIXEL_FORMATS)),
                           reason="pixel-format")
     least, most = SIDE_PX
