@@ -11,7 +11,7 @@ from tests.support.paths import ROOT, STATIC
 from tests.support.words import BANNED
 
 PAGES = [page for page in sorted((STATIC / "help").glob("*.md")) if page.name != "changelog.md"]  # tells of old words
-CODE = re.compile(r"```.*?```|`[^`]*`|\]\([^)]*\)", re.DOTALL)
+CODE = re.compile(r"```.*?```|`[^`]*`|\]\([^)]*\)|\{[a-z_]+[:!}]", re.DOTALL)  # values too
 SENTENCE = re.compile(r"[a-z] [a-z]")
 
 

@@ -9,17 +9,17 @@ from tests.support.paths import ROOT
 
 @cache
 def statements() -> dict[str, str | None]:
-    """Return the template of each code, None where it is put together; a code that is put together ends in "*"."""
+    """Return the template of each code, None where it is put together; what varies of a code reads "*"."""
     found: dict[str, str | None] = {}
-    for path in sorted((ROOT / "app").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for tree in _trees():
+        for node in ast.walk(tree):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "say" \
                     and len(node.args) == 2:
                 code, template = (_text(argument) for argument in node.args)
                 if code is None:
                     continue
                 if code in found and found[code] != template:
-                    raise AssertionError(f"{path}: {code} has two templates")
+                    raise AssertionError(f"line {node.lineno}: {code} has two templates")
                 found[code] = template
     return found
 
@@ -29,10 +29,22 @@ def values_of(template: str) -> set[str]:
     return {name for _, name, _, _ in Formatter().parse(template) if name}
 
 
+@cache
+def texts() -> set[str]:
+    """Return every text in the sources: codes that a table names are among them."""
+    return {node.value for tree in _trees() for node in ast.walk(tree)
+            if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+
+
+@cache
+def _trees() -> list[ast.Module]:
+    return [ast.parse(path.read_text(encoding="utf-8")) for path in sorted((ROOT / "app").rglob("*.py"))]
+
+
 def _text(node: ast.expr) -> str | None:
-    """Return a text; of one that is put together, its beginning with "*" behind it; None where it has none."""
+    """Return a text, with "*" for what is put into it; None where it is no literal."""
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         return node.value
-    if isinstance(node, ast.JoinedStr) and isinstance(node.values[0], ast.Constant):
-        return f"{node.values[0].value}*"
+    if isinstance(node, ast.JoinedStr):
+        return "".join(part.value if isinstance(part, ast.Constant) else "*" for part in node.values)
     return None

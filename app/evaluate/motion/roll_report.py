@@ -88,7 +88,7 @@ def roll_verdict(roll: Roll) -> tuple[str, Sentence]:
         return "left-out", say("roll.left-out", "Excluded: it does not agree with the other rolls (pushed, spinning or "
                                                 "not free).")
     if roll.spread_pct > STANDARD_LENS_PCT:
-        return "unknown", say("roll.unknown", "Too short or too slow to be conclusive.")
+        return "unknown", say("roll.inconclusive", "Too short or too slow to be conclusive.")
     if abs(roll.sag_pct) <= SIGMAS * roll.spread_pct:
         return "good", say("roll.straight", "Straight within the uncertainty.")
     values = {"kind": _kind(roll.sag_pct), "typical_pct": STANDARD_LENS_PCT}

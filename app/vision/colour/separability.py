@@ -57,4 +57,6 @@ def _name(shown: str) -> str:
     if shown == BACKGROUND:
         return say("colour.background", BACKGROUND)
     known = shown.lower()
-    return say(f"colour.{known}" if shown == known else f"colour.{known}-first", shown) if known in NAMES else shown
+    if known not in NAMES:
+        return shown
+    return say(f"colour.{known}", shown) if shown == known else say(f"colour.{known}-first", shown)
