@@ -72,7 +72,7 @@ def test_rolls_in_a_film_tell_the_lens_that_it_was_taken_with(filmed, k):
     truth = border_pct(k, SIZE)
     assert abs(told["raw"]["border_pct"] - truth) < max(3 * told["raw"]["border_sigma_pct"], 0.1)
     assert told["raw"]["border_sigma_pct"] < 0.8
-    kind = "no distortion" if k == 0 else "barrel" if k < 0 else "pincushion"
+    kind = "no significant distortion" if k == 0 else "barrel" if k < 0 else "pincushion"
     assert kind in told["sentence"]
     assert all(run["to_s"] > run["from_s"] for run in told["runs"]) and json.dumps(told, allow_nan=False)
 
