@@ -2,7 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { call, changeSeen, request } from "../../core/api.js";
 import { cameras, notify, notifyError } from "../../core/state.js";
-import { t } from "../../core/words.js";
+import { has, t } from "../../core/words.js";
 import { detectionCamera, detectionState, setDetection, tune } from "./detection.js";
 import { asSnapshot } from "./held_frame.js";
 
@@ -28,20 +28,11 @@ export const COLOURS = [
   ["red", "#de1e2c"],
   [BACKGROUND, "#4a5b52"],
 ];
-/** What a reader calls them. @type {Record<string, string>} */
-const CALLED = {
-  orange: t("detection.colour.orange"),
-  yellow: t("detection.colour.yellow"),
-  blue: t("detection.colour.blue"),
-  pink: t("detection.colour.pink"),
-  green: t("detection.colour.green"),
-  cyan: t("detection.colour.cyan"),
-  purple: t("detection.colour.purple"),
-  red: t("detection.colour.red"),
-  [BACKGROUND]: t("detection.colour.background"),
-};
-/** @param {string} name */
-export const colourName = (name) => CALLED[name] ?? name;
+/** What a reader calls a colour. @param {string} name */
+export function colourName(name) {
+  const key = /** @type {const} */ (`detection.colour.${name}`);
+  return has(key) ? t(key) : name;
+}
 const READ_NEAR = ["pink", "green"]; // by the butterfly patterns, without being looked for everywhere
 const DOUBT_MS = 5000;
 

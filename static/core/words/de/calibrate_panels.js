@@ -10,7 +10,7 @@ export default /** @type {const} */ ({
   "calibrate.borders.degree": "Grad der Kurve",
   "calibrate.borders.degree-found": "{border}: Grad {degree}.",
   "calibrate.borders.detected": "Erkannte Linien",
-  "calibrate.borders.find-along": "Punkte suchen: {feature}",
+  "calibrate.borders.find-along": "Suchen: {feature}",
   "calibrate.borders.group.arcs": "Bögen",
   "calibrate.borders.group.landmarks": "Landmarken",
   "calibrate.borders.group.lines": "Linien",

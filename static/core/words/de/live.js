@@ -69,7 +69,7 @@ export default /** @type {const} */ ({
   "live.next.see-drift": "Drift anzeigen",
   "live.next.short-name": "Geben Sie einen Kurznamen ein.",
   "live.next.source-works": "Test erfolgreich. Die Kamera liefert Bilder.",
-  "live.next.take-picture": "Bild mit {camera} aufnehmen",
+  "live.next.take-picture": "Aufnehmen: {camera}",
   "live.picture-age": "Bild {age} s alt",
   "live.plugged": "Angeschlossene Kameras",
   "live.plugged.look-again": "Erneut suchen",

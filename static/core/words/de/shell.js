@@ -45,7 +45,7 @@ export default /** @type {const} */ ({
   "shell.next.detecting": "Linien werden erkannt…",
   "shell.next.detecting.missing": "Warten Sie oder stoppen Sie die Erkennung.",
   "shell.next.done": "Fertig – zurück zu den Kameras",
-  "shell.next.fix-camera": "{camera} prüfen…",
+  "shell.next.fix-camera": "Prüfen: {camera}…",
   "shell.next.open-image": "Bild öffnen…",
   "shell.next.save-changes": "Zurück und Änderungen speichern",
   "shell.notices.away": "<b>Der Server antwortet nicht.</b> Sie können weiterarbeiten: Ihre Punkte sind in diesem Browser gespeichert und werden an den Server gesendet, sobald er wieder antwortet.",

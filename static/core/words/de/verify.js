@@ -32,7 +32,7 @@ export default /** @type {const} */ ({
   "verify.field.fix": "Speichern Sie eine neue Version.",
   "verify.figure.inside": "im Feld",
   "verify.figure.residual": "Residuum",
-  "verify.figure.robot-tops": "Roboteroberseite",
+  "verify.figure.robot-tops": "Roboter\u00adoberseite",
   "verify.former.active": "der aktiven Version",
   "verify.former.version": "Version {version}",
   "verify.headline.active-problems": { one: "Aktiv, mit {count} Problem", other: "Aktiv, mit {count} Problemen" },

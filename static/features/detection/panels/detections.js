@@ -1,9 +1,9 @@
 // The list of detections, notes on them, and whether they are published.
-import { number } from "../../../core/format.js";
+import { capitalised, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
 import { Title } from "../../../ui/title.js";
-import { publish } from "../colours.js";
+import { colourName, publish } from "../colours.js";
 import { detectionCamera, detectionState, setDetection } from "../detection.js";
 import { detections, heldFrame } from "../held_frame.js";
 
@@ -21,7 +21,7 @@ const sigma = (c) => (c ? Math.sqrt((c[0][0] + c[1][1]) / 2) : null);
 /** @param {Item} it */
 const called = (it) => {
   if (it.kind === "ball") return t("detection.seen.ball");
-  const team = it.team && it.team[0].toUpperCase() + it.team.slice(1),
+  const team = it.team && capitalised(colourName(it.team)),
     id = it.id ?? "?";
   if (it.kind === "marker") return team ? t("detection.seen.team-patch", { team }) : t("detection.seen.patch");
   return team ? `${team} ${id}` : t("detection.seen.robot", { id });
