@@ -4,7 +4,7 @@ export default /** @type {const} */ ({
   "common.active": "Aktiv",
   "common.asking": "Warten auf den Server…",
   "common.blink": "Blinken",
-  "common.calibrate-camera": "{camera} kalibrieren",
+  "common.calibrate-camera": "Kalibrieren: {camera}",
   "common.cancel": "Abbrechen",
   "common.carpet": "Teppich",
   "common.close": "Schließen",
