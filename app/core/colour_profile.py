@@ -15,6 +15,7 @@ from math import isfinite
 from typing import Any, Self
 
 from app.core.errors import BadInput
+from app.core.statements import Sentence, named
 
 Bgr = tuple[float, float, float]
 MAX_COLOURS = 12
@@ -35,6 +36,11 @@ class ColourSample:
 
     def to_json(self) -> dict[str, Any]:
         return {"rgb": [round(v, 1) for v in self.bgr[::-1]], "spread": round(self.spread, 4)}
+
+
+def colour_name(name: str) -> Sentence:
+    """Return what a colour is called within a sentence."""
+    return named(f"colour.{name}", name)
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from app.core.field import (
     Point,
     Region,
 )
+from app.core.statements import STATEMENTS
 
 NAME = re.compile(r"[a-z0-9]+(?:-[a-z0-9]+)*")
 MAX_NAME = 64
@@ -41,7 +42,7 @@ def field_from_json(value: Any) -> Field:
     """The field that plain data describes; BadInput says which entry is wrong and what it should be."""
     keys(value, "", ("name", "length_mm", "width_mm", "regions"),
          ("title", "line_width_mm", "lines", "arcs", "landmarks", "hat_height_mm",
-          "line_sigma_mm", "extras", "own"))  # own: as GET /fields tells it
+          "line_sigma_mm", "extras", "own", STATEMENTS))  # the last two: as GET /fields tells it
     name = safe_name(value["name"], "name")
     length = number(value["length_mm"], "length_mm", MIN_SIDE_MM, MAX_SIDE_MM)
     width = number(value["width_mm"], "width_mm", MIN_SIDE_MM, MAX_SIDE_MM)

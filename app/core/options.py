@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.core.errors import BadInput
+from app.core.statements import named, stated
 
 
 @dataclass(frozen=True)
@@ -75,9 +76,12 @@ class Option:
     def _refuse(self, value: Any, allowed: str) -> BadInput:
         return BadInput(f"{value!r} is not valid for the option {self.name}.", f"Use {allowed}.", reason="bad-option")
 
-    def to_json(self) -> dict[str, Any]:
-        return {"name": self.name, "type": self.type, "default": self.default, "help": self.help,
-                "range": list(self.range) if self.range else None, "unit": self.unit, "choices": list(self.choices)}
+    def to_json(self, of: str | None = None) -> dict[str, Any]:
+        """of: whose option it is, for the code of its help; None where no page shows that."""
+        return stated({"name": self.name, "type": self.type, "default": self.default,
+                       "help": self.help if of is None else named(f"option.{of}.{self.name}", self.help),
+                       "range": list(self.range) if self.range else None, "unit": self.unit,
+                       "choices": list(self.choices)})
 
 
 def read_options(described: Iterable[Option], given: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -41,6 +41,11 @@ def say(code: str, template: str, **values: object) -> Sentence:
         {"code": code, "values": {name: _value(value, formats.get(name, "")) for name, value in values.items()}},))
 
 
+def named(code: str, text: str) -> Sentence:
+    """Return the text of a table's entry, as it is: no template. code: of the table's ids, their _ written as -."""
+    return Sentence(text, ({"code": code.replace("_", "-"), "values": {}},))
+
+
 def join(*parts: str) -> Sentence:
     """Return sentences behind one another, the empty ones left out; plain text among them states itself."""
     found = [part for part in parts if part]
@@ -53,8 +58,10 @@ def statements_of(text: str) -> tuple[Mapping[str, Any], ...]:
 
 
 def stated(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a record as plain JSON, with what its sentences state beside them."""
+    """Return a record as plain JSON, with what its sentences state beside them; of a list of texts, one for each."""
     found = {name: list(value.statements) for name, value in record.items() if isinstance(value, Sentence)}
+    found |= {name: [statements_of(text)[0] for text in value] for name, value in record.items()
+              if isinstance(value, (list, tuple)) and any(isinstance(text, Sentence) for text in value)}
     return {**record, STATEMENTS: {**record.get(STATEMENTS, {}), **found}} if found else dict(record)
 
 

@@ -40,7 +40,7 @@ class CurveFit:
     inliers: NDArray[np.bool_]
     residuals: Array
     held_out: Array
-    reason: str
+    reason: Sentence
 
     @property
     def rms(self) -> float:
@@ -78,7 +78,7 @@ def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, 
         degree, reason, inliers = _choose_degree(t, value, robust)
     else:
         inliers = _inliers(t, value, degree) if robust else np.ones(t.size, bool)
-        reason = "Chosen by the user."
+        reason = say("degree.chosen", "Chosen by the user.")
     solved = _solve(t[inliers], value[inliers], degree)
     plain = chebyshev.cheb2poly(solved.coefficients)
     plain = np.pad(plain, (0, degree + 1 - len(plain)))  # numpy drops coefficients that are exactly 0
@@ -183,7 +183,7 @@ def _beyond_chance(gain: float, distance: float, rss: float, freedom: int) -> bo
     return gain > limit**2 * variance
 
 
-def _choose_degree(t: Array, value: Array, robust: bool) -> tuple[int, str, NDArray[np.bool_]]:
+def _choose_degree(t: Array, value: Array, robust: bool) -> tuple[int, Sentence, NDArray[np.bool_]]:
     """Choose the lowest degree that predicts left-out points as well as the best one, within chance.
 
     Each degree is tried with its own outliers, which count MISS_PX each: otherwise a high degree would win by
@@ -207,6 +207,7 @@ def _choose_degree(t: Array, value: Array, robust: bool) -> tuple[int, str, NDAr
         return rms[d] <= alike or worse.mean() <= CHANCE_ERRORS * worse.std() / np.sqrt(worse.size)
 
     degree = next(d for d in rms if d == best or as_good(d))
-    listed = ", ".join(f"degree {d} {error:.2f} px" for d, error in rms.items() if abs(d - degree) <= 1 or d == best)
-    return degree, ("Chosen: the lowest degree whose leave-one-out error is not significantly worse than the best "
-                    f"({listed})."), outliers[degree]
+    listed = [say("degree.error", "degree {degree} {px:.2f} px", degree=d, px=error) for d, error in rms.items()
+              if abs(d - degree) <= 1 or d == best]
+    return degree, say("degree.automatic", "Chosen: the lowest degree whose leave-one-out error is not significantly "
+                       "worse than the best ({errors}).", errors=listed), outliers[degree]

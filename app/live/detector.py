@@ -18,7 +18,7 @@ from app.core.colour_profile import ColourProfile
 from app.core.errors import TouchlineError
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
-from app.core.statements import say
+from app.core.statements import say, stated
 from app.live import messages
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.failures import Failures
@@ -34,8 +34,8 @@ IDLE_S = 0.5
 RETRY_S = 1.0  # after a picture that could not be processed
 RATE_FRAMES = 30  # frames from which the rate is computed
 DIGITS = 4  # in the JSON: a ten-thousandth of a pixel or millimetre
-NO_POSITIONS = ("This camera has no active calibration. Sizes are estimated from its field, and positions are not "
-                "available.")
+NO_POSITIONS = say("note.no-positions", "This camera has no active calibration. Sizes are estimated from its field, "
+                   "and positions are not available.")
 
 
 @dataclass
@@ -152,11 +152,12 @@ def detection_json(result: FrameResult | None, seq: int, time_s: float, size: Im
     """Return what was detected in a frame of a live camera or a clip; result: None where it could not be processed."""
     items = result.detections.items if result else ()
     took = dict(result.took_ms) if result else {}
-    return {"seq": seq, "time_s": round(time_s, 4), "width": size.width, "height": size.height,
-            "calibration": calibration.id if calibration else None, "items": [_rounded(i.to_json()) for i in items],
-            "stages": [{"name": name, "ms": round(ms, 3)} for name, ms in took.items()],
-            "ms": round(sum(took.values()), 3), "notes": [*notes, *(result.notes if result else ())],
-            "fps": round(fps, 2)}
+    return stated({
+        "seq": seq, "time_s": round(time_s, 4), "width": size.width, "height": size.height,
+        "calibration": calibration.id if calibration else None, "items": [_rounded(i.to_json()) for i in items],
+        "stages": [{"name": name, "ms": round(ms, 3)} for name, ms in took.items()],
+        "ms": round(sum(took.values()), 3), "notes": [*notes, *(result.notes if result else ())],
+        "fps": round(fps, 2)})
 
 
 def _rounded(value: Any) -> Any:

@@ -16,6 +16,7 @@ import numpy as np
 
 from app.core.field import Region
 from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreachable_where
+from app.core.statements import named
 from app.models.ray_camera import example_parameters
 from app.models.rotation import matrix_from_vector
 from app.models.top_view import RECTANGLE_FIELDS, TopView, read_rectangle, reading_parameters
@@ -30,7 +31,7 @@ class Homography(TopView):
     """field_from_raw: rows of M, which takes raw pixels (x, y, 1) to field mm."""
 
     NAME: ClassVar[str] = "homography"
-    TITLE: ClassVar[str] = "Homography"
+    TITLE: ClassVar[str] = named("model.homography", "Homography")
     HELP: ClassVar[str] = ("A camera without lens distortion, directly from four lines. Exact for a perfect lens; with "
                            "distortion, errors of centimetres remain.")
 

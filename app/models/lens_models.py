@@ -6,6 +6,7 @@ The examples stand where example_parameters() has its three cameras: straight do
 from dataclasses import dataclass
 from typing import ClassVar
 
+from app.core.statements import named
 from app.models.lenses.brown_conrady import BrownConradyLens
 from app.models.lenses.division import DivisionLens
 from app.models.lenses.kannala_brandt import KannalaBrandtLens
@@ -18,7 +19,7 @@ class Division(RayCamera):
     """A strong barrel, a pincushion, and nearly no lens at all as examples."""
 
     NAME: ClassVar[str] = "division"
-    TITLE: ClassVar[str] = "Division"
+    TITLE: ClassVar[str] = named("model.division", "Division")
     HELP: ClassVar[str] = ("A pinhole with one distortion parameter: requires the fewest points of all models with "
                            "distortion.")
     LENS: ClassVar[type] = DivisionLens
@@ -30,7 +31,7 @@ class BrownConrady(RayCamera):
     """A strong barrel, a mild pincushion with tangential terms, and a rational wide angle as examples."""
 
     NAME: ClassVar[str] = "brown-conrady"
-    TITLE: ClassVar[str] = "Brown–Conrady"
+    TITLE: ClassVar[str] = named("model.brown-conrady", "Brown–Conrady")
     HELP: ClassVar[str] = "A pinhole with radial and tangential distortion: suitable for nearly every field camera."
     LENS: ClassVar[type] = BrownConradyLens
     EXAMPLE_TERMS: ClassVar = ((-0.28, 0.09, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
@@ -43,7 +44,7 @@ class Fisheye(RayCamera):
     """A plain equidistant lens, a usual wide angle, and a strong one as examples."""
 
     NAME: ClassVar[str] = "fisheye"
-    TITLE: ClassVar[str] = "Fisheye (Kannala–Brandt)"
+    TITLE: ClassVar[str] = named("model.fisheye", "Fisheye (Kannala–Brandt)")
     HELP: ClassVar[str] = ("For very wide lenses that show straight lines as arcs. Requires points out to the edge of "
                            "the image.")
     LENS: ClassVar[type] = KannalaBrandtLens
@@ -55,7 +56,7 @@ class Ssl(RayCamera):
     """A strong barrel, a pincushion (negative here), and nearly no lens at all as examples."""
 
     NAME: ClassVar[str] = "ssl"
-    TITLE: ClassVar[str] = "SSL"
+    TITLE: ClassVar[str] = named("model.ssl", "SSL")
     HELP: ClassVar[str] = ("The one-parameter lens of the Small Size League: choose it when SSL-Vision must use the "
                            "result.")
     LENS: ClassVar[type] = SslLens

@@ -21,6 +21,7 @@ from numpy.polynomial import polynomial
 from app.core.errors import BadInput
 from app.core.field import Region
 from app.core.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
+from app.core.statements import named
 from app.models.border_curve import MAX_DEGREE, Curve
 from app.models.contract import CameraModel
 from app.models.top_view import read_rectangle, reading_parameters
@@ -39,7 +40,7 @@ class Polynomial(CameraModel):
     """
 
     NAME: ClassVar[str] = "polynomial"
-    TITLE: ClassVar[str] = "Boundary polynomials"
+    TITLE: ClassVar[str] = named("model.polynomial", "Boundary polynomials")
     HELP: ClassVar[str] = ("Straightens the four borders exactly and requires no lens model. With strong distortion, "
                            "errors of centimetres remain inside the field.")
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from app.core.errors import BadInput
 from app.core.geometry import MAX_COORDINATE, Array, Points, unreachable_where
+from app.core.statements import named
 from app.models import CameraModel, model_from_json
 from app.models.homography import Homography
 from app.models.lens_models import Division
@@ -42,7 +43,7 @@ class ThinPlate(CameraModel):
     """
 
     NAME: ClassVar[str] = "thin-plate"
-    TITLE: ClassVar[str] = "Thin-plate spline"
+    TITLE: ClassVar[str] = named("model.thin-plate", "Thin-plate spline")
     HELP: ClassVar[str] = ("Corrects the remaining error of another model, as smoothly as the points allow. Requires "
                            "points all over the field; elsewhere it extrapolates.")
     INTERPOLATES: ClassVar[bool] = True

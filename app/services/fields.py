@@ -5,7 +5,7 @@ from typing import Any
 from app.core.errors import Conflict
 from app.core.field import Field
 from app.core.records import Calibration
-from app.core.statements import say, stated
+from app.core.statements import named, say, stated
 from app.services.container import Services
 from app.sources import split_address
 from app.store.drafts import Draft
@@ -13,7 +13,10 @@ from app.store.drafts import Draft
 
 def field_json(services: Services, field: Field) -> dict[str, Any]:
     """Return a field as the API shows it. own: whether an operator made it, and may change it."""
-    return {**field.to_json(), "own": services.fields.is_own(field.name)}
+    own = services.fields.is_own(field.name)
+    is_shipped = not own and field.name in services.fields and field.title == services.fields[field.name].title
+    title = named(f"field.{field.name}", field.title) if is_shipped else field.title
+    return stated({**field.to_json(), "title": title, "own": own})
 
 
 def save_field(services: Services, name: str, value: dict[str, Any], etag: str | None, new: bool) -> Field:

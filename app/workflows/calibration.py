@@ -14,7 +14,7 @@ from app.core.geometry import ImageSize, Points, as_points
 from app.core.json_values import nullable, nullable_points
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations
-from app.core.statements import join
+from app.core.statements import join, stated
 from app.evaluate.fit import residual_vectors as vectors
 from app.evaluate.fit.contradiction import bends_otherwise, contradiction, freer_lens
 from app.evaluate.fit.covariance_json import covariance_from_json
@@ -134,12 +134,13 @@ def fit_border(points: Points, axis: str, degree: int | str, image_size: ImageSi
     between = np.linspace(*ends, CURVE_POINTS)
     inside = np.array(image_size.centre) if image_size else None
     pct = sag_pct(_along(between, fitted.curve(between), run), inside if inside is not None else points[0])
-    return {"degree": fitted.curve.degree, "degree_reason": fitted.reason,
-            "coefficients": list(fitted.curve.plain_coefficients()), "rms_px": fitted.rms,
-            "loo_rms_px": fitted.held_out_rms, "residuals_px": fitted.residuals.tolist(),
-            "outliers": np.flatnonzero(~fitted.inliers).tolist(),
-            "curve": _along(drawn, fitted.curve(drawn), run).tolist(),
-            "distortion_pct": pct if image_size else abs(pct), "kind": distortion_kind(pct) if image_size else None}
+    return stated({
+        "degree": fitted.curve.degree, "degree_reason": fitted.reason,
+        "coefficients": list(fitted.curve.plain_coefficients()), "rms_px": fitted.rms,
+        "loo_rms_px": fitted.held_out_rms, "residuals_px": fitted.residuals.tolist(),
+        "outliers": np.flatnonzero(~fitted.inliers).tolist(),
+        "curve": _along(drawn, fitted.curve(drawn), run).tolist(),
+        "distortion_pct": pct if image_size else abs(pct), "kind": distortion_kind(pct) if image_size else None})
 
 
 def _along(position: NDArray, value: NDArray, run: int) -> Points:

@@ -21,7 +21,7 @@ from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize, as_points
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration
-from app.core.statements import say
+from app.core.statements import say, stated
 from app.models.restored import model_of
 from app.vision.colour.automatic import automatic_profile
 from app.vision.colour.learning import BACKGROUND, learn_profile
@@ -49,9 +49,10 @@ class DetectionResult:
     profile: ColourProfile
 
     def to_json(self) -> dict[str, Any]:
-        return {**self.seen.detections.to_json(), "stages": self.config.name, "took_ms": dict(self.seen.took_ms),
-                "notes": [*self.profile.notes, *self.seen.notes], "colours": self.profile.to_json(),
-                "health": [health.to_json() for health in colour_health(self.profile)]}
+        return stated({
+            **self.seen.detections.to_json(), "stages": self.config.name, "took_ms": dict(self.seen.took_ms),
+            "notes": [*self.profile.notes, *self.seen.notes], "colours": self.profile.to_json(),
+            "health": [health.to_json() for health in colour_health(self.profile)]})
 
 
 def detect(pixels: NDArray[np.uint8], config: StageConfig, *, calibration: Calibration | None = None,

@@ -20,7 +20,7 @@ from app.core.geometry import ImageSize, inside_picture
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Fit, Observations, Warning
 from app.core.report_json import IMPORTED
-from app.core.statements import say, stated
+from app.core.statements import named, say, stated
 from app.evaluate.fit.approximation import ApproximationError, approximation_error
 from app.evaluate.fit.report import report
 from app.fitting.corrected_rectangle import corrected_rectangle
@@ -87,8 +87,9 @@ def formats(calibration: Calibration) -> list[dict[str, Any]]:
 
 def _format(calibration: Calibration, model: Any, name: str) -> dict[str, Any]:
     kind = FORMATS[name]
-    entry = {"format": name, "title": kind.title, "holds": kind.holds, "suffix": kind.suffix,
-             "reads": kind.read is not None, "exact": True, "loss": None, "problem": None}
+    entry = stated({"format": name, "title": named(f"format.{name}", kind.title),
+                    "holds": named(f"format.{name}.holds", kind.holds), "suffix": kind.suffix,
+                    "reads": kind.read is not None, "exact": True, "loss": None, "problem": None})
     if not kind.lenses:
         return entry
     exact = exact_camera(model, kind.lenses, kind.square_pixels) is not None

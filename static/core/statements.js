@@ -30,8 +30,10 @@ function translate(it) {
   const record = /** @type {Record<string, any>} */ (it);
   for (const value of Object.values(record)) translate(value);
   for (const [name, said] of Object.entries(record.statements ?? {})) {
-    const texts = Array.isArray(said) && typeof record[name] === "string" ? said.map(inWords) : [];
-    if (texts.length > 0 && !texts.includes(undefined)) record[name] = texts.join(" ");
+    const texts = Array.isArray(said) ? said.map(inWords) : [],
+      was = record[name];
+    if (Array.isArray(was)) record[name] = was.map((text, i) => texts[i] ?? text); // a list has one for each text
+    else if (typeof was === "string" && texts.length > 0 && !texts.includes(undefined)) record[name] = texts.join(" ");
   }
 }
 

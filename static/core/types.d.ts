@@ -56,7 +56,7 @@ export interface Region { name: string; x: Point; y: Point; rotate: number; widt
 export interface Field {
   name: string; title: string; length_mm: number; width_mm: number; lines: Line[]; arcs: Arc[];
   hat_height_mm: number; landmarks: Record<string, Point>; regions: Record<string, Region>;
-  line_sigma_mm: number; extras: Record<string, unknown>; own?: boolean;
+  line_sigma_mm: number; extras: Record<string, unknown>; own?: boolean; statements?: unknown;
 }
 export interface Option {
   name: string; type: string; default: unknown; help: string;

@@ -1,4 +1,4 @@
-"""What the server can state, read off its sources: the code and the template of every call of say()."""
+"""What the server can state, read off its sources: the code and the template of every call of say() and named()."""
 
 import ast
 from functools import cache
@@ -13,7 +13,7 @@ def statements() -> dict[str, str | None]:
     found: dict[str, str | None] = {}
     for tree in _trees():
         for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "say" \
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("say", "named") \
                     and len(node.args) == 2:
                 code, template = (_text(argument) for argument in node.args)
                 if code is None:

@@ -13,7 +13,7 @@ from app.api.schemas import requests, responses
 from app.api.schemas.requests import Id
 from app.core.common_sentences import NOT_CALIBRATED
 from app.core.errors import Busy, Conflict
-from app.core.statements import say
+from app.core.statements import named, say, stated
 from app.images import encode
 from app.settings import CameraSettings
 from app.sources import SOURCES
@@ -150,5 +150,6 @@ def _camera(services: ServicesDep, camera: CameraSettings, etag: str | None) -> 
 
 def _source(name: str) -> dict[str, Any]:
     kind = SOURCES[name]
-    return {"scheme": name, "title": kind.TITLE, "help": kind.HELP, "target": kind.TARGET,
-            "options": [option.to_json() for option in kind.OPTIONS]}
+    return stated({"scheme": name, "title": named(f"source.{name}", kind.TITLE),
+                   "help": named(f"source.{name}.help", kind.HELP), "target": kind.TARGET,
+                   "options": [option.to_json() for option in kind.OPTIONS]})

@@ -12,7 +12,7 @@ from app.api.schemas.detection import ColoursBody, LearnBody
 from app.api.schemas.requests import Id
 from app.core.colour_profile import ColourProfile
 from app.core.errors import BadInput, Conflict
-from app.core.statements import say
+from app.core.statements import say, stated
 from app.services.container import Services
 from app.services.detection import health_json, learn_profile
 from app.services.live import take_frame
@@ -87,7 +87,8 @@ async def learn_colours(services: ServicesDep, id: Id, body: LearnBody) -> Json:
     def learn() -> dict[str, Any]:
         frame = services.frame(body.snapshot) if png is None else services.decoder.frame_from_bytes(png)
         profile = learn_profile(frame, StageConfig.from_json(settings["plan"]), base, body.clicks, body.automatic)
-        return {"profile": profile.to_json(), "health": health_json(profile.to_json()), "notes": list(profile.notes)}
+        return stated({"profile": profile.to_json(), "health": health_json(profile.to_json()),
+                       "notes": list(profile.notes)})
     return Json(await services.run_in_thread(learn))
 
 

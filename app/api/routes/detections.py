@@ -18,6 +18,7 @@ from app.core.colour_profile import ColourProfile
 from app.core.errors import NotFound
 from app.core.progress import Progress
 from app.core.records import Calibration, Frame
+from app.core.statements import named, stated
 from app.live.camera import LiveCamera
 from app.live.detection_feed import json_text
 from app.services.container import Services
@@ -39,10 +40,15 @@ FIRST_S = 30.0  # a camera that was asleep, its stages to be set up, on a busy m
 @router.get("/stages", response_model=Answer)
 def list_stages() -> Json:
     """List every stage with its options, and the plans that come with Touchline."""
-    return Json({"items": [{"name": name, "title": stage.TITLE, "help": stage.HELP,
-                            "options": [option.to_json() for option in stage.OPTIONS]}
-                           for name, stage in STAGES.items()],
+    return Json({"items": [_stage_json(name) for name in STAGES],
                  "plans": [plan.to_json() for plan in load_plans().values()], "next_cursor": None})
+
+
+def _stage_json(name: str) -> dict[str, Any]:
+    stage = STAGES[name]
+    return stated({"name": name, "title": named(f"stage.{name}", stage.TITLE),
+                   "help": named(f"stage.{name}.help", stage.HELP),
+                   "options": [option.to_json(name) for option in stage.OPTIONS]})
 
 
 @router.post("/detections", response_model=Answer)

@@ -13,6 +13,7 @@ from app.api.schemas import responses
 from app.api.schemas.requests import BorderRequest, FitRequest
 from app.core.geometry import as_points
 from app.core.progress import Progress
+from app.core.statements import named, stated
 from app.fitting import FITTERS
 from app.models import MODELS
 from app.services.container import Services
@@ -36,8 +37,9 @@ def list_models() -> Json:
 
 def _model_json(name: str) -> dict[str, Any]:
     model, fitter = MODELS[name], FITTERS[name]
-    return {"name": name, "title": model.TITLE, "help": model.HELP, "points_needed": fitter.points_needed(),
-            "options": [option.to_json() for option in fitter.OPTIONS]}
+    return stated({"name": name, "title": model.TITLE, "help": named(f"model.{name}.help", model.HELP),
+                   "points_needed": named(f"model.{name}.points", fitter.points_needed()),
+                   "options": [option.to_json("model") for option in fitter.OPTIONS]})
 
 
 @router.post("/fit/border", tags=["fit"], response_model=responses.Border)

@@ -17,7 +17,7 @@ from app.api.file_headers import attachment
 from app.api.responses import NO_STORE, Json
 from app.api.schemas import responses
 from app.api.schemas.media import files
-from app.core.statements import stated
+from app.core.statements import named, stated
 from app.settings import Settings
 
 router = APIRouter()
@@ -39,8 +39,9 @@ def health(services: ServicesDep) -> Json:
 def read_settings(services: ServicesDep) -> Json:
     """List every setting with its default and meaning, without token and password; and how much of the disk is used."""
     helps = helps_in((shipped("configs") / "touchline.yaml").read_text(encoding="utf-8"))
-    items = [{"name": name, "value": _plain(value), "default": _plain(default), "help": helps.get(name, ""),
-              "secret": _is_secret(name), "change": ELSEWHERE.get(name.partition(".")[0])}
+    items = [stated({"name": name, "value": _plain(value), "default": _plain(default),
+                     "help": named(f"setting.{name}", helps.get(name, "")), "secret": _is_secret(name),
+                     "change": ELSEWHERE.get(name.partition(".")[0])})
              for name, value, default in _all(services.settings)]
     return Json({"version": __version__, "items": items, "storage": services.store.disk_usage})
 

@@ -102,7 +102,7 @@ class HomographyFitter(Fitter):
                     *(clicks.outlier_warning(observations, i, k, say(
                         "outlier.horizon", "is beyond the horizon of the other points"))
                       for i, k in whole.owners[~visible]),
-                    *clicks.elevated_point_warnings(observations, say("model.homography", "a homography")))
+                    *clicks.elevated_point_warnings(observations, say("who.homography", "a homography")))
         return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), warnings, notes,
                    covariance=found.covariance, parameter_names=names)
 

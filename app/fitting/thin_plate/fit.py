@@ -98,7 +98,7 @@ class ThinPlateFitter(Fitter):
         inliers = inlier_masks(observations, clicks.owners, fine)
         warnings = [_outlier_warning(observations, i, k, pixel, model, clicks.features)
                     for (i, k), ok, pixel in zip(clicks.owners, fine, clicks.raw, strict=True) if not ok]
-        warnings += elevated_point_warnings(observations, say("model.thin-plate", "a thin-plate spline"))
+        warnings += elevated_point_warnings(observations, say("who.thin-plate", "a thin-plate spline"))
         noise = ("click_sigma_px", "line_sigmas_mm")
         base_choices = {k: v for k, v in base_fit.notes.get("choices", {}).items() if k not in noise}
         found = len(base_fit.parameter_names) or int(base_fit.notes.get("parameters", 0))

@@ -9,6 +9,7 @@ import numpy as np
 from app.core.errors import TouchlineError
 from app.core.field import Field, Region
 from app.core.records import Calibration, observations_from_json
+from app.core.statements import say, stated
 from app.models import CameraModel
 from app.models.ray_camera import RayCamera
 from app.models.restored import Restored
@@ -86,19 +87,22 @@ class SceneCamera:
         frustum, (carpet, hat) = self.frustum, (self.carpet_error, self.hat_error)
         why_no_frustum, why_cropped = None, None
         if frustum is None:
-            why_no_frustum = (
-                f"{self.model.TITLE}: this model straightens the borders and does not describe a physical camera. It "
-                "has no frustum and no height; its corrected image is shown on the field instead.")
+            why_no_frustum = say(
+                "scene.no-frustum", "{model}: this model straightens the borders and does not describe a physical "
+                "camera. It has no frustum and no height; its corrected image is shown on the field instead.",
+                model=self.model.TITLE)
         elif not frustum.complete:
-            why_cropped = (f"The image is wider than a frustum can show: only the middle {MAX_FOV_DEG:g}° are shown.")
-        return {"key": self.key, "title": self.title, "version": self.calibration.version,
-                "calibration": self.calibration.id, "snapshot": self.calibration.snapshot,
-                "camera": self.calibration.camera, "model": self.model.TITLE,
-                "height_mm": frustum.height_mm if frustum else None, "tilt_deg": frustum.tilt_deg if frustum else None,
-                "why_no_frustum": why_no_frustum, "why_not_whole": why_cropped,
-                "points": len(self.ray_hits.points), "moved": self.pose_change.to_json() if self.pose_change else None,
-                "sheet": {"carpet": _surface_json(carpet), "hat": _surface_json(hat),
-                          "hat_mm": self.field.hat_height_mm}}
+            why_cropped = say("scene.cropped", "The image is wider than a frustum can show: only the middle {deg:g}° "
+                              "are shown.", deg=MAX_FOV_DEG)
+        return stated({
+            "key": self.key, "title": self.title, "version": self.calibration.version,
+            "calibration": self.calibration.id, "snapshot": self.calibration.snapshot,
+            "camera": self.calibration.camera, "model": self.model.TITLE,
+            "height_mm": frustum.height_mm if frustum else None, "tilt_deg": frustum.tilt_deg if frustum else None,
+            "why_no_frustum": why_no_frustum, "why_not_whole": why_cropped,
+            "points": len(self.ray_hits.points), "moved": self.pose_change.to_json() if self.pose_change else None,
+            "sheet": {"carpet": _surface_json(carpet), "hat": _surface_json(hat),
+                      "hat_mm": self.field.hat_height_mm}})
 
 
 def _surface_json(surface: ErrorSurface | TouchlineError) -> dict[str, Any]:

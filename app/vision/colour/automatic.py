@@ -10,7 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.colour_profile import NAMES, ColourProfile, ColourSample
+from app.core.colour_profile import NAMES, ColourProfile, ColourSample, colour_name
+from app.core.statements import say
 from app.vision.blobs.features import Blobs
 from app.vision.blobs.runs import runs_of
 from app.vision.colour.learning import background_samples, clusters, mean_light, sample_of
@@ -48,7 +49,8 @@ def automatic_profile(name: str, pixels: Picture, wanted: Sequence[str] = ("oran
         among = _on_hulls(pixels, colours) if colour in _ON_HULLS else None
         found = _mode(sampled[rare], chroma[rare], start) if among is None else _mode(among, features(among), start)
         if found is None:
-            notes.append(f"No {colour} detected. The default {colour} is used.")
+            notes.append(say("note.colour-not-detected", "No {colour} detected. The default {colour} is used.",
+                             colour=colour_name(colour)))
         colours[colour] = (found or start,)
     return ColourProfile(name, {c: colours[c] for c in wanted}, background_samples(common, colours), mean_light(pixels),
                          notes=tuple(notes))

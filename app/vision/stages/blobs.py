@@ -6,8 +6,9 @@ from typing import ClassVar
 import cv2
 import numpy as np
 
-from app.core.colour_profile import NAMES
+from app.core.colour_profile import NAMES, colour_name
 from app.core.options import Option
+from app.core.statements import say
 from app.vision.blobs.features import Blobs, fine_middles
 from app.vision.blobs.runs import runs_of
 from app.vision.stages import FrameState, Picture, Stage
@@ -53,8 +54,9 @@ class FindBlobs(Stage):
             return state.labels, ()
         keep = np.arange(256, dtype=np.uint8)
         keep[flooded] = 0
-        notes = tuple(f"The colour {state.colours[i - 1]} covers {100 * thin[i] / thin.sum():.0f} % of the image and "
-                      "is ignored. Learn it again." for i in flooded)
+        notes = tuple(say("note.colour-everywhere", "The colour {colour} covers {share:.0f} % of the image and is "
+                          "ignored. Learn it again.", colour=colour_name(state.colours[i - 1]),
+                          share=100 * thin[i] / thin.sum()) for i in flooded)
         return cv2.LUT(state.labels, keep), notes
 
     def picture(self, state: FrameState) -> Picture:

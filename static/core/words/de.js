@@ -32,6 +32,7 @@ import statedInChecks from "./de/statements/checks.js";
 import statedOfFits from "./de/statements/fits.js";
 import statedOfPoints from "./de/statements/points.js";
 import statedLive from "./de/statements/live.js";
+import statedInTables from "./de/statements/tables.js";
 
 /** @type {Record<import("./types").Key, import("./types").Entry>} */
 export const messages = {
@@ -67,4 +68,4 @@ export const messages = {
 };
 
 /** @type {Record<string, string>} */
-export const statements = { ...statedInChecks, ...statedOfFits, ...statedOfPoints, ...statedLive };
+export const statements = { ...statedInChecks, ...statedOfFits, ...statedOfPoints, ...statedLive, ...statedInTables };

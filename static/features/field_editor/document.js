@@ -11,10 +11,15 @@ import { includes, rounded } from "./geometry.js";
 
 const LINE_MM = 20; // tape
 
-/** Without what the server works out: a region's borders. @param {Field} field @returns {FieldDoc} */
+/**
+ * Without what the server works out: a region's borders, and what it states.
+ * @param {Field} field
+ * @returns {FieldDoc}
+ */
 export function docOf(field) {
   const doc = { ...field };
   delete doc.own;
+  delete doc.statements;
   const regions = Object.entries(field.regions).map(([name, { x, y, rotate }]) => [name, { x, y, rotate }]);
   return { ...doc, regions: Object.fromEntries(regions) };
 }

@@ -4,7 +4,7 @@ import copy
 import json
 import pickle
 
-from app.core.statements import Sentence, join, read_statements, say, stated
+from app.core.statements import Sentence, join, named, read_statements, say, stated
 
 
 def test_a_sentence_is_text_and_states_its_values_as_they_are_shown():
@@ -32,6 +32,19 @@ def test_a_record_gets_what_its_sentences_state_beside_them():
     record = {"level": "good", "sentence": say("a", "One."), "fix": ""}
     assert stated(record) == {**record, "statements": {"sentence": [{"code": "a", "values": {}}]}}
     assert stated({"sentence": "One."}) == {"sentence": "One."}
+
+
+def test_a_list_of_texts_has_one_statement_for_each():
+    notes = ["mine", say("note.b", "Two {n}.", n=2)]
+    assert stated({"notes": notes}) == {"notes": ["mine", "Two 2."], "statements": {
+        "notes": [{"text": "mine"}, {"code": "note.b", "values": {"n": 2.0}}]}}
+    assert stated({"notes": ["mine"], "at": (1, 2)}) == {"notes": ["mine"], "at": (1, 2)}
+
+
+def test_the_text_of_a_table_is_no_template():
+    said = named("option.ball.least_size", "As {it} is.")
+    assert said == "As {it} is."
+    assert said.statements == ({"code": "option.ball.least-size", "values": {}},)
 
 
 def test_a_sentence_survives_copies_and_processes():

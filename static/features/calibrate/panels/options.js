@@ -2,7 +2,7 @@
 import { change, doc } from "../../../core/document.js";
 import { html } from "../../../core/html.js";
 import { model } from "../../../core/state.js";
-import { t } from "../../../core/words.js";
+import { has, t } from "../../../core/words.js";
 import { Typed } from "../../../ui/typed.js";
 import { KnownLens } from "./known_lens.js";
 
@@ -54,8 +54,10 @@ export function OptionRow({ option, id, value, set }) {
   </div>`;
 }
 
-/** "w_max_rectangle_px" → "W max rectangle"; the unit stands beside the field. @param {string} name */
+/** What an option is called; the unit stands beside the field. @param {string} name */
 function label(name) {
+  const key = /** @type {const} */ (`calibrate.option.${name.replaceAll("_", "-")}`);
+  if (has(key)) return t(key);
   const text = name.replace(/_(px|mm|deg|pct)$/, "").replaceAll("_", " ");
   return text.charAt(0).toUpperCase() + text.slice(1);
 }

@@ -1,7 +1,7 @@
 // Every stage of the detection plan: its picture, its time, its options; and the plans to begin with.
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { t } from "../../../core/words.js";
+import { has, t } from "../../../core/words.js";
 import { Title } from "../../../ui/title.js";
 import { OptionRow } from "../../calibrate/panels/options.js";
 import { detectionCamera, detectionState, kinds, plans, tune } from "../detection.js";
@@ -35,10 +35,10 @@ export function StageStrip() {
           }}
         >
           ${!same && html`<option value="">
-            ${t("detection.stages.own-plan", { plan: it.plan.title })}
+            ${t("detection.stages.own-plan", { plan: planTitle(it.plan) })}
           </option>`}
           ${plans.value.map((p) => html`<option key=${p.name} value=${p.name}>
-            ${p.title}
+            ${planTitle(p)}
           </option>`)}
         </select>
       </label>
@@ -80,6 +80,12 @@ export function StageStrip() {
     </ol>
   </section>`;
 }
+
+/** A plan that comes with Touchline is named here, another by whoever made it. @param {import("../types").Plan} plan */
+const planTitle = ({ name, title }) => {
+  const key = /** @type {const} */ (`detection.plan.${name}`);
+  return has(key) ? t(key) : title;
+};
 
 /** @param {{ camera: string, stage: PlanStage, number: number, ms: number | undefined, share: number }} props */
 function Stage({ camera, stage, number: place, ms, share }) {

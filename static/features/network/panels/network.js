@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { cameras } from "../../../core/state.js";
+import { cameras, fields } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
@@ -264,7 +264,7 @@ function Others({ it }) {
       </small>
       <small class="where">
         ${sender.field
-          ? `${sender.field.known ? sender.field.title : t("network.others.unknown-field")}, ` +
+          ? `${sender.field.known ? fieldTitle(sender.field) : t("network.others.unknown-field")}, ` +
             `${number(sender.field.length_mm, 0)} × ${number(sender.field.width_mm, 0)} mm`
           : sender.problem
             ? sender.problem.what
@@ -275,6 +275,9 @@ function Others({ it }) {
     </li>`)}
   </ul>`;
 }
+
+/** As the page's other places call it. @param {{ name: string, title: string }} field */
+const fieldTitle = ({ name, title }) => fields.value.find((f) => f.name === name)?.title ?? title;
 
 /** One camera of somebody else's. @param {{ sender: GeometrySender, camera: ReceivedCamera }} props */
 function Other({ sender, camera }) {

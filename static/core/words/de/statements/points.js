@@ -3,8 +3,6 @@ export default {
   "degree.auto": "ein automatischer Grad",
   "degree.given": "Grad {degree}",
   "line-by": "{line} um {mm} mm",
-  "model.homography": "Eine Homographie",
-  "model.thin-plate": "Ein Thin-Plate-Spline",
   "outlier.beyond-field": "liegt außerhalb des Felds",
   "outlier.curve": "liegt {px} px neben der Kurve durch die anderen Punkte",
   "outlier.disagrees": "passt nicht zu den anderen Punkten",
@@ -103,4 +101,6 @@ export default {
   "warning.unusual-height.fix": "Prüfen Sie den Feldtyp und den abgedeckten Bereich, oder messen Sie die Kamerahöhe und tragen Sie sie ein.",
   "warning.unusual-principal-point": "Der angepasste Bildhauptpunkt liegt {px} px neben der Bildmitte.",
   "warning.unusual-principal-point.fix": "Wurde das Bild beschnitten, setzen Sie centre_sigma_px auf die Breite des Beschnitts. Prüfen Sie sonst die Linie jedes Punkts.",
+  "who.homography": "Eine Homographie",
+  "who.thin-plate": "Ein Thin-Plate-Spline",
 };
