@@ -83,7 +83,8 @@ def test_every_text_of_every_page_and_step_comes_from_the_catalogue(pseudo, save
 
 
 # No German text has them; names of fields, models, files and operators have none of them either.
-ENGLISH_ONLY = re.compile(r"\b(the|of|is|are|were|with|and|from|this|not|no|your?|its?|has|have|been|to|for|by|at|on)\b")
+ENGLISH_ONLY = re.compile(
+    r"\b(the|of|is|are|were|with|and|from|this|not|no|your?|its?|has|have|been|to|for|by|at|on)\b")
 
 
 def test_a_german_browser_gets_a_german_page_with_nothing_english_in_it(browser, saved, server):
@@ -92,7 +93,8 @@ def test_a_german_browser_gets_a_german_page_with_nothing_english_in_it(browser,
     page, found = context.new_page(), {}
 
     def english() -> list[str]:
-        return [text for text in page.evaluate(SHOWN) if ENGLISH_ONLY.search(text) and not text.startswith("/")]  # a path
+        return [text for text in page.evaluate(SHOWN)
+                if ENGLISH_ONLY.search(text) and not text.startswith("/")]  # a path
 
     for name, (address, place) in PLACES.items():
         page.goto(f"{server.url}/{address}")

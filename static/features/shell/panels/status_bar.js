@@ -1,6 +1,7 @@
 // Bottom of the page: what needs attention, which version stands, jobs, the keys that matter now, and dark or light.
 import { clock } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { keyLabel } from "../../../core/keys.js";
 import { route } from "../../../core/route.js";
 import { snapshot, step } from "../../../core/state.js";
 import { THEMES, chooseTheme, theme } from "../../../core/theme.js";
@@ -27,7 +28,7 @@ const KEYS = {
     ["Alt", t("shell.keys.no-snap")],
     ["←↑→↓", t("shell.keys.nudge")],
     ["F", t("shell.keys.find-points")],
-    ["Ctrl Z", t("shell.keys.undo")],
+    [keyLabel("ctrl+z"), t("shell.keys.undo")],
     ["?", t("shell.keys.all")],
   ],
   verify: [
@@ -48,7 +49,7 @@ const KEYS = {
     ["N", t("shell.keys.next")],
     ["X", t("shell.keys.worst")],
     ["S", t("shell.keys.pair-lines")],
-    ["Ctrl Z", t("shell.keys.undo")],
+    [keyLabel("ctrl+z"), t("shell.keys.undo")],
     ["?", t("shell.keys.all")],
   ],
 };

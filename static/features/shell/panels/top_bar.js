@@ -1,6 +1,7 @@
 // Top of the page: where it is, the steps of calibrating, whether all is saved, and the one bright button.
 import { run } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
+import { keyLabel } from "../../../core/keys.js";
 import { addressOf, route } from "../../../core/route.js";
 import { busy, camera, namedCamera, opening, snapshot, step } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
@@ -25,7 +26,7 @@ export function TopBar() {
         aria-label=${t("shell.palette.title")}
         onClick=${openPalette}
       >
-        <span>${t("shell.top.search")}</span> <kbd aria-hidden="true" data-key="Ctrl K"></kbd>
+        <span>${t("shell.top.search")}</span> <kbd aria-hidden="true" data-key=${keyLabel("ctrl+k")}></kbd>
       </button>
       <${Bell} />
       ${saving.value && html`<${ActionButton} id="stop-saving" />`}
