@@ -4,8 +4,8 @@ import { POINT, filled, hasStatements, statement } from "./words.js";
 
 /** @typedef {import("./types").Statement} Statement */
 
-/** What is called the same in all of the page. @type {Record<string, (id: string) => string>} */
-const NAMES = { line: lineName, area: areaName };
+/** What is called the same in all of the page. */
+const NAMES = new Map([["line", lineName], ["area", areaName]]);
 /** Numbers and nothing but a unit, as the server writes them. */
 const MEASURED = /^[\d.\s,()×±+−⁰¹²³⁴⁵⁶⁷⁸⁹⁻-]*( ?(mm|px|m|s|ms|%|°))?$/;
 
@@ -39,19 +39,23 @@ function translate(it) {
 
 /** A statement in words; undefined where the language has none. @param {Statement} it @returns {string | undefined} */
 export function inWords(it) {
-  const [family, ...id] = (it.code ?? "").split(".");
-  const called = NAMES[family]?.(id.join("."));
+  const code = String(it?.code),
+    [family, ...id] = code.split(".");
+  const called = NAMES.get(family)?.(id.join("."));
   if (called) return called;
-  const template = statement(it.code ?? "");
-  if (template === undefined) return undefined;
-  const values = Object.entries(it.values ?? {}).map(([name, value]) => [name, shown(value)]);
-  return filled(template, Object.fromEntries(values));
+  const template = statement(code),
+    values = Object.entries(it?.values ?? {}).map(([name, value]) => [name, shown(value)]);
+  const isKnown = template !== undefined && values.every(([, value]) => value !== undefined);
+  return isKnown ? filled(template, Object.fromEntries(values)) : undefined;
 }
 
-/** @param {import("./types").StatedValue} value @returns {string} */
+/** @param {import("./types").StatedValue} value @returns {string | undefined} */
 function shown(value) {
-  if (Array.isArray(value)) return value.map(shown).join(", ");
-  if (value && typeof value === "object") return inWords(value) ?? value.text ?? "";
+  if (Array.isArray(value)) {
+    const all = value.map(shown);
+    return all.includes(undefined) ? undefined : all.join(", ");
+  }
+  if (value && typeof value === "object") return value.text ?? inWords(value);
   const text = String(value);
   return MEASURED.test(text) ? text.replace(/^-/, "−").replace(/(\d)\.(?=\d)/g, `$1${POINT}`) : text;
 }

@@ -58,7 +58,7 @@ export function chooseLanguage(to) {
  * What the server states by this code, in the page's language; undefined where that has no words for it.
  * @param {string} code
  */
-export const statement = (code) => statements?.[code];
+export const statement = (code) => (statements && Object.hasOwn(statements, code) ? statements[code] : undefined);
 
 /** Whether there are words for what the server states; if not, its English sentences are shown. */
 export const hasStatements = statements !== undefined;

@@ -59,6 +59,7 @@ def test_another_language_has_the_same_messages_with_the_same_values_and_element
 @pytest.mark.parametrize("language", STATEMENTS)
 def test_another_language_has_words_for_all_that_the_server_states(language):
     theirs = {key: forms_of(entry)["other"] for path in STATEMENTS[language] for key, entry in entries(path)}
+    assert len(theirs) == sum(len(entries(path)) for path in STATEMENTS[language]), "one twice"
     assert all([key for key, _ in entries(path)] == sorted(key for key, _ in entries(path))
                for path in STATEMENTS[language])
     whole = {code for code in statements() if "*" not in code}

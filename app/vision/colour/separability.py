@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.core.colour_profile import NAMES, ColourProfile
-from app.core.statements import Sentence, say, stated
+from app.core.colour_profile import ColourProfile, colour_name
+from app.core.statements import Sentence, say, stated, statements_of
 from app.vision.colour.table import distances, features
 
 BACKGROUND = "the background"  # beside the colours
@@ -42,7 +42,7 @@ def colour_health(profile: ColourProfile) -> tuple[ColourSeparation, ...]:
 
 
 def _sentence(level: str, colour: str, nearest: str | None) -> Sentence:
-    first = _name(colour.capitalize())
+    first = Sentence(colour.capitalize(), statements_of(_name(colour)))
     if level == "good" or nearest is None:
         return say("colour-separation.good", "{colour} is well separated.", colour=first)
     if level == "close":
@@ -52,11 +52,6 @@ def _sentence(level: str, colour: str, nearest: str | None) -> Sentence:
                "the paper.", colour=first, nearest=_name(nearest))
 
 
-def _name(shown: str) -> str:
-    """Return a colour as it is shown, "Yellow" or "yellow", with its code."""
-    if shown == BACKGROUND:
-        return say("colour.background", BACKGROUND)
-    known = shown.lower()
-    if known not in NAMES:
-        return shown
-    return say(f"colour.{known}", shown) if shown == known else say(f"colour.{known}-first", shown)
+def _name(colour: str) -> str:
+    """Return what a colour or the background is called within a sentence."""
+    return say("colour.background", BACKGROUND) if colour == BACKGROUND else colour_name(colour)
