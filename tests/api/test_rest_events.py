@@ -21,7 +21,7 @@ def noted(*story):
     log = CameraEvents()
     for state, drift in story:
         log.note({"east": {"state": state, "drift": drift}})
-    return [(event.kind, event.text) for event in reversed(log.noted)]
+    return [(event.kind, event.text("{}")) for event in reversed(log.noted)]
 
 
 def test_activations_of_all_cameras_are_listed_newest_first(client, task, calibration):
@@ -35,6 +35,8 @@ def test_activations_of_all_cameras_are_listed_newest_first(client, task, calibr
         ("activated", "north", 1, "Bo", "Version 1 of North half was activated."),
         ("activated", None, 1, "Ada", "Version 1 of the images from files was activated.")]
     assert [one["at"] for one in found] == sorted((one["at"] for one in found), reverse=True)
+    assert found[2]["statements"] == {"text": [{"code": "event.activated", "values": {
+        "version": 1, "camera": {"code": "event.images-from-files", "values": {}}}}]}
     assert events(client, limit=1) == found[:1]
     for limit in (0, 201, "many"):
         refusal(client.get(f"{API}/events", params={"limit": limit}), 422)
