@@ -4,11 +4,10 @@ A sentence is an ordinary string. Where a record with sentences becomes JSON, st
 their entry, the list of what each states.
 """
 
+import math
 from collections.abc import Mapping
 from string import Formatter
 from typing import Any
-
-from app.core.json_values import number
 
 STATEMENTS = "statements"  # the entry beside the sentences
 MAX_STATEMENTS = 20  # of an entry, as read from a file
@@ -88,7 +87,7 @@ def _value(value: object, spec: str) -> Any:
         return value
     shown = format(value, spec)
     try:
-        found = number(float(shown))  # as many digits as are shown
+        found = float(shown)  # as many digits as are shown
     except ValueError:
-        found = None
-    return shown if found is None else found
+        return shown
+    return found if math.isfinite(found) else shown

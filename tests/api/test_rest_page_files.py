@@ -45,11 +45,14 @@ def test_the_page_asks_for_every_module_that_it_loads_at_once_and_gets_it(standi
 
 
 def test_what_is_preloaded_is_what_is_imported():
-    """Counted another way: every module of ours but those of the live view's worker."""
+    """Counted another way: every module of ours but those of the live view's worker and of other languages."""
     html = (STATIC / "index.html").read_text()
     ours = {p.relative_to(STATIC).as_posix() for p in STATIC.rglob("*.js")
             if not NOT_OURS & {*p.relative_to(STATIC).parts}}
-    assert ours - set(modules_of(html, STATIC)) == {"features/live/stream_worker.js", "features/live/timecode.js"}
+    languages = {name for name in ours if name.startswith("core/words/") and not name.startswith("core/words/en")}
+    assert len(languages) > 30
+    assert ours - set(modules_of(html, STATIC)) == {
+        *languages, "features/live/stream_worker.js", "features/live/timecode.js"}
 
 
 def test_a_file_that_has_changed_is_sent_anew_and_one_that_has_not_is_not_sent_again(shelf, folder):
