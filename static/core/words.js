@@ -34,7 +34,8 @@ export const LOCALE = language === "en" || language === "pseudo" ? "en-GB" : lan
 /** The decimal point: a comma in German. */
 export const POINT = new Intl.NumberFormat(LOCALE).formatToParts(0.1).find((part) => part.type === "decimal")?.value;
 
-const { messages: catalogue, statements } = await CATALOGUES[language]();
+// English where the other catalogue does not arrive: a page in it is better than none.
+const { messages: catalogue, statements } = await CATALOGUES[language]().catch(CATALOGUES.en);
 const plurals = new Intl.PluralRules(LOCALE);
 document.documentElement.lang = LOCALE;
 

@@ -52,7 +52,7 @@ export default /** @type {const} */ ({
   "help.stop.distortion.text": "Die Verzeichnung gibt an, wie weit sich jede Begrenzung von der geraden Verbindung ihrer Enden wegbiegt. Negative Werte sind tonnenförmig, positive kissenförmig. Ein typisches Objektiv bleibt innerhalb von ±3 %.",
   "help.stop.distortion.title": "Verzeichnung",
   "help.stop.drawing.rotated": "Gedreht um",
-  "help.stop.drawing.text": "L, R, T und B kennzeichnen den linken, rechten, oberen und unteren Rand des Bilds. Drehen Sie die Zeichnung, bis sie so liegt wie das Bild.",
+  "help.stop.drawing.text": "L, R, O und U kennzeichnen den linken, rechten, oberen und unteren Rand des Bilds. Drehen Sie die Zeichnung, bis sie so liegt wie das Bild.",
   "help.stop.drawing.title": "Ausrichtung des Felds",
   "help.stop.map.text": "Drücken Sie E, um den erwarteten Fehler über dem Bild einzublenden, auf dem Teppich oder in Höhe der Roboteroberseiten. Ein Ring markiert den größten Fehler.",
   "help.stop.map.title": "Fehlerkarte",
