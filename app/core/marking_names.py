@@ -135,7 +135,7 @@ def _name(id: str, table: dict[str, str], part: str) -> Sentence:
     return say(f"{part}.{id}", table[id]) if id in table else Sentence(id.replace("-", " ").replace("_", " "))
 
 
-def the_border(name: str, article: str = "the") -> Sentence:
+def the_border(name: str) -> Sentence:
     """Return "the left border", with its name as what it states."""
     called = marking_name(name)
-    return Sentence(f"{article} {called}", called.statements)
+    return Sentence(f"the {called}", called.statements)

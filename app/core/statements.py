@@ -51,6 +51,11 @@ def join(*parts: str) -> Sentence:
     return Sentence(" ".join(found), tuple(statement for part in found for statement in statements_of(part)))
 
 
+def capitalised(text: str) -> Sentence:
+    """Return a sentence or a name as it begins one, stating the same."""
+    return Sentence(text[:1].upper() + text[1:], statements_of(text))
+
+
 def statements_of(text: str) -> tuple[Mapping[str, Any], ...]:
     """Return what a text states; plain text as a statement without a code."""
     return text.statements if isinstance(text, Sentence) and text.statements else ({"text": str(text)},)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import FitFailed
 from app.core.geometry import Array
-from app.core.statements import Sentence, say, statements_of
+from app.core.statements import Sentence, capitalised, say
 from app.fitting.clicks import first_of_each_place
 from app.models.border_curve import Curve
 
@@ -91,7 +91,7 @@ def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, 
 
 def _check_points(position: Array, value: Array, degree: Degree, label: str) -> None:
     least = 3 if degree == "auto" else degree + 1
-    capital = Sentence(label[0].upper() + label[1:], statements_of(label))
+    capital = capitalised(label)
     if position.size < least:
         what = (say("degree.auto", "an automatic degree") if degree == "auto"
                 else say("degree.given", "degree {degree}", degree=degree))

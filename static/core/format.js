@@ -1,5 +1,5 @@
 // Numbers and times as the operator reads them: true minus, thin spaces, units, and a dash for what is not known.
-import { LOCALE, POINT, has, t } from "./words.js";
+import { LOCALE, POINT, nameOr, t } from "./words.js";
 
 /** @param {number | null | undefined} value @param {number} [digits] */
 export function number(value, digits = 1) {
@@ -25,16 +25,10 @@ export const capitalised = (text) => text.charAt(0).toUpperCase() + text.slice(1
 const words = (id) => id.replaceAll("-", " ").replaceAll("_", " ");
 
 /** A border, line, arc or landmark in a sentence: "left border", "halfway line". @param {string} id */
-export function lineName(id) {
-  const key = /** @type {const} */ (`markings.${id}`);
-  return has(key) ? t(key) : words(id);
-}
+export const lineName = (id) => nameOr(`markings.${id}`, words(id));
 
 /** An area of a field in a sentence: "left half", "full field". @param {string} id */
-export function areaName(id) {
-  const key = /** @type {const} */ (`areas.${id}`);
-  return has(key) ? t(key) : words(id);
-}
+export const areaName = (id) => nameOr(`areas.${id}`, words(id));
 
 /** The same as titles and in lists: "Left border". @param {string} id */
 export const lineTitle = (id) => capitalised(lineName(id));

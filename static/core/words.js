@@ -77,12 +77,12 @@ export function message(key, values) {
 }
 
 /**
- * Whether a key that is made of an id is that of a message: ids that operators and cameras gave have none.
- * @template {string} K
- * @param {K} key
- * @returns {key is K & Key}
+ * The message of a key that ends in an id; ids that operators and cameras gave have none.
+ * @param {string} key of a message without values
+ * @param {string} otherwise
  */
-export const has = (key) => Object.hasOwn(catalogue, key);
+export const nameOr = (key, otherwise) =>
+  Object.hasOwn(catalogue, key) ? message(/** @type {Key} */ (key), {}) : otherwise;
 
 /**
  * A message with its values in their places. Where it has several forms, `count` chooses.

@@ -76,7 +76,7 @@ def test_another_language_has_words_for_all_that_the_server_states(language):
 def test_every_message_is_used():
     code = "\n".join(path.read_text(encoding="utf-8") for path in SCRIPTS)
     quoted = {*re.findall(r'"([a-z0-9.-]+)"', code)}
-    begun = tuple({*re.findall(r"(?:\bt\(|\brich\(|type {const} \*/ \()\s*`([a-z0-9.-]+)\$\{", code)})
+    begun = tuple({*re.findall(r"(?:\bt\(|\brich\(|\bnameOr\()\s*`([a-z0-9.-]+)\$\{", code)})
     assert not [key for key in messages() if key not in quoted and not key.startswith(begun)]
 
 

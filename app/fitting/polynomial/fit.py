@@ -13,7 +13,7 @@ from app.core.marking_names import the_border
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observation, Observations, Warning
-from app.core.statements import say
+from app.core.statements import capitalised, say
 from app.fitting.border import CurveFit, fit_curve
 from app.fitting.clicks import check_inside_picture, outlier_warning
 from app.fitting.contract import Fitter
@@ -120,7 +120,8 @@ def _border_clicks(name: str, observations: Observations) -> _Border:
 def _check_clicks(borders: Mapping[str, _Border], image_size: ImageSize) -> None:
     for border in borders.values():
         if not len(border.points):
-            raise FitFailed(say("refused.no-points", "{line} has no points.", line=the_border(border.name, "The")),
+            raise FitFailed(say("refused.no-points", "{line} has no points.",
+                                line=capitalised(the_border(border.name))),
                             say("refused.no-points.fix", "Mark points along {line}.", line=the_border(border.name)),
                             reason="too-few-points", feature=border.name)
         check_inside_picture((Observation(border.name, "line", border.points),), image_size)
@@ -184,7 +185,7 @@ def _extrapolation_warnings(borders: Mapping[str, _Border], fits: Mapping[str, C
         position = position[np.isfinite(position)]
         if not position.size:
             raise FitFailed(say("refused.crossed", "{line} is where the adjacent borders have already crossed.",
-                                line=the_border(name, "The")),
+                                line=capitalised(the_border(name))),
                             say("refused.crossed.fix",
                                 "Check the points of all four borders, or choose a lower degree."),
                             reason="borders-cross", feature=name)
@@ -195,8 +196,8 @@ def _extrapolation_warnings(borders: Mapping[str, _Border], fits: Mapping[str, C
                 found.append(Warning(
                     "border-extrapolated",
                     say("warning.extrapolated", "{line} has no point in the last {share:.0f} % towards {end}. Its "
-                        "curve is extrapolated there.", line=the_border(name, "The"), share=100 * gap / (high - low),
-                        end=the_border(end)),
+                        "curve is extrapolated there.", line=capitalised(the_border(name)),
+                        share=100 * gap / (high - low), end=the_border(end)),
                     say(f"warning.extrapolated-fix.{name}-{end}",
                         f"Add a point on the {name} border near the {end} corner."), name))
     return found

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.core.colour_profile import ColourProfile, colour_name
-from app.core.statements import Sentence, say, stated, statements_of
+from app.core.statements import Sentence, capitalised, say, stated
 from app.vision.colour.table import distances, features
 
 BACKGROUND = "the background"  # beside the colours
@@ -42,7 +42,7 @@ def colour_health(profile: ColourProfile) -> tuple[ColourSeparation, ...]:
 
 
 def _sentence(level: str, colour: str, nearest: str | None) -> Sentence:
-    first = Sentence(colour.capitalize(), statements_of(_name(colour)))
+    first = capitalised(_name(colour))
     if level == "good" or nearest is None:
         return say("colour-separation.good", "{colour} is well separated.", colour=first)
     if level == "close":

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import BadInput
-from app.core.statements import Sentence, say, stated
+from app.core.statements import Sentence, capitalised, say, stated
 
 ZONES = (say("zone.top-left", "top left"), say("zone.top", "top"), say("zone.top-right", "top right"),
          say("zone.left", "left"), say("zone.middle", "middle"), say("zone.right", "right"),
@@ -42,7 +42,7 @@ def zone_names(zones: Iterable[int], known: Iterable[int] = range(9)) -> list[Se
 
 def first_capital(names: list[Sentence]) -> list[Sentence]:
     """Return names as they begin a sentence."""
-    return [Sentence(names[0][0].upper() + names[0][1:], names[0].statements), *names[1:]]
+    return [capitalised(names[0]), *names[1:]]
 
 
 def message(text: str, fix: str, bad: bool) -> dict[str, Any]:

@@ -31,7 +31,9 @@ import versions from "./de/versions.js";
 import statedInChecks from "./de/statements/checks.js";
 import statedOfFits from "./de/statements/fits.js";
 import statedOfPoints from "./de/statements/points.js";
-import statedLive from "./de/statements/live.js";
+import statedOfCameras from "./de/statements/cameras.js";
+import statedOfFiles from "./de/statements/files.js";
+import statedInWorkflows from "./de/statements/workflows.js";
 import statedInTables from "./de/statements/tables.js";
 
 /** @type {Record<import("./types").Key, import("./types").Entry>} */
@@ -68,4 +70,12 @@ export const messages = {
 };
 
 /** @type {Record<string, string>} */
-export const statements = { ...statedInChecks, ...statedOfFits, ...statedOfPoints, ...statedLive, ...statedInTables };
+export const statements = {
+  ...statedInChecks,
+  ...statedInTables,
+  ...statedInWorkflows,
+  ...statedOfCameras,
+  ...statedOfFiles,
+  ...statedOfFits,
+  ...statedOfPoints,
+};

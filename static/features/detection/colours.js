@@ -2,7 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { call, changeSeen, request } from "../../core/api.js";
 import { cameras, notify, notifyError } from "../../core/state.js";
-import { has, t } from "../../core/words.js";
+import { nameOr, t } from "../../core/words.js";
 import { detectionCamera, detectionState, setDetection, tune } from "./detection.js";
 import { asSnapshot } from "./held_frame.js";
 
@@ -29,10 +29,7 @@ export const COLOURS = [
   [BACKGROUND, "#4a5b52"],
 ];
 /** What a reader calls a colour. @param {string} name */
-export function colourName(name) {
-  const key = /** @type {const} */ (`detection.colour.${name}`);
-  return has(key) ? t(key) : name;
-}
+export const colourName = (name) => nameOr(`detection.colour.${name}`, name);
 const READ_NEAR = ["pink", "green"]; // by the butterfly patterns, without being looked for everywhere
 const DOUBT_MS = 5000;
 

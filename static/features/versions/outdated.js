@@ -1,10 +1,10 @@
 // Active versions that were made before their field was changed: made again from the points that they keep.
 import { request } from "../../core/api.js";
-import { areaName, lineName } from "../../core/format.js";
+import { lineName } from "../../core/format.js";
 import { followJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { notify } from "../../core/state.js";
-import { has, t } from "../../core/words.js";
+import { nameOr, t } from "../../core/words.js";
 import { readCameras } from "../calibrate/pictures.js";
 import { revision } from "./versions.js";
 
@@ -14,7 +14,7 @@ export const { search, refusal, watch } = longWork();
 
 /** The field itself, an area, or a line, arc or landmark. @param {string} change */
 const changeName = (change) =>
-  change === "its size" ? t("versions.changes.size") : has(`areas.${change}`) ? areaName(change) : lineName(change);
+  change === "its size" ? t("versions.changes.size") : nameOr(`areas.${change}`, lineName(change));
 
 /** What lies elsewhere now, in words. @param {string[]} changes */
 export function changesInWords(changes) {

@@ -1,8 +1,9 @@
 // One option of a model as a form field, built from what the server says about it: name, type, range, unit, help.
 import { change, doc } from "../../../core/document.js";
+import { capitalised } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { model } from "../../../core/state.js";
-import { has, t } from "../../../core/words.js";
+import { nameOr, t } from "../../../core/words.js";
 import { Typed } from "../../../ui/typed.js";
 import { KnownLens } from "./known_lens.js";
 
@@ -56,10 +57,8 @@ export function OptionRow({ option, id, value, set }) {
 
 /** What an option is called; the unit stands beside the field. @param {string} name */
 function label(name) {
-  const key = /** @type {const} */ (`calibrate.option.${name.replaceAll("_", "-")}`);
-  if (has(key)) return t(key);
   const text = name.replace(/_(px|mm|deg|pct)$/, "").replaceAll("_", " ");
-  return text.charAt(0).toUpperCase() + text.slice(1);
+  return nameOr(`calibrate.option.${name.replaceAll("_", "-")}`, capitalised(text));
 }
 
 /** @param {Option} option */

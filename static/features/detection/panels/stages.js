@@ -1,7 +1,7 @@
 // Every stage of the detection plan: its picture, its time, its options; and the plans to begin with.
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { has, t } from "../../../core/words.js";
+import { nameOr, t } from "../../../core/words.js";
 import { Title } from "../../../ui/title.js";
 import { OptionRow } from "../../calibrate/panels/options.js";
 import { detectionCamera, detectionState, kinds, plans, tune } from "../detection.js";
@@ -82,10 +82,7 @@ export function StageStrip() {
 }
 
 /** A plan that comes with Touchline is named here, another by whoever made it. @param {import("../types").Plan} plan */
-const planTitle = ({ name, title }) => {
-  const key = /** @type {const} */ (`detection.plan.${name}`);
-  return has(key) ? t(key) : title;
-};
+const planTitle = ({ name, title }) => nameOr(`detection.plan.${name}`, title);
 
 /** @param {{ camera: string, stage: PlanStage, number: number, ms: number | undefined, share: number }} props */
 function Stage({ camera, stage, number: place, ms, share }) {

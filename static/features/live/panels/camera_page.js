@@ -1,7 +1,7 @@
 // The tab Live of a camera: its picture, its status and its controls.
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { has, t } from "../../../core/words.js";
+import { nameOr, t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
@@ -155,10 +155,7 @@ export function CameraPanel() {
 }
 
 /** @param {string} name */
-const identityTitle = (name) => {
-  const key = /** @type {const} */ (`live.identity.${name}`);
-  return has(key) ? t(key) : name;
-};
+const identityTitle = (name) => nameOr(`live.identity.${name}`, name);
 
 /** Light and focus, in words first. */
 function Look() {
@@ -214,10 +211,7 @@ export function CameraReport() {
 }
 
 /** A control that every kind of camera has is named here, another by its camera. @param {Control} control */
-const controlTitle = ({ name, label }) => {
-  const key = /** @type {const} */ (`live.control.${name.replaceAll("_", "-")}`);
-  return has(key) ? t(key) : label;
-};
+const controlTitle = ({ name, label }) => nameOr(`live.control.${name.replaceAll("_", "-")}`, label);
 
 /** @param {{ control: Control }} props */
 function Setting({ control }) {

@@ -5,7 +5,7 @@ import { ago, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { MAX_NAME_LENGTH } from "../../../core/operator.js";
 import { addressOf } from "../../../core/route.js";
-import { LANGUAGES, chooseLanguage, chosenLanguage, has, t } from "../../../core/words.js";
+import { LANGUAGES, chooseLanguage, chosenLanguage, nameOr, t } from "../../../core/words.js";
 import { CHOICES, choice, chooseCorrection, correctionWords } from "../../../canvas/graphics.js";
 import { Typed } from "../../../ui/typed.js";
 import { serverProblems } from "../../shell/problems.js";
@@ -232,10 +232,7 @@ function Server({ items }) {
 /** @param {Setting} s */
 const sectionOf = ({ name }) => (name.includes(".") ? name.split(".")[0] : GENERAL);
 /** @param {string} section */
-const sectionTitle = (section) => {
-  const key = /** @type {const} */ (`settings.section.${section}`);
-  return has(key) ? t(key) : section;
-};
+const sectionTitle = (section) => nameOr(`settings.section.${section}`, section);
 /** @param {Setting} s */
 const isDefault = (s) => JSON.stringify(s.value) === JSON.stringify(s.default);
 /** @param {Setting} s */
