@@ -4,6 +4,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
+from tests.support.manual_pictures import manual_picture
 from tests.support.waiting import until
 from tests.support.words import t
 
@@ -50,7 +51,7 @@ def test_cameras_are_live_on_the_start_page_and_nothing_is_sent_when_it_is_left(
     until(lambda: status(server, "overhead"), lambda now: now["viewers"] == 0 and now["state"] == "live")
 
 
-def test_one_camera_is_looked_at_raw_corrected_and_side_by_side(operator, server, added, tmp_path):
+def test_one_camera_is_looked_at_raw_corrected_and_side_by_side(operator, server, added):
     page, id = operator.page, added("one")
     snapshot = server.api("POST", "/snapshots", json={"camera": id}).json()
     points = {"left": [[40, 60], [40, 128], [40, 200]], "right": [[280, 60], [280, 128], [280, 200]],
@@ -72,12 +73,13 @@ def test_one_camera_is_looked_at_raw_corrected_and_side_by_side(operator, server
     page.get_by_test_id("look-lines").click()
     lines = page.get_by_test_id(f"live-{id}").locator("svg path:not(.casing)")
     expect(lines.nth(4)).to_be_attached(timeout=LONG_MS)
-    page.screenshot(path=tmp_path / "one.png")
+    manual_picture(page, "live")
+    manual_picture(page.get_by_test_id("look"), "light")
     page.reload()
     is_live(page, id)
 
 
-def test_a_camera_is_tried_kept_changed_and_removed(operator, server, tmp_path):
+def test_a_camera_is_tried_kept_changed_and_removed(operator, server):
     page = operator.page
     page.get_by_test_id("add-camera").click()
     expect(page.get_by_test_id("do-keep-camera")).to_be_disabled()
@@ -90,7 +92,7 @@ def test_a_camera_is_tried_kept_changed_and_removed(operator, server, tmp_path):
     page.get_by_test_id("camera-id").fill("second")
     page.get_by_test_id("camera-name").fill("Second camera")
     page.get_by_test_id("camera-field").select_option("table")
-    page.screenshot(path=tmp_path / "form.png")
+    manual_picture(page, "cameras")
     page.get_by_test_id("next").click()
     is_live(page, "second")
     page.get_by_test_id("tab-camera-form").click()

@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.demo_cameras import CAMERAS, WIDTH
+from tests.support.manual_pictures import manual_picture
 from tests.support.waiting import until
 from tests.support.words import like
 
@@ -92,7 +93,7 @@ def test_live_pictures_blink(live):
     expect(page.get_by_test_id("blink-legend")).to_have_count(0)
 
 
-def test_the_active_calibration_is_checked_against_the_picture_of_now_by_one_key(live, tmp_path):
+def test_the_active_calibration_is_checked_against_the_picture_of_now_by_one_key(live):
     page = live.page
     page.get_by_test_id("tab-drift").click()
     expect(page.get_by_test_id("do-check-calibration")).to_be_enabled(timeout=LONG_MS)
@@ -104,6 +105,6 @@ def test_the_active_calibration_is_checked_against_the_picture_of_now_by_one_key
     checked = page.get_by_test_id("checked-picture")
     expect(checked.locator("img")).to_have_js_property("naturalWidth", WIDTH, timeout=LONG_MS)
     checked.scroll_into_view_if_needed()
-    page.screenshot(path=tmp_path / "checked.png")
+    manual_picture(page, "checking")
     page.get_by_test_id("close-check").click()
     expect(verdict).to_have_count(0)

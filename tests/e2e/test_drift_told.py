@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.live_cameras import calibrated
+from tests.support.manual_pictures import manual_picture
 from tests.support.waiting import until
 from tests.support.words import like, t
 
@@ -64,6 +65,7 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     expect(page).to_have_url(re.compile(f"#/cameras/{ID}/drift$"))
     page.get_by_test_id("rail-cameras").click()
     page.get_by_test_id("bell").click()
+    manual_picture(page.get_by_test_id("problems"), "troubleshooting")
     page.get_by_test_id("problem").filter(has_text="Knocked").get_by_role("link").click()
     drift = page.get_by_test_id("drift")
     expect(drift).to_have_attribute("data-state", "knocked", timeout=LONG_MS)
@@ -75,7 +77,7 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     expect(made).to_contain_text(like("drift.registered.apart"), timeout=LONG_MS)
     expect(page.get_by_test_id("next")).to_have_text(t("common.activate-version", version=2))
     assert server.api("GET", f"/cameras/{ID}").json()["active_calibration"] == followed
-    page.screenshot(path=tmp_path / "made.png")
+    manual_picture(page, "drift")
     page.get_by_test_id("look-at-registered").click()
     expect(page.get_by_text(like("verify.version-points", version=2)).first).to_be_visible(timeout=LONG_MS)
     is_told(page, "bad")

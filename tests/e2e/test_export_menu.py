@@ -5,12 +5,13 @@ import yaml
 from playwright.sync_api import expect
 
 from app.formats import FORMATS
+from tests.support.manual_pictures import manual_picture
 from tests.support.words import t
 
 ELSEWHERE = {"json", "npz"}  # offered to everybody
 
 
-def test_every_format_is_offered_with_what_it_costs_and_can_be_had(saved, server, tmp_path):
+def test_every_format_is_offered_with_what_it_costs_and_can_be_had(saved, server):
     operator = saved("brown-conrady")
     page, it = operator.page, operator.saved()
     menu = page.get_by_test_id("exports")
@@ -24,7 +25,7 @@ def test_every_format_is_offered_with_what_it_costs_and_can_be_had(saved, server
         expect(page.get_by_test_id(f"cost-{name}")).to_contain_text(shown)
     assert told["opencv"]["exact"] and not told["ssl-vision"]["exact"] and told["ssl-vision"]["loss"]["worst_mm"] > 0.01
     menu.scroll_into_view_if_needed()
-    page.screenshot(path=tmp_path / "exports.png")
+    manual_picture(menu, "formats")
     with page.expect_download() as coming:
         page.get_by_test_id("export-opencv").click()
     value = yaml.safe_load(coming.value.path().read_text())

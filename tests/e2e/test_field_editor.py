@@ -18,6 +18,7 @@ from tests.support.field_desk import (
     named,
     save,
 )
+from tests.support.manual_pictures import manual_picture
 from tests.support.words import t, titled
 
 
@@ -74,6 +75,7 @@ def test_a_penalty_area_is_moved_with_all_that_belongs_to_it_and_one_undo_takes_
     px_per_mm = abs(y1 - y0) / 2000
     for side in area[1:]:
         page.get_by_test_id(f"mark-defence-left-{side}").click(modifiers=["Shift"])
+    manual_picture(page, "fields")
     page.mouse.move(x, y0 + 0.2 * (y1 - y0))
     page.mouse.down()
     page.mouse.move(x + 150 * px_per_mm, y0 + 0.2 * (y1 - y0), steps=3)

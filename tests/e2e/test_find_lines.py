@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.auto_scenes import SceneSpec, scene_of
+from tests.support.manual_pictures import manual_picture
 from tests.support.waiting import until
 from tests.support.words import t
 
@@ -54,6 +55,7 @@ def test_nothing_lies_over_the_picture_and_no_name_over_its_line(arriving, pictu
     stage = page.get_by_test_id("stage").bounding_box()
     for part in (page.get_by_test_id("loupe"), page.get_by_role("toolbar"), page.get_by_test_id("read-out")):
         assert apart(part.bounding_box(), stage), part
+    manual_picture(page, "automatic-detection")
     page.get_by_role("toolbar").get_by_test_id("do-arrows").click()
     legend = page.get_by_test_id("arrow-legend")
     expect(legend).to_be_visible(timeout=LONG_MS)

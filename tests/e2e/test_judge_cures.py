@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS, clicks_left, shift_one
+from tests.support.manual_pictures import manual_picture
 from tests.support.words import like, t
 
 KNOWN_HEIGHT = {"value": 3000.0, "sigma": 30.0}
@@ -42,6 +43,7 @@ def test_a_stray_click_is_shown_and_removed(clicked):
     page = operator.page
     warning = page.locator('[data-reason="stray-click"]')
     expect(warning).to_be_visible(timeout=LONG_MS)
+    manual_picture(page, "warnings")
     warning.get_by_test_id("show-stray").click()
     expect(page.locator('[data-point="left:4"]')).to_have_class(re.compile("picked"))
     warning.get_by_test_id("remove-stray").click()

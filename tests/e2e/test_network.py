@@ -1,9 +1,7 @@
 """Publishing to the network: switched on and off, what is lost, who else is there, and taking over from them."""
 
-import os
 import re
 import socket
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import expect
@@ -15,14 +13,8 @@ from tests.e2e.conftest import LONG_MS
 from tests.support import ssl_listener as listener
 from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said
+from tests.support.manual_pictures import manual_picture
 from tests.support.words import t
-
-SHOTS = os.environ.get("TOUCHLINE_SHOTS")  # a folder for whoever wants to look
-
-
-def shot(page, name: str) -> None:
-    if SHOTS:
-        page.get_by_test_id("network").screenshot(path=Path(SHOTS) / f"{name}.png")
 
 
 def activate(server, camera: str, name: str, index: int) -> None:
@@ -47,7 +39,6 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
     state = page.get_by_test_id("network-state")
     expect(state).to_have_attribute("data-state", "off")
     expect(page.get_by_test_id("sent-overhead")).to_contain_text(t("network.sent.ready"))
-    shot(page, "off")
 
     with Listener(**way) as ear:
         for name in ("group", "port", "ttl"):
@@ -74,14 +65,13 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
 
         page.get_by_test_id("listen").click()
         expect(page.get_by_test_id("nobody")).to_be_visible()
-        shot(page, "on")
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
             port = said(geometry_packet(published_cameras([example("ssl", 1)], PublishingConfig())), **way,
                         sock=stranger)
             told = page.get_by_test_id("contradiction")
             expect(told).to_contain_text(
                 t("network.contradiction", sender="127.0.0.1", number=0, camera="overhead"), timeout=LONG_MS)
-            shot(page, "two")
+            manual_picture(page.get_by_test_id("network"), "ssl-vision")
             page.get_by_test_id(f"take-over-127.0.0.1-{port}-0").click()
             notice = page.get_by_test_id("notice").filter(
                 has_text=t("network.kept", number=0, sender="127.0.0.1", version=2, camera="overhead"))

@@ -14,6 +14,7 @@ from app.core.field import BORDERS
 from tests.e2e.conftest import LONG_MS, Operator, Server
 from tests.support.board_film import film
 from tests.support.held_requests import holding, wait_until_held
+from tests.support.manual_pictures import manual_picture
 from tests.support.old_answer import OldAnswer
 from tests.support.pictures import encoded, gradient
 from tests.support.waiting import until
@@ -54,13 +55,13 @@ def versions(server, clicks):
         server.api("DELETE", f"/calibrations/{version['id']}")
 
 
-def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(operator, server, clicks, tmp_path):
+def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(operator, server, clicks):
     page, id = operator.page, comparison(server, clicks, 5000)
     expect(page.get_by_test_id("at-work")).to_be_visible(timeout=LONG_MS)
     page.get_by_test_id("at-work").click()
     expect(job(page, id)).to_have_attribute("data-state", "running", timeout=LONG_MS)
     expect(job(page, id).get_by_test_id("job-message")).to_contain_text("%")
-    page.screenshot(path=tmp_path / "jobs.png")
+    manual_picture(page, "jobs")
     job(page, id).get_by_test_id("cancel-job").click()
     expect(job(page, id)).to_have_attribute("data-state", "cancelled", timeout=LONG_MS)
     expect(page.get_by_test_id("at-work")).to_have_count(0, timeout=LONG_MS)
@@ -133,7 +134,7 @@ def test_an_address_is_gone_to_by_itself_so_that_a_reload_or_the_way_back_meets_
     assert page.evaluate("window.written") == []
 
 
-def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, server, versions, tmp_path):
+def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, server, versions):
     page = operator.page
     page.goto(f"{server.url}/#/cameras/table/versions")
     row = lambda version: page.locator(f"[data-testid=shelf-version][data-version='{version['version']}']")  # noqa: E731
@@ -169,7 +170,7 @@ def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, se
     apart = server.api("GET", f"/calibrations/{first['id']}/difference/{second['id']}.json").json()
     shown = float(page.get_by_test_id("apart-worst").text_content().split()[0].replace("\u202f", ""))
     assert shown == pytest.approx(apart["max_mm"], abs=0.6)
-    page.screenshot(path=tmp_path / "versions.png")
+    manual_picture(page, "saved-data")
 
 
 @pytest.mark.long
@@ -235,7 +236,7 @@ def test_a_board_before_a_live_camera_is_taken_by_itself_and_gives_a_lens(operat
     expect(page.get_by_test_id("lens-verdict")).to_be_visible(timeout=LONG_MS)
     kept = json.loads(page.evaluate("localStorage.getItem('touchline.board')"))
     assert [p["camera"] for p in kept["pictures"]] == ["film"] * 6
-    page.screenshot(path=tmp_path / "lens.png")
+    manual_picture(page, "boards")
     server.api("DELETE", "/cameras/film")
 
 

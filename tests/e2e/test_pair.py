@@ -10,6 +10,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.held_requests import holding, wait_until_held
+from tests.support.manual_pictures import manual_picture
 from tests.support.pair_pictures import calibration_body, pair_seen
 from tests.support.waiting import until
 from tests.support.words import like, t
@@ -215,7 +216,7 @@ def test_two_calibrations_agree_in_millimetres_and_a_moved_camera_is_found(match
     assert away(seen.b[13], matched.line("b")) < 3 and away(seen.a[13], matched.line("a")) < 3
     assert len(matched.line("b")) > 10  # bent as the lens bends
     expect(page.get_by_test_id("foretold-b")).to_contain_text(t("pair.foretold.up", height=150))
-    page.screenshot(path=tmp_path / "agree.png")
+    manual_picture(page, "two-cameras")
 
     page.get_by_test_id("calibration-b").select_option(moved)
     expect(page.get_by_test_id("agreement")).to_have_attribute("data-level", "poor", timeout=LONG_MS)

@@ -27,6 +27,12 @@ def test_whatever_there_is_is_found_by_a_few_letters_from_anywhere(operator, ser
     expect(page.get_by_test_id("publishing-page")).to_be_visible()
     find(page, f"{t('shell.palette.kind.manual').lower()} drift")
     expect(page.get_by_test_id("manual")).to_have_attribute("data-page", "drift.md")
+    picture = page.get_by_test_id("manual").get_by_role("link").filter(has=page.locator("img"))
+    small = picture.locator("img").evaluate("async (img) => { await img.decode(); return [img.width, img.naturalWidth]; }")
+    with page.context.expect_page() as opened:
+        picture.click()
+    assert opened.value.url.endswith("help/img/drift.webp") and small[0] < small[1] / 2
+    opened.value.close()
     page.get_by_test_id("network-group").focus()  # not a key of the field's own
     page.keyboard.press("Control+k")
     page.get_by_test_id("palette-input").fill("no such thing")

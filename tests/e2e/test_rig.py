@@ -9,6 +9,7 @@ from playwright.sync_api import expect
 from app.formats import FORMATS
 from tests.e2e.conftest import LONG_MS
 from tests.support.live_play import Before
+from tests.support.manual_pictures import manual_picture
 from tests.support.rig_over_field import sim_task
 from tests.support.waiting import until
 from tests.support.words import like, t
@@ -55,7 +56,7 @@ def without_south(route):
     route.fulfill(response=answer, json={**told, "cameras": [c for c in told["cameras"] if c["camera"] != "rig-south"]})
 
 
-def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, server, two_cameras, tmp_path):
+def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, server, two_cameras):
     page.goto(f"{server.url}/#/field")
     page.get_by_test_id("do-new-rig").click()
     page.get_by_test_id("rig-name").fill("hall")
@@ -82,7 +83,7 @@ def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, se
     assert mean == pytest.approx(KNOCK_MM, rel=0.1)
     assert mean <= most < 1.5 * KNOCK_MM  # at the worst place the clicked lens may be wrong as well
     expect(page.locator("[data-testid=cells] rect").nth(20)).to_be_attached()
-    page.screenshot(path=tmp_path / "rig.png")
+    manual_picture(page, "rigs")
     page.get_by_test_id("plane-hat").press("Enter")
     expect(page.get_by_test_id("plane-hat")).to_have_attribute("aria-pressed", "true")
     page.get_by_test_id("show-map").press("Enter")

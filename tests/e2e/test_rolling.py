@@ -4,6 +4,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
+from tests.support.manual_pictures import manual_picture
 from tests.support.waiting import until
 from tests.support.words import like, t
 
@@ -36,12 +37,12 @@ def kept(server):
     return {item["id"] for item in server.api("GET", "/cameras/rolling/rolls").json()["items"]}
 
 
-def test_each_roll_has_its_number_and_a_reload_loses_none(rolling, server, tmp_path):
+def test_each_roll_has_its_number_and_a_reload_loses_none(rolling, server):
     page = rolling
     expect(page.get_by_test_id("rolls-pct")).to_contain_text("±", timeout=LONG_MS)
     expect(page.get_by_test_id("roll-track").nth(2)).to_be_attached(timeout=LONG_MS)
     expect(page.get_by_test_id("rolls-sentence")).to_contain_text("raw image")
-    page.screenshot(path=tmp_path / "rolls.png")
+    manual_picture(page, "rolling-ball")
     before = kept(server)
     page.reload()
     expect(page.get_by_test_id("roll").nth(len(before) - 1)).to_be_visible(timeout=LONG_MS)

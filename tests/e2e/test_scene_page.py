@@ -9,6 +9,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.demo_cameras import CAMERAS
+from tests.support.manual_pictures import manual_picture
 from tests.support.scene_calibrations import border_and_circle_clicks
 from tests.support.waiting import until
 
@@ -78,6 +79,7 @@ def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept
     expect(page.get_by_test_id("scene-place")).to_be_visible(timeout=LONG_MS)
     half_mm = ROOM * max(9000 * box["height"] / box["width"], 6000) / 2
     wanted = [(2 * across - 1) * half_mm * box["width"] / box["height"], (1 - 2 * down) * half_mm]
+    manual_picture(page, "scene")
     numbers = plain(page.get_by_test_id("scene-place").locator("h2").inner_text())
     assert numbers == pytest.approx(wanted, abs=60)  # mm: three pixels of the window
 

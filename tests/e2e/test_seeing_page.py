@@ -8,6 +8,7 @@ from playwright.sync_api import expect
 from tests.e2e.conftest import LONG_MS
 from tests.support.axe import axe_path, grave
 from tests.support.live_play import Before
+from tests.support.manual_pictures import manual_picture
 from tests.support.old_answer import OldAnswer
 from tests.support.waiting import until
 from tests.support.words import like, t
@@ -92,6 +93,7 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
         said = [text.replace("\u202f", "").replace("−", "-") for text in row.locator("td").all_inner_texts()[:2]]
         return [int(text) for text in said if re.fullmatch(r"-?\d+", text)]
     until(place_mm, lambda now: now == pytest.approx([robot.x_mm, robot.y_mm], abs=30))
+    manual_picture(page, "detection")
     press(page, "v", "seen-corrected")
     expect(page.locator("[data-view=corrected]")).to_be_visible()
     expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG_MS)
@@ -124,7 +126,7 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
 
 
 @pytest.mark.long
-def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_camera(page, server, play, tmp_path):
+def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_camera(page, server, play):
     press(page, " ", "hold-frame")
     expect(page.get_by_test_id("held-frame")).to_be_visible(timeout=LONG_MS)
     page.keyboard.press("3")
@@ -137,7 +139,7 @@ def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_c
     until(lambda: kept(server)["learned"], lambda learned: learned == "clicks")
     press(page, "m", "mask")
     expect(page.locator("[data-view=stage-colours] [data-testid=stage-held-colours]")).to_be_visible(timeout=LONG_MS)
-    page.screenshot(path=tmp_path / "mask.png")
+    manual_picture(page, "detection-colours")
 
     page.reload()  # the frame, the colours and the way back are still there
     expect(page.get_by_test_id("held-frame")).to_be_visible(timeout=LONG_MS)
@@ -154,7 +156,7 @@ def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_c
     page.get_by_test_id("copy-colours").click()
     expect(page.get_by_text(t("detection.presets.copied", camera="Second"))).to_be_visible(timeout=LONG_MS)
     assert kept(server, "second")["colours"] == kept(server)["colours"] == "north-hall"
-    page.get_by_role("button", name=t("detection.presets.copied.take-back")).click()
+    page.get_by_test_id("notice").get_by_role("button", name=t("detection.presets.copied.take-back")).click()
     until(lambda: kept(server, "second")["colours"], lambda name: name is None)
     page.get_by_test_id("sample-blue").last.click()
     expect(page.get_by_test_id("learned")).to_contain_text("north-hall, changed", timeout=LONG_MS)

@@ -15,6 +15,7 @@ from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS
 from tests.support.demo_cameras import CAMERAS
 from tests.support.held_requests import holding
+from tests.support.manual_pictures import manual_picture
 from tests.support.sim_clicks import border_clicks
 from tests.support.tiers import long
 from tests.support.waiting import until
@@ -30,7 +31,7 @@ def test_the_demo_camera_from_opening_to_an_active_calibration(operator, server,
     for feature, points in border_clicks(camera, region, 9).items():
         operator.click(feature, points[1:-1])  # a corner belongs to two borders
     expect(operator.page.get_by_test_id("verdict")).to_have_attribute("data-level", "poor")
-    operator.page.screenshot(path=tmp_path / "borders.png")
+    manual_picture(operator.page, "points")
     operator.next("verify")
     expect(operator.page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
     operator.page.screenshot(path=tmp_path / "compare.png")

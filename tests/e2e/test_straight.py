@@ -9,6 +9,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.bar_pictures import BENT, STRAIGHT, bars_behind
+from tests.support.manual_pictures import manual_picture
 from tests.support.waiting import jobs_so_far, newest_job
 from tests.support.words import like, t
 
@@ -64,7 +65,7 @@ def test_bent_edges_are_seen_as_taken_and_straightened_and_the_lens_is_told(desk
     expect(desk.get_by_test_id("edge")).to_have_count(len(first))
     used = sum(e["used"] for e in first)
     expect(desk.get_by_test_id("view").first).to_contain_text(t("straight.edges-used", used=used, count=len(first)))
-    desk.screenshot(path=tmp_path / "taken.png")
+    manual_picture(desk, "straight-edges")
 
     lies_on_the_picture(desk, first[0]["chain"])
     x, y = spot(desk, first[0]["chain"][len(first[0]["chain"]) // 2])

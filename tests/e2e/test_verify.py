@@ -11,6 +11,7 @@ from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS
 from tests.support.axe import axe_path, grave
 from tests.support.demo_cameras import CAMERAS
+from tests.support.manual_pictures import manual_picture
 from tests.support.sim_clicks import border_clicks
 from tests.support.waiting import until
 from tests.support.words import like, t
@@ -101,6 +102,7 @@ def test_a_good_version_is_ready_and_is_activated_by_the_primary_button(kept, be
     expect(page.get_by_test_id("check-export")).not_to_have_attribute("data-state", "running", timeout=LONG_MS)
     expect(page.get_by_test_id("change-map")).to_contain_text(like("verify.change.caption"))
     assert not grave(page)
+    manual_picture(page, "calibrating")
     shot(page, tmp_path / "ready.png")
     page.get_by_test_id("stage").focus()
     page.keyboard.press("Enter")  # once too often

@@ -9,12 +9,13 @@ import pytest
 
 from app.fitting import FITTERS
 from app.models import MODELS
-from tests.support.paths import ROOT
+from tests.support.manual_pictures import PICTURES
+from tests.support.paths import HELP, ROOT, STATIC, TESTS
 
-HELP = ROOT / "static" / "help"
 PAGES = sorted(HELP.glob("*.md"))
-STATIC = ROOT / "static"
+WITHOUT_A_PICTURE = {"industrial-cameras.md"}  # the tests have no such camera to take one of
 LINK = re.compile(r"\]\(([\w-]+\.md)(?:#([\w-]+))?\)")
+PICTURE = re.compile(r"!\[([^\]]*)\]\((img/[\w.-]+)\)")
 TARGET = re.compile(r'"([\w-]+\.md)(?:#([\w-]+))?"')
 # Whose refusals an operator meets at a fit, a lens or two cameras
 FITTING = ("models", "evaluate")
@@ -105,3 +106,24 @@ def test_every_panel_that_asks_for_an_explanation_has_one():
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
 def test_every_page_is_in_the_contents(page):
     assert page.name == "contents.md" or f"]({page.name})" in (HELP / "contents.md").read_text()
+
+
+def task_pages() -> list[str]:
+    """The pages that help with a job, before a match or at any other time."""
+    tasks = (HELP / "contents.md").read_text().split("## Reference")[0]
+    return [page for page, _ in LINK.findall(tasks)]
+
+
+@pytest.mark.parametrize("page", sorted({*task_pages()} - WITHOUT_A_PICTURE))
+def test_every_task_has_a_picture_before_its_first_heading(page):
+    start = (HELP / page).read_text().split("\n## ")[0]
+    ((alternative, file),) = PICTURE.findall(start)
+    assert len(alternative.split()) > 4, "what can be seen, for whoever cannot see it"
+    assert (HELP / file).is_file(), file
+
+
+def test_every_picture_is_shown_by_a_page_and_taken_by_a_test():
+    shown = {file for page in PAGES for _, file in PICTURE.findall(page.read_text())}
+    taken = {name for test in (TESTS / "e2e").glob("test_*.py")
+             for name in re.findall(r'manual_picture\([^"\n]*"([\w-]+)"\)', test.read_text())}
+    assert {f"img/{name}.webp" for name in taken} == shown == {f"img/{file.name}" for file in PICTURES.iterdir()}

@@ -1,5 +1,5 @@
 // Help beside the work: the manual (help/*.md) and the list of keys, which is the table of actions.
-import { marked } from "marked";
+import { Marked } from "marked";
 import { useEffect, useRef } from "preact/hooks";
 import { ACTIONS, run } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
@@ -8,6 +8,18 @@ import { CONTENTS, isUnread, manualPage, openManual, slug } from "../../../core/
 import { help } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { TourButton } from "./tour.js";
+
+/** Where the pages and their pictures are. */
+const FOLDER = "help/";
+/** The manual's Markdown as HTML: a picture, which the panel makes small, is a link to itself in full. */
+const markdown = new Marked({
+  renderer: {
+    image({ href, text }) {
+      const source = FOLDER + href;
+      return `<a href="${source}" target="_blank"><img src="${source}" alt="${text}" /></a>`;
+    },
+  },
+});
 
 export function Help() {
   useEffect(() => {
@@ -69,8 +81,9 @@ function Manual() {
       : html`<${TourButton} />`}
     <article
       ref=${article}
+      lang="en"
       onClick=${follow}
-      dangerouslySetInnerHTML=${{ __html: marked.parse(text, { async: false }) }}
+      dangerouslySetInnerHTML=${{ __html: markdown.parse(text, { async: false }) }}
     />
   </div>`;
 }

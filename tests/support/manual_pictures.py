@@ -1,0 +1,47 @@
+"""Pictures of the manual: browser tests take them, and compare those that stand in the manual with the page of now.
+
+TOUCHLINE_MANUAL_PICTURES=1 writes them anew instead.
+"""
+
+import os
+
+import cv2
+import numpy as np
+from playwright.sync_api import Locator, Page
+
+from tests.support.paths import ROOT
+
+PICTURES = ROOT / "static" / "help" / "img"
+WRITES = bool(os.environ.get("TOUCHLINE_MANUAL_PICTURES"))
+QUALITY = 65  # of WebP: small text is readable, and a picture of the whole page takes 50 kB
+COARSE = (48, 30)  # what a live picture shows, and another font, disappear at this size; the layout does not
+MIN_LIKENESS = 0.8  # of the same page in another run: 0.9 and more; of any two pictures of the manual: 0.7 at most
+
+
+def manual_picture(shown: Page | Locator, name: str) -> None:
+    """Take the picture `name` of the manual, or fail where the one in the manual shows another page than this.
+
+    Of a page without its status bar, which tells of whatever other tests do on the same server.
+    """
+    taken = cv2.imdecode(np.frombuffer(shown.screenshot(), np.uint8), cv2.IMREAD_COLOR)
+    if isinstance(shown, Page) and (bar := shown.locator("footer:has([data-testid=status])")).count():
+        taken = taken[:round(bar.bounding_box()["y"])]
+    path = PICTURES / f"{name}.webp"
+    if WRITES:
+        path.write_bytes(cv2.imencode(".webp", taken, [cv2.IMWRITE_WEBP_QUALITY, QUALITY])[1].tobytes())
+    again = f"{path.name} shows the page as it was: take it again with TOUCHLINE_MANUAL_PICTURES=1, and look at it"
+    assert path.exists(), again
+    found = likeness(cv2.imread(str(path)), taken)
+    if log := os.environ.get("TOUCHLINE_LIKENESS"):
+        with open(log, "a") as file:
+            print(name, f"{found:.3f}", taken.shape, file=file)
+        cv2.imwrite(f"{log}.{name}.png", taken)
+        return
+    assert found >= MIN_LIKENESS, f"{again} (likeness {found:.2f})"
+
+
+def likeness(first: np.ndarray, second: np.ndarray) -> float:
+    """Return the correlation of two pictures' brightness at a coarse size: 1 is the same."""
+    coarse = [cv2.resize(cv2.cvtColor(it, cv2.COLOR_BGR2GRAY), COARSE, interpolation=cv2.INTER_AREA).ravel()
+              for it in (first, second)]
+    return float(np.corrcoef(coarse)[0, 1])
