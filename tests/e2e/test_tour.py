@@ -97,7 +97,7 @@ def test_a_question_mark_opens_the_manual_at_its_heading(clicked):
     page = clicked("division").page
     page.get_by_test_id("explain-inside").focus()
     page.keyboard.press("Enter")
-    expect(page.get_by_test_id("manual")).to_have_attribute("data-page", "borders.md")
+    expect(page.get_by_test_id("manual")).to_have_attribute("data-page", "points.md")
     heading = page.locator("#manual-reading-the-results")
     expect(heading).to_be_in_viewport()
     expect(heading).to_be_focused()

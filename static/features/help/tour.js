@@ -50,7 +50,7 @@ export const STOPS = [
     step: "field",
     at: "[data-testid=region]",
     title: t("help.stop.picture.title"),
-    more: "start.md",
+    more: "calibrating.md",
     done: () => region.value !== null,
     text: t("help.stop.picture.text"),
     numbers: () => [
@@ -80,7 +80,7 @@ export const STOPS = [
     step: "points",
     at: "[data-testid=borders]",
     title: t("help.stop.borders.title"),
-    more: "borders.md",
+    more: "points.md",
     done: () => BORDERS.every((b) => pointsOf(doc.value, b).length >= POINTS_ADVISED),
     text: t("help.stop.borders.text", { points: POINTS_ADVISED }),
     numbers: () => BORDERS.map((b) => [lineTitle(b), t("common.points", { count: pointsOf(doc.value, b).length })]),
@@ -162,7 +162,7 @@ export const STOPS = [
     step: "points",
     at: "[data-testid=next]",
     title: t("help.stop.save.title"),
-    more: "keeping.md",
+    more: "saved-data.md",
     done: () => isSaved.value,
     text: t("help.stop.save.text"),
     numbers: () => [
@@ -174,7 +174,7 @@ export const STOPS = [
     step: "verify",
     at: "[data-testid=stage]",
     title: t("help.stop.compare.title"),
-    more: "start.md",
+    more: "calibrating.md",
     done: () => version.value !== null,
     text: t("help.stop.compare.text"),
     numbers: () => [
@@ -201,7 +201,7 @@ export const STOPS = [
     step: "verify",
     at: "[data-testid=next]",
     title: t("help.stop.activate.title"),
-    more: "keeping.md",
+    more: "saved-data.md",
     done: () => version.value?.active ?? false,
     text: t("help.stop.activate.text"),
     numbers: () => [

@@ -177,7 +177,7 @@ def test_the_manuals_ten_lines_do_what_they_say(tmp_path):
     (tmp_path / "north.npz").write_bytes(exported("npz", name, index))
     (tmp_path / "north.yml").write_bytes(exported("opencv", name, index))
     cv2.imwrite(str(tmp_path / "field.png"), np.full((1024, 1280, 3), 127, np.uint8))
-    blocks = re.findall(r"```python run\n(.*?)```", (HELP / "exports.md").read_text(), re.DOTALL)
+    blocks = re.findall(r"```python run\n(.*?)```", (HELP / "formats.md").read_text(), re.DOTALL)
     lines = [line for line in blocks[0].splitlines() if line.strip()]
     assert len(blocks) == 2 and len(lines) <= 10
     done = subprocess.run([sys.executable, "-c", "\n".join(blocks)], cwd=tmp_path, capture_output=True, text=True)
@@ -190,7 +190,7 @@ def test_the_manuals_ten_lines_do_what_they_say(tmp_path):
 
 
 def test_every_format_stands_in_the_manual():
-    text = (HELP / "exports.md").read_text()
+    text = (HELP / "formats.md").read_text()
     assert re.findall(r"^\| `([a-z-]+)` \|", text, re.MULTILINE) == list(FORMATS)
 
 
