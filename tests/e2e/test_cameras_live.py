@@ -73,8 +73,6 @@ def test_one_camera_is_looked_at_raw_corrected_and_side_by_side(operator, server
     page.get_by_test_id("look-lines").click()
     lines = page.get_by_test_id(f"live-{id}").locator("svg path:not(.casing)")
     expect(lines.nth(4)).to_be_attached(timeout=LONG_MS)
-    manual_picture(page, "live")
-    manual_picture(page.get_by_test_id("look"), "light")
     page.reload()
     is_live(page, id)
 

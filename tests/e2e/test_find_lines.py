@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
 from tests.support.auto_scenes import SceneSpec, scene_of
+from tests.support.held_requests import holding
 from tests.support.manual_pictures import manual_picture
 from tests.support.waiting import until
 from tests.support.words import t
@@ -49,8 +50,12 @@ def test_where_nobody_has_clicked_the_lens_that_fits_is_good_and_all_of_it_is_on
 
 
 def test_nothing_lies_over_the_picture_and_no_name_over_its_line(arriving, picture, tmp_path):
-    page = arriving.visit(detect=True).open(picture, "ssl-div-b", "full").page
-    expect(page.get_by_test_id("lines-found")).to_be_visible(timeout=LONG_MS)
+    page = arriving.visit(detect=True).page
+    with holding(page, "**/fit/attempt*", "POST"):
+        arriving.open(picture, "ssl-div-b", "full")
+        expect(page.get_by_test_id("lines-found")).to_be_visible(timeout=LONG_MS)
+        expect(page.get_by_test_id("verdict")).to_contain_text(t("shell.sentence.computing"))
+    expect(page.get_by_test_id("verdict")).to_have_attribute("data-level", "good", timeout=LONG_MS)
     page.mouse.move(*arriving.spot(400, 300))
     stage = page.get_by_test_id("stage").bounding_box()
     for part in (page.get_by_test_id("loupe"), page.get_by_role("toolbar"), page.get_by_test_id("read-out")):

@@ -90,9 +90,13 @@ export function Verdict({ report }) {
             – <small>mm</small>
           </div>
           <p>
-            ${snapshot.value
-              ? t("calibrate.verdict.click-borders")
-              : t("calibrate.verdict.open-picture")}
+            ${t(
+              stale.value
+                ? "shell.sentence.computing"
+                : snapshot.value
+                ? "calibrate.verdict.click-borders"
+                : "calibrate.verdict.open-picture",
+            )}
           </p>
         `}
     </div>

@@ -9,15 +9,10 @@ import { help } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { TourButton } from "./tour.js";
 
-/** Where the pages and their pictures are. */
-const FOLDER = "help/";
-/** The manual's Markdown as HTML: a picture, which the panel makes small, is a link to itself in full. */
+/** The manual's Markdown as HTML; its pictures lie beside its pages. */
 const markdown = new Marked({
-  renderer: {
-    image({ href, text }) {
-      const source = FOLDER + href;
-      return `<a href="${source}" target="_blank"><img src="${source}" alt="${text}" /></a>`;
-    },
+  walkTokens(token) {
+    if (token.type === "image") token.href = `help/${token.href}`;
   },
 });
 
@@ -55,6 +50,13 @@ function Manual() {
   const article = useRef(/** @type {HTMLElement | null} */ (null));
   const { name, text, heading, asked } = manualPage.value;
   useEffect(() => {
+    const pictures = [...(article.current?.querySelectorAll("img") ?? [])];
+    for (const picture of pictures.filter((it) => !it.closest("a"))) {
+      const inFull = document.createElement("a"); // the panel shows it small
+      Object.assign(inFull, { href: picture.src, target: "_blank" });
+      picture.replaceWith(inFull);
+      inFull.append(picture);
+    }
     const all = [...(article.current?.querySelectorAll("h1, h2, h3, h4") ?? [])];
     for (const it of all) it.id = `manual-${slug(it.textContent ?? "")}`;
     const at = /** @type {HTMLElement | undefined} */ (
@@ -63,7 +65,10 @@ function Manual() {
     if (!at) return;
     at.tabIndex = -1; // so that reading goes on there
     if (heading || asked > 1) at.focus({ preventScroll: true });
-    (heading ? at : (at.closest("aside") ?? at)).scrollIntoView({ block: "start" });
+    const scroll = () => (heading ? at : (at.closest("aside") ?? at)).scrollIntoView({ block: "start" });
+    scroll();
+    // what is below a picture moves down once it is there
+    for (const it of pictures) if (!it.complete) it.addEventListener("load", scroll, { once: true });
     if (!heading) at.closest("aside")?.scrollTo(0, 0);
   }, [text, heading, asked]);
   /** @param {MouseEvent} e */
