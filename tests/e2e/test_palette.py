@@ -70,3 +70,16 @@ def test_keys_of_one_letter_are_switched_off_and_stay_off(operator):
     page.get_by_test_id("stage").focus()
     page.keyboard.press("i")
     expect(page.get_by_test_id("jobs-page")).to_be_visible()
+
+
+def test_the_manual_is_in_sight_on_a_telephone(operator):
+    page = operator.page
+    page.set_viewport_size({"width": 360, "height": 740})
+    page.get_by_test_id("help").click()
+    page.get_by_test_id("manual").get_by_role("link", name="Calibrating a camera").click()
+    heading = page.get_by_role("heading", name="Calibrating a camera")
+    expect(heading).to_be_in_viewport()
+    page.get_by_test_id("manual").locator("img").evaluate("picture => picture.decode()")
+    below, over = page.get_by_test_id("next").bounding_box(), heading.bounding_box()
+    assert 0 < over["y"] < below["y"] / 2
+    assert page.evaluate("document.elementFromPoint(180, 640 - 60).closest('.manual') !== null"), "down to the button"
