@@ -82,6 +82,26 @@ def test_every_text_of_every_page_and_step_comes_from_the_catalogue(pseudo, save
     assert {name: texts for name, texts in found.items() if texts} == {}
 
 
+def test_a_choice_is_called_by_its_german_name(browser, server):
+    context = browser.new_context(locale="de-DE")
+    page = context.new_page()
+    page.goto(f"{server.url}/index.html")
+    shown = page.evaluate("""async () => {
+      const { OptionRow } = await import("/features/calibrate/panels/options.js");
+      const { models } = await import("/core/state.js");
+      const { html } = await import("/core/html.js");
+      const { render } = await import("preact");
+      models.value = [{ name: "homography", title: "Homographie" }];
+      const room = document.body.appendChild(document.createElement("div"));
+      const row = (name, type, choices) => ({ name, type, default: choices[0], choices, help: "", range: null });
+      render(html`${[row("method", "choice", ["none", "median"]), row("teams", "names", ["yellow"]),
+        row("base", "choice", ["homography"]), row("patches", "choice", ["1"])].map((option) =>
+          html`<${OptionRow} option=${option} id=${option.name} value=${option.default} set=${() => {}} />`)}`, room);
+      return [...room.querySelectorAll("option, .terms label")].map((it) => it.textContent.trim()); }""")
+    context.close()
+    assert shown == ["keines", "Median", "Gelb", "Homographie", "1"]
+
+
 @pytest.mark.parametrize("width", [1024, 1280, 1600])
 def test_no_hint_of_the_german_status_bar_is_cut(browser, saved, server, width):
     """As many stand there as find room, and each is whole."""
