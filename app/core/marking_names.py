@@ -135,7 +135,7 @@ def _name(id: str, table: dict[str, str], part: str) -> Sentence:
     return say(f"{part}.{id}", table[id]) if id in table else Sentence(id.replace("-", " ").replace("_", " "))
 
 
-def the_border(name: str) -> Sentence:
-    """Return "the left border", with its name as what it states."""
-    called = marking_name(name)
+def the_border(id: str | None) -> Sentence:
+    """Return "the left border", with its name as what it states; "the border" where it has no id."""
+    called = marking_name(id) if id else Sentence("border")
     return Sentence(f"the {called}", called.statements)

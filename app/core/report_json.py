@@ -34,6 +34,10 @@ def _string(value: Any) -> str | None:
     return value if isinstance(value, str) else None
 
 
+def _flag(value: Any) -> bool | None:
+    return value if isinstance(value, bool) else None
+
+
 def _pair(value: Any) -> Any:
     good = isinstance(value, (list, tuple)) and len(value) == 2 and None not in map(number, value)
     return value if good else None
@@ -68,7 +72,7 @@ _RESIDUAL = {"point": _pair, "px": _number, "mm": _number}
 _FORM: dict[str, Any] = {
     "verdict": {"level": _string, "mm": _number, "sentence": _string, STATEMENTS: read_statements},
     **dict.fromkeys(("rms_px", "max_px", "rms_mm", "max_mm", "mm_per_px", "cv_rms_mm", "check_rms_mm"), _number),
-    "inliers": _whole, "outliers": _whole, "sigma_mm": {**_SIGMA, "hat": _SIGMA},
+    "inliers": _whole, "outliers": _whole, "sigma_mm": {**_SIGMA, "hat": {**_SIGMA, "known": _flag}},
     "distortion": {"kind": _string, "standard_lens_pct": _number, **_BORDER,
                    "per_border": dict.fromkeys(("left", "right", "top", "bottom"), _BORDER)},
     "per_feature": [{"feature": _feature, "kind": _string, "n": _whole, "rms_px": _number, "rms_mm": _number,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import FitFailed
 from app.core.geometry import Array
+from app.core.marking_names import the_border
 from app.core.statements import Sentence, capitalised, say
 from app.fitting.clicks import first_of_each_place
 from app.models.border_curve import Curve
@@ -60,18 +61,18 @@ class _Solved:
     hat: Array
 
 
-def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, float], label: str, *,
+def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, float], border: str | None, *,
               robust: bool = True) -> CurveFit:
     """Fit a border; choose the degree by leave-one-out error if it is "auto".
 
     position, value: (n,) px. span: where the positions' axis begins and ends, px; t runs from -1 to 1 over it.
-    label: "the left border", for messages. A second click on one place does not count. Raises FitFailed when the points
-    do not determine the curve.
+    border: its id, for refusals; None where it has none. A second click on one place does not count. Raises FitFailed
+    when the points do not determine the curve.
     """
     same = first_of_each_place(np.stack([position, value], axis=1))
     once = np.unique(same)
     whole, position, value = (position, value), position[once], value[once]
-    _check_points(position, value, degree, label)
+    _check_points(position, value, degree, border)
     centre, scale = (span[0] + span[1]) / 2, (span[1] - span[0]) / 2
     t = (position - centre) / scale
     if degree == "auto":
@@ -89,25 +90,26 @@ def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, 
     return CurveFit(curve, inliers[twin], whole[1] - curve(whole[0]), held_out[twin], reason)
 
 
-def _check_points(position: Array, value: Array, degree: Degree, label: str) -> None:
+def _check_points(position: Array, value: Array, degree: Degree, border: str | None) -> None:
     least = 3 if degree == "auto" else degree + 1
-    capital = capitalised(label)
+    line = the_border(border)
+    begin = capitalised(line)
     if position.size < least:
         what = (say("degree.auto", "an automatic degree") if degree == "auto"
                 else say("degree.given", "degree {degree}", degree=degree))
         points, missing = position.size, least - position.size
         raise FitFailed(
-            say("refused.border-one-point", "{line} has 1 point; {what} requires {least}.", line=capital, what=what,
+            say("refused.border-one-point", "{line} has 1 point; {what} requires {least}.", line=begin, what=what,
                 least=least) if points == 1 else
-            say("refused.border-few-points", "{line} has {n} points; {what} requires {least}.", line=capital, n=points,
+            say("refused.border-few-points", "{line} has {n} points; {what} requires {least}.", line=begin, n=points,
                 what=what, least=least),
-            say("refused.one-more.fix", "Mark 1 more point on {line}.", line=label) if missing == 1 else
-            say("refused.more.fix", "Mark {n} more points on {line}.", n=missing, line=label),
-            reason="too-few-points", feature=label)
+            say("refused.one-more.fix", "Mark 1 more point on {line}.", line=line) if missing == 1 else
+            say("refused.more.fix", "Mark {n} more points on {line}.", n=missing, line=line),
+            reason="too-few-points", feature=border)
     if np.ptp(position) < 10:
-        raise FitFailed(say("refused.not-spread", "The points of {line} are not spread along it.", line=label),
+        raise FitFailed(say("refused.not-spread", "The points of {line} are not spread along it.", line=line),
                         say("refused.not-spread.fix", "Mark points along its whole length, also near both ends."),
-                        reason="collinear-points", feature=label)
+                        reason="collinear-points", feature=border)
 
 
 def _solve(t: Array, value: Array, degree: int) -> _Solved:

@@ -58,7 +58,7 @@ def _figures(contents: Mapping[str, Any]) -> Html:
 def _warnings(contents: Mapping[str, Any]) -> Html:
     items = [element("li", element("b", warning["text"]), " ", warning["fix"]) for warning in contents["warnings"]]
     best = contents["next_click"]
-    if best and best["worst_mm_then"] is not None and best["point"] \
+    if best and best["point"] and None not in (best["worst_mm"], best["worst_mm_then"]) \
             and round(best["worst_mm_then"], 1) < round(best["worst_mm"], 1):  # as they are printed
         items.append(element("li", "Best next point: ", _feature(best["feature"]), " at ", _place(best["point"]),
                              " px. It would reduce the largest expected error from ", value(best["worst_mm"], "mm", 1),

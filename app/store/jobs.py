@@ -17,7 +17,7 @@ from sqlalchemy import and_, delete, or_, select, update
 
 from app.core.errors import NotFound
 from app.core.jobs import ENDED, WAITING, Job
-from app.core.statements import say
+from app.core.statements import STATEMENTS, say, sentence_in, stated
 from app.store.checksummed import json_text
 from app.store.database import Database
 from app.store.repository import Clock, is_id, new_id, timestamp
@@ -36,7 +36,7 @@ class JobRepository:
     def add(self, kind: str, spec: Any) -> Job:
         """Add a job, queued."""
         row = JobRow(id=new_id(), kind=kind, state="queued", spec=json_text(spec, "The job"), attempt=0, progress=0.0,
-                     message=str(WAITING), created_at=timestamp(self._clock))
+                     **_as_columns(WAITING), created_at=timestamp(self._clock))
         with self._database.writing("The job") as rows:
             rows.add(row)
             rows.flush()
@@ -80,20 +80,19 @@ class JobRepository:
              message: str | None = None) -> bool:
         """Renew the lease of a worker that is alive, and its progress. False: the job is no longer that worker's."""
         now = self._now()
-        message = message if message is None else str(message)
-        given = {name: value for name, value in (("progress", progress), ("message", message)) if value is not None}
+        given = ({} if progress is None else {"progress": progress}) | ({} if message is None else _as_columns(message))
         return self._change(id, attempt, heartbeat=now, lease_until=now + lease_s, **given)
 
     def finish(self, id: str, attempt: int, state: str, result: Any = None,
                problem: Mapping[str, Any] | None = None, message: str = "") -> bool:
         """End it, once and for all. False: it had ended, or another worker has it by now."""
-        return self._change(id, attempt, state=state, message=str(message), ended_at=timestamp(self._clock),
+        return self._change(id, attempt, state=state, **_as_columns(message), ended_at=timestamp(self._clock),
                             progress=1.0 if state == "done" else JobRow.progress,
                             result=json_text(result, "The result"), problem=json_text(problem, "The problem"))
 
     def requeue(self, id: str, attempt: int, message: str, *, counts: bool = True) -> bool:
         """Queue it again. counts: whether the attempt counts, as it does not where its server was stopped."""
-        return self._change(id, attempt, state="queued", worker=None, message=str(message), progress=0.0,
+        return self._change(id, attempt, state="queued", worker=None, **_as_columns(message), progress=0.0,
                             attempt=JobRow.attempt - (0 if counts else 1))
 
     def cancel(self, id: str, message: str = "Cancelled") -> Job:
@@ -101,7 +100,7 @@ class JobRepository:
         self.get(id)
         with self._database.writing("The cancelling") as rows:
             rows.execute(update(JobRow).where(JobRow.id == id, JobRow.state.not_in(ENDED)).values(
-                state="cancelled", message=str(message), ended_at=timestamp(self._clock)))
+                state="cancelled", **_as_columns(message), ended_at=timestamp(self._clock)))
         return self.get(id)
 
     def transaction(self) -> AbstractContextManager[Any]:
@@ -120,9 +119,16 @@ class JobRepository:
             return done.rowcount == 1
 
 
+def _as_columns(message: str) -> dict[str, str | None]:
+    """Return a message as columns: its text, and what it states."""
+    found = stated({"message": message}).get(STATEMENTS)
+    return {"message": str(message), "statements": None if found is None else json_text(found, "The message")}
+
+
 def _read(row: JobRow) -> Job:
     """Read a row; damaged text is no reason not to start: a queued job has lost its spec, an ended one its result."""
-    return Job(row.id, row.kind, row.created_at, row.state, row.progress, row.message, _json(row.result),
+    message = sentence_in({"message": row.message, STATEMENTS: _json(row.statements)}, "message")
+    return Job(row.id, row.kind, row.created_at, row.state, row.progress, message, _json(row.result),
                _json(row.problem), row.ended_at, row.attempt, _json(row.spec), row.worker)
 
 

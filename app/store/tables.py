@@ -160,6 +160,7 @@ class JobRow(Base):
     heartbeat: Mapped[float | None]  # s
     progress: Mapped[float]
     message: Mapped[str] = mapped_column(Text)
+    statements: Mapped[str | None] = mapped_column(Text)  # of the message, as JSON
     result: Mapped[str | None] = mapped_column(Text)
     problem: Mapped[str | None] = mapped_column(Text)
     created_at: Mapped[str] = mapped_column(Text)

@@ -129,7 +129,7 @@ def fit_border(points: Points, axis: str, degree: int | str, image_size: ImageSi
     position, value = points[:, run], points[:, 1 - run]
     ends = (position.min(), position.max()) if len(points) else (0.0, 1.0)
     span = (-0.5, tuple(image_size)[run] - 0.5) if image_size else (ends[0], max(ends[1], ends[0] + 1))
-    fitted = fit_curve(position, value, degree, span, "the border")
+    fitted = fit_curve(position, value, degree, span, None)
     drawn = np.linspace(*(span if image_size else ends), CURVE_POINTS)
     between = np.linspace(*ends, CURVE_POINTS)
     inside = np.array(image_size.centre) if image_size else None

@@ -93,7 +93,7 @@ export interface Report {
   per_feature: { feature: string | Point; n: number; used: boolean; rms_px: number | null; rms_mm: number | null; max_mm: number | null; residuals: Residual[] }[];
   verdict: { mm: number | null; level: "good" | "fair" | "poor" | "unknown"; sentence: string };
   terms?: { chosen: string[] };
-  sigma_mm: { rms: number; max: number; hat?: { rms: number; max: number; z_mm: number } } | null;
+  sigma_mm: { rms: number; max: number; hat?: { rms: number; max: number; z_mm: number; known?: boolean } } | null;
   next_click?: { feature: string; point: Point; worst_mm: number; worst_mm_then: number; z_mm?: number } | null;
   warnings: Warning[];
   camera?: { height_mm: number; tilt_deg: number } | null; // null: a model without rays; absent: an older version

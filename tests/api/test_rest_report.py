@@ -207,6 +207,7 @@ def test_a_strangers_report_breaks_neither_the_page_nor_the_json(standing, stand
              {"covariance": {"names": [NAUGHTY], "matrix": [[1.0]]}},
              {"covariance": {"names": ["height"], "matrix": []}},
              {"covariance": {"names": ["height"] * 3, "matrix": [[1e308] * 3] * 3}},
+             {"next_click": {"point": [1.0, 1.0], "worst_mm_then": 1.0}},
              {"warnings": [{"text": NAUGHTY, "fix": NAUGHTY}] * 5000}, {"per_feature": [{"feature": NAUGHTY}] * 5000},
              *(bomb(report, rng) for _ in range(bombs))]
     for case in cases:

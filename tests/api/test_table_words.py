@@ -59,6 +59,14 @@ def test_the_page_has_a_name_for_every_option_that_it_shows():
     assert not [it.name for it in options if f"calibrate.option.{it.name.replace('_', '-')}" not in messages()]
 
 
+def test_the_page_has_a_name_for_every_choice_that_it_shows():
+    """Models are called by their titles; numbers and the terms of a lens, and whose sigma, are read as they are."""
+    choices = {choice for table in (FITTERS, STAGES) for member in table.values() for it in member.OPTIONS
+               for choice in it.choices if it.type in ("choice", "names") and it.name != "lens_sigma"}
+    assert [choice for choice in sorted(choices) if not (choice.isdigit() or choice in MODELS or {
+        f"calibrate.choice.{choice}", f"detection.colour.{choice}"} & messages().keys())] == []
+
+
 def test_a_field_of_an_operator_keeps_its_title(standing):
     shipped = standing.get(f"{API}/fields/table").json()
     assert shipped["statements"] == {"title": [{"code": "field.table", "values": {}}]}

@@ -95,6 +95,18 @@ def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(desk, operat
     expect(desk.get_by_test_id("held-next")).to_have_count(0)
 
 
+def test_a_picture_has_its_own_view_whatever_that_is_called(page, server):
+    page.goto(server.url)
+    said = page.evaluate("""async () => {
+      const { foundLens, viewReport } = await import("/features/board/board.js");
+      const warnings = [{ reason: "noisy-corners" }, { reason: "no-board", index: 1, text: "No", fix: "board." }];
+      const views = [{ name: "shelf 3" }, { name: "desk", text: "Left out." }];
+      foundLens.value = { snapshots: ["a", "b", "c"], report: { warnings, views } };
+      return ["a", "b", "c", "d"].map((id) => viewReport({ id })).map((seen) => seen && [seen.view?.name, seen.why]);
+    }""")
+    assert said == [["shelf 3", ""], [None, "No board."], ["desk", "Left out."], None]
+
+
 @pytest.mark.long
 def test_a_search_says_how_far_it_is_and_can_be_stopped(desk, server, snow):
     before = jobs_so_far(server)

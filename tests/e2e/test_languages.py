@@ -82,6 +82,54 @@ def test_every_text_of_every_page_and_step_comes_from_the_catalogue(pseudo, save
     assert {name: texts for name, texts in found.items() if texts} == {}
 
 
+def test_a_choice_is_called_by_its_german_name(browser, server):
+    context = browser.new_context(locale="de-DE")
+    page = context.new_page()
+    page.goto(f"{server.url}/index.html")
+    shown = page.evaluate("""async () => {
+      const { OptionRow } = await import("/features/calibrate/panels/options.js");
+      const { models } = await import("/core/state.js");
+      const { html } = await import("/core/html.js");
+      const { render } = await import("preact");
+      models.value = [{ name: "homography", title: "Homographie" }];
+      const room = document.body.appendChild(document.createElement("div"));
+      const row = (name, type, choices) => ({ name, type, default: choices[0], choices, help: "", range: null });
+      render(html`${[row("method", "choice", ["none", "median"]), row("teams", "names", ["yellow"]),
+        row("base", "choice", ["homography"]), row("patches", "choice", ["1"])].map((option) =>
+          html`<${OptionRow} option=${option} id=${option.name} value=${option.default} set=${() => {}} />`)}`, room);
+      return [...room.querySelectorAll("option, .terms label")].map((it) => it.textContent.trim()); }""")
+    context.close()
+    assert shown == ["keines", "Median", "Gelb", "Homographie", "1"]
+
+
+@pytest.mark.parametrize("width", [1024, 1280, 1600])
+def test_no_hint_of_the_german_status_bar_is_cut(browser, saved, server, width):
+    """As many stand there as find room, and each is whole."""
+    kept = saved("brown-conrady")
+    context = browser.new_context(locale="de-DE", viewport={"width": width, "height": 800})
+    page, found = context.new_page(), {}
+    for step in ("points", "verify"):
+        page.goto(f"{server.url}/#/calibrate/{kept.snapshot}/{step}")
+        expect(page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step")
+        at_rest(page, STEPS[step])
+        found[step] = page.locator("footer").evaluate("""(foot) => {
+          const hints = foot.querySelector(".hints"), bar = foot.getBoundingClientRect();
+          const drawn = () => {
+            const row = hints.getBoundingClientRect();
+            const seen = [...hints.children].map((it) => it.getBoundingClientRect())
+              .filter((it) => it.top < row.bottom && it.left < row.right);
+            return [seen.length, row.right <= bar.right && seen.every((it) => it.left >= row.left - 1
+              && it.right <= row.right + 1 && it.top >= row.top - 1 && it.bottom <= row.bottom + 1)];
+          };
+          const [count, areWhole] = drawn();
+          hints.style.maxWidth = "40px"; // beside a long problem
+          const narrow = drawn();
+          hints.style.maxWidth = "";
+          return [count > 1, areWhole, narrow, foot.scrollWidth <= foot.clientWidth]; }""")
+    context.close()
+    assert found == {step: [True, True, [0, True], True] for step in ("points", "verify")}
+
+
 # No German text has them; names of fields, models, files and operators have none of them either.
 ENGLISH_ONLY = re.compile(
     r"\b(the|of|is|are|were|with|and|from|this|not|no|your?|its?|has|have|been|to|for|by|at|on)\b")

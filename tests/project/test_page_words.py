@@ -73,6 +73,16 @@ def test_another_language_has_words_for_all_that_the_server_states(language):
             assert values_of(theirs[code]) == values_of(statements()[code]), code
 
 
+def test_what_is_common_is_no_message_of_a_part_again():
+    """Single words apart, which may mean something else elsewhere."""
+    def said(key):
+        return VALUE.sub("{}", str([messages(language)[key] for language in ("en", *OTHERS)]))
+
+    common = {said(key) for key in messages() if key.startswith("common.")}
+    assert not [key for key in messages()
+                if not key.startswith("common.") and said(key) in common and "{}" in said(key)]
+
+
 def test_every_message_is_used():
     code = "\n".join(path.read_text(encoding="utf-8") for path in SCRIPTS)
     quoted = {*re.findall(r'"([a-z0-9.-]+)"', code)}

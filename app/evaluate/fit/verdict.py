@@ -20,8 +20,9 @@ class FitAccuracy:
     """What is known of a fit's errors, mm.
 
     cv_mm: of points left out, without what the lines themselves are off. sigma: the expected error, as
-    uncertainty.py reports it. knows_inside: whether anything tells of the places between the borders. reaches: whether
-    the lens maps the whole field in sight. apart_mm: how far a freer lens, by its title, is from it.
+    uncertainty.py reports it; "known" under "hat" is false where robot tops are a guess. knows_inside: whether anything
+    tells of the places between the borders. reaches: whether the lens maps the whole field in sight. apart_mm: how far
+    a freer lens, by its title, is from it.
     """
 
     cv_mm: float | None
@@ -38,6 +39,11 @@ class FitAccuracy:
 def level_of(mm: float) -> str:
     """Return good, fair or poor for an error."""
     return "good" if mm <= GOOD_MM else "fair" if mm <= FAIR_MM else "poor"
+
+
+def tops_are_known(mm: float, height_is_known: bool) -> bool:
+    """Return whether an expected error at robot tops is a figure: under a guessed height, an unusable one is none."""
+    return height_is_known or mm <= FAIR_MM
 
 
 def fit_verdict(known: FitAccuracy) -> dict[str, Any]:
@@ -73,7 +79,7 @@ def fit_verdict(known: FitAccuracy) -> dict[str, Any]:
     level = max(on_carpet, level_of(hat["rms_95"] / SURE), "good" if known.reaches else "fair", key=LEVELS.index)
     words = _judgement(level, known)
     if hat["rms"] > mm and hat["rms_95"] / SURE > GOOD_MM:
-        words = _with_robot_tops(words, level, on_carpet, hat["rms"])
+        words = _with_robot_tops(words, level, on_carpet, hat["rms"] if hat.get("known", True) else None)
     beyond = "" if known.reaches else say("verdict.not-covered", "The lens model does not cover the whole field.")
     return stated({"mm": mm, "level": level, "sentence": join(words, beyond, where)})
 
@@ -89,12 +95,21 @@ def _judgement(level: str, known: FitAccuracy) -> Sentence:
                "centimetres.")
 
 
-def _with_robot_tops(words: Sentence, level: str, on_carpet: str, hat_mm: float) -> Sentence:
-    """Say how far robot tops are off, and that the carpet is better where it is."""
+def _with_robot_tops(words: Sentence, level: str, on_carpet: str, hat_mm: float | None) -> Sentence:
+    """Say how far robot tops are off, or that it is not known, and that the carpet is better where it is."""
     if level == on_carpet:
+        if hat_mm is None:
+            return join(words, say("verdict.robot-tops-unknown", "The error at robot tops is unknown, because the "
+                                   "camera height is unknown."))
         return join(words, say("verdict.robot-tops", "Robot tops may be off by about {mm:.0f} mm.", mm=hat_mm))
     begin = (say("verdict.usable-only", "Usable.") if level == "fair"
              else say("verdict.inaccurate-only", "Not accurate enough for matches."))
+    if hat_mm is None:
+        return join(begin, say(
+            "verdict.accurate-but-robot-tops-unknown", "Accurate on the carpet, but the error at robot tops is "
+            "unknown, because the camera height is unknown.") if on_carpet == "good" else say(
+            "verdict.usable-but-robot-tops-unknown", "Usable on the carpet, but the error at robot tops is unknown, "
+            "because the camera height is unknown."))
     return join(begin, say(
         "verdict.accurate-but-robot-tops", "Accurate on the carpet, but robot tops may be off by about {mm:.0f} mm.",
         mm=hat_mm) if on_carpet == "good" else say(

@@ -69,7 +69,7 @@ class PolynomialFitter(Fitter):
         progress(0.1, "Fitting the left and right borders")
         rows = (-0.5, image_size.height - 0.5)
         fits = {name: fit_curve(borders[name].points[:, 1], borders[name].points[:, 0], degrees[name], rows,
-                                the_border(name), robust=robust) for name in ("left", "right")}
+                                name, robust=robust) for name in ("left", "right")}
         clicked = np.concatenate([b.points[:, 1] for b in borders.values()])
         _refuse_crossing("left", "right", fits, (float(clicked.min()), float(clicked.max())))
         width_px, height_px, n_x, n_y = corrected_rectangle(settings, region, image_size)
@@ -79,7 +79,7 @@ class PolynomialFitter(Fitter):
             x, y = borders[name].points[:, 0], borders[name].points[:, 1]
             x_initial = fits["left"].curve(y)
             x_c = (x - x_initial) * width_px / (fits["right"].curve(y) - x_initial)  # Eq. (4)
-            fits[name] = fit_curve(x_c, y, degrees[name], (0.0, width_px), the_border(name), robust=robust)
+            fits[name] = fit_curve(x_c, y, degrees[name], (0.0, width_px), name, robust=robust)
         _refuse_crossing("top", "bottom", fits, (0.0, width_px))
 
         straight = Polynomial(*(fits[name].curve for name in BORDERS), width_px, height_px, n_x, n_y,

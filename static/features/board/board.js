@@ -225,11 +225,14 @@ export function applyChosenLens({ width, height }) {
 
 /** What the report says of one picture. @param {import("../../core/types").UploadedPicture} picture */
 export function viewReport({ id }) {
-  const at = foundLens.value?.snapshots?.indexOf(id) ?? -1;
-  if (at < 0 || !foundLens.value) return null;
-  const view = foundLens.value.report.views.find((v) => v.name.endsWith(` ${at + 1}`));
-  const why = foundLens.value.report.warnings.find((w) => w.reason === "no-board" && w.index === at);
-  return { view: view ?? null, why: why ? `${why.text} ${why.fix}` : (view?.text ?? "") };
+  const lens = foundLens.value,
+    at = lens?.snapshots?.indexOf(id) ?? -1;
+  if (at < 0 || !lens) return null;
+  const blank = lens.report.warnings.filter((w) => w.reason === "no-board"), // of the others each is a view, in order
+    why = blank.find((w) => w.index === at);
+  if (why) return { view: null, why: `${why.text} ${why.fix}` };
+  const view = lens.report.views[at - blank.filter((w) => (w.index ?? at) < at).length] ?? null;
+  return { view, why: view?.text ?? "" };
 }
 
 /** @param {{ job?: string }} [more] */

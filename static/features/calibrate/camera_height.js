@@ -5,17 +5,18 @@ import { model } from "../../core/state.js";
 import { preview } from "./fitting.js";
 
 const HEIGHT = "height_mm",
-  UNKNOWN = "height-unknown", // the warning of a fit
-  USABLE_MM = 15; // an error above it is no figure where the height is a guess: app/evaluate/fit/report.py
+  UNKNOWN = "height-unknown"; // the warning of a fit
 
 /** @param {import("../../core/types").Report} report */
 const isHeightUnknown = (report) => report.warnings.some((w) => w.reason === UNKNOWN);
 
-/** The expected error at robot tops, mm; null where it is not known.
- * @param {import("../../core/types").Report} report */
+/**
+ * The expected error at robot tops, mm; null where it is not known.
+ * @param {import("../../core/types").Report} report `known` is absent in one of an older server
+ */
 export function robotTopsMm(report) {
   const hat = report.sigma_mm?.hat;
-  return !hat || (isHeightUnknown(report) && hat.rms > USABLE_MM) ? null : hat.rms;
+  return !hat || hat.known === false ? null : hat.rms;
 }
 
 /** The option to ask for beside the accuracy: where the fit wants it, or it was given; else null. */

@@ -57,12 +57,7 @@ const FIXES = {
 
 /** What can be done about it by a button. @param {Trouble} trouble @returns {Fix[]} */
 export const fixesOf = (trouble) =>
-  (FIXES[trouble.reason ?? ""]?.({ ...trouble, feature: named(trouble.feature) }) ?? []).filter(
-    (fix) => fix !== null,
-  );
-
-/** A feature by its name, where a refusal says "the left border". @param {string | null | undefined} feature */
-const named = (feature) => BORDERS.find((border) => feature === `the ${border} border`) ?? feature;
+  (FIXES[trouble.reason ?? ""]?.(trouble) ?? []).filter((fix) => fix !== null);
 
 /** @param {string | null | undefined} feature @returns {Fix | null} */
 const click = (feature) =>

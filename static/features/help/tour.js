@@ -4,6 +4,7 @@ import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { lineTitle, mm, number, pct } from "../../core/format.js";
 import { camera, cameras, field, model, region, rotation, snapshot } from "../../core/state.js";
 import { t } from "../../core/words.js";
+import { robotTopsMm } from "../calibrate/camera_height.js";
 import { curves, isCurve, preview } from "../calibrate/fitting.js";
 import { ranking } from "../calibrate/model_ranking.js";
 import { statuses } from "../live/camera_status.js";
@@ -193,7 +194,7 @@ export const STOPS = [
     numbers: () => [
       [t("common.carpet"), figure(version.value?.report.sigma_mm?.rms)],
       [t("help.stop.map.worst"), figure(version.value?.report.sigma_mm?.max)],
-      [t("common.hats"), figure(version.value?.report.sigma_mm?.hat?.rms)],
+      [t("common.hats"), figure(version.value && robotTopsMm(version.value.report))],
     ],
   },
   {

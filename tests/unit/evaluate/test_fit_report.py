@@ -56,6 +56,19 @@ def test_the_distortion_of_a_real_lens_has_its_sign_and_is_gone_after(lens, kind
         assert abs(found["per_border"][border]["after_pct"]) < 0.15
 
 
+def test_without_a_height_from_straight_above_no_error_at_robot_tops_is_told():
+    camera, field = reference_camera("strong", 0), reference_field()
+    region, tape = field.regions["full"], {"height_mm": {"value": float(camera.position_mm[2]), "sigma": 30.0}}
+    clicks = border_observations(camera, region, 9, 0.3, np.random.default_rng(0))
+    for options, is_known in (({}, False), (tape, True)):
+        report = calibration.calibrate(clicks, field, region, SIZE, "brown-conrady", options=options,
+                                       cross_validate=False).report
+        assert report["sigma_mm"]["hat"]["known"] is is_known
+        assert (report["sigma_mm"]["hat"]["rms"] <= 15) is is_known
+        assert ("at robot tops is unknown" in report["verdict"]["sentence"]) is not is_known
+        assert "be off by about" not in report["verdict"]["sentence"]
+
+
 def test_a_bow_of_clicks_needs_four():
     assert clicked_sag_pct(np.array([[0.0, 0], [1, 0], [2, 0]]), 0, np.array([1.0, 5.0])) is None
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.evaluate.fit.verdict import FitAccuracy, fit_verdict
+from app.evaluate.fit.verdict import FitAccuracy, fit_verdict, tops_are_known
 
 
 def accuracy(carpet_mm: float, tops_mm: float | None = None, **others) -> FitAccuracy:
@@ -29,6 +29,26 @@ def test_the_carpet_is_called_accurate_only_where_it_is(carpet_mm, tops_mm, leve
     found = fit_verdict(accuracy(carpet_mm, tops_mm))
     assert (found["level"], found["sentence"][:len(begin)]) == (level, begin)
     assert found["mm"] == carpet_mm
+
+
+@pytest.mark.parametrize(("carpet_mm", "tops_mm", "level", "sentence"), [
+    (2, 60, "poor", "Not accurate enough for matches. Accurate on the carpet, but the error at robot tops is unknown, "
+                    "because the camera height is unknown."),
+    (9, 60, "poor", "Not accurate enough for matches. Usable on the carpet, but the error at robot tops is unknown, "
+                    "because the camera height is unknown."),
+    (102, 340, "poor", "Not accurate enough for matches: positions inside the field are off by centimetres. The error "
+                       "at robot tops is unknown, because the camera height is unknown."),
+])
+def test_an_error_at_robot_tops_that_is_not_known_is_no_number(carpet_mm, tops_mm, level, sentence):
+    known = accuracy(carpet_mm, tops_mm)
+    known.sigma["hat"]["known"] = False
+    found = fit_verdict(known)
+    assert (found["level"], found["sentence"].split(" Expected")[0]) == (level, sentence)
+
+
+def test_robot_tops_are_a_guess_only_above_a_usable_error_under_an_unknown_height():
+    assert [tops_are_known(mm, height_known) for mm in (15.0, 15.1) for height_known in (True, False)] == [
+        True, True, True, False]
 
 
 def test_a_lens_that_ends_before_the_field_is_at_most_fair():

@@ -20,7 +20,7 @@ def bowed(y, bow=40.0, skew=3.0, quartic=0.0):
 
 
 def fitted(y, x, degree="auto", **options):
-    return fit_curve(np.asarray(y, float), np.asarray(x, float), degree, SPAN, "the left border", **options)
+    return fit_curve(np.asarray(y, float), np.asarray(x, float), degree, SPAN, "left", **options)
 
 
 @pytest.mark.parametrize("degree", range(1, 9))
@@ -35,7 +35,7 @@ def test_exact_points_of_its_degree_are_met_exactly(degree):
 @pytest.mark.parametrize("degree", [1, 3, "auto"])
 def test_a_border_that_is_exactly_straight_keeps_its_degree(degree):
     """Its higher coefficients may be exactly nought: a fit with the degree that was found must still be one."""
-    fit = fit_curve(np.linspace(60, 400, 7), np.zeros(7), degree, (0, 479), "left border")
+    fit = fit_curve(np.linspace(60, 400, 7), np.zeros(7), degree, (0, 479), "left")
     assert fit.curve.degree == (1 if degree == "auto" else degree)
 
 
@@ -143,6 +143,15 @@ def test_points_that_cannot_do_are_refused_by_name(y, x, degree, reason):
         fitted(y, x, degree)
     assert refusal.value.reason == reason
     assert refusal.value.fix
+
+
+@pytest.mark.parametrize("y, x", [([10, 20], [5, 5]), ([10, 11, 12, 13], [5, 50, 100, 150])])
+def test_a_refusal_names_its_border_in_words_and_by_its_id(y, x):
+    for border, called in (("left", "the left border"), (None, "the border")):
+        with pytest.raises(FitFailed) as refusal:
+            fit_curve(np.array(y, float), np.array(x, float), 2, SPAN, border)
+        assert refusal.value.details["feature"] == border
+        assert called in f"{refusal.value}".lower()
 
 
 @rounds("examples", 60, 300)

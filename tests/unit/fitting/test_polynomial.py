@@ -190,6 +190,7 @@ def test_clicks_that_cannot_be_borders_are_refused_by_name(spoil, reason):
         fit(spoil(clicks()), degree=2)
     assert refusal.value.reason == reason
     assert refusal.value.fix.endswith(".")
+    assert refusal.value.details.get("feature") in {None, *BORDERS}
 
 
 @pytest.mark.parametrize("options", [{"w_max_rectangle_px": 10_000, "n_rectangles_x": 1000},

@@ -78,6 +78,7 @@ def test_what_has_ended_can_still_be_read_after_a_restart_and_old_ones_are_forgo
             now = back.get(before.id)
             assert (now.state, now.result, now.problem, now.kind, now.ended_at is not None) == (
                 before.state, before.result, before.problem, before.kind, True)
+            assert now.to_json()["statements"] == before.to_json()["statements"] != {}
         with pytest.raises(NotFound):
             back.get(told[1].id)
         assert len(again.jobs.list()) == 3

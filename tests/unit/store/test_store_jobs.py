@@ -1,10 +1,13 @@
 """Jobs as rows: each is done by one worker at a time, and a lost worker's job is begun again by another."""
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import pytest
 
 from app.core.errors import NotFound
+from app.core.jobs import WAITING
+from app.core.statements import say
 from app.store.jobs import JobRepository
 from app.store.repository import utc_now
 
@@ -44,6 +47,30 @@ def test_a_job_goes_from_waiting_through_running_to_its_result(jobs):
     assert not jobs.finish(job.id, 1, "failed") and not jobs.beat(job.id, 1, 5)
     ended = jobs.get(job.id)
     assert ended.ended and ended.progress == 1 and ended.result == {"calibration": "x"} and ended.problem is None
+
+
+def test_what_a_message_states_is_stored_with_it(opener, store, jobs):
+    halfway = say("fit.progress", "Fitting {model}", model="Fisheye")
+
+    def stated(job):
+        return job.message, job.to_json().get("statements")
+
+    def said(message):
+        return str(message), {"message": list(message.statements)}
+
+    job = jobs.add("fit", {})
+    assert stated(job) == stated(jobs.get(job.id)) == said(WAITING)
+    jobs.claim("w1", lease_s=5)
+    for change, message in ((partial(jobs.beat, job.id, 1, 5, 0.5), halfway),
+                            (partial(jobs.requeue, job.id, 1), say("job.server-stopped", "The server was stopped"))):
+        assert change(message=message) and stated(jobs.get(job.id)) == said(message)
+    jobs.claim("w1", lease_s=5)
+    assert jobs.beat(job.id, 2, 5) and stated(jobs.get(job.id)) == said(message)
+    assert jobs.beat(job.id, 2, 5, 0.5, "Half") and stated(jobs.get(job.id)) == ("Half", None)
+    other = jobs.add("fit", {})
+    assert jobs.finish(job.id, 2, "done", message=halfway) and stated(jobs.cancel(other.id, halfway)) == said(halfway)
+    with opener.again(store) as again:
+        assert [stated(job) for job in again.jobs.list()] == [said(halfway)] * 2
 
 
 def test_of_many_workers_each_gets_jobs_of_its_own(jobs):

@@ -65,7 +65,6 @@ export default /** @type {const} */ ({
   "compare.heat.legend": "Skala der Karte",
   "compare.heat.nothing-in-common": "Die abgedeckten Bereiche der beiden Versionen überlappen sich nicht.",
   "compare.heat.panel": "Fehlerkarte",
-  "compare.heat.scale": "Farbskala von 0 bis {top} mm",
   "compare.heat.show-arrows": "Residuenpfeile anzeigen",
   "compare.heat.show-expected": "Erwarteten Fehler anzeigen",
   "compare.heat.version": "Version {version}, {model}, {time}",

@@ -65,7 +65,6 @@ export default /** @type {const} */ ({
   "compare.heat.legend": "Map scale",
   "compare.heat.nothing-in-common": "The covered areas of the two versions do not overlap.",
   "compare.heat.panel": "Error map",
-  "compare.heat.scale": "Colour scale from 0 to {top} mm",
   "compare.heat.show-arrows": "Show residual arrows",
   "compare.heat.show-expected": "Show expected error",
   "compare.heat.version": "Version {version}, {model}, {time}",

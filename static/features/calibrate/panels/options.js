@@ -2,7 +2,7 @@
 import { change, doc } from "../../../core/document.js";
 import { capitalised } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { model } from "../../../core/state.js";
+import { model, modelTitle } from "../../../core/state.js";
 import { nameOr, t } from "../../../core/words.js";
 import { Typed } from "../../../ui/typed.js";
 import { KnownLens } from "./known_lens.js";
@@ -61,6 +61,10 @@ function label(name) {
   return nameOr(`calibrate.option.${name.replaceAll("_", "-")}`, capitalised(text));
 }
 
+/** What a choice is called: a model, a colour, or one of its own; numbers as they are. @param {string} choice */
+const choiceName = (choice) =>
+  nameOr(`calibrate.choice.${choice}`, nameOr(`detection.colour.${choice}`, modelTitle(choice)));
+
 /** @param {Option} option */
 const range = ({ range: r, type }) => {
   if (!r) return "";
@@ -93,7 +97,7 @@ const List = ({ value, set, about, choices }) => html`<select
 function Choice(props) {
   const { choices, default: fallback } = props.option;
   /** @type {[string, unknown][]} */
-  const named = choices.map((c) => [c, c]);
+  const named = choices.map((c) => [choiceName(c), c]);
   return html`<${List}
     ...${props}
     choices=${fallback === null ? [[t("calibrate.options.not-set"), null], ...named] : named}
@@ -189,7 +193,7 @@ function Names({ option: { name, choices }, value, set, about }) {
         checked=${chosen.includes(one)}
         onChange=${() => toggle(one)}
       />${" "}
-      ${one}
+      ${choiceName(one)}
     </label>`)}
   </span>`;
 }

@@ -28,7 +28,7 @@ export function HeatLegend() {
             other: numberOf(heat.value.other),
           })}
     </h2>
-    ${map && html`<div class="scale" role="img" aria-label=${t("compare.heat.scale", { top: map.top })}>
+    ${map && html`<div class="scale" role="img" aria-label=${t("common.colour-scale", { worst: tick(map.top) })}>
       <i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
       <div>
         ${[0, 0.5, 1].map((share) => html`<span key=${share}>

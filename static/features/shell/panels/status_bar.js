@@ -11,16 +11,12 @@ import { JobsIndicator } from "../../jobs/panels/jobs.js";
 import { problems } from "../problems.js";
 import { isSaved, version } from "../../versions/versions.js";
 
-/** @type {Record<string, [string, string][]>} */
+/** The keys of a step; the bar draws as many as find room. @type {Record<string, [string, string][]>} */
 const KEYS = {
-  "": [
-    ["O", t("shell.keys.open")],
-    ["?", t("shell.keys.all")],
-  ],
+  "": [["O", t("shell.keys.open")]],
   field: [
     ["T", t("shell.keys.rotate")],
     ["Enter", t("shell.keys.continue")],
-    ["?", t("shell.keys.all")],
   ],
   points: [
     [t("shell.keys.click"), t("shell.keys.add")],
@@ -29,7 +25,6 @@ const KEYS = {
     ["←↑→↓", t("shell.keys.nudge")],
     ["F", t("shell.keys.find-points")],
     [keyLabel("ctrl+z"), t("shell.keys.undo")],
-    ["?", t("shell.keys.all")],
   ],
   verify: [
     ["R", t("shell.keys.raw")],
@@ -40,7 +35,6 @@ const KEYS = {
     ["L", t("shell.keys.lines")],
     ["G", t("shell.keys.grid")],
     ["E", t("shell.keys.error")],
-    ["?", t("shell.keys.all")],
   ],
   pair: [
     [t("shell.keys.click"), t("shell.keys.left-right")],
@@ -50,9 +44,11 @@ const KEYS = {
     ["X", t("shell.keys.worst")],
     ["S", t("shell.keys.pair-lines")],
     [keyLabel("ctrl+z"), t("shell.keys.undo")],
-    ["?", t("shell.keys.all")],
   ],
 };
+
+/** @type {[string, string]} */
+const ALL = ["?", t("shell.keys.all")];
 
 /** The worst problem, with the way to what mends it; or that there is none. */
 function Health() {
@@ -71,7 +67,8 @@ function Health() {
 }
 
 export function StatusBar() {
-  const it = version.value;
+  const it = version.value,
+    keys = [ALL, ...KEYS[route.value.view === "pair" ? "pair" : step.value]];
   return html`<footer>
     <${Health} />
     <span class="standing" data-testid="version">
@@ -91,7 +88,7 @@ export function StatusBar() {
     </span>
     <${JobsIndicator} />
     <span class="hints">
-      ${KEYS[route.value.view === "pair" ? "pair" : step.value].map(([key, what]) => html`<span key=${key}>
+      ${keys.map(([key, what]) => html`<span key=${key}>
         <kbd>${key}</kbd> ${what}
       </span>`)}
     </span>
