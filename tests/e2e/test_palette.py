@@ -28,7 +28,7 @@ def test_whatever_there_is_is_found_by_a_few_letters_from_anywhere(operator, ser
     find(page, f"{t('shell.palette.kind.manual').lower()} drift")
     expect(page.get_by_test_id("manual")).to_have_attribute("data-page", "drift.md")
     picture = page.get_by_test_id("manual").get_by_role("link").filter(has=page.locator("img"))
-    small = picture.locator("img").evaluate("async (img) => { await img.decode(); return [img.width, img.naturalWidth]; }")
+    small = picture.locator("img").evaluate("async (it) => { await it.decode(); return [it.width, it.naturalWidth]; }")
     with page.context.expect_page() as opened:
         picture.click()
     assert opened.value.url.endswith("help/img/drift.webp") and small[0] < small[1] / 2
