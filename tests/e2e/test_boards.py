@@ -96,7 +96,7 @@ def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(desk, operat
 
 
 def test_a_picture_has_its_own_view_whatever_that_is_called(page, server):
-    page.goto(server.url)
+    page.goto(f"{server.url}/index.html")
     said = page.evaluate("""async () => {
       const { foundLens, viewReport } = await import("/features/board/board.js");
       const warnings = [{ reason: "noisy-corners" }, { reason: "no-board", index: 1, text: "No", fix: "board." }];

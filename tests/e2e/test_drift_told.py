@@ -65,7 +65,6 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     expect(page).to_have_url(re.compile(f"#/cameras/{ID}/drift$"))
     page.get_by_test_id("rail-cameras").click()
     page.get_by_test_id("bell").click()
-    manual_picture(page.get_by_test_id("problems"), "troubleshooting")
     page.get_by_test_id("problem").filter(has_text="Knocked").get_by_role("link").click()
     drift = page.get_by_test_id("drift")
     expect(drift).to_have_attribute("data-state", "knocked", timeout=LONG_MS)

@@ -25,7 +25,7 @@ def test_every_format_is_offered_with_what_it_costs_and_can_be_had(saved, server
         expect(page.get_by_test_id(f"cost-{name}")).to_contain_text(shown)
     assert told["opencv"]["exact"] and not told["ssl-vision"]["exact"] and told["ssl-vision"]["loss"]["worst_mm"] > 0.01
     menu.scroll_into_view_if_needed()
-    manual_picture(menu, "formats")
+    manual_picture(page, "formats")
     with page.expect_download() as coming:
         page.get_by_test_id("export-opencv").click()
     value = yaml.safe_load(coming.value.path().read_text())

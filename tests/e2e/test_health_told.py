@@ -6,10 +6,12 @@ import sqlite3
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
+from tests.support.demo_cameras import CAMERAS
+from tests.support.manual_pictures import manual_picture
 from tests.support.words import like, t
 
 
-def test_a_damaged_version_is_a_banner_with_what_to_do_and_the_page_goes_on(page, own_server, tmp_path):
+def test_a_damaged_version_is_a_banner_with_what_to_do_and_the_page_goes_on(page, own_server):
     api = own_server.api
     lens = {"resolution": {"width": 640, "height": 480}, "distCoeffs": {"rows": 1, "cols": 5, "type": 6,
             "data": [-0.2, 0.03, 0, 0, 0]}, "cameraIntrinsics": {"rows": 3, "cols": 3, "type": 6,
@@ -30,7 +32,9 @@ def test_a_damaged_version_is_a_banner_with_what_to_do_and_the_page_goes_on(page
     page.get_by_test_id("bell").click()
     expect(told).to_contain_text(damage["file"])
     expect(told).to_contain_text(damage["note"] or t("shell.problem.damaged.fix"))
-    page.screenshot(path=tmp_path / "damaged.png")
+    for camera in CAMERAS:
+        expect(page.get_by_test_id(f"live-{camera['id']}")).to_have_attribute("data-state", "live", timeout=LONG_MS)
+    manual_picture(page, "troubleshooting")
     told.get_by_role("link").click()
     expect(page.get_by_test_id("health-warnings")).to_contain_text(damage["file"])
     expect(page.get_by_test_id("status")).to_have_attribute("data-level", "bad")  # told as long as it is so

@@ -55,13 +55,13 @@ def versions(server, clicks):
         server.api("DELETE", f"/calibrations/{version['id']}")
 
 
-def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(operator, server, clicks):
+def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(operator, server, clicks, tmp_path):
     page, id = operator.page, comparison(server, clicks, 5000)
     expect(page.get_by_test_id("at-work")).to_be_visible(timeout=LONG_MS)
     page.get_by_test_id("at-work").click()
     expect(job(page, id)).to_have_attribute("data-state", "running", timeout=LONG_MS)
     expect(job(page, id).get_by_test_id("job-message")).to_contain_text("%")
-    manual_picture(page, "jobs")
+    page.screenshot(path=tmp_path / "jobs.png")
     job(page, id).get_by_test_id("cancel-job").click()
     expect(job(page, id)).to_have_attribute("data-state", "cancelled", timeout=LONG_MS)
     expect(page.get_by_test_id("at-work")).to_have_count(0, timeout=LONG_MS)
@@ -89,7 +89,7 @@ def test_a_reload_in_the_middle_of_a_comparison_goes_on_watching_it(clicked, ser
 
 
 @pytest.mark.long
-def test_work_goes_on_when_the_server_was_killed_in_the_middle_of_it(page, own_server, clicks, tmp_path):
+def test_work_goes_on_when_the_server_was_killed_in_the_middle_of_it(page, own_server, clicks):
     page.set_default_navigation_timeout(LONG_MS)
     Operator(page, own_server).visit()
     page.goto(f"{own_server.url}/#/system/jobs")
@@ -99,7 +99,7 @@ def test_work_goes_on_when_the_server_was_killed_in_the_middle_of_it(page, own_s
     expect(page.get_by_test_id("jobs-page").get_by_text(t("jobs.away"))).to_be_visible(timeout=LONG_MS)
     own_server.start()
     expect(job(page, id).get_by_test_id("job-attempt")).to_contain_text(t("jobs.attempt", attempt=2), timeout=LONG_MS)
-    page.screenshot(path=tmp_path / "again.png")
+    manual_picture(page, "jobs")
     expect(job(page, id)).to_have_attribute("data-state", "done", timeout=LONG_MS)
 
 

@@ -14,8 +14,8 @@ from tests.support.paths import ROOT
 PICTURES = ROOT / "static" / "help" / "img"
 WRITES = bool(os.environ.get("TOUCHLINE_MANUAL_PICTURES"))
 QUALITY = 65  # of WebP: small text is readable, and a picture of the whole page takes 50 kB
-COARSE = (48, 30)  # what a live picture shows, and another font, disappear at this size; the layout does not
-MIN_LIKENESS = 0.8  # of the same page in another run: 0.97; with a noisy mask in it 0.85; of a page moved by 60 px: 0.6
+COARSE = (48, 30)  # what a live picture shows disappears at this size, the layout of a page does not
+MIN_LIKENESS = 0.65  # of the same page: 0.97, in another font 0.7 to 0.98; of a page moved by 60 px: at most 0.6
 
 
 def manual_picture(shown: Page | Locator, name: str) -> None:
