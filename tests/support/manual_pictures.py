@@ -15,7 +15,7 @@ PICTURES = ROOT / "static" / "help" / "img"
 WRITES = bool(os.environ.get("TOUCHLINE_MANUAL_PICTURES"))
 QUALITY = 65  # of WebP: small text is readable, and a picture of the whole page takes 50 kB
 COARSE = (48, 30)  # what a live picture shows disappears at this size, the layout of a page does not
-MIN_LIKENESS = 0.65  # of the same page: 0.97, in another font 0.7 to 0.98; of a page moved by 60 px: at most 0.6
+MIN_LIKENESS = 0.65  # of the same page: 0.97, in another font 0.7 to 0.98; of most pages moved by 60 px: below 0.6
 
 
 def manual_picture(shown: Page | Locator, name: str) -> None:
@@ -29,7 +29,7 @@ def manual_picture(shown: Page | Locator, name: str) -> None:
     path = PICTURES / f"{name}.webp"
     if WRITES:
         path.write_bytes(cv2.imencode(".webp", taken, [cv2.IMWRITE_WEBP_QUALITY, QUALITY])[1].tobytes())
-    again = f"{path.name} shows the page as it was: take it again with TOUCHLINE_MANUAL_PICTURES=1, and look at it"
+    again = f"{path.name} shows the page as it was: take it again with TOUCHLINE_MANUAL_PICTURES=1, and check it"
     assert path.exists(), again
     found = likeness(cv2.imread(str(path)), taken)
     assert found >= MIN_LIKENESS, f"{again} (likeness {found:.2f})"
