@@ -5,6 +5,7 @@ import yaml
 from playwright.sync_api import expect
 
 from app.formats import FORMATS
+from tests.e2e.conftest import LONG_MS
 from tests.support.manual_pictures import manual_picture
 from tests.support.words import t
 
@@ -25,6 +26,7 @@ def test_every_format_is_offered_with_what_it_costs_and_can_be_had(saved, server
         expect(page.get_by_test_id(f"cost-{name}")).to_contain_text(shown)
     assert told["opencv"]["exact"] and not told["ssl-vision"]["exact"] and told["ssl-vision"]["loss"]["worst_mm"] > 0.01
     menu.scroll_into_view_if_needed()
+    expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
     manual_picture(page, "formats")
     with page.expect_download() as coming:
         page.get_by_test_id("export-opencv").click()

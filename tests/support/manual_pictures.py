@@ -10,6 +10,7 @@ import numpy as np
 from playwright.sync_api import Locator, Page
 
 from tests.support.paths import ROOT
+from tests.support.waiting import until
 
 PICTURES = ROOT / "static" / "help" / "img"
 WRITES = bool(os.environ.get("TOUCHLINE_MANUAL_PICTURES"))
@@ -21,18 +22,23 @@ MIN_LIKENESS = 0.65  # of the same page: 0.97, in another font 0.7 to 0.98; of m
 def manual_picture(shown: Page | Locator, name: str) -> None:
     """Take the picture `name` of the manual, or fail where the one in the manual shows another page than this.
 
-    Of a page without its status bar, which tells of whatever other tests do on the same server.
+    What comes late, as a corrected image does on a busy machine, is waited for.
     """
+    path = PICTURES / f"{name}.webp"
+    if WRITES:
+        path.write_bytes(cv2.imencode(".webp", _taken(shown), [cv2.IMWRITE_WEBP_QUALITY, QUALITY])[1].tobytes())
+    assert path.exists(), f"there is no {path.name}: take it with TOUCHLINE_MANUAL_PICTURES=1, and check it"
+    until(lambda: (f"likeness of {path.name}", likeness(cv2.imread(str(path)), _taken(shown)),
+                   "if the page has changed, take it again with TOUCHLINE_MANUAL_PICTURES=1, and check it"),
+          lambda found: found[1] >= MIN_LIKENESS)
+
+
+def _taken(shown: Page | Locator) -> np.ndarray:
+    """What is to be seen; of a page without its status bar, which tells of other tests on the same server."""
     taken = cv2.imdecode(np.frombuffer(shown.screenshot(), np.uint8), cv2.IMREAD_COLOR)
     if isinstance(shown, Page) and (bar := shown.locator("footer:has([data-testid=status])")).count():
         taken = taken[:round(bar.bounding_box()["y"])]
-    path = PICTURES / f"{name}.webp"
-    if WRITES:
-        path.write_bytes(cv2.imencode(".webp", taken, [cv2.IMWRITE_WEBP_QUALITY, QUALITY])[1].tobytes())
-    again = f"{path.name} shows the page as it was: take it again with TOUCHLINE_MANUAL_PICTURES=1, and check it"
-    assert path.exists(), again
-    found = likeness(cv2.imread(str(path)), taken)
-    assert found >= MIN_LIKENESS, f"{again} (likeness {found:.2f})"
+    return taken
 
 
 def likeness(first: np.ndarray, second: np.ndarray) -> float:
