@@ -27,7 +27,7 @@ class TouchlineError(Exception):
     """
 
     status: ClassVar[int] = 422
-    reason: ClassVar[str] = "problem"
+    reason: str = "problem"  # of the class, unless one is given
 
     def __init__(self, what: str, fix: str, *, reason: str | None = None, **details: object) -> None:
         super().__init__(what)

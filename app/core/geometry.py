@@ -17,6 +17,7 @@ mapping cannot reach is NaN in both coordinates, never a guess; NaN in gives NaN
 of the program non-finite input is refused, because one infinity hangs numpy's SVD.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,6 +28,9 @@ from app.core.errors import BadInput
 
 Array = NDArray[np.float64]
 Points = NDArray[np.float64]  # (..., 2)
+Mask = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+Pixels = NDArray[np.uint8]  # (h, w) grey, (h, w, 3) BGR
 
 # Nothing on a picture or a playing field is larger; beyond it, squares and cubes of coordinates
 # lose the digits that a least squares needs, and 1e308 overflows.
@@ -42,7 +46,7 @@ class ImageSize:
     width: int
     height: int
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[int]:
         return iter((self.width, self.height))
 
     def __str__(self) -> str:
@@ -91,10 +95,10 @@ def as_points(value: Any, what: str = "The points") -> Points:
     return points
 
 
-def inside_picture(raw: Points, size: ImageSize, margin_px: float | NDArray = -0.5) -> NDArray[np.bool_]:
+def inside_picture(raw: Points, size: ImageSize, margin_px: float | Array = -0.5) -> Mask:
     """(...,) whether raw px (..., 2) lie in a picture, at least margin_px from its outermost pixels' centres."""
     with np.errstate(invalid="ignore"):
-        return ((raw >= margin_px) & (raw <= np.array(tuple(size)) - 1 - margin_px)).all(axis=-1)
+        return np.all((raw >= margin_px) & (raw <= np.array(tuple(size)) - 1 - margin_px), axis=-1)
 
 
 def with_z(points: Points, z_mm: float = 0.0) -> Array:
@@ -107,7 +111,7 @@ def homogeneous(points: Points) -> Array:
     return with_z(points, 1.0)
 
 
-def unreachable_where(bad: NDArray[np.bool_], points: Points) -> Points:
+def unreachable_where(bad: Mask, points: Points) -> Points:
     """The points, with NaN in both coordinates where bad (...) is true or either coordinate is not finite."""
     bad = bad | ~np.isfinite(points).all(axis=-1)
     return np.where(bad[..., None], np.nan, points)

@@ -2,12 +2,14 @@
 
 from collections.abc import Iterator, Mapping
 from importlib import import_module
-from typing import Any
+from typing import Generic, TypeVar
 
 from app.core.errors import NotFound
 
+Member = TypeVar("Member")
 
-class Registry(Mapping[str, Any]):
+
+class Registry(Mapping[str, Member], Generic[Member]):
     """A read-only mapping from a member's name to its class.
 
     kind: what a member is called in an error, such as "camera model". An unknown name lists the
@@ -19,7 +21,7 @@ class Registry(Mapping[str, Any]):
         self._kind = kind
         self._table = dict(table)
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> Member:
         try:
             module, _, attribute = self._table[name].partition(":")
         except (KeyError, TypeError):
@@ -28,7 +30,8 @@ class Registry(Mapping[str, Any]):
                 f"Use one of: {', '.join(self._table)}.",
                 reason=f"unknown-{self._kind.replace(' ', '-')}",
             ) from None
-        return getattr(import_module(module), attribute)
+        member: Member = getattr(import_module(module), attribute)
+        return member
 
     def __contains__(self, name: object) -> bool:
         return name in self._table

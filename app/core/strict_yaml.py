@@ -16,7 +16,7 @@ MAX_DEPTH = 20
 _FIX = "Send plain YAML: mappings, lists, text and numbers."
 
 
-class _OnceEach:
+class _OnceEach(yaml.constructor.BaseConstructor):
     """For a loader: a key that comes twice is an error and not a silent overwrite."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:

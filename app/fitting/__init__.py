@@ -17,7 +17,7 @@ from app.models import CameraModel
 
 __all__ = ["FITTERS", "Fitter", "Sensitivity", "known_options", "sensitivity_of"]
 
-FITTERS = Registry("camera model", {
+FITTERS: Registry[type[Fitter]] = Registry("camera model", {
     "polynomial": "app.fitting.polynomial.fit:PolynomialFitter",  # four border curves, then the relation to mm
     "homography": "app.fitting.homography.fit:HomographyFitter",  # normalised DLT, then distances in pixels
     "thin-plate": "app.fitting.thin_plate.fit:ThinPlateFitter",  # another model, then a spline through what it leaves

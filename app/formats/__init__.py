@@ -39,7 +39,7 @@ class Format:
     square_pixels: bool = False  # whether a camera must have them
 
 
-FORMATS = Registry("export format", {
+FORMATS: Registry[Format] = Registry("export format", {
     "json": "app.formats.json_file:FORMAT",  # ours, complete, read back exactly
     "opencv": "app.formats.opencv:FORMAT",  # cv2.FileStorage, lens and pose
     "ros": "app.formats.ros:FORMAT",  # camera_info

@@ -23,7 +23,7 @@ from app.models.contract import CameraModel, RayModel
 __all__ = ["MODELS", "CameraModel", "RayModel", "field_from_raw", "model_from_json", "parameters_json",
            "raw_from_field"]
 
-MODELS = Registry("camera model", {
+MODELS: Registry[type[CameraModel]] = Registry("camera model", {
     "polynomial": "app.models.polynomial:Polynomial",  # the paper's: two one-dimensional corrections from four borders
     "homography": "app.models.homography:Homography",  # no lens at all: eight numbers from four lines
     "thin-plate": "app.models.thin_plate:ThinPlate",  # bends away what another model leaves, without a reason

@@ -16,11 +16,13 @@ import numpy as np
 
 from app.core.errors import BadInput
 from app.core.geometry import Array, ImageSize, Points, homogeneous
+from app.models.lenses import Lens
 from app.models.lenses.brown_conrady import BrownConradyLens
 from app.models.lenses.division import DivisionLens
 from app.models.lenses.even_division import EvenDivisionLens
 
-LINE_LENSES = {  # name: the lens, and its terms that straight lines can tell
+# name: the lens, and its terms that straight lines can tell
+LINE_LENSES: dict[str, tuple[type[Lens], tuple[str, ...]]] = {
     "division": (DivisionLens, ("k",)),
     "division-even": (EvenDivisionLens, ("k1", "k2", "k3")),
     "brown-conrady": (BrownConradyLens, ("k1", "k2", "k3")),
@@ -37,7 +39,7 @@ class Distortion:
     image_size: ImageSize
 
     @property
-    def lens(self) -> type:
+    def lens(self) -> type[Lens]:
         return LINE_LENSES[self.name][0]
 
     @property

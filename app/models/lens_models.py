@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from app.core.statements import named
+from app.models.lenses import Lens
 from app.models.lenses.brown_conrady import BrownConradyLens
 from app.models.lenses.division import DivisionLens
 from app.models.lenses.kannala_brandt import KannalaBrandtLens
@@ -22,7 +23,7 @@ class Division(RayCamera):
     TITLE: ClassVar[str] = named("model.division", "Division")
     HELP: ClassVar[str] = ("A pinhole with one distortion parameter: requires the fewest points of all models with "
                            "distortion.")
-    LENS: ClassVar[type] = DivisionLens
+    LENS: ClassVar[type[Lens]] = DivisionLens
     EXAMPLE_TERMS: ClassVar = ((-0.25,), (0.06,), (-1e-9,))
 
 
@@ -33,7 +34,7 @@ class BrownConrady(RayCamera):
     NAME: ClassVar[str] = "brown-conrady"
     TITLE: ClassVar[str] = named("model.brown-conrady", "Brown–Conrady")
     HELP: ClassVar[str] = "A pinhole with radial and tangential distortion: suitable for nearly every field camera."
-    LENS: ClassVar[type] = BrownConradyLens
+    LENS: ClassVar[type[Lens]] = BrownConradyLens
     EXAMPLE_TERMS: ClassVar = ((-0.28, 0.09, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
                                (0.06, 0.01, 0.001, -0.002, 0.003, 0.0, 0.0, 0.0),
                                (0.35, 0.05, 0.0, 0.0, 0.0, 0.68, 0.0, 0.0))
@@ -47,7 +48,7 @@ class Fisheye(RayCamera):
     TITLE: ClassVar[str] = named("model.fisheye", "Fisheye (Kannala–Brandt)")
     HELP: ClassVar[str] = ("For very wide lenses that show straight lines as arcs. Requires points out to the edge of "
                            "the image.")
-    LENS: ClassVar[type] = KannalaBrandtLens
+    LENS: ClassVar[type[Lens]] = KannalaBrandtLens
     EXAMPLE_TERMS: ClassVar = ((0.0, 0.0, 0.0, 0.0), (-0.02, 0.004, -0.001, 0.0), (0.08, -0.03, 0.01, -0.002))
 
 
@@ -59,5 +60,5 @@ class Ssl(RayCamera):
     TITLE: ClassVar[str] = named("model.ssl", "SSL")
     HELP: ClassVar[str] = ("The one-parameter lens of the Small Size League: choose it when SSL-Vision must use the "
                            "result.")
-    LENS: ClassVar[type] = SslLens
+    LENS: ClassVar[type[Lens]] = SslLens
     EXAMPLE_TERMS: ClassVar = ((0.3,), (-0.05,), (1e-9,))

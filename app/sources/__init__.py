@@ -159,7 +159,7 @@ class BaseSource:
                        reason="unknown-control")
 
 
-SOURCES = Registry("source", {
+SOURCES: Registry[type[Source]] = Registry("source", {
     "sim": "app.sources.sim.source:SimSource",  # a rendered field through a real lens model, with exact truth
     "picture": "app.sources.local.picture:PictureSource",  # a picture file, again and again
     "folder": "app.sources.local.folder:FolderSource",  # pictures of a folder, in name order

@@ -112,7 +112,7 @@ class Stage(ABC):
         return drawn
 
 
-STAGES = Registry("stage", {
+STAGES: Registry[type[Stage]] = Registry("stage", {
     "noise": "app.vision.stages.noise:NoiseReduction",  # less grain: median, bilateral, or over time
     "colours": "app.vision.stages.colours:Colours",  # each pixel's colour from a lookup table
     "edges": "app.vision.stages.edges:Edges",  # how steep the picture is
