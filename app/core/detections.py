@@ -60,7 +60,8 @@ class Detection:
             raise _refused("The id of a detection is not a valid number.")
         covariance = None
         if value["covariance_mm2"] is not None:
-            covariance = tuple(_pair_of_numbers(row) for row in _pair(value["covariance_mm2"]))
+            first, second = _pair(value["covariance_mm2"])
+            covariance = _pair_of_numbers(first), _pair_of_numbers(second)
         return cls(kind, _pair_of_numbers(value["pixel"]), team, number, _number(value["x_mm"]), _number(value["y_mm"]),
                    _number(value["z_mm"], False), _radians(value["orientation_deg"]),
                    _number(value["confidence"], False), covariance, _radians(value["orientation_sigma_deg"]),

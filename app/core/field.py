@@ -14,7 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from app.core.errors import BadInput, NotFound
-from app.core.geometry import Points, as_points
+from app.core.geometry import Points, as_pair, as_points
 
 Point = tuple[float, float]
 BORDERS = ("left", "right", "top", "bottom")
@@ -55,7 +55,7 @@ class Line:
         start, end = np.asarray(self.start), np.asarray(self.end)
         along = (end - start) / np.linalg.norm(end - start)
         aside = offset_mm * np.array([-along[1], along[0]])
-        return replace(self, start=tuple(map(float, start + aside)), end=tuple(map(float, end + aside)))
+        return replace(self, start=as_pair(start + aside), end=as_pair(end + aside))
 
     def sample(self, count: int) -> Points:
         """(count, 2) evenly spaced points from start to end."""
@@ -239,7 +239,7 @@ class Field:
     @property
     def markings(self) -> tuple[Line | Arc, ...]:
         """All lines and arcs, where they lie."""
-        return tuple(self._painted(marking) for marking in (*self.lines.values(), *self.arcs.values()))
+        return (*map(self._painted, self.lines.values()), *map(self._painted, self.arcs.values()))
 
     def _painted(self, marking: Line | Arc) -> Line | Arc:
         offset_mm = self.line_offsets_mm.get(marking.name, 0.0)

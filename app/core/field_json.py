@@ -36,6 +36,7 @@ SAME_MM = 0.01  # two ways to say one place may differ by this
 BESIDE = 0.05  # of half a side: a region's edge lies along its line, which may have been taped outside the field
 
 T = TypeVar("T")
+Named = TypeVar("Named", Line, Arc, Landmark, Region)
 
 
 def field_from_json(value: Any) -> Field:
@@ -239,17 +240,17 @@ def choice(value: Any, at: str, allowed: tuple[str, ...]) -> str:
     return value
 
 
-def limited(value: Any, at: str, kind: type) -> Any:
+def limited(value: Any, at: str, kind: type[list[Any] | dict[Any, Any]]) -> Any:
     if not isinstance(value, kind) or len(value) > MAX_MEMBERS:
         raise refuse(f"{at} is no {'list' if kind is list else 'mapping'} of at most {MAX_MEMBERS}.",
                      f"Send {'[…]' if kind is list else '{name: …}'}, or leave it out.", at)
     return value
 
 
-def members(value: Any, at: str, read: Callable[[Any, str], T]) -> dict[str, T]:
+def members(value: Any, at: str, read: Callable[[Any, str], Named]) -> dict[str, Named]:
     """A list of named things as a table by name."""
     found = [read(item, f"{at}[{i}]") for i, item in enumerate(limited(value, at, list))]
-    names: dict[str, T] = {}
+    names: dict[str, Named] = {}
     for i, item in enumerate(found):
         if item.name in names:
             raise refuse(f"Two {at} have the name {item.name}.", "Give each a unique name.", f"{at}[{i}].name")

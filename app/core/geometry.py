@@ -17,7 +17,7 @@ mapping cannot reach is NaN in both coordinates, never a guess; NaN in gives NaN
 of the program non-finite input is refused, because one infinity hangs numpy's SVD.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -93,6 +93,18 @@ def as_points(value: Any, what: str = "The points") -> Points:
             f"{what} contain a number that is not finite or beyond {MAX_COORDINATE:g} (point {bad[0] + 1}).",
             "Remove or correct that point.", reason="non-finite-points", index=int(bad[0]))
     return points
+
+
+def as_pair(value: Iterable[Any]) -> tuple[float, float]:
+    """Read two numbers; TypeError or ValueError for anything else."""
+    a, b = value
+    return float(a), float(b)
+
+
+def as_triple(value: Iterable[Any]) -> tuple[float, float, float]:
+    """Read three numbers; TypeError or ValueError for anything else."""
+    a, b, c = value
+    return float(a), float(b), float(c)
 
 
 def inside_picture(raw: Points, size: ImageSize, margin_px: float | Array = -0.5) -> Mask:

@@ -29,12 +29,14 @@ def finite_json(value: Any) -> Any:
 
 def nullable(values: Any) -> Any:
     """A number, or an array as nested lists; None for each number that is not finite."""
-    values = np.asarray(values, float)
-    return np.where(np.isfinite(values), values, None).tolist()
+    numbers = np.asarray(values, np.float64)
+    found = numbers.astype(object)
+    found[~np.isfinite(numbers)] = None
+    return found.tolist()
 
 
 def nullable_points(points: Any) -> list[list[float] | None]:
     """Points (n, 2) as a list of pairs; None for each that is out of reach."""
-    points = np.asarray(points).reshape(-1, 2)
-    reachable = np.isfinite(points).all(axis=1)
-    return [point if ok else None for point, ok in zip(points.tolist(), reachable.tolist(), strict=True)]
+    pairs = np.asarray(points, np.float64).reshape(-1, 2)
+    reachable = np.all(np.isfinite(pairs), axis=1)
+    return [pair if ok else None for pair, ok in zip(pairs.tolist(), reachable.tolist(), strict=True)]

@@ -3,6 +3,8 @@
 OpenCV 5 returns (N, 2) where OpenCV 4 returned (N, 1, 2).
 """
 
+from typing import Any
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +12,7 @@ from numpy.typing import NDArray
 from app.core.geometry import Points
 
 
-def points_from_cv(array: NDArray | None) -> Points:
+def points_from_cv(array: NDArray[Any] | None) -> Points:
     """Any of OpenCV's point shapes, or None, as float64 (N, 2)."""
     if array is None:
         return np.empty((0, 2))
@@ -55,15 +57,16 @@ def fit_within(gray: NDArray[np.uint8], longest: int) -> tuple[NDArray[np.uint8]
         return gray, np.ones(2)
     scale = longest / max(height, width)
     size = max(1, round(width * scale)), max(1, round(height * scale))
-    return cv2.resize(gray, size, interpolation=cv2.INTER_AREA), np.array([size[0] / width, size[1] / height])
+    small = np.asarray(cv2.resize(gray, size, interpolation=cv2.INTER_AREA), np.uint8)
+    return small, np.array([size[0] / width, size[1] / height])
 
 
 def shrink_to_width(pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
     """A picture (h, w[, channels]) at most so wide; as it is where it fits."""
     if pixels.shape[1] <= width:
         return pixels
-    return cv2.resize(pixels, (width, max(1, round(pixels.shape[0] * width / pixels.shape[1]))),
-                      interpolation=cv2.INTER_AREA)
+    size = width, max(1, round(pixels.shape[0] * width / pixels.shape[1]))
+    return np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def resize_grid(values: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
@@ -76,7 +79,7 @@ def resize_grid(values: NDArray[np.float64], width: int, height: int) -> NDArray
 
 def viridis() -> NDArray[np.uint8]:
     """Return viridis: 256 BGR shades from dark to bright, distinct for colour-blind eyes as well."""
-    return cv2.applyColorMap(np.arange(256, dtype=np.uint8)[:, None], cv2.COLORMAP_VIRIDIS)[:, 0]
+    return np.asarray(cv2.applyColorMap(np.arange(256, dtype=np.uint8)[:, None], cv2.COLORMAP_VIRIDIS), np.uint8)[:, 0]
 
 
 def draw_text(picture: NDArray[np.uint8], text: str, at: tuple[int, int], colour: tuple[int, int, int]) -> None:
@@ -88,7 +91,8 @@ def to_grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return one channel of a picture (h, w), (h, w, 3) BGR or (h, w, 4) BGRA."""
     if pixels.ndim == 2:
         return pixels
-    return cv2.cvtColor(pixels, cv2.COLOR_BGRA2GRAY if pixels.shape[2] == 4 else cv2.COLOR_BGR2GRAY)
+    code = cv2.COLOR_BGRA2GRAY if pixels.shape[2] == 4 else cv2.COLOR_BGR2GRAY
+    return np.asarray(cv2.cvtColor(pixels, code), np.uint8)
 
 
 def blurred_gradients(gray: NDArray[np.uint8], blur_px: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -96,5 +100,5 @@ def blurred_gradients(gray: NDArray[np.uint8], blur_px: float) -> tuple[NDArray[
     soft = cv2.GaussianBlur(gray.astype(np.float32), (0, 0), blur_px, borderType=cv2.BORDER_REPLICATE)
     half = np.array([-0.5, 0.0, 0.5], np.float32)
     one = np.ones(1, np.float32)
-    return (cv2.sepFilter2D(soft, cv2.CV_32F, half, one, borderType=cv2.BORDER_REPLICATE),
-            cv2.sepFilter2D(soft, cv2.CV_32F, one, half, borderType=cv2.BORDER_REPLICATE))
+    return (np.asarray(cv2.sepFilter2D(soft, cv2.CV_32F, half, one, borderType=cv2.BORDER_REPLICATE), np.float32),
+            np.asarray(cv2.sepFilter2D(soft, cv2.CV_32F, one, half, borderType=cv2.BORDER_REPLICATE), np.float32))

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 from app.core.errors import BadInput
@@ -60,11 +61,12 @@ class Option:
         return float(value)
 
     def _read_value_and_sigma(self, value: Any) -> dict[str, float]:
-        allowed = f'{{"value": {self.range[0]:g} to {self.range[1]:g}, "sigma": 0.1 to 5000}} in {self.unit}'
+        low, high = self.range or (-inf, inf)
+        allowed = f'{{"value": {low:g} to {high:g}, "sigma": 0.1 to 5000}} in {self.unit}'
         if not isinstance(value, Mapping) or set(value) != {"value", "sigma"}:
             raise self._refuse(value, allowed)
-        for number, (low, high) in ((value["value"], self.range), (value["sigma"], (0.1, 5000))):
-            if isinstance(number, bool) or not isinstance(number, (int, float)) or not low <= number <= high:
+        for number, least, most in ((value["value"], low, high), (value["sigma"], 0.1, 5000)):
+            if isinstance(number, bool) or not isinstance(number, (int, float)) or not least <= number <= most:
                 raise self._refuse(value, allowed)
         return {"value": float(value["value"]), "sigma": float(value["sigma"])}
 

@@ -63,8 +63,9 @@ def _check_events(text: str, what: str, tags: Collection[str]) -> None:
     for event in yaml.parse(text, yaml.CSafeLoader):
         if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
             raise _refuse(f"{what} uses an anchor or an alias.", "Write the value out where it is used.")
-        if getattr(event, "tag", None) and event.tag not in tags:
-            raise _refuse(f"{what} uses a tag ({event.tag[:40]}).", _FIX)
+        tag = getattr(event, "tag", None)
+        if tag and tag not in tags:
+            raise _refuse(f"{what} uses a tag ({tag[:40]}).", _FIX)
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if depth > MAX_DEPTH:
             raise _refuse(f"{what} has more than {MAX_DEPTH} levels.", "Use fewer levels.")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import polynomial
+from numpy.typing import NDArray
 
 from app.core.geometry import Array
 
@@ -23,9 +24,9 @@ class Curve:
     centre: float
     scale: float
 
-    def __call__(self, position: Array) -> Array:
-        t = (np.asarray(position, float) - self.centre) / self.scale
-        value = np.full_like(t, self.coefficients[-1])
+    def __call__(self, position: Array | float) -> Array:
+        t: Array = (np.asarray(position, np.float64) - self.centre) / self.scale
+        value: Array = np.full_like(t, self.coefficients[-1])
         for c in self.coefficients[-2::-1]:  # Horner, in place: a map asks for millions
             value *= t
             value += c
@@ -37,7 +38,7 @@ class Curve:
 
     def plain_coefficients(self) -> tuple[float, ...]:
         """Return ascending coefficients in the position itself: Σ a_k position^k."""
-        result = np.zeros(1)
+        result: NDArray[np.floating] = np.zeros(1)
         for c in reversed(self.coefficients):  # Horner, with polynomials for numbers
             result = polynomial.polyadd(polynomial.polymul(result, (-self.centre / self.scale, 1 / self.scale)), (c,))
         return tuple(float(c) for c in np.pad(result, (0, len(self.coefficients) - len(result)))[: self.degree + 1])

@@ -6,6 +6,7 @@ keep their shape; a point out of reach is NaN.
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
+from dataclasses import Field as DataclassField
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -47,6 +48,8 @@ class CameraModel(Rectification):
     TITLE: ClassVar[str]
     HELP: ClassVar[str]
     INTERPOLATES: ClassVar[bool] = False  # a fit at the clicks says nothing of the places between them
+
+    __dataclass_fields__: ClassVar[dict[str, DataclassField[Any]]]  # each model is a dataclass
 
     width_px: float
     height_px: float

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from app.core.field import Region
-from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreachable_where
+from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, as_triple, unreachable_where
 from app.core.statements import named
 from app.models.ray_camera import example_parameters
 from app.models.rotation import matrix_from_vector
@@ -50,7 +50,7 @@ class Homography(TopView):
     @cached_property
     def raw_from_field(self) -> Array:
         """Return the inverse matrix (3, 3)."""
-        return np.linalg.inv(self._matrix)
+        return np.asarray(np.linalg.inv(self._matrix), np.float64)
 
     def corrected_from_raw(self, points: Points) -> Points:
         """Map raw pixels to corrected ones; NaN on and beyond the horizon."""
@@ -64,9 +64,8 @@ class Homography(TopView):
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         with reading_parameters(cls, parameters) as p:
-            matrix = tuple(tuple(map(float, row)) for row in p["field_from_raw"])
-            if [len(row) for row in matrix] != [3, 3, 3]:
-                raise ValueError("field_from_raw is not 3 × 3")
+            first, second, third = p["field_from_raw"]
+            matrix = as_triple(first), as_triple(second), as_triple(third)
             with np.errstate(all="ignore"):
                 unit = (np.abs(matrix) < MAX_COORDINATE).all() and abs(np.linalg.det(np.array(matrix)) + 1) < UNIT_DET
             if not unit:
@@ -88,8 +87,8 @@ class Homography(TopView):
 
 def normalise(matrix: Array) -> Matrix:
     """Scale a homography to determinant -1; nested tuples."""
-    scaled = matrix / np.cbrt(-np.linalg.det(matrix))
-    return tuple(tuple(map(float, row)) for row in scaled)
+    first, second, third = matrix / np.cbrt(-np.linalg.det(matrix))
+    return as_triple(first), as_triple(second), as_triple(third)
 
 
 def apply_homography(matrix: Array, points: Points) -> Points:

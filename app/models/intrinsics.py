@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 
 from app.core.errors import BadInput
-from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreachable_where
+from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, as_pair, unreachable_where
 from app.models import MODELS, parameters_json
 from app.models.lenses import Lens
 from app.models.ray_camera import RayCamera
@@ -35,7 +35,10 @@ class Intrinsics:
 
     @property
     def lens(self) -> type[Lens]:
-        return MODELS[self.model].LENS
+        model = MODELS[self.model]  # an unknown name is refused by the table itself
+        if not issubclass(model, RayCamera):
+            raise _no_lens()
+        return model.LENS
 
     @property
     def values(self) -> dict[str, float]:
@@ -80,7 +83,7 @@ class Intrinsics:
             if not isinstance(p["image_size"], Mapping):
                 raise ValueError("image_size is not an object")
             lens = cls(str(p["model"]), tuple(map(float, p["terms"])), float(p["focal_px"]), float(p["aspect"]),
-                       tuple(map(float, p["centre_px"])),
+                       as_pair(p["centre_px"]),
                        ImageSize.of((p["image_size"]["width"], p["image_size"]["height"])),
                        tuple(map(str, p["estimated"])), tuple(tuple(map(float, row)) for row in p["covariance"]))
         except (KeyError, TypeError, ValueError, OverflowError) as error:
@@ -91,18 +94,20 @@ class Intrinsics:
 
     def _refuse_nonsense(self) -> None:
         numbers = np.array([*self.terms, self.focal_px, self.aspect, *self.centre_px])
-        known = issubclass(MODELS[self.model], RayCamera)  # an unknown name is refused by the table itself
         n = len(self.estimated)
-        fine = (known and len(self.terms) == len(self.lens.TERMS) and len(self.centre_px) == 2
-                and np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE
+        fine = (len(self.terms) == len(self.lens.TERMS) and np.isfinite(numbers).all()
+                and np.abs(numbers).max() < MAX_COORDINATE
                 and 0.05 * self.image_size.width <= self.focal_px <= 100 * self.image_size.width
                 and 0.5 <= self.aspect <= 2 and len(set(self.estimated)) == n
                 and set(self.estimated) <= {*PINHOLE_PARAMETERS, *self.lens.TERMS} and len(self.covariance) == n
                 and all(len(row) == n for row in self.covariance))
         if fine and n:
             c = np.array(self.covariance)
-            fine = np.isfinite(c).all() and np.allclose(c, c.T, rtol=1e-6, atol=0) and (np.diag(c) >= 0).all()
+            fine = bool(np.isfinite(c).all() and np.allclose(c, c.T, rtol=1e-6, atol=0) and (np.diag(c) >= 0).all())
         if not fine:
-            raise BadInput("These parameters do not describe a lens.",
-                           "Send the lens that a board calibration returned.",
-                           reason="bad-parameters")
+            raise _no_lens()
+
+
+def _no_lens() -> BadInput:
+    return BadInput("These parameters do not describe a lens.", "Send the lens that a board calibration returned.",
+                    reason="bad-parameters")

@@ -20,7 +20,7 @@ from numpy.polynomial import polynomial
 
 from app.core.errors import BadInput
 from app.core.field import Region
-from app.core.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
+from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Mask, Points, as_pair, unreachable_where
 from app.core.statements import named
 from app.models.border_curve import MAX_DEGREE, Curve
 from app.models.contract import CameraModel
@@ -73,7 +73,7 @@ class Polynomial(CameraModel):
         """Map corrected pixels (..., 2) to raw ones, in one pass; NaN as in corrected_from_raw."""
         return np.stack(self.raw_from_corrected_grid(points[..., 0], points[..., 1]), axis=-1)
 
-    def raw_from_corrected_grid(self, x_c: np.ndarray, y_c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def raw_from_corrected_grid(self, x_c: Array, y_c: Array) -> tuple[Array, Array]:
         """Map corrected pixels with coordinates apart, which may broadcast: columns (w,) and rows (h, 1) cost half."""
         with np.errstate(all="ignore"):
             y_initial = self.top(x_c)
@@ -87,7 +87,7 @@ class Polynomial(CameraModel):
                 x, y = np.where(bad, np.nan, x), np.where(bad, np.nan, y)
             return x, y
 
-    def _beyond(self, y, x_c, extent_x, extent_y):
+    def _beyond(self, y: Array, x_c: Array, extent_x: Array, extent_y: Array) -> Mask:
         """Return where a border would be extrapolated too far: past REACH, or where two borders meet.
 
         Both ways read each curve at the same place, so the test is the same both ways. NaN counts as beyond.
@@ -127,7 +127,7 @@ class Polynomial(CameraModel):
         below, above = turns[turns < 0.5], turns[turns > 0.5]
         return (float(below.max()) if below.size else limits[0], float(above.min()) if above.size else limits[1])
 
-    def _rows_from_down(self, v: np.ndarray) -> np.ndarray:
+    def _rows_from_down(self, v: Array) -> Array:
         """Solve v = Σ c_k s^k for s in the rising interval: Newton's method, bisection where it would leave."""
         c = np.asarray(self.down_mm)
         if c.size == 2:
@@ -154,8 +154,9 @@ class Polynomial(CameraModel):
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         with reading_parameters(cls, parameters) as p:
-            model = cls(**{name: _curve(p[name]) for name in ("left", "right", "top", "bottom")},
-                        across_mm=tuple(map(float, p["across_mm"])), down_mm=tuple(map(float, p["down_mm"])),
+            model = cls(left=_curve(p["left"]), right=_curve(p["right"]), top=_curve(p["top"]),
+                        bottom=_curve(p["bottom"]), across_mm=as_pair(p["across_mm"]),
+                        down_mm=tuple(map(float, p["down_mm"])),
                         **read_rectangle(p))
         model._refuse_nonsense()
         return model
@@ -168,7 +169,7 @@ class Polynomial(CameraModel):
             numbers += [curve.centre, curve.scale, *curve.coefficients]
         if not (np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE * 1e3
                 and all(1 <= len(c.coefficients) <= MAX_DEGREE + 1 and c.scale > 0 for c in curves)
-                and len(self.across_mm) == 2 and self.across_mm[1] > 0
+                and self.across_mm[1] > 0
                 and 2 <= len(self.down_mm) <= 9 and self.down_mm[1:] != (0.0,) * (len(self.down_mm) - 1)):
             raise BadInput("These parameters do not describe a camera over a field.",
                            "Send the JSON that Touchline exported.", reason="bad-parameters")

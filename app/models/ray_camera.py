@@ -16,7 +16,17 @@ import numpy as np
 
 from app.core.errors import BadInput
 from app.core.field import Region
-from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreachable_where, with_z
+from app.core.geometry import (
+    MAX_COORDINATE,
+    Array,
+    ImageSize,
+    Mask,
+    Points,
+    as_pair,
+    as_triple,
+    unreachable_where,
+    with_z,
+)
 from app.models.contract import RayModel
 from app.models.lenses import Lens
 from app.models.rotation import matrix_from_vector
@@ -63,7 +73,7 @@ class RayCamera(TopView, RayModel):
         with np.errstate(all="ignore"):
             rays = (np.asarray(points_field_xyz, float) - np.array(self.position_mm)) @ self.camera_from_field.T
             pixels = self.pixels_from_rays(rays)
-            near = (np.abs(points_field_xyz) < MAX_COORDINATE).all(axis=-1)
+            near = np.all(np.abs(points_field_xyz) < MAX_COORDINATE, axis=-1)
         return unreachable_where(~near | self._beyond(pixels), pixels)
 
     def unproject(self, pixels: Points, z_mm: float | Array = 0.0) -> Points:
@@ -73,7 +83,7 @@ class RayCamera(TopView, RayModel):
             x, y, z = self.position_mm
             reach = (z_mm - z) / rays[..., 2]
             field = np.array([x, y]) + rays[..., :2] * reach[..., None]
-            far = ~(np.abs(field) < MAX_COORDINATE).all(axis=-1)
+            far = ~np.all(np.abs(field) < MAX_COORDINATE, axis=-1)
             return unreachable_where(~(reach > 0) | far | self._beyond(np.asarray(pixels, float)), field)
 
     def rays(self, pixels: Points) -> Array:
@@ -88,10 +98,10 @@ class RayCamera(TopView, RayModel):
             plane = self.LENS.distort(self._terms, rays)
             return plane * (self.focal_px * np.array([1, self.aspect])) + np.array(self.centre_px)
 
-    def _beyond(self, pixels: Points) -> Array:
+    def _beyond(self, pixels: Points) -> Mask:
         """Return where pixels are further than REACH outside the picture, or not numbers."""
         extent = (0.5 + REACH) * np.array(tuple(self.image_size), float)
-        return ~(np.abs(pixels - np.array(self.image_size.centre)) <= extent).all(axis=-1)
+        return ~np.all(np.abs(pixels - np.array(self.image_size.centre)) <= extent, axis=-1)
 
     def corrected_from_raw(self, points: Points) -> Points:
         return self.corrected_from_field(self.unproject(points))
@@ -102,9 +112,10 @@ class RayCamera(TopView, RayModel):
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         with reading_parameters(cls, parameters) as p:
-            tuples = ("lens_terms", "centre_px", "rotation", "position_mm")
-            model = cls(**{name: tuple(map(float, p[name])) for name in tuples}, focal_px=float(p["focal_px"]),
-                        aspect=float(p["aspect"]), **read_rectangle(p))
+            model = cls(lens_terms=tuple(map(float, p["lens_terms"])), focal_px=float(p["focal_px"]),
+                        aspect=float(p["aspect"]), centre_px=as_pair(p["centre_px"]),
+                        rotation=as_triple(p["rotation"]), position_mm=as_triple(p["position_mm"]),
+                        **read_rectangle(p))
         if not model.plausible():
             raise BadInput("These parameters do not describe a camera over a field.",
                            "Send the JSON that Touchline exported.", reason="bad-parameters")
@@ -120,9 +131,8 @@ class RayCamera(TopView, RayModel):
         """Return whether this can be a camera above a field: finite, above the carpet, with a usual focal length."""
         numbers = [*self.lens_terms, self.focal_px, self.aspect, *self.centre_px, *self.rotation, *self.position_mm]
         width = self.image_size.width
-        lengths_ok = (len(self.lens_terms) == len(self.LENS.TERMS) and len(self.centre_px) == 2
-                      and len(self.rotation) == 3 and len(self.position_mm) == 3)
-        return bool(lengths_ok and np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE
+        return bool(len(self.lens_terms) == len(self.LENS.TERMS) and np.isfinite(numbers).all()
+                    and np.abs(numbers).max() < MAX_COORDINATE
                     and 0.05 * width <= self.focal_px <= 100 * width and 0.5 <= self.aspect <= 2
                     and self.position_mm[2] > 0 and np.linalg.norm(self.rotation) < 10)
 

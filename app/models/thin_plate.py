@@ -17,7 +17,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from app.core.errors import BadInput
-from app.core.geometry import MAX_COORDINATE, Array, Points, unreachable_where
+from app.core.geometry import MAX_COORDINATE, Array, Mask, Points, as_pair, unreachable_where
 from app.core.statements import named
 from app.models import CameraModel, model_from_json
 from app.models.homography import Homography
@@ -66,10 +66,8 @@ class ThinPlate(CameraModel):
     def of(cls, base: CameraModel, spline: Spline, reach: float) -> Self:
         middle, unit = spline_frame(base)
 
-        def pairs(array: Array) -> tuple[Pair, ...]:
-            return tuple((float(x), float(y)) for x, y in array)
-        return cls(base.NAME, base, pairs(spline.knots * unit + middle), pairs(spline.weights), pairs(spline.plane),
-                   float(reach))
+        return cls(base.NAME, base, _pairs(spline.knots * unit + middle), _pairs(spline.weights),
+                   _plane(spline.plane), float(reach))
 
     @cached_property
     def _spline(self) -> Spline:
@@ -92,10 +90,9 @@ class ThinPlate(CameraModel):
         """Map raw pixels to corrected ones, to 1e-9 px; NaN outside the box of the spline's reach."""
         wanted = self.base.corrected_from_raw(points)
         flat = wanted.reshape(-1, 2)
-        found = np.full(flat.shape, np.nan)
+        found = np.full_like(wanted, np.nan)
         known = np.flatnonzero(np.isfinite(flat).all(axis=1))
-        found[known] = self._unbent(flat[known])
-        found = found.reshape(wanted.shape)
+        found.reshape(-1, 2)[known] = self._unbent(flat[known])
         return unreachable_where(~self._inside(found), found)
 
     def _bent(self, points: Points) -> Points:
@@ -123,10 +120,10 @@ class ThinPlate(CameraModel):
         left = np.abs(goal - q - self._spline(q) / unit).max(axis=1, initial=0.0) * unit
         return np.where((left < 1e-9)[:, None], q * unit + middle, np.nan)
 
-    def _inside(self, points: Points) -> Array:
+    def _inside(self, points: Points) -> Mask:
         middle, _ = spline_frame(self.base)
         half = np.array([self.width_px, self.height_px]) * (0.5 + self.reach)
-        return (np.abs(points - middle) <= half).all(axis=-1)
+        return np.all(np.abs(points - middle) <= half, axis=-1)
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
@@ -134,10 +131,9 @@ class ThinPlate(CameraModel):
             if p["base_name"] not in BASES:
                 raise ValueError(f"the base is not one of {', '.join(BASES)}")
             model = cls(p["base_name"], model_from_json(p["base_name"], p["base"]),
-                        *(tuple((float(x), float(y)) for x, y in p[name]) for name in ("knots", "weights", "plane")),
-                        float(p["reach"]))
+                        _pairs(p["knots"]), _pairs(p["weights"]), _plane(p["plane"]), float(p["reach"]))
             numbers = np.array([*model.knots, *model.weights, *model.plane])
-            if not (len(model.knots) == len(model.weights) and len(model.plane) == 3
+            if not (len(model.knots) == len(model.weights)
                     and (np.abs(numbers) < MAX_COORDINATE).all() and model.reach in REACHES):
                 raise ValueError("the numbers of the spline do not belong together")
         if unfolded_reach(model.base, model._spline) < model.reach:
@@ -151,6 +147,15 @@ class ThinPlate(CameraModel):
         flat = Spline(np.empty((0, 2)), np.empty((0, 2)), np.zeros((3, 2)))
         for base in (*list(Homography.examples())[1:2], *list(Division.examples())[2:]):
             yield cls.of(base, flat, REACHES[0])
+
+
+def _pairs(values: Iterable[Iterable[Any]]) -> tuple[Pair, ...]:
+    return tuple(map(as_pair, values))
+
+
+def _plane(values: Iterable[Iterable[Any]]) -> tuple[Pair, Pair, Pair]:
+    constant, by_x, by_y = values
+    return as_pair(constant), as_pair(by_x), as_pair(by_y)
 
 
 def spline_frame(base: CameraModel) -> tuple[Array, float]:

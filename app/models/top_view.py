@@ -9,7 +9,7 @@ import numpy as np
 
 from app.core.errors import BadInput
 from app.core.field import Region
-from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points
+from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, as_pair
 from app.models.contract import CameraModel
 
 
@@ -34,7 +34,7 @@ RECTANGLE_FIELDS = ("width_px", "height_px", "n_rectangles_x", "n_rectangles_y",
 
 
 @contextmanager
-def reading_parameters(model: type, given: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+def reading_parameters(model: type[CameraModel], given: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """Read what asdict() wrote of a model: exactly its fields.
 
     Whatever goes wrong in the block is raised as BadInput that names the model.
@@ -56,19 +56,18 @@ def read_rectangle(p: Mapping[str, Any]) -> dict[str, Any]:
     Raises BadInput where the numbers describe no rectangle, and KeyError, TypeError, ValueError, AttributeError or
     OverflowError where they are no numbers.
     """
-    region = Region(str(p["region"]["name"]), tuple(map(float, p["region"]["x_mm"])),
-                    tuple(map(float, p["region"]["y_mm"])), int(p["region"]["rotate_deg"]))
-    view = {"width_px": float(p["width_px"]), "height_px": float(p["height_px"]),
-            "n_rectangles_x": int(p["n_rectangles_x"]), "n_rectangles_y": int(p["n_rectangles_y"]),
-            "region": region.rotated(region.rotate_deg),
-            "image_size": ImageSize.of((p["image_size"]["width"], p["image_size"]["height"]))}
-    numbers = np.array([view["width_px"], view["height_px"], *region.x_mm, *region.y_mm])
-    if not (np.abs(numbers).max() < MAX_COORDINATE and len(region.x_mm) == len(region.y_mm) == 2  # NaN is not less
-            and 1 <= view["width_px"] <= 65535 and 1 <= view["height_px"] <= 65535
-            and view["width_px"] * view["height_px"] <= 2e8
-            and 1 <= view["n_rectangles_x"] <= 1000 and 1 <= view["n_rectangles_y"] <= 1000
+    region = Region(str(p["region"]["name"]), as_pair(p["region"]["x_mm"]), as_pair(p["region"]["y_mm"]),
+                    int(p["region"]["rotate_deg"]))
+    width_px, height_px = float(p["width_px"]), float(p["height_px"])
+    n_x, n_y = int(p["n_rectangles_x"]), int(p["n_rectangles_y"])
+    size = ImageSize.of((p["image_size"]["width"], p["image_size"]["height"]))
+    numbers = np.array([width_px, height_px, *region.x_mm, *region.y_mm])
+    if not (np.abs(numbers).max() < MAX_COORDINATE  # NaN is not less
+            and 1 <= width_px <= 65535 and 1 <= height_px <= 65535 and width_px * height_px <= 2e8
+            and 1 <= n_x <= 1000 and 1 <= n_y <= 1000
             and region.x_mm[0] < region.x_mm[1] and region.y_mm[0] < region.y_mm[1]):
         raise BadInput("These parameters do not describe a rectangle of a field.",
                        "Send the JSON that Touchline exported.",
                        reason="bad-parameters")
-    return view
+    return {"width_px": width_px, "height_px": height_px, "n_rectangles_x": n_x, "n_rectangles_y": n_y,
+            "region": region.rotated(region.rotate_deg), "image_size": size}

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from app.core.geometry import Array, homogeneous
+from app.core.geometry import Array, Mask, homogeneous
 from app.models.lenses.projection import (
     PowerTerms,
     invert_radius,
@@ -121,7 +121,7 @@ def _tangential_jacobian(p1: float, p2: float, x: Array, y: Array) -> Array:
     return np.stack([np.stack([2 * p1 * y + 6 * p2 * x, both], -1), np.stack([both, 6 * p1 * y + 2 * p2 * x], -1)], -2)
 
 
-def _rises(by_xy: Array) -> Array:
+def _rises(by_xy: Array) -> Mask:
     """Return where the picture has not folded, that is, both eigenvalues of the symmetric by_xy are positive.
 
     With a tangential part that is a little less far than the radius rises.
@@ -135,7 +135,7 @@ def _rises(by_xy: Array) -> Array:
 def _unfolded(terms: tuple[float, ...]) -> float:
     """Return an r up to which nothing folds whatever the direction: there the radial part outweighs the tangential."""
     r = np.linspace(0, min(_horizon(terms), SHORT_OF_SIDEWAYS), 200)
-    gain, slope, _ = _gain_and_slope(terms, r * r)
+    gain, slope, _ = _gain_and_slope(np.array(terms), r * r)
     folds = np.minimum(gain, gain + 2 * r * r * slope) <= 8 * np.hypot(terms[2], terms[3]) * r
     return float(r[max(int(np.argmax(folds)) - 1, 0)] if folds.any() else r[-1])
 

@@ -39,15 +39,16 @@ class KannalaBrandtLens(PowerTerms):
     def rescaled(cls, terms: Array, step: Array, log_scale: float) -> Array:
         """As PowerTerms does, by way of r_d's series in the tangent, as far as there are terms."""
         own, fixed = OF_TANGENT[:, 1:], OF_TANGENT[:, 0]
-        return np.linalg.solve(own, super().rescaled(own @ terms + fixed, own @ step, log_scale) - fixed)
+        moved = super().rescaled(own @ terms + fixed, own @ step, log_scale)
+        return np.asarray(np.linalg.solve(own, moved - fixed), np.float64)
 
     @classmethod
     def at_scale(cls, terms: Array, log_scale: float) -> tuple[Array, Array, Array]:
         """As PowerTerms does, by way of the same series."""
         own, fixed = OF_TANGENT[:, 1:], OF_TANGENT[:, 0]
         scaled, by_terms, by_scale = super().at_scale(own @ terms + fixed, log_scale)
-        return (np.linalg.solve(own, scaled - fixed), np.linalg.solve(own, by_terms @ own),
-                np.linalg.solve(own, by_scale))
+        own_from_scaled = np.asarray(np.linalg.inv(own), np.float64)
+        return own_from_scaled @ (scaled - fixed), own_from_scaled @ by_terms @ own, own_from_scaled @ by_scale
 
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:
@@ -92,8 +93,9 @@ class KannalaBrandtLens(PowerTerms):
 def _radius(terms: Array, theta: Array) -> tuple[Array, Array]:
     """Return r_d(θ) and its derivative."""
     squared = theta * theta
-    value = slope = 0.0
-    for k in range(len(terms) - 1, -1, -1):  # by Horner's rule: powers cost ten times as much
+    last = len(terms) - 1
+    value, slope = squared * terms[last], squared * ((2 * last + 3) * terms[last])
+    for k in range(last - 1, -1, -1):  # by Horner's rule: powers cost ten times as much
         value, slope = squared * (terms[k] + value), squared * ((2 * k + 3) * terms[k] + slope)
     return theta * (1 + value), 1 + slope
 

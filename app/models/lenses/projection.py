@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from app.core.geometry import Array
 
@@ -91,14 +92,14 @@ def invert_radius(value: Array, function: Callable[[Array], tuple[Array, Array]]
         return np.where(reachable, r, np.nan)
 
 
-def smallest_root(*polynomials: Array) -> float:
+def smallest_root(*polynomials: ArrayLike) -> float:
     """Return the smallest positive real root of polynomials with ascending coefficients; infinity if there is none.
 
     NaN where a coefficient is not finite. One so small that the others cannot be divided by it counts as 0.
     """
     found = []
-    for coefficients in polynomials:
-        coefficients = np.asarray(coefficients, float)
+    for polynomial in polynomials:
+        coefficients = np.asarray(polynomial, np.float64)
         if not np.isfinite(coefficients).all():
             return np.nan
         with np.errstate(all="ignore"):
