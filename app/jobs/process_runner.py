@@ -103,7 +103,7 @@ class ProcessRunner:
         with self._lock:
             if self._closed:
                 raise WorkerDied
-            if self.pid is not None:
+            if self._child is not None and self._child.is_alive:
                 return self._child
             self._close()
             self._child = child = ChildProcess(self._program, {"modules": self._modules}, max_body=MAX_ANSWER_BYTES)

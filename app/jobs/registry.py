@@ -79,14 +79,14 @@ class JobRegistry:
     def add(self, kind: str, spec: JobSpec) -> Job:
         """Return a new one, queued; a TouchlineError where it could not be stored."""
         with self._changing:
-            is_stored = self._table is not None and spec.durable
-            if is_stored:
-                job = replace(self._table.add(kind, spec.to_json()), spec=None, attempt=1)
-            else:
+            table = self._table if spec.durable else None
+            if table is None:
                 job = Job(secrets.token_hex(8), kind, _now())
+            else:
+                job = replace(table.add(kind, spec.to_json()), spec=None, attempt=1)
             with self._lock:
                 self._jobs[job.id] = job
-                if is_stored:
+                if table is not None:
                     self._written_s[job.id] = monotonic()
         return job
 
@@ -176,8 +176,9 @@ class JobRegistry:
             job = self.get(id)
 
             def end(table: JobTable) -> None:
-                attempt = job.attempt if job.state == "running" else table.claim("nobody", LEASE_S, id=id).attempt
-                table.finish(id, attempt, "failed", None, problem, FAILED)
+                claimed = job if job.state == "running" else table.claim("nobody", LEASE_S, id=id)
+                if claimed is not None:
+                    table.finish(id, claimed.attempt, "failed", None, problem, FAILED)
             self._write(id, end)
             return self._update(id, state="failed", message=FAILED, problem=problem)
 

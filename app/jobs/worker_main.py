@@ -65,4 +65,4 @@ class JobWorker:
                 self._cancelled = number
 
     def _send(self, kind: int, number: int, value: dict[str, Any]) -> None:
-        self._connection.send(kind, number, encode_body(plain(value)))
+        self._connection.send(kind, number, encode_body({name: plain(part) for name, part in value.items()}))

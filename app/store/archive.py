@@ -82,14 +82,14 @@ def _copy_tables(database: Database, out: IO[bytes]) -> tuple[dict[str, int], se
             rows.connection(execution_options={"isolation_level": "REPEATABLE READ"})
         for table in ARCHIVED_TABLES:
             columns = list(table.__table__.columns)
-            order = table.__table__.primary_key.columns
             counts[table.__tablename__] = 0
-            for row in rows.execute(select(*columns).order_by(*order).execution_options(yield_per=500)):
+            every = select(*columns).order_by(*table.__mapper__.primary_key)
+            for row in rows.execute(every.execution_options(yield_per=500)):
                 values = {column.name: getattr(row, column.key, row[number]) for number, column in enumerate(columns)}
                 out.write(json.dumps(values).encode("ascii") + b"\n")
                 counts[table.__tablename__] += 1
-                if values.get("picture"):
-                    pictures.add(values["picture"])
+                if picture := values.get("picture"):
+                    pictures.add(picture)
     return counts, pictures
 
 
@@ -145,7 +145,7 @@ def _restore_tables(source: zipfile.ZipFile, rows: Session, is_sqlite: bool) -> 
             while line := _bounded(lines.readline(MAX_ROW_BYTES + 1), name, MAX_ROW_BYTES):
                 values = {keys[name]: value for name, value in json.loads(line).items()}
                 _check_row(table, values)
-                rows.execute(insert(table.__table__).values(values))
+                rows.execute(insert(table.metadata.tables[name]).values(values))
                 counts[name] += 1
         if not is_sqlite and "sequence" in keys:
             rows.execute(text(f"SELECT setval(pg_get_serial_sequence('{name}', 'sequence'), "
@@ -185,6 +185,9 @@ class _Pipe:
         return len(data)
 
     def flush(self) -> None:
+        pass
+
+    def close(self) -> None:
         pass
 
     def take(self, min_bytes: int) -> Iterator[bytes]:

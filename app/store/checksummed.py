@@ -33,12 +33,14 @@ def update_checksum(row: Checksummed) -> None:
 
 def is_intact(row: Any, table: type[Checksummed] | None = None) -> bool:
     """Check that a row is what was written. table: needed for a row that is only a tuple of columns."""
-    return checksum([getattr(row, name) for name in covered_columns(table or type(row))], row.body) == row.sha256
+    kind: type[Checksummed] = table or type(row)
+    return bool(checksum([getattr(row, name) for name in covered_columns(kind)], row.body) == row.sha256)
 
 
 def content(row: Checksummed) -> dict[str, Any]:
     """Return the record of an intact row."""
-    return json.loads(row.body)
+    record: dict[str, Any] = json.loads(row.body)
+    return record
 
 
 def json_text(record: Any, what: str) -> str:

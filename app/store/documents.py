@@ -103,7 +103,7 @@ class DocumentRepository(Repository):
             self.get(name)
 
     def _current(self, rows: Session, name: str, etag: str | None) -> Any:
-        row = self._lookup(rows, name, with_for_update=True)
+        row = self._lookup(rows, name, for_update=True)
         if row is None:
             raise self._deleted(name)
         current = self._read(row)
@@ -117,8 +117,8 @@ class DocumentRepository(Repository):
                      say("document.create-again", "Create it again, without If-Match."), reason=f"stale-{self.word}",
                      current=None, etag=None)
 
-    def _lookup(self, rows: Session, name: str, **options: bool) -> Any:
-        return rows.get(self.table, self._key_of(name), **options) if is_name(name) else None
+    def _lookup(self, rows: Session, name: str, for_update: bool = False) -> Any:
+        return rows.get(self.table, self._key_of(name), with_for_update=for_update) if is_name(name) else None
 
     def _select(self) -> Select[Any]:
         return select(self.table).order_by(self.table.place)
@@ -146,7 +146,7 @@ class DocumentRepository(Repository):
                         record["updated_by"])
 
     def _etag(self, record: Mapping[str, Any]) -> str:
-        return record["etag"]
+        return str(record["etag"])
 
 
 class RigRepository(DocumentRepository):

@@ -51,7 +51,7 @@ def count_changes(connection: sqlite3.Connection) -> int | None:
 def find_damaged_rows(rows: Session) -> Iterator[tuple[type[Checksummed], Any]]:
     """Find every row, with its table, whose checksum is wrong and that is not marked as damaged yet."""
     for table in CHECKSUMMED_TABLES:
-        columns = list(table.__table__.columns)  # type: ignore[attr-defined]
+        columns = list(table.__table__.columns)
         query = select(*columns).where(table.damaged.is_(None)).execution_options(yield_per=ROWS_AT_ONCE)
         for row in rows.execute(query):
             if not is_intact(row, table):

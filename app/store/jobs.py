@@ -74,7 +74,7 @@ class JobRepository:
             rows.execute(update(JobRow).where(JobRow.id == claimed).values(
                 state="running", attempt=JobRow.attempt + 1, worker=worker, watch=self._watch, heartbeat=now,
                 lease_until=now + lease_s))
-            return _read(rows.scalar(select(JobRow).where(JobRow.id == claimed)))
+            return _read(rows.scalars(select(JobRow).where(JobRow.id == claimed)).one())
 
     def beat(self, id: str, attempt: int, lease_s: float, progress: float | None = None,
              message: str | None = None) -> bool:
@@ -114,7 +114,7 @@ class JobRepository:
 
     def _change(self, id: str, claimed: int, /, **values: Any) -> bool:
         with self._database.writing("The job") as rows:
-            done = rows.execute(update(JobRow).where(JobRow.id == id, JobRow.attempt == claimed,
+            done = rows.connection().execute(update(JobRow).where(JobRow.id == id, JobRow.attempt == claimed,
                                                      JobRow.state == "running").values(**values))
             return done.rowcount == 1
 

@@ -34,6 +34,6 @@ class LensRepository(Repository):
     def delete(self, id: str) -> None:
         """Delete a lens; NotFound."""
         with self._database.writing("The deletion") as rows:
-            done = rows.execute(delete(LensRow).where(LensRow.id == id, LensRow.damaged.is_(None)))
+            done = rows.connection().execute(delete(LensRow).where(LensRow.id == id, LensRow.damaged.is_(None)))
             if done.rowcount == 0:
                 raise self._unknown(id)

@@ -165,9 +165,9 @@ def _check_rows(database: Database, backups: Backups | None, quarantine: Quarant
     with database.reading() as rows:
         found = list(find_damaged_rows(rows))
     for table, row in found:
-        keys = [column.key for column in table.__table__.primary_key]  # type: ignore[attr-defined]
+        keys = [column.key for column in table.__table__.primary_key]
         name = str(getattr(row, "id" if hasattr(row, "id") else keys[0]))
-        kind = table.__tablename__  # type: ignore[attr-defined]
+        kind = table.__tablename__
         damaged = quarantine.add_text(kind, f"{name}.json", str(row.body), "its checksum is wrong")
         note = recover_row(database, backups, table, row, damaged.damage.name)
         if note is not None:

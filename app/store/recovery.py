@@ -45,7 +45,7 @@ def _copy_in(path: Path, table: type[Checksummed], row: Any) -> dict[str, Any] |
     keys = _keys(table)
     where = " AND ".join(f'"{column.name}" = ?' for column in keys)
     with suppress(sqlite3.Error), closing(_open(path)) as source:
-        found = source.execute(f'SELECT * FROM "{table.__tablename__}" WHERE {where}',  # type: ignore[attr-defined]
+        found = source.execute(f'SELECT * FROM "{table.__tablename__}" WHERE {where}',
                                [getattr(row, column.key) for column in keys]).fetchone()
         return None if found is None else _values(table, dict(found))
     return None
@@ -73,7 +73,7 @@ def salvage_rows(damaged: Path, into: Database) -> tuple[int, bool]:
 
 def _readable(source: sqlite3.Connection, table: type[Checksummed]) -> Iterator[dict[str, Any] | None]:
     """Read the intact rows of a table; None in place of each that is not, and at the end of what can be read."""
-    name = table.__tablename__  # type: ignore[attr-defined]
+    name = table.__tablename__
     try:
         if source.execute("SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?", [name]).fetchone() is None:
             return  # an older schema had no such table
@@ -104,14 +104,14 @@ def _put(into: Database, table: type[Checksummed], values: dict[str, Any]) -> bo
 
 def _values(table: type[Checksummed], found: dict[str, Any]) -> dict[str, Any] | None:
     """Return a row's columns by the names of its class, as Python has them; None where its checksum is wrong."""
-    columns = table.__table__.columns  # type: ignore[attr-defined]
+    columns = table.__table__.columns
     values = {column.key: bool(found[column.name]) if column.type.python_type is bool else found[column.name]
               for column in columns}
     return values if values["damaged"] is not None or is_intact(SimpleNamespace(**values), table) else None
 
 
 def _keys(table: type[Checksummed]) -> list[Any]:
-    return list(table.__table__.primary_key.columns)  # type: ignore[attr-defined]
+    return list(table.__mapper__.primary_key)
 
 
 def _open(path: Path) -> sqlite3.Connection:

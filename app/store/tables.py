@@ -10,6 +10,8 @@ from typing import Any
 from sqlalchemy import BigInteger, ForeignKey, Index, Integer, String, Text, UniqueConstraint
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
+from app.core.jobs import State
+
 # SQLite counts only an INTEGER primary key by itself; PostgreSQL's INTEGER would end at two thousand million.
 Sequence = BigInteger().with_variant(Integer, "sqlite")
 
@@ -18,8 +20,10 @@ class Base(DeclarativeBase):
     pass
 
 
-class Checksummed:
+class Checksummed(Base):
     """Columns of all rows that carry their own checksum."""
+
+    __abstract__ = True
 
     body: Mapped[str] = mapped_column(Text)
     sha256: Mapped[str] = mapped_column(String(64))
@@ -29,13 +33,15 @@ class Checksummed:
 class Sequenced(Checksummed):
     """Rows in the order in which they came."""
 
+    __abstract__ = True
+
     __table_args__: tuple[Any, ...] = ({"sqlite_autoincrement": True},)
 
     sequence: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
     id: Mapped[str] = mapped_column(String(16), unique=True)
 
 
-class SnapshotRow(Sequenced, Base):
+class SnapshotRow(Sequenced):
     """A stored picture; its bytes are the file pictures/PICTURE."""
 
     __tablename__ = "snapshots"
@@ -44,7 +50,7 @@ class SnapshotRow(Sequenced, Base):
     purpose: Mapped[str] = mapped_column(String(40), index=True)
 
 
-class DraftRow(Checksummed, Base):
+class DraftRow(Checksummed):
     """The work in progress on one snapshot."""
 
     __tablename__ = "drafts"
@@ -54,7 +60,7 @@ class DraftRow(Checksummed, Base):
     is_begun: Mapped[bool]  # whether anything was clicked: then the picture is needed
 
 
-class CalibrationRow(Sequenced, Base):
+class CalibrationRow(Sequenced):
     """One version, never written again but for its deletion, which hides it and keeps its number."""
 
     __tablename__ = "calibrations"
@@ -71,7 +77,7 @@ class CalibrationRow(Sequenced, Base):
     deleted_at: Mapped[str | None] = mapped_column(Text)
 
 
-class ActiveRow(Checksummed, Base):
+class ActiveRow(Checksummed):
     """Which version is its camera's: one row a camera."""
 
     __tablename__ = "active"
@@ -93,13 +99,13 @@ class ActivationRow(Base):
     by: Mapped[str] = mapped_column("made_by", Text)
 
 
-class LensRow(Sequenced, Base):
+class LensRow(Sequenced):
     """A lens from pictures of a board."""
 
     __tablename__ = "lenses"
 
 
-class CameraRow(Checksummed, Base):
+class CameraRow(Checksummed):
     """A camera that an operator has added."""
 
     __tablename__ = "cameras"
@@ -109,7 +115,7 @@ class CameraRow(Checksummed, Base):
     place: Mapped[int]  # in the list: the order in which they were added
 
 
-class IdentityRow(Checksummed, Base):
+class IdentityRow(Checksummed):
     """Which physical camera an id was confirmed to be."""
 
     __tablename__ = "identities"
@@ -117,7 +123,7 @@ class IdentityRow(Checksummed, Base):
     camera: Mapped[str] = mapped_column(String(64), primary_key=True)
 
 
-class RigRow(Checksummed, Base):
+class RigRow(Checksummed):
     """Cameras that share a field."""
 
     __tablename__ = "rigs"
@@ -126,7 +132,7 @@ class RigRow(Checksummed, Base):
     place: Mapped[int]  # in the list
 
 
-class RollRow(Sequenced, Base):
+class RollRow(Sequenced):
     """A straight roll of a ball before a live camera."""
 
     __tablename__ = "rolls"
@@ -134,7 +140,7 @@ class RollRow(Sequenced, Base):
     camera: Mapped[str] = mapped_column(String(64), index=True)
 
 
-class PresetRow(Checksummed, Base):
+class PresetRow(Checksummed):
     """A colour profile by its name, or what a camera is to detect: key is "colours:NAME" or "seeing:CAMERA"."""
 
     __tablename__ = "presets"
@@ -151,7 +157,7 @@ class JobRow(Base):
     sequence: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
     id: Mapped[str] = mapped_column(String(16), unique=True)
     kind: Mapped[str] = mapped_column(Text)
-    state: Mapped[str] = mapped_column(String(12))
+    state: Mapped[State] = mapped_column(String(12))
     spec: Mapped[str] = mapped_column(Text)
     attempt: Mapped[int]
     worker: Mapped[str | None] = mapped_column(Text)

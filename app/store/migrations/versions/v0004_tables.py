@@ -66,5 +66,5 @@ def _table(name: str, *columns: sa.schema.SchemaItem, **options: bool) -> None:
                     sa.Column("sha256", sa.String(64), nullable=False), sa.Column("damaged", sa.Text()), **options)
 
 
-def _sequence() -> sa.Column:
+def _sequence() -> sa.Column[int]:
     return sa.Column("sequence", SEQUENCE, primary_key=True, autoincrement=True)
