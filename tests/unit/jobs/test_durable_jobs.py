@@ -9,6 +9,7 @@ import pytest
 from sqlalchemy import insert, text
 
 from app.core.errors import DiskFull, NotFound, Unavailable
+from app.core.jobs import JobSpec
 from app.jobs import JobEngine, registry
 from app.jobs.execute import LEGACY_NAMES
 from app.main import MODULES
@@ -187,6 +188,15 @@ def test_a_job_of_a_stranger_is_never_run(opener, store):
         assert {(job.state, job.problem["reason"]) for job in jobs.all()} == {("failed", "job-lost")}
         assert len(jobs.all()) == 4 and pids_of(jobs) == ()
         assert {job.state for job in store.jobs.list()} == {"failed"}
+
+
+def test_a_waiting_job_that_another_server_has_ended_meanwhile_fails_here_and_its_row_stays(store):
+    jobs = registry.JobRegistry(kept=3, kept_s=0)
+    jobs.open(store.jobs)
+    job = jobs.add("adding", JobSpec("tests.support.sample_jobs:adds", {}))
+    store.jobs.cancel(job.id, "by another server")
+    assert jobs.fail(job.id, {"reason": "no-workers"}) and jobs.get(job.id).state == "failed"
+    assert store.jobs.get(job.id).state == "cancelled"
 
 
 def test_readers_do_not_wait_for_the_disk(store, monkeypatch):
