@@ -1,0 +1,62 @@
+"""The types of app/ and of tests/support, as the type checker reads them; the rules are in pyproject.toml."""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.support.paths import ROOT
+
+# By package, a wrong call: points for a size, millimetres for a name, or what may be missing handed on unguarded.
+PLANTED = {
+    "api.responses": "created({}, mm)",
+    "batch.pictures": "clicks_of(folder, size)",
+    "cli.files": "read_bytes(maybe_folder)",
+    "core.geometry": "inside_picture(points, points)",
+    "evaluate.board.coverage": "cell_counts(points, maybe_size)",
+    "fitting": "sensitivity_of(points)",
+    "formats.ssl_field": "field_to_wire(name)",
+    "images.limits": "checked_size(1280, mm, app.images.limits.ImageLimits())",
+    "imaging.correction": "CorrectedView().size(size)",
+    "jobs.execute": "current_name(mm)",
+    "league.multicast_address": "MulticastAddress(mm)",
+    "live.picture": "scaled_down(points, 640)",
+    "main": "create_app(name)",
+    "models": "model_from_json(maybe_name, {})",
+    "processes.framing": "encode_body(points)",
+    "report.drawing": "data_address(points, name)",
+    "scene.export": "whole_page(mm, name)",
+    "services.result_savers": "save_new_version(name, name, name)",
+    "settings": "load_settings(name)",
+    "sources": "source_from_url(mm, app.sources.SourceContext())",
+    "ssl_protocol.messages": "CameraCalibration(mm, name)",
+    "store.checksummed": "json_text({}, maybe_name)",
+    "vision.quality.sharpness": "measure_sharpness(points)",
+    "workflows.detection": "field_area(name, name)",
+}
+AMONG = """
+def planted(points: app.core.geometry.Points, size: app.core.geometry.ImageSize, mm: float, name: str, folder: Path,
+            maybe_size: app.core.geometry.ImageSize | None, maybe_folder: Path | None, maybe_name: str | None) -> None:
+"""
+
+
+def mypy(*arguments: str) -> str:
+    command = shutil.which("mypy", path=str(Path(sys.executable).parent)) or shutil.which("mypy")
+    assert command, "mypy is missing: install the dev extra (pip install -e '.[dev]')"
+    return subprocess.run([command, *arguments], cwd=ROOT, capture_output=True, text=True).stdout
+
+
+def test_all_types_fit():
+    found = mypy()
+    assert found.startswith("Success: "), found
+
+
+def test_a_wrong_call_into_any_package_is_refused(tmp_path):
+    assert {module.partition(".")[0] for module in PLANTED} == {
+        path.stem for path in (ROOT / "app").iterdir() if not path.stem.startswith("_")}
+    before = ["from pathlib import Path", *(f"import app.{module}" for module in PLANTED), *AMONG.splitlines()]
+    planted = tmp_path / "planted.py"
+    planted.write_text("\n".join([*before, *(f"    app.{module}.{call}" for module, call in PLANTED.items()), ""]))
+    found = re.findall(r"planted\.py:(\d+): error: .*\[(.+)\]$", mypy(str(planted)), re.M)
+    assert set(found) == {(str(len(before) + n), "arg-type") for n in range(1, 1 + len(PLANTED))}
