@@ -8,10 +8,9 @@ from typing import Literal
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
 from app.core.errors import FitFailed
-from app.core.geometry import Array
+from app.core.geometry import Array, Indices, Mask
 from app.core.marking_names import the_border
 from app.core.statements import Sentence, capitalised, say
 from app.fitting.clicks import first_of_each_place
@@ -38,7 +37,7 @@ class CurveFit:
     """
 
     curve: Curve
-    inliers: NDArray[np.bool_]
+    inliers: Mask
     residuals: Array
     held_out: Array
     reason: Sentence
@@ -132,7 +131,7 @@ def _held_out(solved: _Solved) -> Array:
     return np.where(free > 1e-9, solved.residuals / np.maximum(free, 1e-9), np.nan)
 
 
-def _inliers(t: Array, value: Array, degree: int) -> NDArray[np.bool_]:
+def _inliers(t: Array, value: Array, degree: int) -> Mask:
     """Return which points agree with the rest: outliers are removed one or two at a time, worst first.
 
     A point is an outlier when the curve through the *others* misses it by more than STRAY_PX and by more than
@@ -151,7 +150,7 @@ def _inliers(t: Array, value: Array, degree: int) -> NDArray[np.bool_]:
     return keep
 
 
-def _worst_outliers(solved: _Solved, degree: int, pairs: bool) -> Array:
+def _worst_outliers(solved: _Solved, degree: int, pairs: bool) -> Indices:
     """Return indices of the one or two points whose removal explains most, if that is beyond chance."""
     n = solved.residuals.size
     free = 1 - solved.leverage
@@ -185,7 +184,7 @@ def _beyond_chance(gain: float, distance: float, rss: float, freedom: int) -> bo
     return gain > limit**2 * variance
 
 
-def _choose_degree(t: Array, value: Array, robust: bool) -> tuple[int, Sentence, NDArray[np.bool_]]:
+def _choose_degree(t: Array, value: Array, robust: bool) -> tuple[int, Sentence, Mask]:
     """Choose the lowest degree that predicts left-out points as well as the best one, within chance.
 
     Each degree is tried with its own outliers, which count MISS_PX each: otherwise a high degree would win by

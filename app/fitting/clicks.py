@@ -3,7 +3,7 @@
 import numpy as np
 
 from app.core.errors import FitFailed
-from app.core.geometry import Array, ImageSize, inside_picture
+from app.core.geometry import Array, ImageSize, Indices, Mask, Points, inside_picture
 from app.core.records import Observations, Warning
 from app.core.statements import Sentence, say
 
@@ -11,7 +11,7 @@ SAME_PLACE_PX = 0.5  # two clicks closer than this are one
 MAX_CLICKED = 1000  # more come from a detector, whose spacing is its own
 
 
-def first_of_each_place(points: Array) -> Array:
+def first_of_each_place(points: Points) -> Indices:
     """Return for each point (n, 2) px the number of the first one at its place, its own in most cases.
 
     A second click on one place says nothing new: it neither counts in a fit nor harms it.
@@ -38,7 +38,7 @@ def check_inside_picture(observations: Observations, image_size: ImageSize) -> N
                             reason="outside-picture", feature=str(o.feature), index=int(outside[0]))
 
 
-def inlier_masks(observations: Observations, owners: Array, inliers: Array) -> tuple[Array, ...]:
+def inlier_masks(observations: Observations, owners: Indices, inliers: Mask) -> tuple[Mask, ...]:
     """Return a mask of the points of each observation; owners (n, 2): observation and point of each of the inliers.
 
     A second click on one place is what the first one is.
@@ -49,7 +49,7 @@ def inlier_masks(observations: Observations, owners: Array, inliers: Array) -> t
     return tuple(mask[first_of_each_place(o.points)] for mask, o in zip(masks, observations, strict=True))
 
 
-def outlier_warnings(observations: Observations, owners: Array, inliers: Array, pixels: Array) -> list[Warning]:
+def outlier_warnings(observations: Observations, owners: Indices, inliers: Mask, pixels: Array) -> list[Warning]:
     """Return a warning for each click that was left out; pixels: how far off it is."""
     return [outlier_warning(observations, i, k, say("outlier.predicted", "is {px:.1f} px from its predicted position",
                                                     px=abs(px)))

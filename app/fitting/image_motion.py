@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from app.core.geometry import Array, ImageSize, Points, inside_picture, with_z
-from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
+from app.core.geometry import Array, ImageSize, Mask, Points, inside_picture, with_z
+from app.models import CameraModel, field_from_raw, raw_from_field
+from app.models.ray_camera import RayCamera
 from app.models.rotation import matrix_from_vector
 
 STEP_PX = 0.05  # of q, for a difference
@@ -30,11 +31,11 @@ class ImageMotion:
 
     q: Array
     covariance: Array
-    agreeing: Array
+    agreeing: Mask
 
     @property
     def sure(self) -> float:
-        return float(np.sqrt(max(self.q @ np.linalg.solve(self.covariance, self.q), 0.0)))
+        return float(np.sqrt(max(float(self.q @ np.linalg.solve(self.covariance, self.q)), 0.0)))
 
     def compose(self, q: Array) -> "ImageMotion":
         """Return the motion after a first one by q."""
@@ -54,7 +55,7 @@ class MotionField:
 
     def shifts(self, places: Points, q: Array) -> Points:
         """Return by how much each place (n, 2) px moves (n, 2) px; NaN out of the model's reach."""
-        if not isinstance(self.model, RayModel):
+        if not isinstance(self.model, RayCamera):
             return self._similar(places) @ q
         model = self.model
         position = np.array(model.position_mm)
@@ -66,7 +67,7 @@ class MotionField:
 
     def at(self, places: Points) -> Array:
         """Return B (n, 2, 4) px."""
-        if not isinstance(self.model, RayModel):
+        if not isinstance(self.model, RayCamera):
             return self._similar(places)
         steps = STEP_PX * np.eye(4)
         return np.stack([(self.shifts(places, s) - self.shifts(places, -s)) / (2 * STEP_PX) for s in steps], axis=-1)
@@ -92,7 +93,8 @@ def estimate_motion(across: Array, off_px: Array, sigma_px: Array) -> ImageMotio
             break
     q, precision = _solve(across, off_px, sigma_px, weight)
     ratio, spread = _deviations(across @ q, off_px, sigma_px)
-    return ImageMotion(q, np.linalg.inv(precision) * spread**2, ratio < TUKEY)
+    covariance = np.asarray(np.linalg.inv(precision), np.float64) * spread**2
+    return ImageMotion(q, covariance, ratio < TUKEY)
 
 
 def _deviations(predicted: Array, off: Array, sigma: Array) -> tuple[Array, float]:
@@ -105,7 +107,7 @@ def _deviations(predicted: Array, off: Array, sigma: Array) -> tuple[Array, floa
 def _solve(across: Array, off: Array, sigma: Array, weight: Array) -> tuple[Array, Array]:
     heavy = across * (weight / sigma**2)[:, None]
     precision = across.T @ heavy + np.eye(across.shape[1]) / PRIOR_PX**2
-    return np.linalg.solve(precision, heavy.T @ off), precision
+    return np.asarray(np.linalg.solve(precision, heavy.T @ off), np.float64), precision
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,9 @@ LINE_SIGMA = Option("line_sigma_mm", "float", None,
                     "How far the painted lines may be from their nominal position. Empty: estimated from the image, "
                     "starting from the field's own value; 0 treats them as exact.",
                     (0, 200), "mm")
+CLICK_SIGMAS_PX = (0.01, 20)
 CLICK_SIGMA = Option("click_sigma_px", "float", None, "How accurate the points are. Empty: estimated from the points.",
-                     (0.01, 20), "px")
+                     CLICK_SIGMAS_PX, "px")
 COMMON_OPTIONS: tuple[Option, ...] = (
     *RECTANGLE_OPTIONS,
     Option("robust", "bool", True, "List outliers and exclude them from the fit."),

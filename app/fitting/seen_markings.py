@@ -86,10 +86,10 @@ def with_seen(field: Field, chains: Iterable[Points]) -> tuple[Field, tuple[str,
     lines = [piece for piece in _merged(straight)
              if piece.length_mm > MIN_LENGTH_MM and piece.painted_share > PAINTED and not _lies_on(piece, on_arcs)
              and not any(_is_line(piece, known) for known in field.lines.values())]
+    seen: list[Line | Arc] = [*_upright(field, lines), *arcs]
     named: dict[str, Line | Arc] = {}
-    for marking in sorted([*_upright(field, lines), *arcs], key=lambda one: -one.length_mm)[:MAX_ADDED]:
-        stem = "line" if isinstance(marking, Line) else "circle"
-        name = _free_name(field, named, stem)
+    for marking in sorted(seen, key=lambda one: -one.length_mm)[:MAX_ADDED]:
+        name = _free_name(field, named, "line" if isinstance(marking, Line) else "circle")
         named[name] = replace(marking, name=name)
     return replace(field, lines={**field.lines, **{n: m for n, m in named.items() if isinstance(m, Line)}},
                    arcs={**field.arcs, **{n: m for n, m in named.items() if isinstance(m, Arc)}}), tuple(named)

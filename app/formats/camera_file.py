@@ -8,7 +8,7 @@ from app.core.field import Field
 from app.core.geometry import MAX_SIDE_PX, MIN_SIDE_PX, ImageSize
 from app.formats.metadata import CameraPose, Metadata
 from app.formats.numbers import format_error, integer, number
-from app.models import MODELS
+from app.models import LENS_MODELS
 from app.models.intrinsics import Intrinsics
 from app.models.ray_camera import RayCamera
 
@@ -20,8 +20,8 @@ NO_METADATA = Metadata()
 class CameraFile:
     """One camera of a file.
 
-    format: the reader's NAME. model: a name in MODELS, whose lens has these terms. image_size: None where the file does
-    not tell. pose: only with a known field, which metadata or field names.
+    format: the reader's NAME. model: a name in LENS_MODELS, whose lens has these terms. image_size: None where the file
+    does not tell. pose: only with a known field, which metadata or field names.
     """
 
     format: str
@@ -40,26 +40,31 @@ class CameraFile:
             number(focal, f"The focal length f{axis}", 1e-3, MAX_FOCAL_PX)
             number(centre, f"The centre c{axis}")
         number(self.aspect, "fy / fx", 0.5, 2)
-        if len(self.terms) != len(MODELS[self.model].LENS.TERMS):
+        if len(self.terms) != len(LENS_MODELS[self.model].LENS.TERMS):
             raise format_error("The lens has too many or too few terms.", "Correct the file.")
 
     @property
     def aspect(self) -> float:
         return self.focal_px[1] / self.focal_px[0]
 
+    @property
+    def known_size(self) -> ImageSize:
+        """Return the image size; BadInput where the file does not tell."""
+        if self.image_size is None:
+            raise BadInput("The file does not state the image size.",
+                           "Enter it: image_size, as WIDTHxHEIGHT in pixels.", reason="no-image-size")
+        return self.image_size
+
     def at_size(self, wanted: ImageSize | None) -> Self:
         """Scale to another image size: an image scaled by s has s times the focal length, and its centre likewise.
 
         Conflict where the file is of a picture of another shape, BadInput where nobody says the size.
         """
-        if wanted is None and self.image_size is None:
-            raise BadInput("The file does not state the image size.",
-                           "Enter it: image_size, as WIDTHxHEIGHT in pixels.", reason="no-image-size")
-        if wanted is None or wanted == self.image_size:
+        old, wanted = self.image_size, wanted or self.known_size
+        if wanted == old:
             return self
-        if self.image_size is None:
+        if old is None:
             return replace(self, image_size=wanted)
-        old = self.image_size
         if old.width * wanted.height != old.height * wanted.width:
             raise Conflict(f"The file is for images of {old}, not of {wanted}.",
                            "Use that size, or one with the same aspect ratio.", reason="size-mismatch")
@@ -72,7 +77,7 @@ class CameraFile:
     def lens(self) -> Intrinsics:
         """Return the lens alone, to be held fixed in a fit; BadInput where it is none."""
         return Intrinsics.from_json(Intrinsics(self.model, self.terms, self.focal_px[0], self.aspect, self.centre_px,
-                                                 self.image_size).to_json())
+                                               self.known_size).to_json())
 
     def camera(self, view: dict[str, Any]) -> RayCamera:
         """Return the camera with its pose. view: the fields of a TopView."""
@@ -80,7 +85,7 @@ class CameraFile:
             raise BadInput("The file does not state the camera pose.", "Use its lens as a known lens when you fit the "
                                                                        "field.",
                            reason="no-pose")
-        camera = MODELS[self.model](lens_terms=self.terms, focal_px=self.focal_px[0], aspect=self.aspect,
+        camera = LENS_MODELS[self.model](lens_terms=self.terms, focal_px=self.focal_px[0], aspect=self.aspect,
                                     centre_px=self.centre_px, rotation=self.pose.rotation,
                                     position_mm=self.pose.position_mm, **view)
         if not camera.plausible():

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from app.core.geometry import Array
 from app.formats.metadata import CameraPose, checked_pose
 from app.formats.numbers import format_error, matrix, number
 from app.models.lenses.brown_conrady import TERMS
@@ -34,12 +35,12 @@ def read_intrinsics(value: Any, at: str) -> tuple[tuple[float, float], tuple[flo
     return (fx, fy), (cx, cy)
 
 
-def translation_of(camera: RayCamera) -> np.ndarray:
+def translation_of(camera: RayCamera) -> Array:
     """Return the translation in mm that, with the rotation, takes field coordinates to the camera."""
-    return -matrix_from_vector(np.array(camera.rotation)) @ np.array(camera.position_mm)
+    return np.asarray(-matrix_from_vector(np.array(camera.rotation)) @ np.array(camera.position_mm), np.float64)
 
 
-def pose_from_field(rotation: tuple[float, ...], translation_mm: np.ndarray) -> CameraPose:
+def pose_from_field(rotation: tuple[float, ...], translation_mm: Array) -> CameraPose:
     """Return the pose of rotation and translation from field coordinates to the camera."""
     number(float(np.linalg.norm(rotation)), "The camera's rotation", 0, 10)
     return checked_pose(rotation, -matrix_from_vector(np.array(rotation)).T @ translation_mm)

@@ -106,8 +106,9 @@ def metadata_from_json(value: Any) -> Metadata:
 
 def checked_pose(rotation: Any, position_mm: Any) -> CameraPose:
     """Return a pose above the carpet."""
-    pose = CameraPose(tuple(map(float, rotation)), tuple(map(float, position_mm)))
-    number(pose.position_mm[2], "The camera's height", 1e-3)
+    (a, b, c), (x, y, z) = (map(float, vector) for vector in (rotation, position_mm))
+    pose = CameraPose((a, b, c), (x, y, z))
+    number(z, "The camera's height", 1e-3)
     number(float(np.linalg.norm(pose.rotation)), "The camera's rotation", 0, 10)
     return pose
 

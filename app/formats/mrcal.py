@@ -46,11 +46,9 @@ def read(data: bytes) -> CameraFile:
     size = checked_size(*numbers(require(value, "imagersize", "The file"), "imagersize", (2,)))
     metadata = metadata_from_comment(data)
     rt = numbers(require(value, "extrinsics", "The file"), "extrinsics", (6,))
-    pose, notes = None, ()
-    if metadata.field is not None:
-        pose = camera_matrix.pose_from_field(rt[:3], np.array(rt[3:]) * MM_PER_M)
-    elif any(rt):
-        notes = ("The extrinsics do not refer to a field and were ignored.",)
+    placed = metadata.field is not None
+    pose = camera_matrix.pose_from_field(rt[:3], np.array(rt[3:]) * MM_PER_M) if placed else None
+    notes = () if placed or not any(rt) else ("The extrinsics do not refer to a field and were ignored.",)
     lens = camera_matrix.lens_from_terms(tuple(terms), "intrinsics")
     return CameraFile("mrcal", *lens, (fx, fy), (cx, cy), size, metadata, pose, notes=notes)
 

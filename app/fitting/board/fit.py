@@ -8,7 +8,7 @@ import numpy as np
 
 from app.core.board import BoardView
 from app.core.errors import BadInput, FitFailed
-from app.core.geometry import Array, ImageSize
+from app.core.geometry import Array, ImageSize, Indices, Mask
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.core.statements import join, say
@@ -43,7 +43,7 @@ BOARD_OPTIONS: tuple[Option, ...] = (
 class BoardFit:
     """A lens and what it was fitted to.
 
-    used (all views,) bool; left_out: why the others are not. outliers (used views, m) bool: corners left out, in the
+    used (all views,); left_out: why the others are not. outliers (used views, m): corners left out, in the
     order of the view's own. tried: σ in px by set of terms. solved: the last fit; its views are the used ones.
     """
 
@@ -52,9 +52,9 @@ class BoardFit:
     solver: BoardSolver
     solution: BoardSolution
     views: tuple[BoardView, ...]
-    used: Array
+    used: Mask
     left_out: tuple[RejectedView, ...]
-    outliers: Array
+    outliers: Mask
     tried: Mapping[str, float]
 
     @property
@@ -83,7 +83,7 @@ class BoardFit:
         """Return the rms distance of a corner: what OpenCV calls the reprojection error."""
         return float(np.sqrt(np.nanmean(np.sum(self.residuals_px**2, axis=-1))))
 
-    def refit(self, keep: Array) -> BoardSolution:
+    def refit(self, keep: Mask | Indices) -> BoardSolution:
         """Fit some of the used views alone, starting from this fit."""
         return self.solver.solve(self.observations.only(keep), self.state.only(keep), self.terms, self.sigma_px)
 
@@ -119,7 +119,7 @@ def fit_board(views: tuple[BoardView, ...], image_size: ImageSize, model: type[R
     start = _search(solver, model, observations, first)
     progress(0.3, "Excluding outliers")
     found = solver.reject_outliers(observations, start, first, FIRST_SIGMA_PX, np.ones(len(usable), bool))
-    tried = {}
+    tried: dict[str, float] = {}
     if len(term_sets) > 1:
         found, tried = _select_terms(solver, found, observations, term_sets, progress)
     _refuse_too_few_views(int(found.keep.sum()), left_out)
@@ -190,7 +190,7 @@ def _select_terms(solver: BoardSolver, found: OutlierRejection, observations: Bo
         {" ".join(r.terms): r.sigma_px for r in solutions}
 
 
-def _evenly_spaced(count: int, most: int) -> Array:
+def _evenly_spaced(count: int, most: int) -> Indices:
     """Return indices of at most `most` of `count` views, evenly spaced."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
 

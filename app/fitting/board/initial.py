@@ -9,8 +9,8 @@ from itertools import product
 
 import numpy as np
 
-from app.core.geometry import Array, ImageSize, homogeneous
-from app.fitting import FITTERS
+from app.core.geometry import Array, ImageSize, Mask, homogeneous
+from app.fitting import LENS_FITTERS
 from app.fitting.board.parameters import BoardObservations, BoardParameters
 from app.models.lenses import Lens
 from app.models.ray_camera import RayCamera
@@ -98,7 +98,7 @@ def start_states(model: type[RayCamera], observations: BoardObservations, image_
 
 
 def _terms(model: type[RayCamera], k1: float, bend: bool) -> Array:
-    return FITTERS[model.NAME].start_terms(k1) if bend else np.zeros(len(model.LENS.TERMS))
+    return LENS_FITTERS[model.NAME].start_terms(k1) if bend else np.zeros(len(model.LENS.TERMS))
 
 
 def _misfit(state: BoardParameters, observations: BoardObservations) -> float:
@@ -108,7 +108,7 @@ def _misfit(state: BoardParameters, observations: BoardObservations) -> float:
     return float(np.median(np.where(np.isfinite(away), away, 1e6)))
 
 
-def _normalised(points: Array, present: Array) -> tuple[Array, Array]:
+def _normalised(points: Array, present: Mask) -> tuple[Array, Array]:
     """Return transforms (v, 3, 3) that centre each view's points and scale them to √2 (Hartley), and the points."""
     count = np.maximum(present.sum(axis=1), 1)[:, None]
     middle = np.sum(points * present[..., None], axis=1) / count
@@ -121,7 +121,7 @@ def _normalised(points: Array, present: Array) -> tuple[Array, Array]:
     return transform, (points - middle[:, None]) * scale[:, None, None]
 
 
-def _null_vectors(rays: Array, places: Array, present: Array) -> Array:
+def _null_vectors(rays: Array, places: Array, present: Mask) -> Array:
     """Return M (v, 3, 3) with ray × M (x, y, 1) = 0 in the least-squares sense, of unit size."""
     p = homogeneous(places) * present[..., None]
     # Σ [ray]×ᵀ[ray]× ⊗ p pᵀ, 9 × 9 a view: all views in one product

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from app.core.geometry import Array
+from app.core.geometry import Mask
 from app.fitting.board.outlier_rejection import BoardSolution
 from app.models.ray_camera import RayCamera
 
@@ -54,7 +54,7 @@ def significantly_better(simple: BoardSolution, rich: BoardSolution) -> bool:
     return bool(gain > limit * max(noise, _scatter_of_views(rich, extra)))
 
 
-def _scatter_of_views(rich: BoardSolution, extra: Array) -> float:
+def _scatter_of_views(rich: BoardSolution, extra: Mask) -> float:
     """Return what one unknown gains by chance, given how each view alone would move the extra ones."""
     reduced = rich.minimum.reduced
     information = rich.minimum.information + np.diag(rich.prior**2)

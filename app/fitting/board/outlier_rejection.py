@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from app.core.geometry import Array, ImageSize
+from app.core.geometry import Array, ImageSize, Mask
 from app.core.text_format import format_number
 from app.fitting.board.least_squares import BlockMinimum
 from app.fitting.board.parameters import BoardObservations, BoardParameters
@@ -59,8 +59,8 @@ class OutlierRejection:
 
     solution: BoardSolution
     state: BoardParameters  # of all views, used or not
-    keep: Array
-    outliers: Array
+    keep: Mask
+    outliers: Mask
     why: tuple[str, ...]
 
 
@@ -86,7 +86,7 @@ class BoardSolver:
         return BoardProblem(observations, nothing, self.image_size, max(sigma_px, MIN_RESIDUAL_SIGMA_PX)).solve(start)
 
     def reject_outliers(self, observations: BoardObservations, start: BoardParameters, terms: tuple[str, ...],
-                        sigma_px: float, keep: Array) -> OutlierRejection:
+                        sigma_px: float, keep: Mask) -> OutlierRejection:
         """Fit, leave out what disagrees, fit again, until nothing changes. keep (v,): views to begin with."""
         robust = self.settings["robust"]
         keep, outliers = keep.copy(), np.zeros(observations.present.shape, bool)
@@ -120,7 +120,7 @@ class BoardSolver:
         return OutlierRejection(solution, state, keep, outliers, tuple(why))
 
 
-def _wrong_views(away: Array, beyond: Array, present: Array) -> Array:
+def _wrong_views(away: Array, beyond: Mask, present: Mask) -> Mask:
     """Return views whose residuals are several times the usual, or that have many outliers."""
     medians = np.nanmedian(away, axis=1)
     share = beyond.sum(axis=1) / np.maximum(present.sum(axis=1), 1)

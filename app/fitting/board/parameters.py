@@ -13,7 +13,7 @@ from typing import Self
 import numpy as np
 
 from app.core.board import BoardView
-from app.core.geometry import Array, ImageSize
+from app.core.geometry import Array, ImageSize, Indices, Mask
 from app.models.intrinsics import PINHOLE_PARAMETERS, Intrinsics
 from app.models.lenses import Lens
 
@@ -26,7 +26,7 @@ class BoardObservations:
 
     pixels: Array  # (v, m, 2) raw
     places: Array  # (v, m, 3) mm
-    present: Array  # (v, m) bool
+    present: Mask  # (v, m)
     bow: Array  # (v, m, 2): 1 - u², 1 - v²
     size_mm: float  # half the board's diagonal
     names: tuple[str, ...]
@@ -48,14 +48,14 @@ class BoardObservations:
         return cls(pixels, places, present, 1 - across**2, float(np.linalg.norm(half)),
                    tuple(view.name for view in views))
 
-    def only(self, keep: Array) -> Self:
-        """Return some of the views; keep: a mask or indices."""
-        index = np.flatnonzero(keep) if np.asarray(keep).dtype == bool else np.asarray(keep)
+    def only(self, keep: Mask | Indices) -> Self:
+        """Return some of the views."""
+        index = np.arange(len(self.names))[keep]
         return replace(self, pixels=self.pixels[index], places=self.places[index], present=self.present[index],
                        bow=self.bow[index], names=tuple(self.names[i] for i in index))
 
-    def without(self, outliers: Array) -> Self:
-        """Return the same without some corners (v, m) bool."""
+    def without(self, outliers: Mask) -> Self:
+        """Return the same without some corners (v, m)."""
         return replace(self, present=self.present & ~outliers)
 
 
@@ -87,16 +87,16 @@ class BoardParameters:
         return replace(self, log_focal=float(values[0]), aspect=float(values[1]), centre_px=np.array(values[2:4]),
                        terms=np.array(values[4:n]), warp_mm=np.array(values[n:]))
 
-    def only(self, keep: Array) -> Self:
+    def only(self, keep: Mask | Indices) -> Self:
         return replace(self, rotations=self.rotations[keep], shifts_mm=self.shifts_mm[keep])
 
-    def with_poses_of(self, full: Self, keep: Array) -> Self:
-        """Return this state of some of the views (mask or indices), with the other views' poses from `full`."""
+    def with_poses_of(self, full: Self, keep: Mask | Indices) -> Self:
+        """Return this state of some of the views, with the other views' poses from `full`."""
         rotations, shifts = full.rotations.copy(), full.shifts_mm.copy()
         rotations[keep], shifts[keep] = self.rotations, self.shifts_mm
         return replace(self, rotations=rotations, shifts_mm=shifts)
 
-    def retract(self, delta: Array, free: Array, own: Array) -> Self:
+    def retract(self, delta: Array, free: Mask, own: Array) -> Self:
         """Apply a step: delta for the free shared parameters, own (v, 6) a rotation and a shift of every pose."""
         full = np.zeros(len(free))
         full[free] = delta
@@ -112,7 +112,7 @@ class BoardParameters:
         """Return the corners' raw pixels (v, m, 2)."""
         return self.lens.distort(self.terms, self.rays(observations)) * self._focal + self.centre_px
 
-    def project_jacobian(self, observations: BoardObservations, free: Array) -> tuple[Array, Array, Array]:
+    def project_jacobian(self, observations: BoardObservations, free: Mask) -> tuple[Array, Array, Array]:
         """Return pixels (v, m, 2), derivatives by the free ones of names (v, m, 2, n), and by the pose (v, m, 2, 6)."""
         arms = self._points(observations) @ self.rotations.transpose(0, 2, 1)
         plane, by_ray, by_terms = self.lens.distort_jacobian(self.terms, arms + self.shifts_mm[:, None])

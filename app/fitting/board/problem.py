@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.core.geometry import Array, ImageSize
+from app.core.geometry import Array, ImageSize, Mask
 from app.fitting.board.least_squares import BlockMinimum, minimise_blocks
 from app.fitting.board.parameters import WARP, BoardObservations, BoardParameters
 
@@ -20,7 +20,7 @@ class BoardProblem:
     """Corners, their σ, and which shared unknowns are free (by BoardParameters.names)."""
 
     observations: BoardObservations
-    free: Array
+    free: Mask
     image_size: ImageSize
     sigma_px: float
 
@@ -76,7 +76,7 @@ class BoardProblem:
         return np.array(middle), np.array(loose)
 
 
-def free_mask(state: BoardParameters, terms: tuple[str, ...], *, aspect: bool, centre: bool, warp: bool) -> Array:
+def free_mask(state: BoardParameters, terms: tuple[str, ...], *, aspect: bool, centre: bool, warp: bool) -> Mask:
     """Return which of state.names are estimated."""
     free = ("log_focal", *terms, *(("aspect",) if aspect else ()), *(("centre_x", "centre_y") if centre else ()),
             *(WARP if warp else ()))

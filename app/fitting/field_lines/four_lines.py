@@ -14,7 +14,7 @@ from itertools import combinations
 
 import numpy as np
 
-from app.core.geometry import Array
+from app.core.geometry import Array, Indices, Mask
 
 FOCALS = np.geomspace(0.45, 14.0, 18)  # half diagonals
 MAX_COSINE = 0.10  # cosine of what a right angle may come to: lens and centre are known roughly
@@ -57,7 +57,7 @@ def four_line_hypotheses(lines: list[Array], levels_x: Array, levels_y: Array) -
     return Hypotheses(square_maps[quad] @ square_from_field, focal[quad, which[rectangle]])
 
 
-def thinned(*columns: Array) -> list[Array]:
+def thinned(*columns: Indices) -> list[Indices]:
     """Return at most MAX_HYPOTHESES rows of columns (n,), evenly spaced."""
     if len(columns[0]) <= MAX_HYPOTHESES:
         return list(columns)
@@ -94,7 +94,7 @@ def _quadrilaterals(lines: list[Array]) -> Array:
     return maps[before & (area > MIN_AREA) & np.isfinite(maps).all(axis=(1, 2))]
 
 
-def _possible(square_maps: Array, log_ratios: Array) -> tuple[Array, Array]:
+def _possible(square_maps: Array, log_ratios: Array) -> tuple[Mask, Array]:
     """Return (q, r) whether a camera sees a rectangle of that log ratio so, and the focal length that fits it best."""
     one, two = square_maps[:, :, 0], square_maps[:, :, 1]
     p = FOCALS**2

@@ -38,7 +38,7 @@ def merge_chains(chains: Sequence[Points], plane: UndistortedPlane, most: int) -
             groups.append([points])
             fitted.append((middle, along, rms))
             lengths.append(length)
-    order = np.argsort(-np.array(lengths), kind="stable")[:most] if lengths else []
+    order = np.argsort(-np.array(lengths), kind="stable")[:most]
     return [_line(*fitted[i][:2]) for i in order]
 
 

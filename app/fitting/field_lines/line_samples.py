@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from app.core.field import Field
-from app.core.geometry import Array, ImageSize, Points, inside_picture, with_z
+from app.core.geometry import Array, ImageSize, Indices, Mask, Points, inside_picture, with_z
 from app.fitting.field_lines.pattern import FieldPattern
 
 MARGIN_PX = 6.0
@@ -24,11 +24,11 @@ class LineSamples:
     places: Points
     normals: Points
     width_px: Array
-    marking: Array
+    marking: Indices
     length_px: Array
-    clear: Array
+    clear: Mask
 
-    def of(self, some: Array) -> Self:
+    def of(self, some: Mask | Indices) -> Self:
         """Return those of the samples, by index or mask."""
         return type(self)(*(getattr(self, member.name)[some] for member in fields(self)))
 
@@ -65,13 +65,13 @@ def sample_lines(project: Callable[[Array], Points], pattern: FieldPattern, size
     here = np.flatnonzero(inside)
     chosen = _spaced(pattern.marking[here], length[here], apart_px)
     index = here[chosen]
-    stands_for = np.bincount(np.searchsorted(chosen, np.arange(len(here)), side="right") - 1, weights=length[here],
-                             minlength=len(chosen)) if len(chosen) else np.empty(0)
+    stands_for = np.zeros(len(chosen))
+    np.add.at(stands_for, np.searchsorted(chosen, np.arange(len(here)), side="right") - 1, length[here])
     return LineSamples(places[index], normals[index], width[index], pattern.marking[index], stands_for,
                     _clear(places, width, pattern.marking, here, index, clear_px))
 
 
-def _spaced(marking: Array, length: Array, apart: float) -> Array:
+def _spaced(marking: Indices, length: Array, apart: float) -> Indices:
     """Return which places in order are at least so far from the one before; each marking starts anew."""
     if not len(length):
         return np.empty(0, int)
@@ -82,11 +82,11 @@ def _spaced(marking: Array, length: Array, apart: float) -> Array:
     return np.flatnonzero(first | (np.concatenate([[0.0], np.diff(bin_)]) != 0))
 
 
-def _clear(places: Points, width: Array, marking: Array, here: Array, index: Array, clear_px: float) -> Array:
+def _clear(places: Points, width: Array, marking: Indices, here: Indices, index: Indices, clear_px: float) -> Mask:
     """Return (k,) whether no place of another marking is nearer than clear_px and both paints' half widths."""
     result = np.ones(len(index), bool)
-    x, y = np.float32(places).T
-    half = np.float32(width) / 2
+    x, y = places.astype(np.float32).T
+    half = width.astype(np.float32) / 2
     for start in range(0, len(index), 256):
         part = index[start:start + 256]
         gap = np.hypot(x[part, None] - x[here], y[part, None] - y[here])

@@ -7,7 +7,7 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.field import Arc, Field, Line, Region
-from app.core.geometry import Array
+from app.core.geometry import Array, Indices
 
 REACH = 1.0  # of the region's size, beyond its border: what a camera over it may see as well
 
@@ -19,7 +19,7 @@ class FieldPattern:
     markings: tuple[Line | Arc, ...]
     points: Array
     along: Array
-    marking: Array
+    marking: Indices
     step_mm: Array
 
     @classmethod

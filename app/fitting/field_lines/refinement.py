@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.core.errors import FitFailed
-from app.core.geometry import Array, ImageSize, Points, with_z
+from app.core.geometry import Array, ImageSize, Indices, Points, with_z
 from app.fitting.field_lines.blind_distortion import UndistortedPlane
 from app.fitting.field_lines.pattern import FieldPattern
 from app.fitting.least_squares import minimise
@@ -99,7 +99,7 @@ def refine_camera(start: RayCameraParameters, pattern: FieldPattern, points: Poi
 
 
 def nearest_markings(state: RayCameraParameters, pattern: FieldPattern, points: Points, along: Array, size: ImageSize,
-                     capture_px: float) -> Array:
+                     capture_px: float) -> Indices:
     """Return the marking (n,) that each ridge point lies on, or -1: near enough across it, and running its way."""
     with np.errstate(all="ignore"):
         flat = with_z(pattern.points)
@@ -112,17 +112,17 @@ def nearest_markings(state: RayCameraParameters, pattern: FieldPattern, points: 
         return np.full(len(points), -1)
     projected, ahead, length = projected[inside], ahead[inside], length[inside].astype(np.float32)
     tangent = (ahead / length[:, None]).astype(np.float32)  # each with each: half the bytes, half the time
-    x, y = np.float32(points).T[..., None] - np.float32(projected).T[:, None]
+    x, y = points.astype(np.float32).T[..., None] - projected.astype(np.float32).T[:, None]
     across = np.abs(x * tangent[:, 1] - y * tangent[:, 0])
     further = np.abs(x * tangent[:, 0] + y * tangent[:, 1]) - 1.1 * length  # half a step either way
-    alike = np.abs(np.float32(along) @ tangent.T) > MIN_COSINE
+    alike = np.abs(along.astype(np.float32) @ tangent.T) > MIN_COSINE
     off = np.where(alike & (further < capture_px), across + np.maximum(further, 0), np.inf)
     best = off.argmin(axis=1)
     near = np.take_along_axis(off, best[:, None], axis=1)[:, 0] < capture_px
     return np.where(near, pattern.marking[inside][best], -1)
 
 
-def _problem(state: RayCameraParameters, pattern: FieldPattern, points: Points, marking: Array) -> ClickResiduals:
+def _problem(state: RayCameraParameters, pattern: FieldPattern, points: Points, marking: Indices) -> ClickResiduals:
     base, way, radius = (np.array(column)[marking] for column in zip(*map(curve_of, pattern.markings), strict=True))
     count = len(points)
     problem = ClickResiduals(points, np.stack([np.zeros(count, int), np.arange(count)], axis=1), base, way, radius,

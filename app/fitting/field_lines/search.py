@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from app.core.field import Field, Region
-from app.core.geometry import Array, ImageSize, Points, inside_picture, with_z
+from app.core.geometry import Array, ImageSize, Mask, Points, inside_picture, with_z
 from app.core.progress import Progress, no_progress
 from app.fitting.field_lines.blind_distortion import UndistortedPlane, estimate_bend
 from app.fitting.field_lines.four_lines import Hypotheses, four_line_hypotheses
@@ -102,6 +102,8 @@ def search(chains: Sequence[Points], along: Sequence[Array], field: Field, regio
             break
         progress(0.5 + 0.5 * number / len(distinct), "Fitting the field to the lines")
         start = initial_camera(homography, focal, plane, size)
+        if start is None:
+            continue
         candidate = drawn_from(start)
         if candidate is not None and not allowed(candidate) and prior.height_mm is not None:
             # from straight above the lines tell no focal length: then it is the one under which it hangs so high
@@ -141,7 +143,7 @@ class _Scorer:
         value = score(maps, self.plane, self.fine, self.ridges)
         return [(float(value[i]), maps[i], float(focal[i])) for i in np.argsort(-value, kind="stable")]
 
-    def _shows_region(self, maps: Array) -> Array:
+    def _shows_region(self, maps: Array) -> Mask:
         """Return whether enough of the region is in the picture, large enough, and upright where no more is known."""
         raw = project(maps, self.carpet, self.plane)
         inside = inside_picture(raw, self.size, 0)

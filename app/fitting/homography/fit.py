@@ -8,7 +8,7 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.field import Field, Region
-from app.core.geometry import Array, ImageSize, homogeneous, with_z
+from app.core.geometry import Array, ImageSize, Indices, Mask, homogeneous, with_z
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations
@@ -49,8 +49,8 @@ class HomographyFitter(Fitter):
                 "recommended.")
 
     @classmethod
-    def sensitivity(cls, model: Homography) -> Sensitivity:
-        return ParameterSensitivity(HomographyParameters.of(model))
+    def sensitivity(cls, model: CameraModel) -> Sensitivity | None:
+        return ParameterSensitivity(HomographyParameters.of(model)) if isinstance(model, Homography) else None
 
     @classmethod
     def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
@@ -113,7 +113,7 @@ def _initial_parameters(problem: ClickResiduals, lines: Incidences, region: Regi
     centre = np.array(image_size.centre)
     clicked = homogeneous(lines.pixels)
 
-    def linear(which: Array) -> Array:
+    def linear(which: Indices) -> Array:
         some = Incidences(lines.pixels[which], lines.lines[which])
         found = homography_from_lines(some, centre, bends=np.zeros(1))
         return found.field_from_plane @ np.array([[1, 0, -centre[0]], [0, 1, -centre[1]], [0, 0, 1.0]])
@@ -126,7 +126,8 @@ def _initial_parameters(problem: ClickResiduals, lines: Incidences, region: Regi
         return np.where(np.isfinite(miss), miss, np.inf)
 
     rows = len(clicked)
-    views, refusal = [], None
+    views: list[Array] = []
+    refusal: FitFailed | None = None
     try:
         views.append(linear(np.arange(rows)))
     except FitFailed as error:
@@ -140,13 +141,13 @@ def _initial_parameters(problem: ClickResiduals, lines: Incidences, region: Regi
                 views.append(linear(rng.choice(rows, PER_TRIAL, replace=False)))
             except FitFailed:
                 continue
-    if not views:
+    if refusal is not None and not views:
         raise refusal
     best = min(views, key=lambda view: float(np.sum(np.minimum(misses(view), SUSPECT_PX))))
-    return HomographyParameters.seeing(np.linalg.inv(best), region, len(problem.offset_names))
+    return HomographyParameters.seeing(np.asarray(np.linalg.inv(best), np.float64), region, len(problem.offset_names))
 
 
-def _visible(problem: ClickResiduals, state: HomographyParameters, robust: bool) -> Array:
+def _visible(problem: ClickResiduals, state: HomographyParameters, robust: bool) -> Mask:
     """Return which clicks (n,) lie before this view's horizon; the few that do not are outliers."""
     problem.places = np.empty(0)
     r, _ = problem.residuals(state)
@@ -155,7 +156,7 @@ def _visible(problem: ClickResiduals, state: HomographyParameters, robust: bool)
     return visible if robust and (~visible).sum() <= MAX_OUTLIER_SHARE * visible.size else np.ones_like(visible)
 
 
-def _refuse_impossible(found: RayFitResult, region: Region) -> None:
+def _refuse_impossible(found: RayFitResult[HomographyParameters], region: Region) -> None:
     """Raise FitFailed for a mirrored or an undetermined view: both have small residuals."""
     state = found.minimum.state
     corners = region.field_from_region(np.array([[0, 0], [1, 0], [0, 1], [1, 1.0]]) *

@@ -6,12 +6,12 @@
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from app.core.field import Region
-from app.core.geometry import Array, homogeneous
+from app.core.geometry import Array, Mask, homogeneous
 from app.models.homography import Homography, normalise
 
 ENTRIES = tuple((i, j) for i in range(3) for j in range(3))[:8]
@@ -25,7 +25,7 @@ class HomographyParameters:
     unit_from_field: Array
     offsets_mm: Array  # of each line across itself, where the field may err
 
-    lens_names = ()  # there is no lens
+    lens_names: ClassVar[tuple[str, ...]] = ()  # there is no lens
 
     @classmethod
     def seeing(cls, raw_from_field: Array, region: Region, lines: int = 0) -> Self:
@@ -41,7 +41,8 @@ class HomographyParameters:
 
     def parameters(self) -> dict[str, Any]:
         """Return the fields of a Homography that a fit finds."""
-        return {"field_from_raw": normalise(np.linalg.inv(self.raw_from_unit @ self.unit_from_field))}
+        field_from_raw = np.linalg.inv(self.raw_from_unit @ self.unit_from_field)
+        return {"field_from_raw": normalise(np.asarray(field_from_raw, np.float64))}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -52,7 +53,7 @@ class HomographyParameters:
         """Return the values by name of the parameters that may have a prior."""
         return {f"line_{i}": o for i, o in enumerate(self.offsets_mm)}
 
-    def retract(self, delta: Array, free: Array) -> Self:
+    def retract(self, delta: Array, free: Mask) -> Self:
         """Apply a step: delta for the free parameters, in the order of names."""
         full = np.zeros(len(free))
         full[free] = delta

@@ -13,7 +13,7 @@ is part of what is not known of them.
 
 import numpy as np
 
-from app.core.geometry import Array
+from app.core.geometry import Array, Indices
 from app.fitting.least_squares import Minimum
 from app.fitting.plumb_line.problem import Chains, LineFit
 
@@ -24,7 +24,7 @@ MIN_NEXT_TERM = 0.01  # ... or to that, where the last is 0
 Z = 1.96
 
 
-def groups_of(state: LineFit, chains: Chains, pictures: Array) -> Array:
+def groups_of(state: LineFit, chains: Chains, pictures: Indices) -> Indices:
     """Number each chain (c,); edges of one picture that are one object's share a number."""
     normal = np.stack([np.cos(state.angle), np.sin(state.angle)], axis=1)
     along = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
@@ -41,7 +41,7 @@ def groups_of(state: LineFit, chains: Chains, pictures: Array) -> Array:
     return np.unique(group, return_inverse=True)[1]
 
 
-def covariance(minimum: Minimum[LineFit], chains: Chains, groups: Array) -> Array:
+def covariance(minimum: Minimum[LineFit], chains: Chains, groups: Indices) -> Array:
     """Return the covariance of terms and centre by jackknife; never less than independent points would give."""
     n = len(chains.pixels)
     rows, residuals, prior = minimum.jacobian[:n], minimum.residuals[:n], minimum.jacobian[n:]
@@ -66,7 +66,7 @@ def covariance(minimum: Minimum[LineFit], chains: Chains, groups: Array) -> Arra
 
 
 def with_next_term(narrow: Array, wider: Minimum[LineFit], chains: Chains, last: int, last_value: float,
-                added_value: float, groups: Array) -> Array:
+                added_value: float, groups: Indices) -> Array:
     """Add to narrow (n, n) what the term moves that the wider fit added after column `last`.
 
     Before the edges are asked, that term is taken to be within NEXT_TERM of the one before it; they may know better.

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.core.errors import FitFailed
-from app.core.geometry import Array, ImageSize, Points, as_points
+from app.core.geometry import Array, ImageSize, Indices, Mask, Points, as_points
 from app.core.statements import say
 from app.fitting.plumb_line.covariance import covariance, groups_of
 from app.fitting.plumb_line.initial import chain_rms, initial_bend
@@ -137,14 +137,14 @@ def fit_plumb_lines(chains: Sequence[Points], image_size: ImageSize, lens: str =
                     noise_px, int(groups.max()) + 1, minimum.converged)
 
 
-def _straight(rms: Array, counts: Array) -> Array:
+def _straight(rms: Array, counts: Indices) -> Mask:
     """Return which chains are straight: as good as the better half by points, or nearly."""
     order = np.argsort(rms)
     half = rms[order][np.searchsorted(np.cumsum(counts[order]), counts.sum() / 2)]
     return rms <= min(max(CROOKED_RATIO * half, MIN_CROOKED_PX), MAX_STRAIGHT_PX)
 
 
-def _overall_rms(rms: Array, counts: Array) -> float:
+def _overall_rms(rms: Array, counts: Indices) -> float:
     return float(np.sqrt(np.sum(rms**2 * counts) / counts.sum()))
 
 

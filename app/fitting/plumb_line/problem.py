@@ -15,7 +15,8 @@ from typing import Self
 
 import numpy as np
 
-from app.core.geometry import Array, Points, homogeneous
+from app.core.geometry import Array, Indices, Mask, Points, homogeneous
+from app.models.lenses import Lens
 
 MAX_STEPS = 8
 LINE_TOLERANCE_PX = 1e-5  # far below the noise of clicks and edges
@@ -28,7 +29,7 @@ class Chains:
     """Points of all chains, one after the other: pixels (n, 2), starts (c,) where each begins, unit_px, noise_px."""
 
     pixels: Points
-    starts: Array
+    starts: Indices
     unit_px: float
     noise_px: float
 
@@ -38,16 +39,16 @@ class Chains:
         return cls(np.concatenate(chains), np.concatenate([[0], np.cumsum(lengths)[:-1]]), unit, noise_px)
 
     @property
-    def counts(self) -> Array:
+    def counts(self) -> Indices:
         return np.diff(np.append(self.starts, len(self.pixels)))
 
     @property
-    def owner(self) -> Array:
+    def owner(self) -> Indices:
         """Return which chain each point belongs to, (n,)."""
         return np.repeat(np.arange(len(self.starts)), self.counts)
 
-    def only(self, which: Array) -> Self:
-        """Return some of the chains; which (c,) bool."""
+    def only(self, which: Mask) -> Self:
+        """Return some of the chains; which (c,)."""
         return replace(self, pixels=self.pixels[which[self.owner]],
                        starts=np.concatenate([[0], np.cumsum(self.counts[which])[:-1]]).astype(int))
 
@@ -69,7 +70,7 @@ class Linearisation:
 class LineFit:
     """A lens, its centre (2,) px, and each chain's line: angle and offset (c,), feet (n,), in units of the plane."""
 
-    lens: type
+    lens: type[Lens]
     terms: Array
     centre: Array
     angle: Array

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 
 from app.core.errors import BadInput, FitFailed
-from app.core.geometry import Array, ImageSize
+from app.core.geometry import Array, ImageSize, Indices
 from app.fitting.least_squares import Minimum, minimise
 from app.fitting.plumb_line.covariance import with_next_term
 from app.fitting.plumb_line.initial import brown_from_division
@@ -105,7 +105,7 @@ def solve(chains: Chains, start: LineFit, problem: PlumbLineProblem) -> Minimum[
 
 
 def spread_covariance(narrow: Array, minimum: Minimum[LineFit], chains: Chains, problem: PlumbLineProblem,
-                      groups: Array) -> Array:
+                      groups: Indices) -> Array:
     """Return the covariance of terms and centre, with what one more term would move."""
     wider, state, count = problem.wider, minimum.state, len(problem.names)
     if wider is None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from app.core.errors import BadInput, FitFailed
 from app.core.field import BORDERS, Field, Region
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import ImageSize, Mask, Points
 from app.core.marking_names import the_border
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
@@ -19,7 +19,7 @@ from app.fitting.clicks import check_inside_picture, outlier_warning
 from app.fitting.contract import Fitter
 from app.fitting.corrected_rectangle import corrected_rectangle
 from app.fitting.options import COMMON_OPTIONS
-from app.fitting.polynomial.relation import relate
+from app.fitting.polynomial.relation import Place, relate
 from app.models import CameraModel
 from app.models.border_curve import MAX_DEGREE
 from app.models.polynomial import Polynomial
@@ -82,7 +82,8 @@ class PolynomialFitter(Fitter):
             fits[name] = fit_curve(x_c, y, degrees[name], (0.0, width_px), name, robust=robust)
         _refuse_crossing("top", "bottom", fits, (0.0, width_px))
 
-        straight = Polynomial(*(fits[name].curve for name in BORDERS), width_px, height_px, n_x, n_y,
+        left, right, top, bottom = (fits[name].curve for name in BORDERS)
+        straight = Polynomial(left, right, top, bottom, width_px, height_px, n_x, n_y,
                               (0.0, region.width_mm / width_px), (0.0, region.height_mm), region, image_size)
         x_c = np.linspace(0, width_px, 64)
         _refuse_crossing("left", "right", fits, (float(straight.top(x_c).min()), float(straight.bottom(x_c).max())))
@@ -149,7 +150,7 @@ def _refuse_crossing(first: str, second: str, fits: Mapping[str, CurveFit], span
 
 
 def _inliers(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
-             mistaken: set) -> tuple[np.ndarray, ...]:
+             mistaken: set[Place]) -> tuple[Mask, ...]:
     result = tuple(np.ones(len(o.points), bool) for o in observations)
     for name, border in borders.items():
         for (i, k), fine in zip(border.owners, fits[name].inliers, strict=True):
@@ -160,7 +161,7 @@ def _inliers(observations: Observations, borders: Mapping[str, _Border], fits: M
 
 
 def _outlier_warnings(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
-            inliers: tuple[np.ndarray, ...]) -> list[Warning]:
+            inliers: tuple[Mask, ...]) -> list[Warning]:
     found = [outlier_warning(observations, i, k, say(
         "outlier.curve", "is {px:.1f} px from the curve through the other points", px=abs(residual)))
              for name, border in borders.items() for (i, k), fine, residual
@@ -169,16 +170,16 @@ def _outlier_warnings(observations: Observations, borders: Mapping[str, _Border]
     fix = say("outlier.disagrees.fix", "Check that it is on the correct mark.")
     return found + [outlier_warning(observations, i, k, where, fix)
                     for i, observation in enumerate(observations) if observation.feature not in BORDERS
-                    for k in np.flatnonzero(~inliers[i])]
+                    for k in np.flatnonzero(~inliers[i]).tolist()]
 
 
 def _extrapolation_warnings(borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
                             model: Polynomial) -> list[Warning]:
     """Return a warning for each curve that is extrapolated within the field."""
     found = []
-    rows = {"left": (float(model.top(0.0)), float(model.bottom(0.0))),
-            "right": (float(model.top(model.width_px)), float(model.bottom(model.width_px))),
-            "top": (0.0, model.width_px), "bottom": (0.0, model.width_px)}
+    columns = np.array([0.0, model.width_px])
+    left, right = zip(model.top(columns).tolist(), model.bottom(columns).tolist(), strict=True)
+    rows = {"left": left, "right": right, "top": (0.0, model.width_px), "bottom": (0.0, model.width_px)}
     for name, border in borders.items():
         points = border.points[fits[name].inliers]
         position = points[:, 1] if name in ("left", "right") else model.corrected_from_raw(points)[:, 0]

@@ -26,7 +26,7 @@ from app.fitting.ray_camera.problem import gather_clicks, line_incidences
 from app.fitting.ray_camera.search import best_start, solve
 from app.fitting.ray_camera.setup import fit_problem, line_sigma_mm
 from app.fitting.sensitivity import ParameterSensitivity
-from app.models import parameters_json
+from app.models import CameraModel, parameters_json
 from app.models.ray_camera import RayCamera
 
 MOVED = 0.1  # of the logarithm of the focal length: k3's prior is then nearly twice as wide as it should be
@@ -51,8 +51,8 @@ class RayFitter(Fitter):
                 "of the four borders are recommended.")
 
     @classmethod
-    def sensitivity(cls, model: RayCamera) -> Sensitivity:
-        return ParameterSensitivity(RayCameraParameters.of(model))
+    def sensitivity(cls, model: CameraModel) -> Sensitivity | None:
+        return ParameterSensitivity(RayCameraParameters.of(model)) if isinstance(model, RayCamera) else None
 
     @classmethod
     def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,

@@ -6,9 +6,15 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.geometry import Array, ImageSize
-from app.fitting.linear import focal_from_vanishing_points, homography_from_lines, pose_from_homography, tsai_two_stage
+from app.fitting.linear import (
+    Incidences,
+    focal_from_vanishing_points,
+    homography_from_lines,
+    pose_from_homography,
+    tsai_two_stage,
+)
 from app.fitting.ray_camera.parameters import RayCameraParameters
-from app.fitting.ray_camera.problem import ClickResiduals, Incidences
+from app.fitting.ray_camera.problem import ClickResiduals
 from app.models.lenses import Lens
 
 FOCAL_GUESSES = (0.55, 0.8, 1.1, 1.6)  # of the picture's width: what field cameras have
@@ -27,7 +33,7 @@ def start_states(lens: type[Lens], start_terms: Callable[[float, float], Array],
                                    start_terms(k1, half_diagonal_px / focal), rotation, position, offsets_mm)
 
     found = homography_from_lines(incidences, centre)
-    plane_from_field = np.linalg.inv(found.field_from_plane)
+    plane_from_field = np.asarray(np.linalg.inv(found.field_from_plane), np.float64)
     states = [state(focal, float(np.clip(found.bend * focal**2, -1.0, 0.5)),
                     *pose_from_homography(plane_from_field, focal))
               for focal in _focals(plane_from_field, image_size, height_mm)]

@@ -14,7 +14,7 @@ import numpy as np
 from app.core.errors import BadInput
 from app.core.geometry import Array, ImageSize
 from app.fitting.ray_camera.parameters import RayCameraParameters
-from app.models import MODELS, model_from_json
+from app.models import model_from_json
 from app.models.intrinsics import PINHOLE_PARAMETERS, Intrinsics
 from app.models.lenses import Lens
 from app.models.ray_camera import RayCamera
@@ -71,11 +71,15 @@ class GaussianPrior:
 def refuse_other_camera(held: str, size: ImageSize, model: str, image_size: ImageSize, made: str) -> None:
     """Raise BadInput where the held lens is of another model or of another picture size than the fit."""
     if held != model:
-        raise BadInput(f"The chosen lens is {held}, but the model to fit is {model}.",
-                       f"Fit {held}, or use another lens.", reason="bad-option")
+        raise _other_model(held, model)
     if size != image_size:
         raise BadInput(f"The chosen lens is for images of {size}; this image has {image_size}.",
                        f"Use a lens that was {made} at this size.", reason="bad-option")
+
+
+def _other_model(held: str, model: str) -> BadInput:
+    return BadInput(f"The chosen lens is {held}, but the model to fit is {model}.",
+                    f"Fit {held}, or use another lens.", reason="bad-option")
 
 
 def read_lens(model: str, settings: Mapping[str, Any], image_size: ImageSize) -> Intrinsics | None:
@@ -87,9 +91,10 @@ def read_lens(model: str, settings: Mapping[str, Any], image_size: ImageSize) ->
         lens = Intrinsics.from_json(given["lens"])
     else:
         camera = model_from_json(given["name"], given["parameters"])
-        lens = camera_intrinsics(camera, given.get("covariance")) if isinstance(camera, RayCamera) else None
-    refuse_other_camera(lens.model if lens else given["name"], lens.image_size if lens else image_size, model,
-                        image_size, "calibrated")
+        if not isinstance(camera, RayCamera):
+            raise _other_model(camera.NAME, model)
+        lens = camera_intrinsics(camera, given.get("covariance"))
+    refuse_other_camera(lens.model, lens.image_size, model, image_size, "calibrated")
     if settings.get("lens_sigma") == "own" and not lens.estimated:
         raise BadInput("The uncertainty of the lens is unknown: " + (
             "that calibration used a fixed lens itself." if given.get("covariance") else "it has no covariance."),
@@ -130,16 +135,16 @@ def lens_prior(lens: Intrinsics, settings: Mapping[str, Any]) -> GaussianPrior |
     """Return the joint prior of a lens that is not fixed; the aspect is always fixed."""
     if settings.get("lens_sigma") != "own":
         return None
-    model = MODELS[lens.model].LENS
     chosen = [i for i, name in enumerate(lens.estimated) if name != "aspect"]
     names = tuple(lens.estimated[i] for i in chosen)
     by = np.eye(len(names))
     if "log_focal" in names:
-        _, _, by_scale = model.at_scale(np.array(lens.terms), 0.0)
-        by[:, names.index("log_focal")] -= [by_scale[model.TERMS.index(n)] if n in model.TERMS else 0.0 for n in names]
+        _, _, by_scale = lens.lens.at_scale(np.array(lens.terms), 0.0)
+        scales = dict(zip(lens.lens.TERMS, by_scale, strict=True))
+        by[:, names.index("log_focal")] -= [scales.get(n, 0.0) for n in names]
     covariance = by @ np.array(lens.covariance)[np.ix_(chosen, chosen)] @ by.T
     least = MIN_VARIANCE
     if "log_focal" in names:
         least = max(least, BENDS_ALIKE * covariance[names.index("log_focal"), names.index("log_focal")])
-    return GaussianPrior.of(names, np.array([lens.values[name] for name in names]), covariance, model, lens.focal_px,
-                            least)
+    return GaussianPrior.of(names, np.array([lens.values[name] for name in names]), covariance, lens.lens,
+                            lens.focal_px, least)

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from app.core.geometry import Array
+from app.core.geometry import Array, Mask
 
 SIGMAS_MM = np.geomspace(0.05, 30.0, 28)
 SIGMA_SPREAD = 0.7  # σ of the logarithm of σ; its mean square is what the field says
@@ -24,7 +24,7 @@ ROUNDS = 4
 
 
 def line_sigmas_mm(jacobian: Array, columns: Sequence[int], offsets_mm: Array, prior_sigmas_mm: Array,
-                   usual_mm: float, kind: Array) -> Array:
+                   usual_mm: float, kind: Mask) -> Array:
     """Return σ (n,) mm of each line's offset.
 
     jacobian: (rows, parameters) of whitened residuals at their minimum, with the offsets' priors in it; columns: those
@@ -54,7 +54,7 @@ def line_sigmas_mm(jacobian: Array, columns: Sequence[int], offsets_mm: Array, p
     return sigma * np.sqrt(SPREAD / weights)
 
 
-def _posterior_sigma(schur: Array, pull: Array, precision: Array, weights: Array, own: Array, usual_mm: float,
+def _posterior_sigma(schur: Array, pull: Array, precision: Array, weights: Array, own: Mask, usual_mm: float,
                      ) -> float:
     """Return the σ that is shared by `own`, with the precision of the others as it is."""
     precisions = np.where(own, weights / SIGMAS_MM[:, None] ** 2, precision)

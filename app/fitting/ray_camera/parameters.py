@@ -5,7 +5,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from app.core.geometry import Array
+from app.core.geometry import Array, Mask
 from app.models.lenses import Lens
 from app.models.ray_camera import RayCamera
 from app.models.rotation import matrix_from_vector, vector_from_matrix
@@ -49,7 +49,7 @@ class RayCameraParameters:
         keep = np.array([name in terms for name in self.lens.TERMS], bool)
         return replace(self, terms=np.where(keep, self.terms, 0.0))
 
-    def retract(self, delta: Array, free: Array) -> Self:
+    def retract(self, delta: Array, free: Mask) -> Self:
         """Apply a step: delta for the free parameters, in the order of names.
 
         Focal length and height move by factors: straight from above they compensate each other, with the lens's terms,

@@ -5,24 +5,48 @@ along the curve it was made is found by one step at every evaluation and costs n
 along the curve changes the distance by nothing (orthogonal distance regression, P. Boggs and J. Rogers 1990).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from dataclasses import field as member
+from typing import Protocol, Self, TypeVar
 
 import numpy as np
 
 from app.core.field import Arc, Field, Landmark, Line, Region
-from app.core.geometry import Array
+from app.core.geometry import Array, Indices, Mask
 from app.core.records import Observations
 from app.fitting.clicks import first_of_each_place
 from app.fitting.linear import Incidences, line_through
-from app.fitting.ray_camera.parameters import RayCameraParameters
 
 FOOT_STEPS, NEAR_ENOUGH = 12, 1e-3  # for the first places; mm or radians
 PARTS = ("across", "tilt", "centre_x", "centre_y")  # of a marking's offset, mm; "across" an arc is its radius
 TILT_SHARE = 0.4  # how far a line's end lies off by its tilt, of how far the line does as a whole: each end is measured
 
 Offsets = Mapping[str, Mapping[str, float]]  # mm by marking and part
+
+
+class CameraState(Protocol):
+    """A camera's parameters as a fit moves them, whatever the camera: see RayCameraParameters."""
+
+    @property
+    def names(self) -> tuple[str, ...]: ...
+
+    @property
+    def lens_names(self) -> tuple[str, ...]: ...
+
+    @property
+    def offsets_mm(self) -> Array: ...
+
+    def values(self) -> dict[str, float]: ...
+
+    def retract(self, delta: Array, free: Mask) -> Self: ...
+
+    def project_jacobian(self, points: Array) -> tuple[Array, Array, Array]: ...
+
+    def unproject(self, pixels: Array, z_mm: Array) -> Array: ...
+
+
+State = TypeVar("State", bound=CameraState)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +63,14 @@ class ClickResiduals:
     """Clicks on curves and on marks as arrays. Places along the curves are carried over between evaluations."""
 
     pixels: Array  # (n, 2), curves first, then spots
-    owners: Array  # (n, 2) observation, point
+    owners: Indices  # (n, 2) observation, point
     base: Array  # curves (c, 3): a place on the line, or the arc's centre
     along: Array  # curves (c, 2): the line's direction; an arc's is found from its angle
     radius: Array  # curves (c,): 0 for a line
     half_mm: Array  # curves (c,): half of the line's length, 0 for an arc
-    line_of: Array  # curves (c,): which offset moves it across, or an arc outwards, -1 none
-    tilt_of: Array  # curves (c,): which offset tilts it, -1 none
-    centre_of: Array  # curves (c, 2): which offsets move an arc's centre along x and y, -1 none
+    line_of: Indices  # curves (c,): which offset moves it across, or an arc outwards, -1 none
+    tilt_of: Indices  # curves (c,): which offset tilts it, -1 none
+    centre_of: Indices  # curves (c, 2): which offsets move an arc's centre along x and y, -1 none
     marks: Array  # (s, 3) field mm
     offset_names: tuple[tuple[str, str], ...] = ()  # of a state's offsets: marking and part, see PARTS
     places: Array = member(default_factory=lambda: np.empty(0))  # along each curve: mm or radians
@@ -81,15 +105,15 @@ class ClickResiduals:
         half_mm = np.where(self.half_mm > 0, self.half_mm, 1.0)
         return np.where(self.tilt_of >= 0, TILT_SHARE / half_mm * np.append(offsets_mm, 0.0)[self.tilt_of], 0.0)
 
-    def only(self, keep: Array) -> "ClickResiduals":
-        """Return some of the clicks; keep (n,) bool."""
+    def only(self, keep: Mask) -> "ClickResiduals":
+        """Return some of the clicks; keep (n,)."""
         curves, spots = keep[:self.curves], keep[self.curves:]
         return ClickResiduals(self.pixels[keep], self.owners[keep], self.base[curves], self.along[curves],
                           self.radius[curves], self.half_mm[curves], self.line_of[curves], self.tilt_of[curves],
                           self.centre_of[curves], self.marks[spots], self.offset_names,
                           self.places[curves] if len(self.places) else self.places)
 
-    def residuals(self, state: RayCameraParameters) -> tuple[Array, Array]:
+    def residuals(self, state: CameraState) -> tuple[Array, Array]:
         """Return signed distances (c + 2 s,) px and their derivatives by every parameter of the state.
 
         They are of the curves' tangents at the places that were nearest for the state before this one, which costs one
@@ -122,7 +146,7 @@ class ClickResiduals:
                 j = np.concatenate([j, spots])
         return r, j
 
-    def _nearest(self, state: RayCameraParameters) -> Array:
+    def _nearest(self, state: CameraState) -> Array:
         """Return the places (c,) on the curves nearest to the clicks."""
         places = self.first_places(state)
         for _ in range(FOOT_STEPS):
@@ -140,13 +164,13 @@ class ClickResiduals:
         mm = np.where(np.isfinite(mm), mm, 0.0)
         return places + mm / np.where(self.radius > 0, self.radius, 1.0)
 
-    def first_places(self, state: RayCameraParameters) -> Array:
+    def first_places(self, state: CameraState) -> Array:
         """Return where the clicks fall on the carpet, along each curve."""
         arm = state.unproject(self.pixels[:self.curves], self.base[:, 2]) - self.base[:, :2]
         places = np.where(self.radius > 0, np.arctan2(arm[:, 1], arm[:, 0]), np.einsum("ni,ni->n", arm, self.along))
         return np.where(np.isfinite(places), places, 0.0)
 
-    def _curve(self, places: Array, state: RayCameraParameters) -> tuple[Array, Array, Array]:
+    def _curve(self, places: Array, state: CameraState) -> tuple[Array, Array, Array]:
         arc = (self.radius > 0)[:, None]
         cos_sin = np.stack([np.cos(places), np.sin(places)], axis=1)
         tangent = np.where(arc, np.stack([-cos_sin[:, 1], cos_sin[:, 0]], axis=1), self.along)
@@ -191,12 +215,12 @@ def gather_clicks(observations: Observations, field: Field, region: Region, with
                   if part == "across" or (part == "tilt") == isinstance(marking, Line)) if with_offsets else ()
     index = {name: number for number, name in enumerate(names)}
 
-    def column(rows: list, index: int, width: int, kind: type = float) -> Array:
-        return np.array([row[index] for row in rows], kind).reshape(len(rows), *([width] if width else []))
+    def column(rows: Sequence[tuple[object, ...]], index: int, width: int) -> Array:
+        return np.array([row[index] for row in rows], np.float64).reshape(len(rows), *([width] if width else []))
 
     moved_by = np.array([[index.get((curve[6], part), -1) for part in PARTS] for curve in curves], int).reshape(-1, 4)
     return ClickResiduals(np.concatenate([column(curves, 0, 2), column(spots, 0, 2)]),
-                          np.concatenate([column(curves, 1, 2, int), column(spots, 1, 2, int)]),
+                          np.array([owner for _, owner, *_ in (*curves, *spots)], int).reshape(-1, 2),
                           column(curves, 2, 3), column(curves, 3, 2), column(curves, 4, 0), column(curves, 5, 0),
                           moved_by[:, 0], moved_by[:, 1], moved_by[:, 2:], column(spots, 2, 3), names)
 

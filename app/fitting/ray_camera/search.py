@@ -2,20 +2,20 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Generic
 
 import numpy as np
 
 from app.core.errors import FitFailed
-from app.core.geometry import Array
+from app.core.geometry import Array, Indices, Mask
 from app.core.statements import say
 from app.fitting.least_squares import Minimum, minimise
 from app.fitting.linear import CHECK_LINES
-from app.fitting.options import CLICK_SIGMA
+from app.fitting.options import CLICK_SIGMAS_PX
 from app.fitting.ray_camera.lens_prior import GaussianPrior
 from app.fitting.ray_camera.line_offsets import line_sigmas_mm
 from app.fitting.ray_camera.parameters import RayCameraParameters
-from app.fitting.ray_camera.problem import ClickResiduals, ScalarPrior
+from app.fitting.ray_camera.problem import CameraState, ClickResiduals, ScalarPrior, State
 
 CLICK_PX = 0.5  # prior of σ of a click
 START_STEPS = 8
@@ -42,7 +42,7 @@ class RayFitProblem:
 
     problem: ClickResiduals
     priors: tuple[ScalarPrior, ...]
-    free: Array
+    free: Mask
     names: tuple[str, ...]
     line_sigma_mm: float = 0.0
     lens_prior: GaussianPrior | None = None
@@ -58,7 +58,7 @@ class RayFitProblem:
         """Return the number of unknowns that the clicks must determine."""
         return max(int(self.free.sum()) - len(self.known_names), 1)
 
-    def prior_residuals(self, state: RayCameraParameters) -> tuple[Array, Array]:
+    def prior_residuals(self, state: CameraState) -> tuple[Array, Array]:
         """Return the priors as residuals, in σ, and their Jacobian (rows, all parameters)."""
         values, names = state.values(), list(self.names)
         known = np.empty(len(self.priors))
@@ -76,7 +76,7 @@ class RayFitProblem:
             by = np.concatenate([by, self.lens_prior.jacobian(names, values)])
         return known, by
 
-    def click_weights(self, state: RayCameraParameters, sigma_px: float) -> Array:
+    def click_weights(self, state: CameraState, sigma_px: float) -> Array:
         """Return the weight (n,) of each click's residual: 1, and less for marks, which may lie beside their places."""
         weights = np.ones(len(self.problem.pixels))
         if len(self.problem.marks) and self.line_sigma_mm:
@@ -93,11 +93,11 @@ class RayFitProblem:
 
 
 @dataclass(frozen=True, eq=False)
-class RayFitResult:
+class RayFitResult(Generic[State]):
     task: RayFitProblem
     terms: tuple[str, ...]
-    minimum: Minimum[RayCameraParameters]
-    inliers: Array
+    minimum: Minimum[State]
+    inliers: Mask
     pixels: Array  # residuals, px: signed for curves, distances for spots
     sigma_px: float
     freedom: int
@@ -121,7 +121,7 @@ class RayFitResult:
     def choices(self) -> dict[str, Any]:
         """Return what this fit has found, as options of the next one on some of its clicks."""
         return {"start_lines_mm": self.offsets_mm, "line_sigmas_mm": self.offset_sigmas_mm,
-                "click_sigma_px": float(np.clip(self.sigma_px, *CLICK_SIGMA.range))}
+                "click_sigma_px": float(np.clip(self.sigma_px, *CLICK_SIGMAS_PX))}
 
     @property
     def offsets_mm(self) -> dict[str, dict[str, float]]:
@@ -179,8 +179,8 @@ def no_camera_error() -> FitFailed:
                      reason="no-camera")
 
 
-def solve(task: RayFitProblem, start: RayCameraParameters, settings: Mapping[str, Any], *,
-          noise_known: bool = False) -> RayFitResult:
+def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
+          noise_known: bool = False) -> RayFitResult[State]:
     """Fit robustly from the start, then plainly without the outliers; then learn what the noise and the lines are.
 
     noise_known: by an earlier fit, and its outliers are not among the clicks.
@@ -233,13 +233,13 @@ def solve(task: RayFitProblem, start: RayCameraParameters, settings: Mapping[str
     return RayFitResult(chosen, terms, best, inliers, pixels, float(spread), freedom, float(correlation))
 
 
-def _determined(found: Minimum[RayCameraParameters], priors: int) -> float:
+def _determined(found: Minimum[State], priors: int) -> float:
     """Return how many parameters the clicks determine, and not the priors: the trace of the hat matrix's first rows."""
     clicks = found.jacobian[:len(found.jacobian) - priors]
     return float(np.einsum("ij,jk,ik->", clicks, covariance_of(found.jacobian), clicks))
 
 
-def correlation_factor(pixels: Array, owners: Array) -> float:
+def correlation_factor(pixels: Array, owners: Indices) -> float:
     """Return what neighbouring residuals along a line, alike, take from the number of independent ones: ≥ 1.
 
     pixels (n,) signed; owners (n, 2) observation and point, in order along it. The variance of a mean of a first-order
@@ -266,13 +266,13 @@ def covariance_of(jacobian: Array) -> Array:
     return np.linalg.pinv(information, rcond=1e-14, hermitian=True) / np.outer(scale, scale)
 
 
-def _minimise(task: RayFitProblem, start: RayCameraParameters, sigma: float, robust_rows: int,
-              steps: int = MAX_STEPS, tolerance: float = SEARCHING) -> Minimum[RayCameraParameters]:
+def _minimise(task: RayFitProblem, start: State, sigma: float, robust_rows: int,
+              steps: int = MAX_STEPS, tolerance: float = SEARCHING) -> Minimum[State]:
     weights = task.click_weights(start, sigma)
     curves = task.problem.curves
     per_row = np.concatenate([weights[:curves], np.repeat(weights[curves:], 2)]) / sigma
 
-    def evaluate(state: RayCameraParameters) -> tuple[Array, Array]:
+    def evaluate(state: State) -> tuple[Array, Array]:
         r, j = task.problem.residuals(state)
         known, by = task.prior_residuals(state)
         return np.concatenate([r * per_row, known]), np.concatenate([j * per_row[:, None], by])[:, task.free]
@@ -285,7 +285,7 @@ def residual_count(problem: ClickResiduals) -> int:
     return problem.curves + 2 * len(problem.marks)
 
 
-def _click_distances(problem: ClickResiduals, state: RayCameraParameters) -> Array:
+def _click_distances(problem: ClickResiduals, state: CameraState) -> Array:
     """Return per click the signed distance from its curve, or the distance from its mark, px."""
     r, _ = problem.residuals(state)
     spots = r[problem.curves:].reshape(-1, 2)

@@ -26,7 +26,6 @@ def fit_problem(state: RayCameraParameters, problem: ClickResiduals, terms: tupl
     names, lens_terms = state.names, state.lens.TERMS
     free = np.array([name in terms if name in lens_terms else True for name in names])
     pinhole = names.index("turn_x")  # the lens and all before it
-    gaussian, known = None, ()
     if intrinsics is not None:
         gaussian = lens_prior(intrinsics, settings)
         free[:pinhole] = [gaussian is not None and n in gaussian.names for n in names[:pinhole]]

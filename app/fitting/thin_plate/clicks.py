@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.core.field import Arc, Feature, Field, Landmark, Region
-from app.core.geometry import Array, Points
+from app.core.geometry import Array, Indices, Mask, Points
 from app.core.records import Observations
 from app.fitting.clicks import first_of_each_place
 from app.fitting.thin_plate.smoothing import Constraints
@@ -23,11 +23,11 @@ class Clicks:
     raw: Points
     base: Points
     stretch: Array  # (n, 2, 2) d base / d raw
-    feature: Array
-    owners: Array  # (n, 2) observation, point
+    feature: Indices
+    owners: Indices  # (n, 2) observation, point
     features: tuple[Feature, ...]
 
-    def only(self, keep: Array) -> "Clicks":
+    def only(self, keep: Mask) -> "Clicks":
         return replace(self, raw=self.raw[keep], base=self.base[keep], stretch=self.stretch[keep],
                        feature=self.feature[keep], owners=self.owners[keep])
 
@@ -47,7 +47,7 @@ def gather_clicks(observations: Observations, field: Field, region: Region, base
     return Clicks(raw, base.corrected_from_raw(raw), stretch, owners_array[:, 0], owners_array, features)
 
 
-def constraints_of(clicks: Clicks, base: CameraModel, guess: Points) -> tuple[Constraints, Points, Array]:
+def constraints_of(clicks: Clicks, base: CameraModel, guess: Points) -> tuple[Constraints, Points, Indices]:
     """Return a spline's constraints from clicks near guess (n, 2) corrected px, each on the nearest place of its line.
 
     Also those places (n, 2), and which click each row is of.
@@ -62,11 +62,11 @@ def constraints_of(clicks: Clicks, base: CameraModel, guess: Points) -> tuple[Co
             foot = np.where(np.isfinite(foot), foot, feature.sample(1)[0])
         places[of] = base.corrected_from_field(foot)
         if isinstance(feature, Landmark):
-            rows += [(j, axis) for j in of for axis in np.eye(2)]
+            rows += [(j, axis) for j in of.tolist() for axis in np.eye(2)]
             continue
         along = base.corrected_from_field(foot + feature.tangents(foot)) - places[of]
         across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1, keepdims=True)
-        rows += list(zip(of, across, strict=True))
+        rows += list(zip(of.tolist(), across, strict=True))
     index = np.array([j for j, _ in rows], int)
     directions = np.array([d for _, d in rows]).reshape(-1, 2)
     values = np.einsum("ni,ni->n", directions, (clicks.base - places)[index])
@@ -74,7 +74,7 @@ def constraints_of(clicks: Clicks, base: CameraModel, guess: Points) -> tuple[Co
     return Constraints((places[index] - middle) / unit, directions, values, 1 / stretched), places, index
 
 
-def largest_per_click(rows: Array, index: Array, clicks: int) -> Array:
+def largest_per_click(rows: Array, index: Indices, clicks: int) -> Array:
     """Return the largest magnitude among each click's rows."""
     found = np.zeros(clicks)
     np.maximum.at(found, index, np.abs(rows))

@@ -8,7 +8,7 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.field import Feature, Field, Region
-from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points
+from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Indices, Mask, Points
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations, Warning
@@ -39,7 +39,7 @@ class _FittedSpline:
     smoother: SmoothingSplines
     smoothing: float
     constraints: Constraints
-    index: Array
+    index: Indices
 
 
 class ThinPlateFitter(Fitter):
@@ -58,8 +58,8 @@ class ThinPlateFitter(Fitter):
                 "border and as many again on lines inside the field.")
 
     @classmethod
-    def sensitivity(cls, model: ThinPlate) -> Sensitivity:
-        return LatticeSensitivity(model)
+    def sensitivity(cls, model: CameraModel) -> Sensitivity | None:
+        return LatticeSensitivity(model) if isinstance(model, ThinPlate) else None
 
     @classmethod
     def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
@@ -80,7 +80,7 @@ class ThinPlateFitter(Fitter):
         base = base_fit.model
         clicks = gather_clicks(flat, field, region, base)
         progress(0.7, "Fitting the spline")
-        reachable = np.isfinite(clicks.base).all(axis=1) & np.isfinite(clicks.stretch).all(axis=(1, 2))
+        reachable = np.all(np.isfinite(clicks.base), axis=1) & np.all(np.isfinite(clicks.stretch), axis=(1, 2))
         if reachable.mean() < 1 - MAX_OUTLIER_SHARE or (not settings["robust"] and not reachable.all()):
             raise FitFailed(say("refused.beyond-base", "Points are beyond the horizon of the base model."),
                             say("refused.beyond-base.fix",
@@ -114,7 +114,7 @@ class ThinPlateFitter(Fitter):
 
 
 def _covariance(base_fit: Fit, clicks: Clicks, fitted: _FittedSpline, sigma_px: float | None,
-                *, unseen: bool = True) -> Array:
+                *, unseen: bool = True) -> Array | None:
     """Return the covariance of the displacement at the lattice; see uncertainty.py."""
     trusted = np.array([base_fit.inliers[i][k] for i, k in clicks.owners])[fitted.index]
     return node_covariance(base_fit, clicks.base[fitted.index], trusted, fitted.constraints, fitted.smoother,
@@ -127,8 +127,8 @@ def _folding_error() -> FitFailed:
         "better."), reason="folds")
 
 
-def _inliers(clicks: Clicks, base: CameraModel, smoothing: float | None) -> Array:
-    """Return (n,) bool: clicks that the spline through the others explains; the worst are taken out first."""
+def _inliers(clicks: Clicks, base: CameraModel, smoothing: float | None) -> Mask:
+    """Return (n,) clicks that the spline through the others explains; the worst are taken out first."""
     fine = np.ones(len(clicks.raw), bool)
     while True:
         left = clicks.only(fine)
@@ -158,8 +158,7 @@ def _inliers(clicks: Clicks, base: CameraModel, smoothing: float | None) -> Arra
 
 def _fit_spline(clicks: Clicks, base: CameraModel, smoothing: float | None) -> _FittedSpline:
     """Fit the spline and the clicks' places along their lines in turn, until both stand still."""
-    guess, smoother, chosen = clicks.base, None, smoothing
-    middle, unit = spline_frame(base)
+    guess, (middle, unit) = clicks.base, spline_frame(base)
     for round_number in range(ROUNDS):
         constraints, places, index = constraints_of(clicks, base, guess)
         if round_number < CHOOSING:

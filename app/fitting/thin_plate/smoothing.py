@@ -7,6 +7,7 @@ their weights point across their lines. Linear functionals instead of values, an
 cross-validation: G. Wahba, "Spline Models for Observational Data" (1990).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -128,7 +129,7 @@ def hat_matrix(constraints: Constraints, strength: float, places: Array) -> Arra
     for axis in range(2):
         reads[:, axis, n + 3 * axis:n + 3 * axis + 3] = np.concatenate([np.ones((m, 1)), places], axis=1)
     try:
-        return np.linalg.solve(system, reads.reshape(2 * m, -1).T)[:n].T
+        return np.asarray(np.linalg.solve(system, reads.reshape(2 * m, -1).T)[:n].T, np.float64)
     except np.linalg.LinAlgError:
         raise _too_few_lines() from None
 
@@ -163,7 +164,7 @@ def _too_few_lines() -> FitFailed:
                      reason="lines-not-enough")
 
 
-def _minimise_smoothing(score) -> float:
+def _minimise_smoothing(score: Callable[[float], float]) -> float:
     """Return the smoothing of least score: over a grid, then by thirds between its neighbours."""
     scores = [score(s) for s in SMOOTHINGS]
     best = int(np.argmin(scores))

@@ -12,9 +12,9 @@ Stored is the covariance of δq at the lattice; a thin-plate spline through the 
 
 import numpy as np
 
-from app.core.geometry import Array, Points, with_z
+from app.core.geometry import Array, Mask, Points, with_z
 from app.core.records import Fit
-from app.fitting import sensitivity_of
+from app.fitting import Sensitivity, sensitivity_of
 from app.fitting.thin_plate.smoothing import Constraints, SmoothingSplines, design, hat_matrix, kernel_columns
 from app.models.thin_plate import spline_frame
 from app.models.thin_plate_spline import Spline, kernel
@@ -41,27 +41,30 @@ def lattice_weights(nodes: Array, places: Array) -> Array:
     return np.linalg.solve(system, reads.T)[:len(nodes)].T
 
 
-def node_covariance(base_fit: Fit, clicked: Points, trusted: Array, constraints: Constraints,
+def node_covariance(base_fit: Fit, clicked: Points, trusted: Mask, constraints: Constraints,
                     smoother: SmoothingSplines, smoothing: float, spline: Spline, sigma_px: float | None, *,
-                    unseen: bool = True) -> Array:
+                    unseen: bool = True) -> Array | None:
     """Return the (70, 70) covariance of δq at the lattice, corrected px; x and y of each node in turn.
 
+    None where the base's is not known.
     clicked (n, 2): where the base sees the click of each row of known, corrected px. trusted (n,): whether the base
     rests on it. sigma_px: the noise of a click, where it is given. unseen=False leaves z out: what noise alone does, as
     repeated clicking would show.
     """
+    base, covariance, base_sigma = base_fit.model, base_fit.covariance, base_fit.notes["click_sigma_px"]
+    sensitivity = sensitivity_of(base)
+    if covariance is None or sensitivity is None:
+        return None
     likely = smoother.cross_validated()  # one that follows every click leaves nothing to read the noise off
     sigma_px = sigma_px or smoother.sigma_px(likely)
-    base = base_fit.model
     middle, unit = spline_frame(base)
     nodes = (lattice(base.width_px, base.height_px) - middle) / unit
     value, slope = spline.with_gradient(nodes)
     hat = hat_matrix(constraints, smoother.strength(smoothing), nodes)
-    at_nodes = _base_jacobian(base_fit, nodes * unit + middle + value).reshape(2 * len(nodes), -1)
+    at_nodes = _base_jacobian(base_fit, sensitivity, nodes * unit + middle + value).reshape(2 * len(nodes), -1)
     at_clicks = np.einsum("ni,nik->nk", constraints.directions * constraints.weights[:, None],
-                          _base_jacobian(base_fit, clicked))
+                          _base_jacobian(base_fit, sensitivity, clicked))
     by_base = at_nodes - hat @ at_clicks
-    covariance, base_sigma = base_fit.covariance, base_fit.notes["click_sigma_px"]
     from_noise = -covariance @ (at_clicks * trusted[:, None]).T / base_sigma**2
     values = from_noise @ from_noise.T * base_sigma**2
     noise = by_base @ from_noise - hat
@@ -76,12 +79,12 @@ def node_covariance(base_fit: Fit, clicked: Points, trusted: Array, constraints:
     return np.round(_positive_semidefinite(blocks.reshape(total.shape)), DIGITS)
 
 
-def _base_jacobian(base_fit: Fit, corrected: Points) -> Array:
+def _base_jacobian(base_fit: Fit, sensitivity: Sensitivity, corrected: Points) -> Array:
     """Differentiate a pixel's corrected place (n, 2) by the base's parameters: (n, 2, p) px; 0 beyond its horizon."""
     base = base_fit.model
     place = with_z(base.field_from_corrected(corrected))
     px_per_mm = base.corrected_from_field(np.eye(2)) - base.corrected_from_field(np.zeros((2, 2)))
-    by = np.einsum("nik,ij->njk", sensitivity_of(base).field_jacobian(place, base_fit.parameter_names), px_per_mm)
+    by = np.einsum("nik,ij->njk", sensitivity.field_jacobian(place, base_fit.parameter_names), px_per_mm)
     return np.where(np.isfinite(by), by, 0.0)
 
 

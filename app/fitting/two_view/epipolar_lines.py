@@ -59,7 +59,7 @@ def epipolar_curves(camera_a: RayCamera, camera_b: RayCamera, points_a: Points) 
         first = np.maximum(inside.argmax(axis=1) - 1, 0)
         last = np.minimum(COARSE - inside[:, ::-1].argmax(axis=1), COARSE - 1)
         fine = (first[:, None] + np.linspace(0, 1, FINE) * (last - first)[:, None]) / (COARSE - 1)
-        return np.where(inside.any(axis=1)[:, None, None], seen(fine), np.nan)
+        return np.where(np.any(inside, axis=1)[:, None, None], seen(fine), np.nan)
 
 
 def directions(camera: RayCamera, raw: Points) -> Array:

@@ -11,7 +11,7 @@ from math import lgamma, log
 import numpy as np
 
 from app.core.errors import BadInput, FitFailed
-from app.core.geometry import Array, Points, as_points, homogeneous
+from app.core.geometry import Array, Indices, Mask, Points, as_points, homogeneous
 from app.fitting.two_view.consensus import PARAMETERS, Consensus, consensus
 from app.fitting.two_view.epipolar import FundamentalParameters, epipolar_px, normaliser, sampson_px
 
@@ -30,13 +30,13 @@ WEAK = 1e-6  # of the scaled derivatives' largest singular value
 
 @dataclass(frozen=True, eq=False)
 class TwoViews:
-    """fundamental (3, 3): (b, 1) F (a, 1)ᵀ = 0, rank 2, norm 1. good (n,) bool; sigma_px: of the good ones.
+    """fundamental (3, 3): (b, 1) F (a, 1)ᵀ = 0, rank 2, norm 1. good (n,); sigma_px: of the good ones.
 
     epipolar_px (n,): each match's distance from its epipolar lines, root mean square of both views.
     """
 
     fundamental: Array
-    good: Array
+    good: Mask
     epipolar_px: Array
     sigma_px: float
 
@@ -85,7 +85,7 @@ def as_matches(a: Points, b: Points) -> tuple[Points, Points]:
     return a, b
 
 
-def _distinct_matches(a: Points, b: Points) -> Array:
+def _distinct_matches(a: Points, b: Points) -> Indices:
     """Indices of matches that share no point, in either view, with an earlier one.
 
     One point is seen at one place: of matches that say otherwise at most one is right. All of them would agree, for
@@ -110,7 +110,7 @@ def _refuse_too_few(a: Points, b: Points) -> None:
                             "Match points all over the shared area.", reason="collinear-points")
 
 
-def _refuse_chance(found: Consensus, good: Array, a: Points, b: Points) -> None:
+def _refuse_chance(found: Consensus, good: Mask, a: Points, b: Points) -> None:
     """Raise FitFailed where as many random matches would agree as well."""
     n, k = len(good), int(good.sum())
     if found.sigma_px > MAX_SIGMA_PX:
@@ -146,7 +146,7 @@ def _log_choose(n: int, k: int) -> float:
     return lgamma(n + 1) - lgamma(k + 1) - lgamma(n - k + 1)
 
 
-def _refuse_plane(found: Consensus, good: Array, a: Points, b: Points) -> None:
+def _refuse_plane(found: Consensus, good: Mask, a: Points, b: Points) -> None:
     """Raise FitFailed where a homography explains all but a few: a flat scene, or a camera that only turned.
 
     Geometries that agree with a plane have two numbers left, so any two mistakes fit one of them, and others by chance.

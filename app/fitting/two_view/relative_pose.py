@@ -13,7 +13,7 @@ from typing import Self
 import numpy as np
 
 from app.core.errors import FitFailed
-from app.core.geometry import Array, Points, homogeneous
+from app.core.geometry import Array, Mask, Points, homogeneous
 from app.fitting.two_view.consensus import TAIL, minimise_weighted
 from app.fitting.two_view.epipolar import epipolar_px, sampson_jacobian
 from app.fitting.two_view.fundamental_matrix import as_matches, fundamental_matrix
@@ -35,7 +35,7 @@ class RelativePose:
 
     b_from_a: Array
     direction: Array
-    good: Array
+    good: Mask
     epipolar_px: Array
     sigma_px: float
     rotation_sigma_deg: float
@@ -53,7 +53,7 @@ def relative_pose(camera_a: RayCamera, camera_b: RayCamera, a: Points, b: Points
     """
     a, b = as_matches(a, b)
     ideal_a, ideal_b = ideal_px(camera_a, a), ideal_px(camera_b, b)
-    visible = np.isfinite(ideal_a).all(axis=1) & np.isfinite(ideal_b).all(axis=1)
+    visible = np.all(np.isfinite(ideal_a) & np.isfinite(ideal_b), axis=1)
     found = fundamental_matrix(ideal_a[visible], ideal_b[visible])
     good_a, good_b = ideal_a[visible][found.good], ideal_b[visible][found.good]
     start = _in_front(found.fundamental, camera_a.focal_px, camera_b.focal_px, good_a, good_b)
@@ -157,8 +157,8 @@ def _in_front(fundamental: Array, focal_a: float, focal_b: float, a: Points, b: 
     return best
 
 
-def _both_ahead(state: RelativePoseParameters, a: Points, b: Points) -> Array:
-    """Return (n,) bool: whether the point where a match's rays pass nearest is ahead of both cameras."""
+def _both_ahead(state: RelativePoseParameters, a: Points, b: Points) -> Mask:
+    """Return (n,) whether the point where a match's rays pass nearest is ahead of both cameras."""
     ray_a = homogeneous(a / state.focal_a) @ state.rotation.T  # in b's frame, from `direction`
     ray_b = homogeneous(b / state.focal_b)
     # least squares of  direction + α ray_a = β ray_b
