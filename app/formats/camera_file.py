@@ -86,8 +86,8 @@ class CameraFile:
                                                                        "field.",
                            reason="no-pose")
         camera = LENS_MODELS[self.model](lens_terms=self.terms, focal_px=self.focal_px[0], aspect=self.aspect,
-                                    centre_px=self.centre_px, rotation=self.pose.rotation,
-                                    position_mm=self.pose.position_mm, **view)
+                                         centre_px=self.centre_px, rotation=self.pose.rotation,
+                                         position_mm=self.pose.position_mm, **view)
         if not camera.plausible():
             raise format_error("These numbers do not describe a camera above a field.",
                                "Check their units: pixels, mm and radians.")

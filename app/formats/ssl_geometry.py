@@ -7,6 +7,7 @@ is not the camera's height; a negative a, pincushion, is as good as any other; t
 import numpy as np
 
 from app.core.field import Field, Region
+from app.core.geometry import Array
 from app.formats.camera_file import CameraFile, checked_size
 from app.formats.camera_matrix import translation_of
 from app.formats.metadata import checked_pose
@@ -44,7 +45,7 @@ def camera_from_wire(sent: CameraCalibration, field: Field) -> CameraFile:
                       (sent.principal_point_x, sent.principal_point_y), size, pose=pose, field=field)
 
 
-def quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
+def quaternion(rotation: Array) -> tuple[float, float, float, float]:
     """Return the quaternion (x, y, z, w), w ≥ 0, of a rotation vector."""
     angle = float(np.linalg.norm(rotation))
     half = np.sin(angle / 2) / angle * rotation if angle > 1e-12 else rotation / 2
@@ -53,7 +54,7 @@ def quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
     return x, y, z, abs(w)
 
 
-def matrix_from_quaternion(q: np.ndarray) -> np.ndarray:
+def matrix_from_quaternion(q: Array) -> Array:
     """Return the rotation matrix of a unit quaternion (x, y, z, w)."""
     x, y, z, w = q
     return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],

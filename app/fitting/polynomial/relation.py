@@ -7,6 +7,7 @@ from numpy.polynomial import polynomial
 
 from app.core.errors import FitFailed
 from app.core.field import BORDERS, Arc, Field, Landmark, Line, Region
+from app.core.geometry import Array
 from app.core.records import Observation, Observations
 from app.core.statements import say
 from app.models.polynomial import Polynomial
@@ -84,7 +85,7 @@ def _known_coordinates(feature: Line | Arc | Landmark, observation: Observation,
     return abs(u1 - u0) < 1e-6, abs(v1 - v0) < 1e-6, float(u0), float(v0)
 
 
-def _fit_curve(rows: list[_Known], degree: int) -> tuple[np.ndarray, set[Place]]:
+def _fit_curve(rows: list[_Known], degree: int) -> tuple[Array, set[Place]]:
     """Fit mm share over pixel share by least squares, the two borders known; return gross mistakes too.
 
     Each border counts as one point: enough to fix the ends when little else is known, too little to bend the

@@ -44,15 +44,14 @@ def lattice_weights(nodes: Array, places: Array) -> Array:
 def node_covariance(base_fit: Fit, clicked: Points, trusted: Mask, constraints: Constraints,
                     smoother: SmoothingSplines, smoothing: float, spline: Spline, sigma_px: float | None, *,
                     unseen: bool = True) -> Array | None:
-    """Return the (70, 70) covariance of δq at the lattice, corrected px; x and y of each node in turn.
+    """Return the (70, 70) covariance of δq at the lattice, corrected px, x and y of each node in turn; None where the
+    base's is not known.
 
-    None where the base's is not known.
     clicked (n, 2): where the base sees the click of each row of known, corrected px. trusted (n,): whether the base
     rests on it. sigma_px: the noise of a click, where it is given. unseen=False leaves z out: what noise alone does, as
     repeated clicking would show.
     """
-    base, covariance, base_sigma = base_fit.model, base_fit.covariance, base_fit.notes["click_sigma_px"]
-    sensitivity = sensitivity_of(base)
+    base, covariance, sensitivity = base_fit.model, base_fit.covariance, sensitivity_of(base_fit.model)
     if covariance is None or sensitivity is None:
         return None
     likely = smoother.cross_validated()  # one that follows every click leaves nothing to read the noise off
@@ -65,6 +64,7 @@ def node_covariance(base_fit: Fit, clicked: Points, trusted: Mask, constraints: 
     at_clicks = np.einsum("ni,nik->nk", constraints.directions * constraints.weights[:, None],
                           _base_jacobian(base_fit, sensitivity, clicked))
     by_base = at_nodes - hat @ at_clicks
+    base_sigma = base_fit.notes["click_sigma_px"]
     from_noise = -covariance @ (at_clicks * trusted[:, None]).T / base_sigma**2
     values = from_noise @ from_noise.T * base_sigma**2
     noise = by_base @ from_noise - hat
