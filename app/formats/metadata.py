@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from app.core.field import QUARTER_TURNS
+from app.core.geometry import as_triple
 from app.core.records import Calibration
 from app.formats.approximation import ExportCamera
 from app.formats.numbers import format_error, integer, number, numbers, require
@@ -106,9 +107,8 @@ def metadata_from_json(value: Any) -> Metadata:
 
 def checked_pose(rotation: Any, position_mm: Any) -> CameraPose:
     """Return a pose above the carpet."""
-    (a, b, c), (x, y, z) = (map(float, vector) for vector in (rotation, position_mm))
-    pose = CameraPose((a, b, c), (x, y, z))
-    number(z, "The camera's height", 1e-3)
+    pose = CameraPose(as_triple(rotation), as_triple(position_mm))
+    number(pose.position_mm[2], "The camera's height", 1e-3)
     number(float(np.linalg.norm(pose.rotation)), "The camera's rotation", 0, 10)
     return pose
 

@@ -61,14 +61,14 @@ def levels(field: Field, region: Region) -> tuple[Array, Array]:
 
 def is_half_turn_symmetric(field: Field) -> bool:
     """Return whether the field's markings, turned by 180°, are the same."""
-    def places(sign: int) -> set[tuple[float, ...]]:
-        lines = {tuple(sorted(tuple(np.round(sign * np.array(p), 3) + 0.0) for p in (m.start, m.end)))
-                 for m in field.lines.values()}
-        arcs = set()
+    def places(sign: int) -> set[tuple[object, ...]]:
+        found: set[tuple[object, ...]] = {
+            tuple(sorted(tuple(np.round(sign * np.array(p), 3) + 0.0) for p in (m.start, m.end)))
+            for m in field.lines.values()}
         for m in field.arcs.values():
             ends = np.round(sign * m.sample(3), 1) + 0.0
-            arcs.add((*(np.round(sign * np.array(m.centre), 3) + 0.0), m.radius_mm, *sorted(map(tuple, ends[[0, 2]])),
-                      *ends[1]) if m.end_deg - m.start_deg < 359.9 else
-                     (*(np.round(sign * np.array(m.centre), 3) + 0.0), m.radius_mm))
-        return lines | arcs  # type: ignore[return-value]
+            found.add((*(np.round(sign * np.array(m.centre), 3) + 0.0), m.radius_mm, *sorted(map(tuple, ends[[0, 2]])),
+                       *ends[1]) if m.end_deg - m.start_deg < 359.9 else
+                      (*(np.round(sign * np.array(m.centre), 3) + 0.0), m.radius_mm))
+        return found
     return places(1) == places(-1)
