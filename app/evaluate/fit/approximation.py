@@ -68,8 +68,8 @@ def approximation_error(model: CameraModel, other: RayCamera, region: Region,
         hat_places, hat_pixels = _seen(model, region, GRID, hat_height_mm)
         hat = _length(other.unproject(hat_pixels, hat_height_mm) - hat_places)
         hat_rms, hat_worst = _rms(hat), float(hat.max(initial=0.0))
-    return ApproximationError(_rms(errors), float(errors[worst]), tuple(map(float, places[worst])), hat_rms, hat_worst,
-                              hat_height_mm)
+    x_mm, y_mm = places[worst].tolist()
+    return ApproximationError(_rms(errors), float(errors[worst]), (x_mm, y_mm), hat_rms, hat_worst, hat_height_mm)
 
 
 def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple[str, ...], region: Region,
@@ -160,10 +160,10 @@ def _seen_from(model: CameraModel, family: type[RayCamera], points: Array, pixel
     lines = np.concatenate([np.stack([one, zero, -points[:, 0]], 1), np.stack([zero, one, -points[:, 1]], 1)])
     centre = np.array(model.image_size.centre)
     found = homography_from_lines(Incidences(np.concatenate([pixels, pixels]), lines), centre)
-    plane_from_field = np.linalg.inv(found.field_from_plane)
+    plane_from_field = np.asarray(np.linalg.inv(found.field_from_plane), np.float64)
     vanishing = focal_from_vanishing_points(plane_from_field)
     states = []
-    for focal in [model.image_size.width * f for f in FOCALS] + [vanishing] * (vanishing is not None):
+    for focal in (*(model.image_size.width * f for f in FOCALS), *([] if vanishing is None else [vanishing])):
         with suppress(FitFailed):
             rotation, position = pose_from_homography(plane_from_field, focal)
             k1 = float(np.clip(found.bend * focal**2, -1.0, 0.5))
@@ -180,7 +180,8 @@ def _seen(model: CameraModel, region: Region, grid: tuple[int, int], z_mm: float
     """Places (n, 2) mm of the region, at z_mm, that the picture shows, and their pixels; all where it shows none."""
     corner = np.array([region.width_mm, region.height_mm])
     places = region.field_from_region(_grid(np.zeros(2), corner, grid))
-    pixels = raw_from_field(model, places) if z_mm == 0 else model.project(with_z(places, z_mm))
+    pixels = (model.project(with_z(places, z_mm)) if z_mm and isinstance(model, RayModel) else
+              raw_from_field(model, places))
     reached = np.isfinite(pixels).all(axis=1)
     inside = inside_picture(pixels, model.image_size)
     chosen = inside if inside.sum() >= 12 else reached
