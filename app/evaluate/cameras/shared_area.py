@@ -62,8 +62,8 @@ def shared_area(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: Image
     return _seen_by_both(a, size_a, b, size_b, low - coarse.cell / 2, high + coarse.cell / 2, FINE, 4)
 
 
-def _seen_by_both(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, low: Array,
-                  high: Array, cells: int, least: int = 2) -> SharedArea:
+def _seen_by_both(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, low: Array, high: Array,
+                  cells: int, least: int = 2) -> SharedArea:
     sides = high - low
     counts = np.maximum(least, np.round(cells * sides / sides.max())).astype(int)
     x, y = (start + (np.arange(n) + 0.5) / n * side for start, n, side in zip(low, counts, sides, strict=True))

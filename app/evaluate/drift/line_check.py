@@ -202,8 +202,7 @@ class _Search:
         rows = np.where(np.abs(away) <= reach[:, None], rows, np.nan)
         return inside_picture(places, self.size, 2) & (np.nanstd(rows, axis=1) < least_contrast)
 
-    def _measurements(self, pattern: FieldPattern, at: LineSamples, raw: Points, bare: Mask,
-                      ) -> LineMeasurements:
+    def _measurements(self, pattern: FieldPattern, at: LineSamples, raw: Points, bare: Mask) -> LineMeasurements:
         clear = at.clear
         spot, there = field_from_raw(self.model, raw), field_from_raw(self.model, at.places)
         foot, normal = np.full_like(spot, np.nan), np.full_like(spot, np.nan)

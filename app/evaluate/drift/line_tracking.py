@@ -40,8 +40,7 @@ class TrackedLines:
     moved_px: float
 
 
-def track_lines(gray: Pixels, model: CameraModel, field: Field,
-                before: Pixels | None = None) -> TrackedLines | None:
+def track_lines(gray: Pixels, model: CameraModel, field: Field, before: Pixels | None = None) -> TrackedLines | None:
     """Find the lines again; None where too few are seen, near their places or a little further away.
 
     before: the grey picture in which the calibration was made, which shows the lines more exactly than the model.

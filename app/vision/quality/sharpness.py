@@ -61,8 +61,8 @@ def measure_sharpness(picture: NDArray[np.uint8], field: NDArray | None = None) 
     field: its mask, also of the picture reduced, or its polygon in pixels, where it is known; nothing outside counts.
     """
     height, width = picture.shape[:2]
-    is_mask = field is not None and field.dtype == np.bool_ and field.ndim == 2
-    mask = field_mask(field, *(field if field is not None and is_mask else picture).shape[:2])
+    shape = field.shape if field is not None and field.dtype == np.bool_ and field.ndim == 2 else (height, width)
+    mask = field_mask(field, *shape)
     if min(height, width) < 3 * BLOCK:
         return Sharpness(None, (None,) * 9, (0,) * 9)
     grey = to_grey(picture)
