@@ -44,21 +44,21 @@ class StageConfig:
             raise BadInput("The value of corrected in the plan must be true or false.", _FORM, reason="bad-stages")
         if not isinstance(listed, (list, tuple)) or not 0 < len(listed) <= MAX_STAGES:
             raise BadInput(f"A plan must have 1 to {MAX_STAGES} stages.", _FORM, reason="bad-stages")
-        texts = [value["name"], value["title"]]
-        if not all(isinstance(text, str) and 0 < len(text) <= 80 and text.isprintable() for text in texts):
+        name, title = value["name"], value["title"]
+        if not all(isinstance(text, str) and 0 < len(text) <= 80 and text.isprintable() for text in (name, title)):
             raise BadInput("The plan of stages needs a name and a title.", _FORM, reason="bad-stages")
         stages: list[tuple[str, Mapping[str, Any]]] = []
         for entry in listed:
             if not isinstance(entry, Mapping) or not isinstance(entry.get("stage"), str):
                 raise BadInput("An entry of the plan names no stage.", _FORM, reason="bad-stages")
-            name = entry["stage"]
-            options = read_options(STAGES[name].OPTIONS, {k: v for k, v in entry.items() if k != "stage"})
-            needed, before = _AFTER.get(name), [done for done, _ in stages]
-            if name in before or (needed and needed not in before):
-                raise BadInput(f"The stage {name} is in the wrong position.",
+            stage = entry["stage"]
+            options = read_options(STAGES[stage].OPTIONS, {k: v for k, v in entry.items() if k != "stage"})
+            needed, before = _AFTER.get(stage), [done for done, _ in stages]
+            if stage in before or (needed and needed not in before):
+                raise BadInput(f"The stage {stage} is in the wrong position.",
                                f"List it once, after {needed}." if needed else "List it once.", reason="bad-stages")
-            stages.append((name, options))
-        return cls(*texts, tuple(stages), corrected)
+            stages.append((stage, options))
+        return cls(name, title, tuple(stages), corrected)
 
     def to_json(self) -> dict[str, Any]:
         return {"name": self.name, "title": self.title, **({"corrected": True} if self.corrected else {}), "stages": [

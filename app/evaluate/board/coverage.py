@@ -118,7 +118,7 @@ def _candidates(fit: BoardFit) -> tuple[list[tuple[str, Array, str]], Array]:
                                      fit.observations.size_mm, ("",) * k)
     with np.errstate(all="ignore"):
         pixels = state.project(observations)
-        inside = ((pixels > 0) & (pixels < size - 1)).all(axis=-1)
+        inside = np.all((pixels > 0) & (pixels < size - 1), axis=-1)
     observations = replace(observations, pixels=np.nan_to_num(pixels), present=inside)
     problem = BoardProblem(observations, fit.solution.problem.free, fit.lens.image_size, max(fit.sigma_px, 1e-6))
     _, shared, own = problem.linearise(state)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from app.core.geometry import Array
+from app.core.geometry import Mask
 from app.evaluate.board.lens_difference import lens_difference
 from app.fitting.board.fit import BoardFit
 
@@ -49,7 +49,7 @@ def cross_validate(fit: BoardFit) -> CrossValidation:
     return CrossValidation(held_px, held_px / sigma, halves_px, halves_px / sigma)
 
 
-def _held_squares(fit: BoardFit, held: Array) -> tuple[float, float]:
+def _held_squares(fit: BoardFit, held: Mask) -> tuple[float, float]:
     """Sum of squares, px², and degrees of freedom of views that the lens had not seen; only their poses are free."""
     without = fit.refit(~held).minimum.state
     start = fit.state.only(held).with_shared(without.shared)

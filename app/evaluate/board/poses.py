@@ -53,7 +53,7 @@ class BoardPose:
         found, _ = cv2.findHomography(view.places_mm[:, :2], np.asarray(view.pixels), 0)
         if found is None:
             return None
-        quad = _through(found, board.places_mm[_outline(board), :2])
+        quad = _through(np.asarray(found, np.float64), board.places_mm[_outline(board), :2])
         return cls(quad, size) if _is_quad(quad) else None
 
     @classmethod
@@ -111,7 +111,8 @@ class BoardPose:
     def corners(self, board: Board) -> Array:
         """(n, 2) px: where its inner corners are about."""
         places = board.places_mm[:, :2].astype(np.float32)
-        return _through(cv2.getPerspectiveTransform(places[_outline(board)], self.quad.astype(np.float32)), places)
+        found = cv2.getPerspectiveTransform(places[_outline(board)], self.quad.astype(np.float32))
+        return _through(np.asarray(found, np.float64), places.astype(np.float64))
 
 
 @dataclass(frozen=True)
@@ -177,7 +178,7 @@ def _outline(board: Board) -> list[int]:
 
 def _through(homography: Array, places: Array) -> Array:
     with np.errstate(all="ignore"):
-        mapped = np.column_stack([places, np.ones(len(places))]) @ np.asarray(homography, np.float64).T
+        mapped = np.column_stack([places, np.ones(len(places))]) @ homography.T
         return mapped[:, :2] / mapped[:, 2:]
 
 

@@ -108,8 +108,8 @@ def from_clicks(a: CameraModel, seen_a: Observations, region_a: Region, b: Camer
             continue
         if isinstance(here, Landmark) and isinstance(there, Landmark):
             if np.allclose(here.position, there.position, atol=SAME_MM):
-                middles = (places.mean(axis=0, keepdims=True) for places in (places_a, places_b))
-                parts.append(OffsetMeasurements.of_places(*middles, np.array([here.position])))
+                at_a, at_b = (places.mean(axis=0, keepdims=True) for places in (places_a, places_b))
+                parts.append(OffsetMeasurements.of_places(at_a, at_b, np.array([here.position])))
         elif isinstance(here, Line) and isinstance(there, Line) and same_line(here, there):
             parts.append(along_line(here, places_a, places_b))
         elif isinstance(here, Arc) and here == there:

@@ -6,10 +6,9 @@ beside their place; the other one does not.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.field import Arc, Field, Line
-from app.core.geometry import Array, ImageSize, Points, inside_picture
+from app.core.geometry import Array, ImageSize, Mask, Pixels, Points, inside_picture
 from app.core.progress import Progress, no_progress
 from app.evaluate.cameras.evidence import OffsetMeasurements
 from app.models import CameraModel, field_from_raw, raw_from_field
@@ -32,7 +31,7 @@ def marking_places(field: Field) -> tuple[Points, Points, Array]:
     # spots that are painted, where a line crosses none
     marks = [np.array([field.landmarks[m["at"]].position]) for m in field.extras.get("marks", ())
              if m.get("at") in field.landmarks]
-    found = []
+    found = [(np.empty((0, 2)), np.empty((0, 2)), np.empty(0))]
     for index, shape in enumerate(shapes):
         places = shape.sample(max(3, round(shape.length_mm / STEP_MM) + 1))
         normals = shape.normals(places)
@@ -43,13 +42,12 @@ def marking_places(field: Field) -> tuple[Points, Points, Array]:
         to_end = np.minimum(*(np.linalg.norm(places - end, axis=1) for end in (places[0], places[-1])))
         clear = (away > CLEAR_MM) & (to_end >= ends)
         found.append((places[clear], normals[clear], np.full(int(clear.sum()), shape.width_mm)))
-    if not found:
-        return np.empty((0, 2)), np.empty((0, 2)), np.empty(0)
-    return tuple(np.concatenate(parts) for parts in zip(*found, strict=True))
+    spots, across, widths = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return spots, across, widths
 
 
-def from_pictures(a: CameraModel, pixels_a: NDArray[np.uint8], b: CameraModel, pixels_b: NDArray[np.uint8],
-                  field: Field, progress: Progress = no_progress) -> OffsetMeasurements:
+def from_pictures(a: CameraModel, pixels_a: Pixels, b: CameraModel, pixels_b: Pixels, field: Field,
+                  progress: Progress = no_progress) -> OffsetMeasurements:
     """Markings that both pictures show where both see the carpet. No evidence at all is no error here."""
     places, normals, widths = marking_places(field)
     visible = _inside(a, pixels_a, places) & _inside(b, pixels_b, places)
@@ -66,11 +64,11 @@ def from_pictures(a: CameraModel, pixels_a: NDArray[np.uint8], b: CameraModel, p
     return OffsetMeasurements.of_lines(places[which], normals[which], *own)
 
 
-def _inside(model: CameraModel, pixels: NDArray, places: Points) -> NDArray[np.bool_]:
+def _inside(model: CameraModel, pixels: Pixels, places: Points) -> Mask:
     return inside_picture(raw_from_field(model, places), ImageSize(pixels.shape[1], pixels.shape[0]), 2)
 
 
-def _off_mm(model: CameraModel, pixels: NDArray, place: Points, normal: Points, width_mm: float) -> float:
+def _off_mm(model: CameraModel, pixels: Pixels, place: Points, normal: Points, width_mm: float) -> float:
     """How far beside the place, along the normal, this camera sees the marking; NaN where it sees none."""
     along = np.array([normal[1], -normal[0]])
     raw = raw_from_field(model, np.stack([place, place + TINY_MM * along, place + TINY_MM * normal]))

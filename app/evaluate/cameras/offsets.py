@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.core.geometry import Array, Points
+from app.core.geometry import Array, Mask, Points
 from app.evaluate.cameras.evidence import OffsetMeasurements
 
 PRIOR_MM = 300.0  # one standard deviation of any disagreement
@@ -37,7 +37,7 @@ class OffsetField:
     degree: int
     coefficients: Array
     covariance: Array
-    good: Array
+    good: Mask
     residual_mm: float
 
     def at(self, places: Points) -> tuple[Points, Array]:
@@ -48,7 +48,7 @@ class OffsetField:
     def known_mm(self, places: Points) -> tuple[Array, Array]:
         """(…,) mm: how far apart, as far as it is known, NaN where not; and in how many directions it is, 0 to 2."""
         offset, covariance = self.at(places)
-        fine = np.isfinite(covariance).all(axis=(-2, -1))
+        fine = np.all(np.isfinite(covariance), axis=(-2, -1))
         values, vectors = np.linalg.eigh(np.where(fine[..., None, None], covariance, np.eye(2)))
         along = np.einsum("...ab,...a->...b", vectors, np.nan_to_num(offset))
         known = (np.sqrt(values) <= np.maximum(KNOWN_MM, KNOWN_SHARE * np.abs(along))) & fine[..., None]
@@ -81,7 +81,7 @@ def _motions(at: Points, degree: int) -> Array:
     return np.stack([np.stack(pair, axis=-1) for pair in both], axis=-1)
 
 
-def _fitted(at: Points, evidence: OffsetMeasurements, degree: int) -> tuple[float, Array, Array, Array, float]:
+def _fitted(at: Points, evidence: OffsetMeasurements, degree: int) -> tuple[float, Array, Array, Mask, float]:
     """(error on points left out, coefficients, covariance, good, rms residual), mm."""
     rows = np.einsum("nd,ndk->nk", evidence.normals, _motions(at, degree))
     value, n = evidence.offset_mm, len(evidence)

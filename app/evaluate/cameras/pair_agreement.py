@@ -14,7 +14,7 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.field import Field, Landmark, Line, Region
-from app.core.geometry import Array, Points
+from app.core.geometry import Array, Indices, Points
 from app.core.json_values import nullable
 from app.core.records import Observations
 from app.evaluate.cameras.evidence import along_line, on_carpet, placed_matches, same_line
@@ -34,7 +34,7 @@ class PointAgreement:
 
     places: Points
     offset_mm: Points
-    which: Array
+    which: Indices
 
     @property
     def apart_mm(self) -> Array:

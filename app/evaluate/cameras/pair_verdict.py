@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from app.core.geometry import Array
+from app.core.geometry import Array, Indices, Mask
 from app.core.statements import Sentence, join, say, stated
 from app.core.text_format import format_mm
 from app.evaluate.cameras.own_accuracy import OwnAccuracy, capped_level
@@ -76,7 +76,7 @@ def _cure(found: PointAgreement) -> Sentence:
                "both cameras, add points on lines inside the shared area, and compare the lens models.")
 
 
-def of_fundamental(epipolar_px: Array, good: Array, which: Array) -> dict[str, Any]:
+def of_fundamental(epipolar_px: Array, good: Mask, which: Indices) -> dict[str, Any]:
     """{"level", "sentence", "fix"} of a geometry that was found from matches; all (n,), which: as they are counted."""
     rms, wrong = float(np.sqrt(np.mean(epipolar_px[good] ** 2))), which[~good]
     level = "poor" if rms > FAIR_PX else "fair" if rms > GOOD_PX or len(wrong) else "good"
@@ -91,7 +91,7 @@ def of_fundamental(epipolar_px: Array, good: Array, which: Array) -> dict[str, A
         if few else ""})
 
 
-def _mistaken(wrong: Array) -> Sentence:
+def _mistaken(wrong: Indices) -> Sentence:
     numbers = [str(i + 1) for i in wrong[:NAMED]]
     if len(wrong) == 1:
         return say("pair.mistaken-one", "Match {match} does not.", match=numbers[0])
@@ -101,7 +101,7 @@ def _mistaken(wrong: Array) -> Sentence:
     return say("pair.mistaken", "Matches {matches} and {last} do not.", matches=numbers[:-1], last=numbers[-1])
 
 
-def of_calibrated(epipolar_px: Array, which: Array) -> dict[str, Any]:
+def of_calibrated(epipolar_px: Array, which: Indices) -> dict[str, Any]:
     """{"level", "sentence", "fix"} of matches beside the lines that two calibrations foretell; (n,) px, NaN unseen."""
     known = epipolar_px[np.isfinite(epipolar_px)]
     median, worst = float(np.median(known)), int(np.nanargmax(epipolar_px))

@@ -39,9 +39,7 @@ def of_pair(a: str, b: str, found: Mapping[str, Any], source: str) -> dict[str, 
         fixes.append(say("rig.one-direction.fix", "Mark lines that cross in both images, or add matches."))
     elif found["covered"] < COVERED:
         fixes.append(add_matches())
-    if FROM[source]:
-        fixes.append(FROM[source])
-    return stated({"level": level, "sentence": sentence, "fix": join(*fixes)})
+    return stated({"level": level, "sentence": sentence, "fix": join(*fixes, FROM[source])})
 
 
 def add_matches() -> Sentence:

@@ -1,13 +1,12 @@
 """The part of the carpet that two cameras both see, as a grid over the field."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.field import Field
-from app.core.geometry import Array, ImageSize, Points, inside_picture
+from app.core.geometry import Array, ImageSize, Mask, Points, inside_picture
 from app.models import CameraModel, raw_from_field
 
 COARSE, FINE = 96, 40  # cells along the longer side: to find the shared part, and to draw it
@@ -20,7 +19,7 @@ class SharedArea:
 
     x: Array
     y: Array
-    both: Array
+    both: Mask
 
     @property
     def places(self) -> Points:
@@ -63,9 +62,9 @@ def shared_area(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: Image
     return _seen_by_both(a, size_a, b, size_b, low - coarse.cell / 2, high + coarse.cell / 2, FINE, 4)
 
 
-def _seen_by_both(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, low: Sequence[float],
-                  high: Sequence[float], cells: int, least: int = 2) -> SharedArea:
-    sides = np.subtract(high, low)
+def _seen_by_both(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, low: Array, high: Array,
+                  cells: int, least: int = 2) -> SharedArea:
+    sides = high - low
     counts = np.maximum(least, np.round(cells * sides / sides.max())).astype(int)
     x, y = (start + (np.arange(n) + 0.5) / n * side for start, n, side in zip(low, counts, sides, strict=True))
     places = np.stack(np.meshgrid(x, y), axis=-1)

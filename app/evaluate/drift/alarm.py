@@ -33,7 +33,7 @@ FIXES: dict[State, str] = {
     "covered": say("drift.covered.fix", "Uncover the lines, or wait until they are visible again."),
     "dark": say("drift.dark.fix", "Switch on the lights, or increase the exposure time."),
 }
-SENTENCES: dict[State, str] = {
+SENTENCES: dict[State, Sentence] = {
     "learning": say("drift.learning", "Checking the camera position…"),
     "unfollowed": say("drift.unfollowed", "Too few field lines are at their calibrated position. Movement of the "
                                           "camera cannot be detected."),
@@ -72,8 +72,8 @@ class DriftStatus:
         return replace(self, sample=sample, worded=self.worded if self.alarm and self._much_like(sample) else sample)
 
     def _much_like(self, sample: DriftSample) -> bool:
-        before, now = self.worded and self.worded.judged, sample.judged
-        if before is None or now is None:
+        before, now = self.worded.judged if self.worded else None, sample.judged
+        if self.worded is None or before is None or now is None:
             return before is now
         return abs(now.mm - before.mm) < REWORD * before.mm and self.worded.softer_px == sample.softer_px
 
@@ -85,8 +85,9 @@ class DriftStatus:
         judged = self.sample.judged if self.sample else None
         return stated({
             "state": self.state, "alarm": self.alarm, "since": round(self.since, 3),
-            "px": _rounded(judged and judged.px), "mm": _rounded(judged and judged.mm),
-            "sigma_px": _rounded(judged and judged.sigma_px), "sigma_mm": _rounded(judged and judged.sigma_mm),
+            "px": _rounded(judged.px if judged else None), "mm": _rounded(judged.mm if judged else None),
+            "sigma_px": _rounded(judged.sigma_px if judged else None),
+            "sigma_mm": _rounded(judged.sigma_mm if judged else None),
             "softer_px": self.sample.softer_px if self.sample else None,
             "seen": self.sample.seen if self.sample else 0,
             "sentence": self.misplaced if self.state == "misplaced" else sentence(self.state, self.worded),
@@ -138,8 +139,8 @@ def _same_kind(before: State, state: State) -> bool:
 
 def sentence(state: State, sample: DriftSample | None) -> Sentence:
     """Describe the status for the operator."""
-    if state in SENTENCES:
-        return SENTENCES[state]
+    if state in SENTENCES or sample is None or sample.judged is None:
+        return SENTENCES.get(state, SENTENCES["learning"])
     if state == "out-of-focus":
         px = _px(abs(sample.softer_px))
         return (say("drift.softer", "The focus has changed: the lines are softer by {px} px.", px=px)

@@ -8,15 +8,14 @@ borders where they are, and nothing else.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.field import Field, Region
-from app.core.geometry import Array, ImageSize, Points, inside_picture
+from app.core.geometry import Array, ImageSize, Indices, Mask, Pixels, Points, inside_picture
 from app.evaluate.cameras.evidence import OffsetMeasurements
 from app.evaluate.cameras.offsets import OffsetField, fit_offset_field
 from app.evaluate.drift.expected import expected_lines
@@ -53,7 +52,7 @@ class LineMeasurements:
     """
 
     names: tuple[str, ...]
-    marking: NDArray[np.intp]
+    marking: Indices
     expected_px: Points
     normal_px: Points
     raw: Points
@@ -62,11 +61,11 @@ class LineMeasurements:
     normal_mm: Points
     off_mm: Array
     stands_for_px: Array
-    bare: NDArray[np.bool_]
-    inside: NDArray[np.bool_]
+    bare: Mask
+    inside: Mask
 
     @property
-    def found(self) -> NDArray[np.bool_]:
+    def found(self) -> Mask:
         return np.isfinite(self.off_mm)
 
     @property
@@ -82,7 +81,7 @@ class LineMeasurements:
             return seen / np.where(expected > 0, expected, np.nan)
 
     @property
-    def missing(self) -> NDArray[np.bool_]:
+    def missing(self) -> Mask:
         """Of each of the names: it should be in sight, nothing covers most of it, and it is not there."""
         of = ~self.found
         hidden, bare = (np.bincount(self.marking[some], self.stands_for_px[some], minlength=len(self.names))
@@ -99,21 +98,15 @@ class LineMeasurements:
         """The same, of what is inside the region's borders."""
         return self._missing_of(self.inside)
 
-    def _missing_of(self, some: NDArray[np.bool_]) -> float:
+    def _missing_of(self, some: Mask) -> float:
         gone = some & self.missing[self.marking]
         return float(self.stands_for_px[gone].sum() / max(self.stands_for_px[some].sum(), 1e-9))
 
-    def without(self, numbers: Array) -> Self:
-        """Return all but those of these markings."""
-        return self._of(~np.isin(self.marking, numbers))
-
-    def and_those_of(self, other: Self, numbers: Array) -> Self:
-        """Return these and the other's of these markings."""
-        more = other._of(np.isin(other.marking, numbers))
-        return replace(self, **{name: np.concatenate([getattr(self, name), getattr(more, name)]) for name in PER_PLACE})
-
-    def _of(self, some: NDArray[np.bool_]) -> Self:
-        return replace(self, **{name: getattr(self, name)[some] for name in PER_PLACE})
+    def with_those_of(self, other: Self, numbers: Indices) -> Self:
+        """Return these, but of those markings the other's."""
+        kept, more = ~np.isin(self.marking, numbers), np.isin(other.marking, numbers)
+        return type(self)(self.names, *(np.concatenate([getattr(self, name)[kept], getattr(other, name)[more]])
+                                        for name in PER_PLACE))
 
     def evidence(self) -> OffsetMeasurements:
         """Return what was found as offset measurements on the carpet; FitFailed where nothing was."""
@@ -126,7 +119,7 @@ class LineMeasurements:
 PER_PLACE = tuple(member.name for member in fields(LineMeasurements) if member.name != "names")
 
 
-def measure_lines(model: CameraModel, gray: NDArray[np.uint8], field: Field, region: Region) -> LineMeasurements:
+def measure_lines(model: CameraModel, gray: Pixels, field: Field, region: Region) -> LineMeasurements:
     """(h, w) grey. The narrowest search that finds plenty, or about as much as any."""
     size = ImageSize(gray.shape[1], gray.shape[0])
     search = _Search(model, gray, field, region, size)
@@ -154,7 +147,7 @@ def _with_single_markings(search: "_Search", best: LineMeasurements, moved: Offs
             break
         far = search.near(moved, capture, alone)
         found = np.flatnonzero(far.found_shares() > SURELY)
-        best = best.without(found).and_those_of(far, found)
+        best = best.with_those_of(far, found)
     return best
 
 
@@ -170,7 +163,7 @@ def _moved(measured: LineMeasurements) -> OffsetField | None:
 @dataclass(frozen=True, eq=False)
 class _Search:
     model: CameraModel
-    gray: NDArray[np.uint8]
+    gray: Pixels
     field: Field
     region: Region
     size: ImageSize
@@ -179,7 +172,7 @@ class _Search:
     def pattern(self) -> FieldPattern:
         return fine_pattern(self.field)
 
-    def near(self, moved: OffsetField | None, capture_px: float, only: Array | None = None) -> LineMeasurements:
+    def near(self, moved: OffsetField | None, capture_px: float, only: Indices | None = None) -> LineMeasurements:
         """Measure lines within capture_px of where they are expected, after a motion of the whole picture.
 
         only: of these markings, by number.
@@ -201,7 +194,7 @@ class _Search:
         usual = float(np.median(profiles.contrast[hits])) if hits.any() else 0.0
         return self._measurements(pattern, at, raw, ~hits & self._bare(start, at, BARE * usual))
 
-    def _bare(self, places: Points, at: LineSamples, least_contrast: float) -> NDArray[np.bool_]:
+    def _bare(self, places: Points, at: LineSamples, least_contrast: float) -> Mask:
         """Return (n,) whether the brightness across each place is that of carpet alone."""
         reach = at.width_px / 2 + GROUND_PX
         away = np.arange(-reach.max(initial=1.0), reach.max(initial=1.0) + STEP_PX / 2, STEP_PX)
@@ -209,8 +202,7 @@ class _Search:
         rows = np.where(np.abs(away) <= reach[:, None], rows, np.nan)
         return inside_picture(places, self.size, 2) & (np.nanstd(rows, axis=1) < least_contrast)
 
-    def _measurements(self, pattern: FieldPattern, at: LineSamples, raw: Points, bare: NDArray[np.bool_],
-                      ) -> LineMeasurements:
+    def _measurements(self, pattern: FieldPattern, at: LineSamples, raw: Points, bare: Mask) -> LineMeasurements:
         clear = at.clear
         spot, there = field_from_raw(self.model, raw), field_from_raw(self.model, at.places)
         foot, normal = np.full_like(spot, np.nan), np.full_like(spot, np.nan)
@@ -223,7 +215,7 @@ class _Search:
                                 at.normals[clear], raw[clear], off_px[clear], foot[clear], normal[clear], off_mm[clear],
                                 at.length_px[clear], bare[clear], self._inside(there[clear]))
 
-    def _inside(self, places: Points) -> NDArray[np.bool_]:
+    def _inside(self, places: Points) -> Mask:
         low, high = np.transpose([self.region.x_mm, self.region.y_mm])
         return ((places > low + BORDER_MM) & (places < high - BORDER_MM)).all(axis=1)
 

@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.field import Field
-from app.core.geometry import Array, ImageSize, Points, inside_picture
+from app.core.geometry import Array, ImageSize, Indices, Mask, Pixels, Points, inside_picture
 from app.evaluate.drift.expected import expected_lines
 from app.evaluate.drift.search import best_motion
 from app.fitting.field_lines.line_samples import fine_pattern
@@ -35,14 +34,13 @@ class TrackedLines:
     points: Points
     places: Points
     normals: Points
-    marking: Array
+    marking: Indices
     share: float
     pattern: FieldPattern
     moved_px: float
 
 
-def track_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field,
-                before: NDArray[np.uint8] | None = None) -> TrackedLines | None:
+def track_lines(gray: Pixels, model: CameraModel, field: Field, before: Pixels | None = None) -> TrackedLines | None:
     """Find the lines again; None where too few are seen, near their places or a little further away.
 
     before: the grey picture in which the calibration was made, which shows the lines more exactly than the model.
@@ -50,8 +48,8 @@ def track_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field,
     size = ImageSize(gray.shape[1], gray.shape[0])
     pattern = fine_pattern(field)
     places = expected_lines(model, pattern, size, PLACES, APART_PX, CLEAR_PX)
-    flow = MotionField(model, tuple(size))
-    some = places.clear & np.isfinite(flow.at(places.places)).all(axis=(1, 2))
+    flow = MotionField(model, (size.width, size.height))
+    some = places.clear & np.all(np.isfinite(flow.at(places.places)), axis=(1, 2))
     if some.sum() < MIN_POINTS:
         return None
     at, normals, width, marking = (a[some] for a in (places.places, places.normals, places.width_px, places.marking))
@@ -67,7 +65,7 @@ def track_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field,
             seen = LinePatches.of([before], at, normals, as_painted)
     across = np.einsum("ni,nik->nk", normals, flow.at(at))
 
-    def look(q: Array) -> tuple[Array, Points, Array]:
+    def look(q: Array) -> tuple[Mask, Points, Array]:
         moved = at + np.nan_to_num(flow.shifts(at, q))
         profiles = across_lines(gray, moved, normals, width, marking, capture, widths)
         points = moved + np.where(profiles.found, profiles.middle, 0.0)[:, None] * normals

@@ -79,7 +79,7 @@ class DriftReference:
            ) -> "DriftReference | None":
         """From one picture or several of the same scene; None where too few lines are where they are expected."""
         size = ImageSize(pictures[0].shape[1], pictures[0].shape[0])
-        flow = MotionField(model, tuple(size))
+        flow = MotionField(model, (size.width, size.height))
         x, y = np.meshgrid(np.linspace(*region.x_mm, GRID[0]), np.linspace(*region.y_mm, GRID[1]))
         measure = RegionSamples.of(flow, np.stack([x.ravel(), y.ravel()], axis=-1))
         found = found_lines(opencv.to_grey(pictures[0]), model, field, size)

@@ -15,7 +15,7 @@ import numpy as np
 from app.core.errors import Conflict, FitFailed
 from app.core.field import Region
 from app.core.geometry import Array, Points, inside_picture, with_z
-from app.fitting import FITTERS
+from app.fitting import LENS_FITTERS
 from app.fitting.least_squares import Minimum, minimise
 from app.fitting.linear import Incidences, focal_from_vanishing_points, homography_from_lines, pose_from_homography
 from app.fitting.ray_camera.parameters import RayCameraParameters
@@ -68,8 +68,8 @@ def approximation_error(model: CameraModel, other: RayCamera, region: Region,
         hat_places, hat_pixels = _seen(model, region, GRID, hat_height_mm)
         hat = _length(other.unproject(hat_pixels, hat_height_mm) - hat_places)
         hat_rms, hat_worst = _rms(hat), float(hat.max(initial=0.0))
-    return ApproximationError(_rms(errors), float(errors[worst]), tuple(map(float, places[worst])), hat_rms, hat_worst,
-                              hat_height_mm)
+    x_mm, y_mm = places[worst].tolist()
+    return ApproximationError(_rms(errors), float(errors[worst]), (x_mm, y_mm), hat_rms, hat_worst, hat_height_mm)
 
 
 def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple[str, ...], region: Region,
@@ -150,7 +150,7 @@ def _starts(model: CameraModel, family: type[RayCamera], points: Array, pixels: 
     for r in BENDS:
         distorted = model.LENS.distort(np.array(model.lens_terms), np.array([r, 0.0, 1.0]))[0]
         bends.append((float(distorted) / r - 1) / r**2)
-    return [replace(own, lens=family.LENS, terms=np.asarray(FITTERS[family.NAME].start_terms(b), float))
+    return [replace(own, lens=family.LENS, terms=LENS_FITTERS[family.NAME].start_terms(b))
             for b in dict.fromkeys(bends) if np.isfinite(b)]
 
 
@@ -160,14 +160,14 @@ def _seen_from(model: CameraModel, family: type[RayCamera], points: Array, pixel
     lines = np.concatenate([np.stack([one, zero, -points[:, 0]], 1), np.stack([zero, one, -points[:, 1]], 1)])
     centre = np.array(model.image_size.centre)
     found = homography_from_lines(Incidences(np.concatenate([pixels, pixels]), lines), centre)
-    plane_from_field = np.linalg.inv(found.field_from_plane)
+    plane_from_field = np.asarray(np.linalg.inv(found.field_from_plane), np.float64)
     vanishing = focal_from_vanishing_points(plane_from_field)
     states = []
-    for focal in [model.image_size.width * f for f in FOCALS] + [vanishing] * (vanishing is not None):
+    for focal in (*(model.image_size.width * f for f in FOCALS), *([] if vanishing is None else [vanishing])):
         with suppress(FitFailed):
             rotation, position = pose_from_homography(plane_from_field, focal)
             k1 = float(np.clip(found.bend * focal**2, -1.0, 0.5))
-            terms = np.asarray(FITTERS[family.NAME].start_terms(k1), float)
+            terms = LENS_FITTERS[family.NAME].start_terms(k1)
             states.append(RayCameraParameters(family.LENS, float(np.log(focal)), 1.0, centre, terms, rotation, position,
                                    np.empty(0)))
     if not states:
@@ -180,7 +180,8 @@ def _seen(model: CameraModel, region: Region, grid: tuple[int, int], z_mm: float
     """Places (n, 2) mm of the region, at z_mm, that the picture shows, and their pixels; all where it shows none."""
     corner = np.array([region.width_mm, region.height_mm])
     places = region.field_from_region(_grid(np.zeros(2), corner, grid))
-    pixels = raw_from_field(model, places) if z_mm == 0 else model.project(with_z(places, z_mm))
+    pixels = (model.project(with_z(places, z_mm)) if z_mm and isinstance(model, RayModel) else
+              raw_from_field(model, places))
     reached = np.isfinite(pixels).all(axis=1)
     inside = inside_picture(pixels, model.image_size)
     chosen = inside if inside.sum() >= 12 else reached

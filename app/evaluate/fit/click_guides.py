@@ -3,7 +3,7 @@
 import numpy as np
 
 from app.core.errors import BadInput
-from app.core.field import BORDERS, Feature, Field, Landmark, Region
+from app.core.field import BORDERS, Arc, Feature, Field, Landmark, Line, Region
 from app.core.geometry import ImageSize, Points, inside_picture
 from app.evaluate.cameras.evidence import same_line
 from app.models import CameraModel, field_from_raw, raw_from_field
@@ -71,10 +71,11 @@ def spread_evenly(pixels: Points, size: ImageSize, count: int) -> Points:
     return np.stack([np.interp(wanted, travelled, visible[:, axis]) for axis in (0, 1)], axis=1)
 
 
-def _width_mm(feature: Feature, field: Field) -> float:
+def _width_mm(feature: Line | Arc, field: Field) -> float:
     """As painted: a region's border is as wide as the line that it lies on."""
-    painted = field.lines.values() if feature.name in BORDERS and feature.name not in field.lines else ()
-    return next((line.width_mm for line in painted if same_line(line, feature)), feature.width_mm)
+    if isinstance(feature, Arc) or feature.name not in BORDERS or feature.name in field.lines:
+        return feature.width_mm
+    return next((line.width_mm for line in field.lines.values() if same_line(line, feature)), feature.width_mm)
 
 
 def _together(place: np.ndarray, moved: np.ndarray) -> np.ndarray:

@@ -49,7 +49,7 @@ def difference_report(one: CameraModel, other: CameraModel, region: Region) -> d
             "lens": lens}
 
 
-def _lens_json(one: CameraModel, other: CameraModel) -> dict[str, float] | None:
+def _lens_json(one: CameraModel, other: CameraModel) -> dict[str, float | None] | None:
     """The focal lengths' ratio, and how far pixels move where either lens may be turned; None without two lenses."""
     if not (isinstance(one, RayCamera) and isinstance(other, RayCamera)):
         return None

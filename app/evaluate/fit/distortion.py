@@ -74,7 +74,7 @@ def distortion_report(model: CameraModel, region: Region, clicks: Mapping[str, P
         corrected = model.corrected_from_raw(clicks.get(name, np.empty((0, 2))))
         after = clicked_sag_pct(corrected, 1 if name in ("left", "right") else 0, corrected_middle)
         per_border[name] = {"before_pct": before, "after_pct": after}
-    known = ([b[when] for b in per_border.values() if b[when] is not None] for when in ("before_pct", "after_pct"))
+    known = ([pct for b in per_border.values() if (pct := b[when]) is not None] for when in ("before_pct", "after_pct"))
     before, after = (float(np.mean(values)) if values else None for values in known)
     return {"before_pct": before, "after_pct": after, "kind": "none" if before is None else distortion_kind(before),
             "standard_lens_pct": STANDARD_LENS_PCT, "per_border": per_border}

@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from app.core.field import BORDERS, Arc, Field, Region
+from app.core.field import BORDERS, Arc, Field, Line, Region
 from app.core.geometry import Array, ImageSize, Points, inside_picture, with_z
 from app.core.records import Fit
-from app.evaluate.fit.uncertainty import expected_error, grid_over, knows_its_error
-from app.fitting import sensitivity_of
+from app.evaluate.fit.uncertainty import expected_error, grid_over
+from app.fitting import Sensitivity, sensitivity_of
 from app.fitting.ray_camera.problem import PARTS, TILT_SHARE
 from app.models import RayModel
 
@@ -24,16 +24,17 @@ def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSiz
     A click adds one row j to the information: Σ' = Σ - Σ jᵀ j Σ / (σ² + j Σ jᵀ), so each candidate costs one product.
     Where lines may lie beside their places, j has the offsets of its line or arc in, or σ² that of one without clicks.
     """
-    if not knows_its_error(fit):
+    sensitivity = sensitivity_of(fit.model)
+    if sensitivity is None or fit.covariance is None:
         return None
-    names, points, rows, line_px = _candidates(fit, field, region, image_size)
+    names, points, rows, line_px = _candidates(fit, sensitivity, field, region, image_size)
     known = np.isfinite(rows).all(axis=1) & np.isfinite(line_px) if len(rows) else np.zeros(0, bool)
     if not known.any():
         return None
     names, points = [n for n, k in zip(names, known, strict=True) if k], points[known]
     rows, line_px = rows[known], line_px[known]
     z = field.hat_height_mm if isinstance(fit.model, RayModel) else 0.0
-    by = sensitivity_of(fit.model).field_jacobian(with_z(grid_over(region).reshape(-1, 2), z), fit.parameter_names)
+    by = sensitivity.field_jacobian(with_z(grid_over(region).reshape(-1, 2), z), fit.parameter_names)
     before = expected_error(fit, region, z).sigma_mm.ravel() ** 2
     finite = np.isfinite(before)
     by, before = by[finite], before[finite]
@@ -47,18 +48,19 @@ def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSiz
             "worst_mm": float(np.sqrt(before.max())), "worst_mm_then": float(np.sqrt(max(worst[best], 0.0)))}
 
 
-def _candidates(fit: Fit, field: Field, region: Region, image_size: ImageSize):
+def _candidates(fit: Fit, sensitivity: Sensitivity, field: Field, region: Region, image_size: ImageSize,
+                ) -> tuple[list[str], Points, Array, Array]:
     """Names, places (c, 2) px, rows (c, p), and σ px by which the lines of these may lie beside their places (c,)."""
-    names, points, rows, line_px = [], [], [], []
-    shapes = [(name, region.border(name)) for name in BORDERS]
-    shapes += [(s.name, s) for s in (*field.lines.values(), *field.arcs.values())
-               if field.observed_name(s.name, region) == s.name]  # else it is a border
-    sensitivity = sensitivity_of(fit.model)
+    names: list[str] = []
+    points, rows, line_px = [], [], []
+    shapes: list[Line | Arc] = [*map(region.border, BORDERS), *(
+        line for line in field.lines.values() if field.observed_name(line.name, region) == line.name),  # else a border
+        *field.arcs.values()]
     offsets = {f"line_{i}": name for i, name in enumerate(fit.notes.get("offset_names", ()))}
     column_of = {offsets[name]: k for k, name in enumerate(fit.parameter_names) if name in offsets}
     learned_mm = list(fit.notes.get("line_sigmas_mm", {}).values())
-    for name, shape in shapes:
-        samples = shape.sample(2 * CANDIDATES_PER_FEATURE + 1)
+    for shape in shapes:
+        name, samples = shape.name, shape.sample(2 * CANDIDATES_PER_FEATURE + 1)
         places, ahead = samples[1::2], samples[2::2] - samples[1::2]
         pixels = _pixels(fit, places)
         visible = inside_picture(pixels, image_size, MARGIN_PX)
@@ -69,7 +71,7 @@ def _candidates(fit: Fit, field: Field, region: Region, image_size: ImageSize):
             px_per_mm = _across(_pixels(fit, places + ahead) - pixels[visible],
                                 _pixels(fit, places + normals) - pixels[visible])
             lever = TILT_SHARE * np.linspace(-1, 1, len(samples))[1::2][visible]
-            for part, by in zip(PARTS, (1.0, lever, normals[:, 0], normals[:, 1]), strict=True):
+            for part, by in zip(PARTS, (np.ones_like(lever), lever, normals[:, 0], normals[:, 1]), strict=True):
                 if (name, part) in column_of:
                     row[:, column_of[name, part]] = px_per_mm * by
             names += [name] * len(places)

@@ -7,13 +7,12 @@ height is found as an eigenvector, named by the parameters that make it up, and 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.field import HAT_MM, Region
-from app.core.geometry import with_z
+from app.core.geometry import Array, with_z
 from app.core.records import Fit, Warning
 from app.core.statements import Sentence, say
-from app.evaluate.fit.uncertainty import expected_error, grid_over, knows_its_error
+from app.evaluate.fit.uncertainty import expected_error, grid_over
 from app.fitting import sensitivity_of
 from app.models import RayModel
 
@@ -39,10 +38,11 @@ class WeakDirection:
 
 def weakest_direction(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -> WeakDirection | None:
     """The combination that costs most at hat height (on the carpet, for a model without rays)."""
-    if not knows_its_error(fit):
+    sensitivity = sensitivity_of(fit.model)
+    if sensitivity is None or fit.covariance is None:
         return None
     z = hat_height_mm if isinstance(fit.model, RayModel) else 0.0
-    by = sensitivity_of(fit.model).field_jacobian(with_z(grid_over(region).reshape(-1, 2), z), fit.parameter_names)
+    by = sensitivity.field_jacobian(with_z(grid_over(region).reshape(-1, 2), z), fit.parameter_names)
     flat = by.reshape(-1, by.shape[-1])
     flat = flat[np.isfinite(flat).all(axis=1)]
     if not len(flat):
@@ -58,23 +58,22 @@ def weakest_direction(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -
                 GROUPS.get(fit.parameter_names[index], "lens" if isinstance(fit.model, RayModel) else "perspective"))
         if part not in parts:
             parts.append(part)
-    taped = _with_taped_height(fit)
+    taped = _with_taped_height(fit.covariance, fit.parameter_names)
     return WeakDirection(tuple(parts), expected_error(fit, region).rms, expected_error(fit, region, z).rms,
                          expected_error(fit, region, z, covariance=taped).rms)
 
 
-def _root(covariance: NDArray) -> NDArray:
+def _root(covariance: Array) -> Array:
     values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
     return vectors * np.sqrt(np.maximum(values, 0))
 
 
-def _with_taped_height(fit: Fit) -> NDArray:
+def _with_taped_height(covariance: Array, names: tuple[str, ...]) -> Array:
     """The covariance if the height were known to TAPE_MM: one measurement more (Sherman–Morrison)."""
-    covariance = fit.covariance
-    if "height" not in fit.parameter_names:
+    if "height" not in names:
         return covariance
-    column = covariance[:, fit.parameter_names.index("height")]
-    return covariance - np.outer(column, column) / (TAPE_MM**2 + column[fit.parameter_names.index("height")])
+    column = covariance[:, names.index("height")]
+    return covariance - np.outer(column, column) / (TAPE_MM**2 + column[names.index("height")])
 
 
 def observability_warnings(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -> list[Warning]:

@@ -63,7 +63,7 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
         height_is_known = all(w.reason != "height-unknown" for w in warnings)
         sigma["hat"]["known"] = tops_are_known(sigma["hat"]["rms"], height_is_known)
     apart_mm = 0.0 if freer is None else max(freer.carpet_mm, freer.hat_mm or 0.0)
-    if apart_mm > GOOD_MM:
+    if freer is not None and apart_mm > GOOD_MM:
         warnings.append(Warning(
             "another-lens",
             say("warning.another-lens", "{model} places the field {mm:.0f} mm away with the same points. This lens "
@@ -85,8 +85,8 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
         "next_click": next_best_click(fit, field, region, fit.model.image_size, fit.notes.get("click_sigma_px", 0.5)),
         "warnings": [w.to_json() for w in warnings],
         "camera": _camera_json(fit.model),
-        "covariance": {"names": list(fit.parameter_names), "matrix": fit.covariance.tolist()}
-        if knows_its_error(fit) else None,
+        "covariance": None if fit.covariance is None or not knows_its_error(fit) else {
+            "names": list(fit.parameter_names), "matrix": fit.covariance.tolist()},
         **{key: value for key, value in fit.notes.items() if key in REPORTED_NOTES},
     }
 

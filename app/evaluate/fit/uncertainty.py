@@ -13,11 +13,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from app.core.errors import FitFailed
+from app.core.errors import Conflict, FitFailed
 from app.core.field import HAT_MM, Region
-from app.core.geometry import Points, with_z
+from app.core.geometry import Array, Points, with_z
 from app.core.records import Fit
 from app.fitting import sensitivity_of
 from app.models import RayModel
@@ -35,7 +34,7 @@ class ExpectedError:
     """
 
     places: Points
-    sigma_mm: NDArray[np.float64]
+    sigma_mm: Array
     z_mm: float
     rms_95: float
 
@@ -67,11 +66,14 @@ def knows_its_error(fit: Fit) -> bool:
 
 
 def expected_error(fit: Fit, region: Region, z_mm: float = 0.0, places: Points | None = None,
-                   covariance: NDArray | None = None) -> ExpectedError:
+                   covariance: Array | None = None) -> ExpectedError:
     """Expected error over the region in the plane at z_mm. covariance: in place of the fit's own."""
     places = grid_over(region) if places is None else places
-    by = sensitivity_of(fit.model).field_jacobian(with_z(places.reshape(-1, 2), z_mm), fit.parameter_names)
-    spread = fit.covariance if covariance is None else covariance
+    sensitivity, spread = sensitivity_of(fit.model), fit.covariance if covariance is None else covariance
+    if sensitivity is None or spread is None:
+        raise Conflict("The expected error cannot be computed for this fit.", "Use a physical lens model.",
+                       reason="no-covariance")
+    by = sensitivity.field_jacobian(with_z(places.reshape(-1, 2), z_mm), fit.parameter_names)
     with np.errstate(invalid="ignore"):
         variance = np.einsum("nik,kl,nil->n", by, spread, by)
     if not np.isfinite(variance).any():
@@ -81,7 +83,7 @@ def expected_error(fit: Fit, region: Region, z_mm: float = 0.0, places: Points |
                          _rms_95(by[np.isfinite(variance)], spread))
 
 
-def _rms_95(by: NDArray, covariance: NDArray) -> float:
+def _rms_95(by: Array, covariance: Array) -> float:
     """Return the 95 % quantile of the rms over places; by (n, 2, p): their derivatives."""
     spread = np.einsum("nik,nil->kl", by, by) @ covariance / len(by)
     mean, power = float(np.trace(spread)), float(np.einsum("kl,lk->", spread, spread))

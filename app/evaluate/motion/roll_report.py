@@ -41,15 +41,13 @@ def roll_report(rolls: Sequence[RecordedRoll], size: ImageSize, model: CameraMod
                 name: str | None = None) -> dict[str, Any]:
     """Report on rolls; `corrected` where a model was given, called by that name."""
     seconds = [roll.seconds for roll in rolls]
-    raw = analyse_rolls([roll.points for roll in rolls], seconds, size)
+    raw = _roll_json(analyse_rolls([roll.points for roll in rolls], seconds, size), RAW)
     corrected = None
     if model is not None:
-        corrected = analyse_rolls([model.corrected_from_raw(roll.points) for roll in rolls], seconds,
-                                  model.corrected_size)
-    report = {"raw": _roll_json(raw, RAW),
-              "corrected": corrected and _roll_json(corrected, CORRECTED)}
-    return stated({"image_size": [size.width, size.height], "rolls": len(rolls), **report, "model": name,
-                   "sentence": (report["corrected"] or report["raw"])["sentence"]})
+        corrected = _roll_json(analyse_rolls([model.corrected_from_raw(roll.points) for roll in rolls], seconds,
+                                             model.corrected_size), CORRECTED)
+    return stated({"image_size": [size.width, size.height], "rolls": len(rolls), "raw": raw, "corrected": corrected,
+                   "model": name, "sentence": (corrected or raw)["sentence"]})
 
 
 RAW = say("rolls.raw", "the raw image")

@@ -16,9 +16,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Indices, Points
 from app.core.json_values import nullable
 from app.evaluate.fit.distortion import sag_pct
 from app.fitting.plumb_line.problem import Chains
@@ -175,7 +174,7 @@ class _Tracks:
         rms = np.sqrt(sums(off**2) / np.maximum(self.counts - 3, 1))
         return _Bows(-terms[:, 2], np.sqrt(np.maximum(inverse[:, 2, 2], 0.0)), rms, np.maximum(length, 2e-9))
 
-    def under(self, k: float, size: ImageSize) -> NDArray[np.float64]:
+    def under(self, k: float, size: ImageSize) -> Array:
         """Their bows, px, once a lens of that k is undone."""
         return self.bows(_lens(k, size).undistorted_from_raw(self.chains.pixels)).px
 
@@ -184,20 +183,20 @@ class _Tracks:
 class _Bows:
     """Of a parabola across each chord, (n,): its height; that height's σ for noise of 1 px; rms about it; length."""
 
-    px: NDArray[np.float64]
-    per_px: NDArray[np.float64]
-    rms_px: NDArray[np.float64]
-    length_px: NDArray[np.float64]
+    px: Array
+    per_px: Array
+    rms_px: Array
+    length_px: Array
 
 
-def _pooled(own: NDArray[np.float64], counts: NDArray[np.int64]) -> NDArray[np.float64]:
+def _pooled(own: Array, counts: Indices) -> Array:
     """Each roll's noise, px, drawn towards that of all: a short roll hardly knows its own."""
     freedom = np.maximum(counts - 3.0, 1.0)
     everyone = float(np.median(own))
     return np.sqrt((freedom * own**2 + 10 * everyone**2) / (freedom + 10)) + 1e-3
 
 
-def _sideways(left: NDArray, sigma: NDArray, push: NDArray) -> float:
+def _sideways(left: Array, sigma: Array, push: Array) -> float:
     """px/s² so that the bows that are left are as large as they should be; by medians, so that a few do not count."""
     each = np.sqrt(np.maximum(left**2 / 0.6745**2 * len(left) / (len(left) - 1) - sigma**2, 0.0)) / push
     return float(np.median(each))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.geometry import Array, Points
-from app.vision.blobs.runs import Runs
+from app.vision.blobs.runs import NO_RUNS, Runs
 
 _BESIDE_PX = 2  # around a blob's box: the pixels that it covers in part, and some of what lies beside it
 _MAX_HALF = 20  # px; a larger blob's middle is known well enough from its pixels
@@ -41,7 +41,7 @@ class Blobs:
         mean_x, y = (runs.x0 + runs.x1) / 2, runs.y.astype(float)
 
         def total(values: Array) -> Array:
-            return np.bincount(runs.patch, values, n)
+            return np.asarray(np.bincount(runs.patch, values, n), np.float64)
         area = total(length)
         middle = np.stack([total(length * mean_x), total(length * y)], axis=-1) / np.maximum(area, 1)[:, None]
         dx, dy = mean_x - middle[runs.patch, 0], y - middle[runs.patch, 1]
@@ -66,6 +66,9 @@ def _extreme(keep: np.ufunc, values: NDArray[np.int64], patch: NDArray[np.int64]
     found = np.full(n, start, np.int64)
     keep.at(found, patch, values)
     return found
+
+
+NO_BLOBS = Blobs.of(NO_RUNS)
 
 
 def fine_middles(pixels: NDArray[np.uint8], blobs: Blobs, labels: NDArray[np.uint8] | None = None) -> Points:

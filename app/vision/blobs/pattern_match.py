@@ -46,7 +46,7 @@ def unmixing(first: Bgr, second: Bgr, light: Bgr = (1.0, 1.0, 1.0)) -> Array:
 
 def patterns_at(pixels: NDArray[np.uint8], middles: Points, mm_per_px: Array, unmix: Array) -> Patterns:
     """Of robots whose team's dots are at middles (n, 2) px; mm_per_px (n, 2, 2) there."""
-    px_per_mm = np.linalg.inv(mm_per_px)
+    px_per_mm = np.asarray(np.linalg.inv(mm_per_px), np.float64)
     shares = _ring(pixels, middles, px_per_mm, unmix)
     turn = _turned(shares.sum(axis=-1))
     dots, totals, scale = _dots(pixels, middles, mm_per_px, px_per_mm, turn, unmix)

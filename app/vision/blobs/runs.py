@@ -24,12 +24,14 @@ class Runs:
     patch: Numbers
 
 
+NO_RUNS = Runs(*[np.zeros(0, np.int64)] * 5)
+
+
 def runs_of(labels: NDArray[np.uint8]) -> Runs:
     """Of a picture (height, width); in the order of reading."""
     spots = cv2.findNonZero(labels)
     if spots is None:
-        none = np.zeros(0, np.int64)
-        return Runs(none, none, none, none, none)
+        return NO_RUNS
     x, y = spots.reshape(-1, 2).T.astype(np.int64)
     colour = labels[y, x].astype(np.int64)
     first = np.ones(len(x), bool)

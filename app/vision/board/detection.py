@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from app.core.board import Board, BoardView
 from app.core.geometry import Points
-from app.core.opencv import find_charuco, find_chessboard, fit_within
+from app.core.opencv import find_charuco, find_chessboard, fit_within, to_grey
 from app.vision.board.corners import REACH, refine_corners_by_square
 
 FINDING_PX = 1600  # the longer side of the picture that corners are first looked for in; full size then refines them
@@ -39,12 +39,10 @@ def find_board_quickly(pixels: NDArray[np.uint8], board: Board) -> BoardView | N
     height, width = pixels.shape[:2]
     scale = min(1.0, QUICK_PX / max(height, width))
     size = max(1, round(width * scale)), max(1, round(height * scale))
-    small = pixels if scale == 1.0 else cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)
-    gray = small if small.ndim == 2 else cv2.cvtColor(small, cv2.COLOR_BGR2GRAY)
-    if board.kind == "charuco":
-        corners, places = _charuco_corners(gray, board)
-    else:
-        corners, places = find_chessboard(gray, board.columns, board.rows, thorough=False), board.places_mm
+    small = pixels if scale == 1.0 else np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA), np.uint8)
+    gray = to_grey(small)
+    corners, places = (_charuco_corners(gray, board) if board.kind == "charuco" else
+                       (find_chessboard(gray, board.columns, board.rows, thorough=False), board.places_mm))
     if corners is None or not len(corners):
         return None
     return BoardView((corners + 0.5) * np.array([width / size[0], height / size[1]]) - 0.5, places)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from app.core.colour_profile import MAX_SAMPLES, NAMES, Bgr, ColourProfile, ColourSample
 from app.core.errors import BadInput
-from app.vision.colour.table import distances, features
+from app.vision.colour.table import as_bgr, distances, features
 
 Picture = NDArray[np.uint8]
 Click = tuple[float, float]
@@ -79,10 +79,9 @@ def sample_at(pixels: Picture, place: Click | Box) -> ColourSample:
 
 def sample_of(pixels: NDArray[np.uint8]) -> ColourSample:
     """The median and a spread that a few pixels of something else do not move."""
-    middle = np.median(pixels, axis=0)
     chroma = features(pixels)[:, :2]
     spread = 1.48 * np.median(np.abs(chroma - np.median(chroma, axis=0)))
-    return ColourSample(tuple(float(v) for v in middle), float(min(spread, 0.1)))
+    return ColourSample(as_bgr(np.median(pixels, axis=0)), float(min(spread, 0.1)))
 
 
 def _outside(place: Sequence[float]) -> BadInput:
@@ -94,8 +93,7 @@ def mean_light(pixels: Picture) -> Bgr:
     """Mean BGR of the middle half of the pixels, by brightness: neither what is burnt out nor what is black."""
     sampled = _thinned(pixels).astype(np.float32)
     order = np.argsort(sampled.sum(axis=1))
-    middle = sampled[order[len(order) // 4:3 * len(order) // 4 + 1]].mean(axis=0)
-    return tuple(float(v) for v in middle)
+    return as_bgr(sampled[order[len(order) // 4:3 * len(order) // 4 + 1]].mean(axis=0))
 
 
 def background_samples(samples: Sequence[ColourSample],
@@ -112,7 +110,8 @@ def clusters(pixels: Picture) -> list[ColourSample]:
     space = np.stack([chroma[:, 0] * 6, chroma[:, 1] * 6, chroma[:, 2]], axis=-1).astype(np.float32)
     cv2.setRNGSeed(1)  # the same picture, the same clusters
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 20, 0.01)
-    number = cv2.kmeans(space, min(_CLUSTERS, len(space)), None, stop, 2, cv2.KMEANS_PP_CENTERS)[1].ravel()
+    number = np.zeros(len(space), np.int32)
+    cv2.kmeans(space, min(_CLUSTERS, len(space)), number, stop, 2, cv2.KMEANS_PP_CENTERS)
     counts = np.bincount(number)
     return [sample_of(sampled[number == i]) for i in np.argsort(-counts) if counts[i] >= _MIN_SHARE * len(sampled)]
 

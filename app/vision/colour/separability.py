@@ -33,7 +33,7 @@ def colour_health(profile: ColourProfile) -> tuple[ColourSeparation, ...]:
         chroma = features(np.array([s.bgr for s in samples]))
         gaps = {name: float(distances(chroma, rest, burnt=False).min()) for name, rest in others.items()
                 if name != colour and rest}
-        nearest = min(gaps, key=gaps.get, default=None)
+        nearest = min(gaps, key=gaps.__getitem__, default=None)
         gap = gaps[nearest] if nearest else float("inf")
         level = "good" if gap >= _APART else "close" if gap >= _CLOSE else "mixed"
         found.append(ColourSeparation(colour, nearest if np.isfinite(gap) else None, gap, level,

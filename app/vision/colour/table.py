@@ -9,7 +9,7 @@ dark is known less well. A pixel is of the colour of the nearest sample if that 
 than any sample of another colour or of the background.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,8 +63,13 @@ def distances(chroma: NDArray[np.float32], samples: Sequence[ColourSample], burn
 
 def _burnt(bgr: Bgr) -> list[Bgr]:
     """A colour, and as it looks where the light is brighter than the sensor can tell."""
-    brighter = tuple(min(v * _CLIPPED, 255.0) for v in bgr)
-    return [bgr, brighter] if max(bgr) * _CLIPPED > 280 else [bgr]
+    return [bgr, as_bgr(min(v * _CLIPPED, 255.0) for v in bgr)] if max(bgr) * _CLIPPED > 280 else [bgr]
+
+
+def as_bgr(values: Iterable[float]) -> Bgr:
+    """Return three numbers as a colour."""
+    b, g, r = map(float, values)
+    return b, g, r
 
 
 def table_of(profile: ColourProfile) -> tuple[Table, tuple[str, ...]]:

@@ -146,4 +146,5 @@ def _smooth(rows: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _softened(rows: NDArray[np.float64], sigma_px: float) -> NDArray[np.float64]:
     wide = 2 * int(np.ceil(3 * sigma_px / STEP_PX)) + 1
-    return cv2.GaussianBlur(rows, (wide, 1), sigmaX=sigma_px / STEP_PX, borderType=cv2.BORDER_REPLICATE)
+    return np.asarray(cv2.GaussianBlur(rows, (wide, 1), sigmaX=sigma_px / STEP_PX, borderType=cv2.BORDER_REPLICATE),
+                      np.float64)

@@ -96,7 +96,7 @@ def _width(rows: NDArray, away: NDArray, nominal: float, widths: NDArray, captur
     It is looked for uphill from the expected one; where that does not explain them almost fully, from wider ones too,
     as an edge of wide paint is a narrow line on a step, and where nothing is found, among all.
     """
-    worth = lru_cache(lambda number: _worth(rows, away, widths[number], capture_px))
+    worth = lru_cache(lambda number: _worth(rows, away, float(widths[number]), capture_px))
     found = _uphill(worth, int(np.argmin(np.abs(widths - nominal))), len(widths))
     if worth(found) < ALMOST_ALL * len(rows):
         others = {_uphill(worth, int(np.argmin(np.abs(widths - factor * nominal))), len(widths))
@@ -147,7 +147,7 @@ def brightness_across(picture: NDArray[np.uint8], places: Points, normals: Point
         at = ((places + shift * along)[:, None] + away[:, None] * normals[:, None]).astype(np.float32)
         total += cv2.remap(picture, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     if picture.ndim == 3:
-        total = total @ np.float32(GREY_OF_BGR)
+        total = total @ np.array(GREY_OF_BGR, np.float32)
     return total.astype(np.float64) / len(ALONG_PX)
 
 

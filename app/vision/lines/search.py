@@ -91,7 +91,7 @@ def find_line_bar(patch: NDArray[np.float64], away: NDArray[np.float64], reach_p
     if found is None or step > STEP * clearest + MIN_CONTRAST:
         return "one-edge" if step > 2 * MIN_CONTRAST else "no-line"
     (row, column), width, sign = found
-    middle = column if width % 2 else column - 0.5
+    middle = column - (0.0 if width % 2 else 0.5)
     rooms = _rooms(sign * means[row], middle, width, best_rise)
     return LineBar(float(angles[row]), float(middle - columns // 2 - click[row]), float(width), rooms)
 

@@ -26,7 +26,7 @@ TURN_RAD = np.radians(15)  # how wrong a given direction may be
 BESIDE_PX = 5.0  # background that is fitted on either side
 BLUR_PX, BLUR_RATIO = 0.8, 1.6  # a camera in focus, and one standard deviation of it as a factor
 BEND = 1 / 80  # per px, one standard deviation: a small circle's curvature
-STEPS = 15
+STEPS, MAX_TURNS = 15, 3
 STILL_PX = 2e-3
 CUT = 4.0  # times the residuals' scale: beyond, a pixel shows something else
 MIN_NOISE = 0.7  # grey levels: rounding, and the least of a camera
@@ -107,14 +107,14 @@ def _patch(pixels: NDArray, middle: NDArray, half: int) -> NDArray[np.float64]:
 def _refined(patch: NDArray, away: NDArray, click: NDArray, bar: LineBar, hint: Hint,
              widths: tuple[float, float]) -> Snapped | Unsnapped:
     """Fit, turn to the line's own direction, fit again: at the foot the line then runs along s."""
-    angle, start = bar.angle_rad, (bar.offset_px, bar.width_px)
-    for _ in range(3):
+    angle, start, turns = bar.angle_rad, (bar.offset_px, bar.width_px), 0
+    while True:
         fitted = _fit(patch, away, angle, start, bar, hint.width_px)
         if fitted is None:
             return Unsnapped("unclear")
         turn = float(np.arctan(fitted.slope))
-        angle, start = angle + turn, (fitted.offset_px * np.cos(turn), fitted.width_px)
-        if abs(turn) < 0.01:
+        angle, start, turns = angle + turn, (fitted.offset_px * np.cos(turn), fitted.width_px), turns + 1
+        if abs(turn) < 0.01 or turns == MAX_TURNS:
             break
     if abs(fitted.offset_px) > hint.reach_px + 1 or not 0.5 * widths[0] <= fitted.width_px <= 1.3 * widths[1]:
         return Unsnapped("no-line")

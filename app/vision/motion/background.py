@@ -134,7 +134,7 @@ def _mean_of_agreeing(strip: NDArray[np.uint8], middle: NDArray[np.uint8], apart
         row = row.reshape(total.shape)
         near = cv2.inRange(cv2.absdiff(row, middle), (0, 0, 0), (apart, apart, apart))
         cv2.add(total, cv2.bitwise_and(row, cv2.merge([near, near, near])), dst=total, dtype=cv2.CV_16U)
-        cv2.add(count, cv2.min(near, 1), dst=count)
+        count += near > 0
     # The median's own colours may come from different frames: then none agrees, and it stands.
     times = np.maximum(count, 1)[..., None].astype(np.uint16)
     mean = np.where(count[..., None] > 0, (total + times // 2) // times, middle).astype(np.uint8)

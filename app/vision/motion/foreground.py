@@ -45,18 +45,18 @@ class MotionDetector:
     def add(self, pixels: NDArray[np.uint8]) -> list[MovingBlob]:
         """Return what moves in a frame (h, w[, 3]), px; nothing in the first one, and where nearly all changed."""
         shrink = max(1, round(pixels.shape[1] / WIDTH_PX))
-        small = pixels if shrink == 1 else cv2.resize(
-            pixels, (pixels.shape[1] // shrink, pixels.shape[0] // shrink), interpolation=cv2.INTER_AREA)
-        if self._background is None or self._background.shape != small.shape:
+        small = pixels if shrink == 1 else np.asarray(cv2.resize(
+            pixels, (pixels.shape[1] // shrink, pixels.shape[0] // shrink), interpolation=cv2.INTER_AREA), np.uint8)
+        if self._background is None or self._usual is None or self._background.shape != small.shape:
             return self._anew(small)
         difference = _difference(small, self._background)
         smooth = cv2.blur(difference, (3, 3))
-        changed = cv2.compare(smooth, cv2.max(self._usual, MIN_DIFFERENCE), cv2.CMP_GT)
+        changed = ((smooth > self._usual) & (smooth > MIN_DIFFERENCE)).view(np.uint8)
         if cv2.countNonZero(changed) > MAX_CHANGED * changed.size:
             self.upset += 1
             return self._anew(small)
         self._background = _towards(self._background, small)
-        self._usual = _towards(self._usual, cv2.multiply(smooth, NOISES))
+        self._usual = _towards(self._usual, np.asarray(cv2.convertScaleAbs(smooth, alpha=NOISES), np.uint8))
         _, _, stats, _ = cv2.connectedComponentsWithStats(changed, connectivity=8)
         boxes = stats[1:]
         area = boxes[:, cv2.CC_STAT_AREA]
@@ -73,19 +73,15 @@ class MotionDetector:
 
 
 def _towards(known: NDArray[np.uint8], current: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    up, down = cv2.min(cv2.subtract(current, known), 1), cv2.min(cv2.subtract(known, current), 1)
-    return cv2.subtract(cv2.add(known, up), down)
+    return known + (current > known) - (current < known)
 
 
 def _difference(pixels: NDArray[np.uint8], background: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """(h, w): of the channel that differs most, as a coloured ball may be as bright as the carpet."""
-    difference = cv2.absdiff(pixels, background)
-    if difference.ndim == 2:
-        return difference
-    first, *others = cv2.split(difference)
+    first, *others = cv2.split(cv2.absdiff(pixels, background))
     for other in others:
         first = cv2.max(first, other)
-    return first
+    return np.asarray(first, np.uint8)
 
 
 def _mover(difference: NDArray[np.uint8], box: NDArray[np.int32], scale: NDArray[np.float64]) -> MovingBlob:

@@ -63,7 +63,7 @@ def measure_light(picture: NDArray[np.uint8], field: NDArray | None = None) -> L
     if mask is not None and not mask.any():
         mask = None
     blue, green, red = cv2.split(picture)
-    grey, top = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), cv2.max(cv2.max(blue, green), red)
+    grey, top = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.asarray(cv2.max(cv2.max(blue, green), red), np.uint8)
     inside = None if mask is None else mask.astype(np.uint8)
     counts = cv2.calcHist([grey], [0], inside, [256], [0, 256]).ravel()
     tops = cv2.calcHist([top], [0], inside, [256], [0, 256]).ravel()
@@ -146,7 +146,7 @@ def _unevenness(light: Light) -> list[dict[str, Any]]:
         return []
     best = max(known.values())
     # The middle is what people compare with, wherever it is nearly as bright as the brightest.
-    beside = MIDDLE if known.get(MIDDLE, 0) >= 0.9 * best else max(known, key=known.get)
+    beside = MIDDLE if known.get(MIDDLE, 0) >= 0.9 * best else max(known, key=known.__getitem__)
     dim = [i for i, level in known.items() if level < DIM * known[beside]]
     if not dim:
         return []

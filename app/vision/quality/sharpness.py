@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.geometry import Points
+from app.core.opencv import to_grey
 from app.core.statements import say
 from app.vision.quality.zones import field_mask, first_capital, message, zone_names, zone_slices
 
@@ -60,11 +61,11 @@ def measure_sharpness(picture: NDArray[np.uint8], field: NDArray | None = None) 
     field: its mask, also of the picture reduced, or its polygon in pixels, where it is known; nothing outside counts.
     """
     height, width = picture.shape[:2]
-    reduced = field is not None and np.asarray(field).dtype == np.bool_ and np.ndim(field) == 2
-    mask = field_mask(field, *(np.shape(field) if reduced else (height, width)))
+    shape = field.shape if field is not None and field.dtype == np.bool_ and field.ndim == 2 else (height, width)
+    mask = field_mask(field, *shape)
     if min(height, width) < 3 * BLOCK:
         return Sharpness(None, (None,) * 9, (0,) * 9)
-    grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY) if picture.ndim == 3 else picture
+    grey = to_grey(picture)
     places, normals, zone = _edge_points(grey, mask)
     wide = _edge_widths(grey, places, normals) if len(places) else np.empty(0)
     widths, counts = [], []
@@ -83,7 +84,7 @@ def _edge_points(grey: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tup
     size = (round(width / scale), round(height / scale))
     small = grey if scale == 1 else cv2.resize(grey, size, interpolation=cv2.INTER_AREA)
     across, down = (cv2.Sobel(small, cv2.CV_32F, *order, ksize=3) for order in ((1, 0), (0, 1)))
-    steep = cv2.magnitude(across, down)
+    steep = np.asarray(cv2.magnitude(across, down), np.float32)
     margin = 2 + int(np.ceil(3 / scale))
     steep[:margin] = steep[-margin:] = steep[:, :margin] = steep[:, -margin:] = 0
     if mask is not None:
@@ -180,10 +181,10 @@ def _until_high(values: NDArray) -> NDArray[np.float64]:
 def advice(sharpness: Sharpness) -> list[dict[str, Any]]:
     """Return advice on focus: text, fix, severity ("warning" or "note")."""
     known = {i: w for i, w in enumerate(sharpness.width_px) if w is not None}
-    if not known:
+    best = sharpness.best_px
+    if best is None:
         return [message(say("focus.unknown", "Focus unknown: no edges detected."),
                         say("focus.point-at-lines", "Point the camera at the field's lines, or light it."), False)]
-    best = sharpness.best_px
     if best > SOFT_PX:
         return [message(say("focus.all-soft", "Whole image soft: the sharpest edges are {px:.1f} px wide.", px=best),
                         say("focus.turn-ring", "Turn the focus ring of the lens until this value is smallest, then "

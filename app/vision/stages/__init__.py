@@ -25,7 +25,7 @@ from app.core.detections import Detection
 from app.core.geometry import ImageSize
 from app.core.options import Option
 from app.core.registry import Registry
-from app.vision.blobs.features import Blobs
+from app.vision.blobs.features import NO_BLOBS, Blobs
 from app.vision.stages.localisation import FieldLocator
 
 Picture = NDArray[np.uint8]  # (height, width, 3) BGR
@@ -58,17 +58,17 @@ class FrameState:
 
     pixels: Picture
     clean: Picture
+    labels: NDArray[np.uint8]
     colours: tuple[str, ...] = ()
-    labels: NDArray[np.uint8] | None = None
     light: Bgr = (1.0, 1.0, 1.0)
     sharpness: NDArray[np.uint8] | None = None
-    blobs: Blobs | None = None
+    blobs: Blobs = NO_BLOBS
     found: tuple[Detection, ...] = ()
     notes: tuple[str, ...] = ()  # messages about this frame
 
     @classmethod
     def of(cls, pixels: Picture) -> "FrameState":
-        return cls(pixels, pixels)
+        return cls(pixels, pixels, np.zeros(pixels.shape[:2], np.uint8))
 
     def with_found(self, *more: Detection) -> "FrameState":
         return replace(self, found=(*self.found, *more))

@@ -57,7 +57,7 @@ class FindBlobs(Stage):
         notes = tuple(say("note.colour-everywhere", "The colour {colour} covers {share:.0f} % of the image and is "
                           "ignored. Learn it again.", colour=colour_name(state.colours[i - 1]),
                           share=100 * thin[i] / thin.sum()) for i in flooded)
-        return cv2.LUT(state.labels, keep), notes
+        return np.asarray(cv2.LUT(state.labels, keep), np.uint8), notes
 
     def picture(self, state: FrameState) -> Picture:
         """Each patch's box in its colour, and its middle."""

@@ -13,7 +13,7 @@ import numpy as np
 from app.core.colour_profile import NAMES, Bgr
 from app.core.options import Option
 from app.vision.colour.learning import mean_light
-from app.vision.colour.table import in_light, table_of
+from app.vision.colour.table import as_bgr, in_light, table_of
 from app.vision.stages import FrameState, Picture, Stage, StageContext
 
 _EVERY = 5  # frames; lamps and clouds are slower
@@ -46,7 +46,7 @@ class Colours(Stage):
     @property
     def light(self) -> Bgr:
         """How much brighter it is than when the colours were learned, in blue, green and red."""
-        return tuple(float(v) for v in self._gain)
+        return as_bgr(self._gain)
 
     def run(self, state: FrameState) -> FrameState:
         if self._options["follow"] and self._learned_in is not None:
@@ -69,11 +69,11 @@ class Colours(Stage):
         change = self._gain / self._gain_of_table
         if max(change.max(), 1 / change.min()) > _STEP:
             self._gain_of_table = self._gain.copy()
-            self._now = in_light(self._wanted, tuple(self._gain))
+            self._now = in_light(self._wanted, self.light)
 
     def picture(self, state: FrameState) -> Picture:
         """All colours of the table, those too that are not looked for everywhere, on a dim picture."""
-        named = in_light(self._table, tuple(self._gain_of_table))[_codes(state.clean)]
+        named = in_light(self._table, as_bgr(self._gain_of_table))[_codes(state.clean)]
         paint = np.array([(0, 0, 0)] + [NAMES[name] for name in self._names], np.uint8)
         return np.where(named[..., None] > 0, paint[named], state.clean // 3)
 

@@ -4,6 +4,8 @@ from dataclasses import replace
 from typing import ClassVar
 
 import cv2
+import numpy as np
+from cv2.typing import MatLike
 
 from app.core.options import Option
 from app.vision.stages import FrameState, Picture, Stage
@@ -27,12 +29,14 @@ class Edges(Stage):
         return replace(state, sharpness=steepest)
 
     def picture(self, state: FrameState) -> Picture:
-        return cv2.cvtColor(state.sharpness, cv2.COLOR_GRAY2BGR)
+        if state.sharpness is None:
+            return super().picture(state)
+        return np.asarray(cv2.cvtColor(state.sharpness, cv2.COLOR_GRAY2BGR), np.uint8)
 
 
 _CROSS = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 
 
-def _steep(plane):
+def _steep(plane: MatLike) -> Picture:
     """The most that a pixel differs within its 3 × 3: as much as a gradient tells, and all in bytes."""
-    return cv2.subtract(cv2.dilate(plane, _CROSS), cv2.erode(plane, _CROSS))
+    return np.asarray(cv2.subtract(cv2.dilate(plane, _CROSS), cv2.erode(plane, _CROSS)), np.uint8)

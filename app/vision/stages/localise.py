@@ -50,6 +50,7 @@ class Localise(Stage):
         sigma = self._options["robot_sigma_px" if found.kind == "robot" else "blob_sigma_px"]
         known = self._options["calibration_sigma_mm" if found.kind == "ball" else "hat_sigma_mm"]
         spread = sigma**2 * mm_per_px @ mm_per_px.T + known**2 * np.eye(2)
+        (xx, xy), (yx, yy) = spread.tolist()
         return replace(found, x_mm=float(place[0]), y_mm=float(place[1]),
-                       covariance_mm2=tuple(tuple(float(v) for v in row) for row in spread),
+                       covariance_mm2=((xx, xy), (yx, yy)),
                        on_carpet=not self._context.view.knows_heights and found.z_mm != 0)

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any, ClassVar
 
 import cv2
+import numpy as np
 
 from app.core.options import Option
 from app.vision.stages import FrameState, Picture, Stage, StageContext
@@ -34,9 +35,9 @@ class NoiseReduction(Stage):
         if method == "none":
             return state
         if method == "median":
-            return replace(state, clean=cv2.medianBlur(pixels, 3))
+            return replace(state, clean=np.asarray(cv2.medianBlur(pixels, 3), np.uint8))
         if method == "bilateral":
-            return replace(state, clean=cv2.bilateralFilter(pixels, 5, 25, 2))
+            return replace(state, clean=np.asarray(cv2.bilateralFilter(pixels, 5, 25, 2), np.uint8))
         return replace(state, clean=self._over_time(pixels))
 
     def _over_time(self, pixels: Picture) -> Picture:
@@ -44,7 +45,7 @@ class NoiseReduction(Stage):
             self._before = pixels.copy()
             return self._before
         share = self._options["strength"]
-        mixed = cv2.addWeighted(self._before, share, pixels, 1 - share, 0)
+        mixed = np.asarray(cv2.addWeighted(self._before, share, pixels, 1 - share, 0), np.uint8)
         change = cv2.absdiff(pixels, self._before)
         # A pixel moves as a whole: no channel lags behind the others.
         most = cv2.max(cv2.max(change[..., 0], change[..., 1]), change[..., 2])

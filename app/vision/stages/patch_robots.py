@@ -45,11 +45,11 @@ class PatchRobots(Stage):
         team = _numbers_of(state, self._options["teams"])
         own = _numbers_of(state, self._options["numbers"])
         teams = [i for i in range(len(blobs)) if int(blobs.colour[i]) in team]
-        others = np.array([i for i in range(len(blobs)) if int(blobs.colour[i]) in own], int)
+        others = np.array([i for i in range(len(blobs)) if int(blobs.colour[i]) in own], np.intp)
         found, taken = [], set()
         # The surest first: where robots touch, a patch belongs to the nearer one.
         for i in sorted(teams, key=lambda i: self._misfit(places, i, others)):
-            free = np.array([j for j in others if j not in taken], int)
+            free = np.array([j for j in others if j not in taken], np.intp)
             mine = self._own(places, i, free)
             if mine is None:
                 continue

@@ -9,12 +9,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from app.core.colour_profile import NAMES
+from app.core.colour_profile import NAMES, Bgr
 from app.core.detections import Detection
 from app.core.options import Option
 from app.core.ssl_pattern import NUMBER_OF, TEAM_DOT_MM
 from app.vision.blobs.features import Blobs
 from app.vision.blobs.pattern_match import Patterns, patterns_at, unmixing
+from app.vision.colour.table import as_bgr
 from app.vision.stages import FrameState, Stage, StageContext
 
 TEAMS = ("yellow", "blue")
@@ -86,7 +87,7 @@ class SslRobots(Stage):
                          confidence=confidence, orientation_sigma_rad=float(sigma), area_px=float(blobs.area[i]))
 
 
-def _usual(context: StageContext, name: str) -> tuple[float, float, float]:
+def _usual(context: StageContext, name: str) -> Bgr:
     """A colour's middle sample, or how it usually looks."""
     samples = context.profile.colours.get(name)
-    return tuple(np.mean([s.bgr for s in samples], axis=0)) if samples else NAMES[name]
+    return as_bgr(np.mean([s.bgr for s in samples], axis=0)) if samples else NAMES[name]
