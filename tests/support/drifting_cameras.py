@@ -6,19 +6,18 @@ import numpy as np
 
 from app.evaluate.drift.monitor import DriftReference
 from app.models import CameraModel
-from app.sources import SourceContext, source_from_url
 from app.sources.sim.render import Rendering
 from app.workflows.calibration_request import CalibrationRequest
 from tests.support.live_cameras import FIELDS
 from tests.support.sim_clicks import border_observations
+from tests.support.simulated_source import simulated_source
 
 
 def fitted(url: str, model: str = "brown-conrady", noise_px: float = 0.3) -> tuple[Rendering, CameraModel]:
     """A simulated camera, and a calibration of it from an operator's clicks on the borders."""
-    source = source_from_url(url, SourceContext(FIELDS))
-    rendering, field = source.rendering, FIELDS[url.partition("://")[2].partition("?")[0]]
-    clicks = border_observations(source.camera, rendering.region, 9, noise_px=noise_px, rng=np.random.default_rng(1))
-    task = CalibrationRequest(clicks, field, rendering.region, source.camera.image_size, model)
+    rendering = simulated_source(url, FIELDS).rendering
+    clicks = border_observations(rendering.camera, rendering.region, 9, noise_px=noise_px, rng=np.random.default_rng(1))
+    task = CalibrationRequest(clicks, rendering.field, rendering.region, rendering.camera.image_size, model)
     return rendering, task.run(cross_validate=False).model
 
 

@@ -12,10 +12,11 @@ from app.core.records import Calibration
 from app.images import ImageLimits
 from app.live.camera import LiveCamera
 from app.live.capture import FrameCapture
-from app.sources import SourceContext, source_from_url
+from app.sources import SourceContext
 from app.store.fields import load_fields
 from app.workflows.calibration_request import CalibrationRequest
 from tests.support.sim_clicks import border_observations
+from tests.support.simulated_source import simulated_source
 from tests.support.waiting import LONG_S
 
 FIELDS = load_fields()
@@ -31,7 +32,7 @@ def spec(url: str, pictures=None, hosts=("127.0.0.1",)) -> dict:
 def pid_of(camera: LiveCamera) -> int | None:
     """The camera's process; None where none runs now."""
     process = camera._supervisor._process
-    return process and process.pid
+    return process.pid if process else None
 
 
 @asynccontextmanager
@@ -67,11 +68,11 @@ def capturing(url: str):
 
 def calibrated(url: str, model: str = "polynomial", id: str = "made", region: str = "full") -> Calibration:
     """A calibration of a simulated camera, from exact points along its borders."""
-    source = source_from_url(url, SourceContext(FIELDS))
-    field = FIELDS[url.partition("://")[2].partition("?")[0]]
-    region = field.region(region)
-    task = CalibrationRequest(observations=border_observations(source.camera, region, 9, rng=np.random.default_rng(1)),
-                              field=field, region=region, image_size=source.camera.image_size, model=model, options={},
+    source = simulated_source(url, FIELDS)
+    field = source.rendering.field
+    covered = field.region(region)
+    task = CalibrationRequest(observations=border_observations(source.camera, covered, 9, rng=np.random.default_rng(1)),
+                              field=field, region=covered, image_size=source.camera.image_size, model=model, options={},
                               camera="test")
     source.close()
     made = task.record(task.run(cross_validate=False))

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from app.sources import SourceContext, source_from_url
 from app.store.fields import load_fields
 from tests.support.refusals import API
 from tests.support.sim_clicks import border_clicks
 from tests.support.sim_truth import truth_at
+from tests.support.simulated_source import simulated_source
 from tests.support.watched_field import colour_clicks
 
 REGION, SIZE = "quarter-bottom-left", (800, 600)
@@ -22,8 +22,7 @@ class Before:
         self.name, self.region = name, region
         self.source = SOURCE.format(seed=seed, play=play, robots=robots, fill=fill).replace(REGION, region)
         self.field = load_fields()["ssl-div-b"]
-        opened = source_from_url(self.source, SourceContext(fields={"ssl-div-b": self.field}))
-        self.rendering = opened.rendering
+        self.rendering = simulated_source(self.source, {"ssl-div-b": self.field}).rendering
         self.settings = {"id": name, "source": self.source, "field": "ssl-div-b", "region": region}
 
     @property

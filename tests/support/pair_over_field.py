@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from app.core.records import Calibration
-from app.sources import SourceContext, source_from_url
+from app.sources.sim.camera import SimCamera
 from app.store.fields import FieldRepository
 from app.workflows.calibration_request import CalibrationRequest
 from tests.support.sim_clicks import border_observations
+from tests.support.simulated_source import simulated_source
 
 FIELDS = FieldRepository(Path("no-fields-of-our-own"))
 FIELD = FIELDS["ssl-div-b"]
@@ -17,9 +18,9 @@ HALVES = ("half-left", "half-right")
 
 
 @cache
-def cameras():
-    return tuple(source_from_url(f"sim://ssl-div-b?cameras=2&camera={n}&lens=half&tilt=8", SourceContext(FIELDS)).camera
-                 for n in (0, 1))
+def cameras() -> tuple[SimCamera, ...]:
+    url = "sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=8"
+    return tuple(simulated_source(url.format(n), FIELDS).camera for n in (0, 1))
 
 
 @cache
@@ -32,7 +33,7 @@ def calibrations(model: str = "brown-conrady") -> tuple[Calibration, Calibration
         task = CalibrationRequest(border_observations(camera, region, 12), FIELD, region, camera.image_size, model,
                                   options)
         made.append(task.record(task.run()))
-    return tuple(made)
+    return made[0], made[1]
 
 
 def matches(count: int = 60, noise_px: float = 0.3, heights_mm: tuple[float, float] = (0.0, 0.0), mistakes: int = 0,

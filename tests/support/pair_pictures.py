@@ -8,11 +8,11 @@ from typing import Any
 import cv2
 import numpy as np
 
-from app.sources import SourceContext, source_from_url
 from app.sources.sim.source import SimSource
 from app.store.fields import FieldRepository
 from tests.support.sim_clicks import border_clicks
 from tests.support.sim_truth import robots_in
+from tests.support.simulated_source import simulated_source
 
 FIELD = FieldRepository(Path("no-fields-of-our-own"))["ssl-div-b"]
 REGION = "half-right"
@@ -34,9 +34,8 @@ class PairSeen:
 
 @cache
 def sources() -> tuple[SimSource, SimSource]:
-    left, right = (source_from_url(f"sim://ssl-div-b?region={REGION}&tilt={tilt}&lens=half&robots=12&seed=3",
-                                   SourceContext({FIELD.name: FIELD})) for tilt in TILTS)
-    assert isinstance(left, SimSource) and isinstance(right, SimSource)
+    left, right = (simulated_source(f"sim://ssl-div-b?region={REGION}&tilt={tilt}&lens=half&robots=12&seed=3",
+                                    {FIELD.name: FIELD}) for tilt in TILTS)
     return left, right
 
 

@@ -8,10 +8,12 @@ import numpy as np
 from app.core.records import Observation
 from app.models.lens_models import BrownConrady
 from app.models.rotation import vector_from_matrix
-from app.sources import SourceContext, source_from_url
+from app.sources.sim.lens import BrownConrady as SimBrownConrady
+from app.sources.sim.source import SimSource
 from app.workflows.calibration_request import CalibrationRequest
 from tests.support.pair_over_field import FIELD, FIELDS, HALVES, cameras
 from tests.support.sim_clicks import border_observations, line_clicks
+from tests.support.simulated_source import simulated_source
 
 REGIONS = {2: HALVES, 4: ("quarter-bottom-left", "quarter-top-left", "quarter-bottom-right", "quarter-top-right")}
 
@@ -22,6 +24,7 @@ def true_models():
     made = []
     for camera, half in zip(cameras(), HALVES, strict=True):
         region = FIELD.region(half)
+        assert isinstance(camera.lens, SimBrownConrady)
         terms = astuple(camera.lens)
         made.append(BrownConrady(terms, camera.focal_px[0], 1.0, camera.centre_px,
                                  tuple(vector_from_matrix(np.array(camera.camera_from_field))), camera.position_mm,
@@ -30,10 +33,10 @@ def true_models():
 
 
 @cache
-def sim_source(count: int, number: int, seed: int = 1, robots: int = 0):
+def sim_source(count: int, number: int, seed: int = 1, robots: int = 0) -> SimSource:
     """One of the cameras above a Division B field, tilted and with a barrel lens; robots would stand on the lines."""
-    return source_from_url(f"sim://ssl-div-b?cameras={count}&camera={number}&lens=half&tilt=6&fill=0.86&seed={seed}"
-                           f"&robots={robots}&fps=240", SourceContext(FIELDS))
+    return simulated_source(f"sim://ssl-div-b?cameras={count}&camera={number}&lens=half&tilt=6&fill=0.86&seed={seed}"
+                            f"&robots={robots}&fps=240", FIELDS)
 
 
 def sim_task(count: int, number: int, seed: int = 0, model: str = "brown-conrady", noise_px: float = 0.3,

@@ -3,10 +3,10 @@
 import numpy as np
 
 from app.core.records import Observation
-from app.sources import SourceContext, source_from_url
 from tests.support.board_views import BOARD, SIZE, views_of
 from tests.support.pair_over_field import FIELDS
 from tests.support.sim_clicks import border_observations
+from tests.support.simulated_source import simulated_source
 
 NORTH = "sim://ssl-div-b?cameras=2&camera=0&lens=half&tilt=6&fill=0.86&robots=0&fps=5"
 SOUTH = "sim://ssl-div-b?cameras=2&camera=1&lens=half&tilt=6&fill=0.86&robots=0&fps=5"
@@ -15,9 +15,8 @@ WIDE = "sim://ssl-div-b?lens=fisheye&fill=0.9&robots=0&fps=5"
 
 def border_and_circle_clicks(source: str, region: str, noise_px: float = 0.3) -> list[dict]:
     """An operator's clicks on the region's borders and on the field's inner lines, as REST takes them."""
-    camera, field, random = source_from_url(source, SourceContext(FIELDS)).camera, FIELDS["ssl-div-b"], \
-        np.random.default_rng(3)
-    clicks = list(border_observations(camera, field.region(region), 12, noise_px, random))
+    camera, field = simulated_source(source, FIELDS).camera, FIELDS["ssl-div-b"]
+    clicks = list(border_observations(camera, field.region(region), 12, noise_px, np.random.default_rng(3)))
     circle = camera.raw_from_field(field.arcs["centre-circle"].sample(25))
     circle = circle[camera.sees(circle)]
     return [o.to_json() for o in (*clicks, Observation("centre-circle", "line", circle))]

@@ -6,8 +6,8 @@ import numpy as np
 
 from app.core.field import Field
 from app.core.records import Calibration, Observation
-from app.sources import SourceContext, source_from_url
 from app.workflows.calibration_request import CalibrationRequest
+from tests.support.simulated_source import simulated_source
 
 
 def worst_mm(found: Field, truth: Field) -> float:
@@ -18,8 +18,8 @@ def worst_mm(found: Field, truth: Field) -> float:
 
 def calibrated_on(field: Field, truth: Field, seed: int = 0) -> Calibration:
     """A camera calibrated as if the field were as the rules have it, from 60 points on each line as it is."""
-    camera = source_from_url(f"sim://{field.name}?lens=mild&tilt=12&size=1280x1024&robots=0&fps=9",
-                             SourceContext({field.name: field})).camera
+    camera = simulated_source(f"sim://{field.name}?lens=mild&tilt=12&size=1280x1024&robots=0&fps=9",
+                              {field.name: field}).camera
     region, random, observations = field.region("full"), np.random.default_rng(seed), []
     for marking in truth.markings:
         pixels = camera.raw_from_field(np.c_[marking.sample(60), np.zeros(60)])
