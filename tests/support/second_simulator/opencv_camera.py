@@ -35,7 +35,7 @@ class OpenCvCamera:
 
     @property
     def camera_from_field(self) -> Array:
-        return cv2.Rodrigues(np.array(self.rotation))[0]
+        return np.asarray(cv2.Rodrigues(np.array(self.rotation))[0], np.float64)
 
     @property
     def position_mm(self) -> Array:
@@ -48,11 +48,11 @@ class OpenCvCamera:
         rotation, translation = np.array(self.rotation), np.array(self.translation_mm)
         rays = flat[:, 0] @ self.camera_from_field.T + translation
         if self.fisheye:
-            pixels, _ = cv2.fisheye.projectPoints(flat, rotation, translation, self.camera_matrix,
-                                                  np.array(self.distortion))
+            found, _ = cv2.fisheye.projectPoints(flat, rotation, translation, self.camera_matrix,
+                                                 np.array(self.distortion))
         else:
-            pixels, _ = cv2.projectPoints(flat, rotation, translation, self.camera_matrix, np.array(self.distortion))
-        pixels = pixels.reshape(-1, 2)
+            found, _ = cv2.projectPoints(flat, rotation, translation, self.camera_matrix, np.array(self.distortion))
+        pixels = np.asarray(found, np.float64).reshape(-1, 2)
         pixels[(rays[:, 2] <= 0) | (np.hypot(rays[:, 0], rays[:, 1]) > self._limit * rays[:, 2])] = np.nan
         if self.mirrored:
             pixels[:, 0] = self.size[0] - 1 - pixels[:, 0]
@@ -79,7 +79,7 @@ class OpenCvCamera:
         """Return which px (..., 2) lie in the picture."""
         with np.errstate(invalid="ignore"):
             limit = np.array(self.size) - 1 - margin_px
-            return ((pixels >= margin_px) & (pixels <= limit)).all(axis=-1)
+            return np.all((pixels >= margin_px) & (pixels <= limit), axis=-1)
 
     def as_json(self) -> dict[str, Any]:
         return {"size": list(self.size), "matrix": list(self.matrix), "distortion": list(self.distortion),
@@ -90,7 +90,8 @@ class OpenCvCamera:
         """Map the undistorted plane (n, 2), in focal lengths, to px before any mirroring."""
         rays, zero = np.column_stack([plane, np.ones(len(plane))])[:, None], np.zeros(3)
         project = cv2.fisheye.projectPoints if self.fisheye else cv2.projectPoints
-        return project(rays, zero, zero, self.camera_matrix, np.array(self.distortion))[0].reshape(-1, 2)
+        pixels, _ = project(rays, zero, zero, self.camera_matrix, np.array(self.distortion))
+        return np.asarray(pixels, np.float64).reshape(-1, 2)
 
     def _undistorted(self, pixels: Array) -> Array:
         """Invert _distorted by Newton's method: OpenCV's own inverses do not converge near the edge of some lenses."""

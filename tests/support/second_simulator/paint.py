@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.field import Arc, Field, Line
+from app.core.geometry import as_pair
 
 Array = NDArray[np.float64]
 
@@ -52,16 +53,15 @@ def painted(field: Field, errors: PaintErrors, rng: np.random.Generator) -> Pain
     markings: list[Line | Arc] = []
     offsets: dict[str, float] = {}
     centres: dict[str, tuple[float, float]] = {}
-    every = [*field.lines.values(), *field.arcs.values()]
-    gross = rng.integers(len(every)) if errors.gross_mm else -1
-    for number, marking in enumerate(every):
+    gross = rng.integers(len(field.markings)) if errors.gross_mm else -1
+    for number, marking in enumerate(field.markings):
         off, gross_mm = rng.normal(0, errors.line_sigma_mm), errors.gross_mm if number == gross else 0.0
         width = errors.width_mm or marking.width_mm
         if isinstance(marking, Arc):
             towards = rng.uniform(-np.pi, np.pi)
             aside = rng.normal(0, errors.line_sigma_mm, 2) + gross_mm * np.array([np.cos(towards), np.sin(towards)])
-            offsets[marking.name], centres[marking.name] = float(off), tuple(map(float, aside))
-            markings.append(replace(marking, centre=tuple(map(float, np.add(marking.centre, aside))),
+            offsets[marking.name], centres[marking.name] = float(off), as_pair(aside)
+            markings.append(replace(marking, centre=as_pair(np.add(marking.centre, aside)),
                                     radius_mm=marking.radius_mm + off, width_mm=width))
             continue
         off += gross_mm * rng.choice([-1, 1])
@@ -70,15 +70,15 @@ def painted(field: Field, errors: PaintErrors, rng: np.random.Generator) -> Pain
         along = (end - start) / np.linalg.norm(end - start)
         normal = np.array([-along[1], along[0]])
         turn = rng.normal(0, errors.slope_sigma) * np.linalg.norm(end - start) / 2
-        markings.append(replace(marking, start=tuple(start + normal * (off - turn)),
-                                end=tuple(end + normal * (off + turn)), width_mm=width))
+        markings.append(replace(marking, start=as_pair(start + normal * (off - turn)),
+                                end=as_pair(end + normal * (off + turn)), width_mm=width))
     gaps = tuple(tuple((float(at), float(at + rng.uniform(0.005, 0.03) * field.length_mm)) for at in
                        rng.uniform(0, m.length_mm, rng.poisson(errors.gaps))) for m in markings)
     return PaintedField(tuple(markings), offsets, centres, gaps, errors.wear)
 
 
 def coverage(paint: PaintedField, x: Array, y: Array, steps: tuple[Array, Array, Array, Array], texture: Array,
-             texture_mm: float) -> Array:
+             texture_mm: float) -> NDArray[np.float32]:
     """Return how much of each sample (h, w) is paint, 0 to 1.
 
     steps: x and y by one sample to the right and down (x_u, x_v, y_u, y_v), mm: the box of a sample is integrated

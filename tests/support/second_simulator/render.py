@@ -42,17 +42,17 @@ def render(spec: SceneSpec, camera: OpenCvCamera | None = None) -> Scene:
                             camera.fisheye)
     paint = painted(field, spec.paint, rng)
     x, y = _carpet(straight, spec, rng)
-    steps = (np.gradient(x, axis=1), np.gradient(x, axis=0), np.gradient(y, axis=1), np.gradient(y, axis=0))
+    slopes = (np.gradient(x, axis=1), np.gradient(x, axis=0), np.gradient(y, axis=1), np.gradient(y, axis=0))
     with np.errstate(invalid="ignore"):
-        beyond = ~(np.hypot(x, y) < 30_000) | ~np.isfinite(sum(steps))
+        beyond = ~(np.hypot(x, y) < 30_000) | ~np.isfinite(sum(slopes))
     x, y = np.where(beyond, 29_000.0, x), np.where(beyond, 29_000.0, y)
-    steps = tuple(np.where(beyond, 100.0, s) for s in steps)
-    texture = cv2.GaussianBlur(rng.normal(0, 1, (512, 512)), (0, 0), 2)
+    x_u, x_v, y_u, y_v = (np.where(beyond, 100.0, s) for s in slopes)
+    texture = np.asarray(cv2.GaussianBlur(rng.normal(0, 1, (512, 512)), (0, 0), 2), np.float64)
     texture /= texture.std()
     colour = floor_colours(x, y, field, spec, rng)
-    white = coverage(paint, x, y, steps, texture, 12.0)[..., None]
-    light = colour * (1 - white) + np.array(PAINT) * white
-    light = draw_things(light.astype(np.float32), x, y, straight, field, spec, SAMPLES, rng)
+    white = coverage(paint, x, y, (x_u, x_v, y_u, y_v), texture, 12.0)[..., None]
+    light = (colour * (1 - white) + np.array(PAINT) * white).astype(np.float32)
+    light = draw_things(light, x, y, straight, field, spec, SAMPLES, rng)
     width, height = spec.size
     light = light.reshape(height, SAMPLES, width, SAMPLES, 3).mean(axis=(1, 3))
     pixels = _sensor(_optics(light, spec), spec, rng)
@@ -62,15 +62,15 @@ def render(spec: SceneSpec, camera: OpenCvCamera | None = None) -> Scene:
 def _carpet(camera: OpenCvCamera, spec: SceneSpec, rng: np.random.Generator) -> tuple[Array, Array]:
     """Return field x and y of every sample, (h · SAMPLES, w · SAMPLES) mm."""
     width, height = spec.size
-    columns = np.arange(-2 * GRID_PX, width + 3 * GRID_PX, GRID_PX, float)
-    rows = np.arange(-2 * GRID_PX, height + 3 * GRID_PX, GRID_PX, float)
+    columns = np.arange(-2 * GRID_PX, width + 3 * GRID_PX, GRID_PX, dtype=np.float64)
+    rows = np.arange(-2 * GRID_PX, height + 3 * GRID_PX, GRID_PX, dtype=np.float64)
     grid = np.stack(np.meshgrid(columns, rows), axis=-1)
     at = camera.carpet_from_pixel(grid.reshape(-1, 2)).reshape(*grid.shape)
     fine_x = (np.arange(width * SAMPLES) + 0.5) / SAMPLES - 0.5
     fine_y = (np.arange(height * SAMPLES) + 0.5) / SAMPLES - 0.5
     across, down = _cubic_weights(columns, fine_x), _cubic_weights(rows, fine_y)
     # Beyond the horizon there is no carpet; a neighbour's place keeps the interpolation finite there.
-    known = np.isfinite(at).all(axis=-1)
+    known = np.all(np.isfinite(at), axis=-1)
     filled = np.where(known[..., None], at, 1e9)
     fine = [down @ filled[..., k] @ across.T for k in (0, 1)]
     lost = (np.abs(down) > 0) @ (~known).astype(float) @ (np.abs(across) > 0).T > 0
@@ -127,7 +127,7 @@ def _sensor(light: NDArray[np.float32], spec: SceneSpec, rng: np.random.Generato
         raw[1::2, 0::2], raw[1::2, 1::2] = light[1::2, 0::2, 1], light[1::2, 1::2, 2]
         # The names of OpenCV's patterns are those of the second row: blue first is its "RG".
         mosaic = np.rint(raw * 65535).astype(np.uint16)
-        light = cv2.cvtColor(mosaic, cv2.COLOR_BayerRG2BGR_EA).astype(np.float32) / 65535
+        light = cv2.cvtColor(mosaic, cv2.COLOR_BayerRG2BGR_EA).astype(np.float32) / np.float32(65535)
     encoded = np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 1e-9) ** (1 / 2.4) - 0.055)
     pixels = np.rint(np.clip(encoded, 0, 1) * 255).astype(np.uint8)
     if sensor.jpeg is not None:

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from app.core.field import Field, Region
+from app.core.geometry import as_triple
 from app.store.fields import load_fields
 from tests.support.second_simulator.lenses import REAL_LENSES, RealLens
 from tests.support.second_simulator.opencv_camera import OpenCvCamera
@@ -160,11 +161,11 @@ def camera_of(spec: SceneSpec) -> OpenCvCamera:
     right = right - ahead * (right @ ahead)
     right /= np.linalg.norm(right)
     rotation = np.stack([right, np.cross(ahead, right), ahead])
-    vector = tuple(cv2.Rodrigues(rotation)[0].ravel().tolist())
+    vector = as_triple(cv2.Rodrigues(rotation)[0].ravel())
     aim = middle.copy()
     for _ in range(12):  # aim so that what is seen lies in the middle of the picture
         position = aim - ahead * (spec.height_mm / -ahead[2])
-        camera = OpenCvCamera(spec.size, matrix, lens.distortion, vector, tuple((-rotation @ position).tolist()),
+        camera = OpenCvCamera(spec.size, matrix, lens.distortion, vector, as_triple(-rotation @ position),
                               lens.fisheye)
         pixels = camera.project(corners)
         if not np.isfinite(pixels).any():
@@ -190,6 +191,6 @@ def feasible(spec: SceneSpec) -> bool:
     extent = np.ptp(pixels, axis=0) / np.array(spec.size)
     if extent.max() > 1.12 or extent.max() < 0.8:
         return False
-    width_mm = spec.paint.width_mm or min(m.width_mm for m in (*field.lines.values(), *field.arcs.values()))
+    width_mm = spec.paint.width_mm or min(m.width_mm for m in field.markings)
     across = camera.project(edge + np.array([width_mm, 0, 0])) - pixels
     return bool(np.nanmedian(np.linalg.norm(across, axis=1)) >= MIN_PX_PER_LINE)
