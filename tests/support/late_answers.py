@@ -6,6 +6,7 @@
 import asyncio
 import random
 import sys
+from unittest import mock
 
 from fastapi import FastAPI
 
@@ -29,7 +30,7 @@ def answer_late(most_ms: float) -> None:
         await wait()
         await answered(self, scope, receive, send_late)
 
-    FastAPI.__call__ = late
+    mock.patch.object(FastAPI, "__call__", late).start()
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 import contextlib
 from collections.abc import Iterator
 from pathlib import Path
+from unittest import mock
 
 import cv2
 import numpy as np
@@ -53,7 +54,7 @@ def _write_files(pictures: Path) -> None:
     (pictures / "shots").mkdir(exist_ok=True)
     for name, level in (("grey.png", 128), *((f"shots/shot-{i}.png", 60 * i) for i in range(3))):
         cv2.imwrite(str(pictures / name), np.full((24, 32, 3), level, np.uint8))
-    film = cv2.VideoWriter(str(pictures / "film.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 25, (64, 48))
+    film = cv2.VideoWriter(str(pictures / "film.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 25, (64, 48))
     for i in range(5):
         film.write(np.full((48, 64, 3), 40 * i, np.uint8))
     film.release()
@@ -73,14 +74,10 @@ def _http(name: str, _pictures: Path, fps: float) -> Iterator[str]:
 
 @contextlib.contextmanager
 def _v4l2(name: str, pictures: Path, fps: float) -> Iterator[str]:
-    before = V4l2Source.root, V4l2Source.opener
     root = pictures.parent / "machine"
     plug_in(root, 0)
-    V4l2Source.root, V4l2Source.opener = root, staticmethod(lambda node: Webcam())
-    try:
+    with mock.patch.multiple(V4l2Source, root=root, opener=staticmethod(lambda node: Webcam())):
         yield ADDRESSES[name].replace("fps=200", f"fps={fps:g}")
-    finally:
-        V4l2Source.root, V4l2Source.opener = before[0], staticmethod(before[1])
 
 
 @contextlib.contextmanager

@@ -45,14 +45,15 @@ class Webcam:
     """What cv2.VideoCapture is over V4L2; keeps to two sizes, two formats and whole rates, as cameras do."""
 
     def __init__(self) -> None:
-        self.there, self.gone, self.sets = True, False, []
+        self.there, self.gone = True, False
+        self.sets: list[tuple[int, float]] = []
         self.always_decodes = False  # a driver for which compressed pictures cannot be kept as they come
         self.damaged = 0  # so many compressed pictures, from now on, have lost their end
         self.values = {cv2.CAP_PROP_FRAME_WIDTH: 640.0, cv2.CAP_PROP_FRAME_HEIGHT: 480.0, cv2.CAP_PROP_FPS: 30.0,
                        cv2.CAP_PROP_EXPOSURE: 156.0, cv2.CAP_PROP_AUTO_EXPOSURE: 3.0, cv2.CAP_PROP_GAIN: 64.0,
                        cv2.CAP_PROP_AUTO_WB: 1.0, cv2.CAP_PROP_WB_TEMPERATURE: 4600.0,
                        cv2.CAP_PROP_CONVERT_RGB: 1.0,
-                       cv2.CAP_PROP_FOURCC: float(cv2.VideoWriter_fourcc(*"YUYV"))}
+                       cv2.CAP_PROP_FOURCC: float(cv2.VideoWriter.fourcc(*"YUYV"))}
         self._due = time.monotonic()
 
     def isOpened(self) -> bool:
@@ -91,7 +92,7 @@ class Webcam:
         self._due = max(self._due + 1 / self.values[cv2.CAP_PROP_FPS], time.monotonic())
         size = int(self.values[cv2.CAP_PROP_FRAME_HEIGHT]), int(self.values[cv2.CAP_PROP_FRAME_WIDTH])
         picture = np.full((*size, 3), 90, np.uint8)
-        is_jpeg = self.values[cv2.CAP_PROP_FOURCC] == cv2.VideoWriter_fourcc(*"MJPG")
+        is_jpeg = self.values[cv2.CAP_PROP_FOURCC] == cv2.VideoWriter.fourcc(*"MJPG")
         if not is_jpeg or self.values[cv2.CAP_PROP_CONVERT_RGB] or self.always_decodes:
             return True, picture
         data = cv2.imencode(".jpg", picture)[1].tobytes()
