@@ -21,8 +21,8 @@ PROSE = re.compile(r"[^\W\d_]{2,}[,;:.]? [^\W\d_]{2,}|^[A-Z][a-z]+\W*$|^[A-Z ].*
 NAMES = re.compile(r"^(#version .*|\(prefers-.*|\w+://.*|Arrow\w*|Left|Right|Up|Down|Escape|Enter|Tab|Home|End|"
                    r"Page(Up|Down)|Delete|Backspace|Shift|Control|Alt|Meta|Space|Content-Type|If-Match|Location|Files|"
                    r"Touchline|[A-Z]\w+Error)$", re.DOTALL)
-SELECTING = re.compile(rb"\b(querySelector|querySelectorAll|closest|matches|matchMedia|replace|includes|startsWith)$")
-COMPARING = {b"===", b"!==", b"in", b"<", b">"}
+SELECTING = re.compile(r"\b(querySelector|querySelectorAll|closest|matches|matchMedia|replace|includes|startsWith)$")
+COMPARING = {"===", "!==", "in", "<", ">"}
 # What is in them is not shown where they stand.
 OPENING = {"subscript_expression", "member_expression", "arrow_function", "new_expression", "object", "array"}
 
@@ -87,15 +87,20 @@ def _parts(node: tree_sitter.Node) -> list[tuple[str | None, tree_sitter.Node]]:
     return [(node.field_name_for_child(i), child) for i, child in enumerate(node.children)]
 
 
+def _text(node: tree_sitter.Node | None) -> str:
+    assert node is not None and node.text is not None
+    return node.text.decode()
+
+
 def _place_of(node: tree_sitter.Node, part: str | None, place: str) -> str:
     """Return what a part of an expression is to the reader, where the whole is at a place."""
     if node.type == "pair":
-        name = node.child_by_field_name("key").text.decode().strip("\"'")
+        name = _text(node.child_by_field_name("key")).strip("\"'")
         return "" if part == "key" else "seen" if name in SAID else "unseen" if name in UNSEEN else ""
     if node.type == "ternary_expression":
         return "unseen" if part == "condition" else place
     if node.type == "binary_expression":
-        return "unseen" if node.child_by_field_name("operator").text in COMPARING else place
+        return "unseen" if _text(node.child_by_field_name("operator")) in COMPARING else place
     return "" if node.type in OPENING else place
 
 
@@ -103,17 +108,19 @@ def _literal(node: tree_sitter.Node, place: str) -> Iterator[tuple[int, str]]:
     for child in node.children:
         if child.type == "template_substitution":
             yield from _visit(child, place)
-        elif child.type == "string_fragment" and _is_seen(child.text.decode(), place):
-            yield child.start_point[0] + 1, child.text.decode()
+        elif child.type == "string_fragment" and _is_seen(_text(child), place):
+            yield child.start_point[0] + 1, _text(child)
 
 
 def _call(node: tree_sitter.Node) -> Iterator[tuple[int, str]]:
     called, arguments = node.child_by_field_name("function"), node.child_by_field_name("arguments")
+    assert called is not None and arguments is not None
     yield from _visit(called, "")
-    if called.text == b"html" and arguments.type == "template_string":
+    name = _text(called)
+    if name == "html" and arguments.type == "template_string":
         yield from _markup(arguments)
-    elif not SELECTING.search(called.text):
-        for argument in arguments.children if called.text not in (b"t", b"rich") else arguments.named_children[1:]:
+    elif not SELECTING.search(name):
+        for argument in arguments.children if name not in ("t", "rich") else arguments.named_children[1:]:
             yield from _visit(argument, "")
 
 
@@ -126,7 +133,7 @@ def _markup(template: tree_sitter.Node) -> Iterator[tuple[int, str]]:
                 markup.state, markup.attribute = "tag", ""
         elif child.type == "string_fragment":
             markup.texts.clear()
-            markup.read(child.text.decode())
+            markup.read(_text(child))
             for attribute, text in markup.texts:
                 if _is_seen(text, _place_in(attribute)):
                     yield child.start_point[0] + 1, " ".join(text.split())
