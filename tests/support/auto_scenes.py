@@ -107,7 +107,7 @@ def scene_of(spec: SceneSpec) -> SeenScene:
     time_s = 3.0 + spec.seed % 7
     hidden = 0.0
     if spec.robots or spec.people:
-        places = np.concatenate([m.sample(200) for m in (*field.lines.values(), *field.arcs.values())])
+        places = np.concatenate([m.sample(200) for m in field.markings])
         inside = camera.sees(camera.raw_from_field(places))
         hidden = 1 - float(truth_at(shown, time_s).carpet_seen(places[inside]).mean())
         if hidden > MAX_HIDDEN and spec.people:

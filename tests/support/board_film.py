@@ -19,14 +19,16 @@ def poses(count: int) -> list[np.ndarray]:
     """Quads of somebody who does what he is told: all different."""
     shown: list[BoardPose] = []
     while len(shown) < count:
-        shown.append(BoardPose.from_points(pose_history(shown, BOARD, SIZE).wanted["outline"], SIZE))
+        wanted = pose_history(shown, BOARD, SIZE).wanted
+        assert wanted is not None
+        shown.append(BoardPose.from_points(wanted["outline"], SIZE))
     return [pose.quad for pose in shown]
 
 
 def film(path: Path, count: int, hold_s: float = 1.5) -> Path:
     """An AVI (Motion JPEG); between two poses the hand moves for half a second."""
     corners = BOARD.places_mm[[0, 8, 53, 45], :2].astype(np.float32)
-    out = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), FPS, tuple(SIZE))
+    out = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), FPS, tuple(SIZE))
     assert out.isOpened()
     quads = poses(count)
     for before, quad in zip([quads[-1], *quads], quads, strict=False):
@@ -41,5 +43,5 @@ def film(path: Path, count: int, hold_s: float = 1.5) -> Path:
 
 
 def _frame(corners: np.ndarray, quad: np.ndarray) -> np.ndarray:
-    grey = picture_of(BOARD, cv2.getPerspectiveTransform(corners, quad.astype(np.float32)), tuple(SIZE))
+    grey = picture_of(BOARD, cv2.getPerspectiveTransform(corners, quad.astype(np.float32)), (SIZE.width, SIZE.height))
     return cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR)

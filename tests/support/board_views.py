@@ -39,7 +39,7 @@ def views_of(truth: Intrinsics = TRUTH, count: int = 40, *, seed: int = 0, noise
     middle = flat.mean(axis=0)
     outline = [0, board.columns - 1, -1, -board.columns]
     size = np.array(tuple(truth.image_size))
-    views = []
+    views: list[BoardView] = []
     while len(views) < count:
         turns = matrices_from_vectors(rng.uniform(-1, 1, (TRIES, 3)) * np.radians([tilt_deg, tilt_deg, 180]))
         spots = truth.rays(rng.uniform(0, 1, (TRIES, 2)) * size)
@@ -63,7 +63,7 @@ def median_difference(first: Intrinsics, second: Intrinsics) -> float:
 
 def _inside(pixels: np.ndarray, size: np.ndarray) -> np.ndarray:
     with np.errstate(invalid="ignore"):
-        return ((pixels > 0) & (pixels < size - 1)).all(axis=(-2, -1))
+        return np.all((pixels > 0) & (pixels < size - 1), axis=(-2, -1))
 
 
 def picture_of(board: Board, homography: np.ndarray, size: tuple[int, int] = (1000, 800)) -> np.ndarray:

@@ -48,7 +48,7 @@ def places(region: Region, z_mm: float = 0.0, n: int = 15) -> np.ndarray:
     return np.concatenate([flat, np.full((len(flat), 1), z_mm)], axis=1)
 
 
-def seen_places(model: CameraModel, z_mm: float = 0.0) -> np.ndarray:
+def seen_places(model: RayModel, z_mm: float = 0.0) -> np.ndarray:
     """Those that its picture shows."""
     found = places(model.region, z_mm)
     pixels = model.project(found)

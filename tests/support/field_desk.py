@@ -36,6 +36,7 @@ def copy(page: Page, desk, name: str) -> None:
 
 def centre_of(page: Page, grip: str) -> tuple[float, float]:
     box = page.get_by_test_id(grip).first.bounding_box()
+    assert box is not None
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 

@@ -24,20 +24,22 @@ class GstCamera:
     def __init__(self, codec: str, gop: int = 25) -> None:
         self._process = subprocess.Popen([PYTHON, __file__, codec, str(gop)], stdin=subprocess.PIPE,
                                          stdout=subprocess.PIPE, text=True)
-        port = self._process.stdout.readline().strip()
+        assert self._process.stdin is not None and self._process.stdout is not None
+        self._orders, self._answers = self._process.stdin, self._process.stdout
+        port = self._answers.readline().strip()
         if not port:
             raise RuntimeError("GStreamer's RTSP server does not start; install what tests/support/gst_camera.py names")
         self.url = f"rtsp://127.0.0.1:{port}/cam"
 
     def resize(self, width: int, height: int) -> None:
-        self._process.stdin.write(f"{width}x{height}\n")
-        self._process.stdin.flush()
+        self._orders.write(f"{width}x{height}\n")
+        self._orders.flush()
 
     def close(self) -> None:
         self._process.kill()
         self._process.wait()
-        self._process.stdin.close()
-        self._process.stdout.close()
+        self._orders.close()
+        self._answers.close()
 
 
 def installed() -> bool:
@@ -62,7 +64,8 @@ def main(codec: str, gop: str) -> None:
                        "capsfilter name=size caps=video/x-raw,format=I420,width=320,height=240,framerate=25/1 ! "
                        + ENCODERS[codec].format(gop=gop) + " name=pay0 pt=96 )")
     factory.set_shared(True)
-    now, filters = [], []
+    now: list[Gst.Caps] = []
+    filters: list[Gst.Element] = []
 
     def made(_factory, media) -> None:
         filters.append(media.get_element().get_by_name("size"))

@@ -57,7 +57,9 @@ def picture(entry: dict) -> np.ndarray:
     path = DATA / entry["picture"]
     assert hashlib.sha256(path.read_bytes()).hexdigest()[:16] == entry["sha256"], f"{path.name} is another picture"
     if "frame" not in entry:
-        return cv2.imread(str(path))
+        still = cv2.imread(str(path))
+        assert still is not None
+        return still
     film = cv2.VideoCapture(str(path))
     for _ in range(entry["frame"] + 1):
         ok, pixels = film.read()

@@ -24,7 +24,7 @@ def centroids(picture: np.ndarray, camera: SimCamera, marking, count: int) -> np
 def clear_of_others(field: Field, marking, count: int, margin_mm: float = 120) -> np.ndarray:
     """Which of the places along a marking lie far from every other marking."""
     places = marking.sample(count + 2)[1:-1]
-    others = [m.sample(2001) for m in (*field.lines.values(), *field.arcs.values()) if m is not marking]
+    others = [m.sample(2001) for m in field.markings if m is not marking]
     marks = [np.array([field.landmarks[m["at"]].position]) for m in field.extras["marks"]]
     walls = np.array([[s * (field.length_mm / 2 + 10), t] for s in (-1, 1) for t in (-510, 510)])
     near = np.min([np.linalg.norm(places[:, None] - o, axis=-1).min(axis=1) for o in (*others, *marks, walls)], axis=0)

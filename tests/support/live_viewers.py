@@ -20,8 +20,8 @@ SOI = b"\xff\xd8\xff"
 
 
 def main() -> None:
-    host, port, path, reading, mute, seconds = sys.argv[1], int(sys.argv[2]), *sys.argv[3:]
-    reading, mute, seconds = int(reading), int(mute), float(seconds)
+    host, path, seconds = sys.argv[1], sys.argv[3], float(sys.argv[6])
+    port, reading, mute = int(sys.argv[2]), int(sys.argv[4]), int(sys.argv[5])
     chooser = selectors.DefaultSelector()
     held, frames = [], {}
     for number in range(reading + mute):
@@ -34,17 +34,18 @@ def main() -> None:
         if number < reading:
             line.setblocking(False)
             frames[line] = 0
-            chooser.register(line, selectors.EVENT_READ)
+            chooser.register(line, selectors.EVENT_READ, line)
     start = time.monotonic()
     total, buffer = 0, bytearray(1 << 20)
     while time.monotonic() - start < seconds:
         for ready, _ in chooser.select(0.5):
-            count = ready.fileobj.recv_into(buffer)
+            line = ready.data
+            count = line.recv_into(buffer)
             if not count:
-                chooser.unregister(ready.fileobj)
+                chooser.unregister(line)
                 continue
             total += count
-            frames[ready.fileobj] += buffer[:count].count(SOI)
+            frames[line] += buffer[:count].count(SOI)
     took = time.monotonic() - start
     each = sorted(count / took for count in frames.values()) or [0.0]
     print(json.dumps({"fps_median": each[len(each) // 2], "fps_least": each[0], "mb_s": total / took / 1e6}))

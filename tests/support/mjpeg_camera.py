@@ -43,7 +43,8 @@ class MjpegCamera:
         self.redirect = ""
         self.status = "200 OK"
         self.parts: Callable[[int], Iterable[bytes]] = lambda n: [coded(n, self.size)]  # what is sent for the n-th
-        self.connections, self.requests = 0, []
+        self.connections = 0
+        self.requests: list[tuple[str, dict[str, str]]] = []
         self._lines: set[socket.socket] = set()
         self._closed = threading.Event()
         camera = self

@@ -5,11 +5,11 @@ import fcntl
 import socket
 import struct
 import sys
+from io import FileIO
 
 from app.league.config import PublishingConfig
 from app.league.geometry_listener import GeometryListener
 from app.league.geometry_packet import wire_camera
-from app.league.multicast_address import MulticastAddress
 from app.league.publisher import Publisher
 from tests.support.exported import example
 from tests.support.waiting import until
@@ -27,7 +27,7 @@ def switch(name: str, on: bool) -> None:
         fcntl.ioctl(probe, SIOCSIFFLAGS, struct.pack("16sH14x", name.encode(), flags))
 
 
-def plug(name: str):
+def plug(name: str) -> FileIO:
     """A tap that lives as long as the file that is returned is open: closing it is unplugging it."""
     try:
         tap = open("/dev/net/tun", "r+b", buffering=0)  # noqa: SIM115 — open as long as it is plugged in
@@ -42,27 +42,30 @@ def plug(name: str):
 
 
 def main(interface: str) -> None:
-    tap = None
+    plugged: list[FileIO] = []
     if interface == "eth7":
-        on, off = (lambda: plug("eth7")), (lambda: tap.close())
+        on, off = (lambda: plugged.append(plug("eth7"))), (lambda: plugged.pop().close())
     else:
         on, off = (lambda: switch("lo", True)), (lambda: switch("lo", False))
-    address = {"group": "239.255.7.7", "port": 23457, "interface": interface, "ttl": 1}
-    publisher = Publisher(PublishingConfig(enabled=True, interval_s=0.1, **address),
-                          lambda: [example("ssl", 0)], wire_camera)
-    listener = GeometryListener(MulticastAddress(**address))
+    config = PublishingConfig(enabled=True, group="239.255.7.7", port=23457, interface=interface, interval_s=0.1)
+    publisher = Publisher(config, lambda: [example("ssl", 0)], wire_camera)
+    listener = GeometryListener(config.address)
+
+    def reason() -> str:
+        problem = until(lambda: publisher.status.problem)
+        assert problem is not None and problem.fix and publisher.status.failures
+        return problem.reason
+
     reasons = set()
     for _ in range(2):
-        problem = until(lambda: publisher.status.problem)
-        reasons.add(problem.reason)
-        assert problem.fix and publisher.status.failures
-        tap = on()
+        reasons.add(reason())
+        on()
         heard = listener.datagrams
         until(lambda: publisher.status.problem is None)
-        until(lambda heard=heard: listener.datagrams > heard + 3, seconds=60)
+        until(lambda: listener.datagrams, (heard + 3).__lt__, seconds=60)
         assert listener.problem is None
         off()
-    reasons.add(until(lambda: publisher.status.problem).reason)
+    reasons.add(reason())
     print(*sorted(reasons))
     assert reasons <= {"no-route", "no-interface"}, reasons
     listener.close()

@@ -2,9 +2,12 @@
 
 import numpy as np
 
+from app.core.geometry import as_triple
 from app.core.records import Fit, Observation
 from app.fitting import FITTERS
-from app.models import MODELS, field_from_raw
+from app.models import field_from_raw
+from app.models.lens_models import BrownConrady
+from app.models.rotation import vector_from_matrix
 from tests.support.reference_camera import SIZE, reference_camera, reference_field
 from tests.support.sim_clicks import border_observations, known_grid, rms_mm
 
@@ -35,15 +38,14 @@ def carpet_and_hat_mm(fit: Fit, camera) -> tuple[float, float]:
     return rms_mm(field_from_raw(fit.model, raw), truth), rms_mm(fit.model.unproject(hat, 150.0), truth)
 
 
-def true_camera(camera, model: str = "brown-conrady"):
+def true_camera(camera) -> BrownConrady:
     """The simulated camera as a model of ours."""
-    from app.models.rotation import vector_from_matrix
     lens = camera.lens
     terms = (lens.k1, lens.k2, lens.p1, lens.p2, lens.k3, 0.0, 0.0, 0.0)
-    return MODELS[model](lens_terms=terms, focal_px=camera.focal_px[0], aspect=1.0, centre_px=camera.centre_px,
-                         rotation=tuple(vector_from_matrix(np.array(camera.camera_from_field))),
-                         position_mm=camera.position_mm, width_px=1280.0, height_px=960.0, n_rectangles_x=10,
-                         n_rectangles_y=8, region=REGION, image_size=SIZE)
+    return BrownConrady(lens_terms=terms, focal_px=camera.focal_px[0], aspect=1.0, centre_px=camera.centre_px,
+                        rotation=as_triple(vector_from_matrix(np.array(camera.camera_from_field))),
+                        position_mm=camera.position_mm, width_px=1280.0, height_px=960.0, n_rectangles_x=10,
+                        n_rectangles_y=8, region=REGION, image_size=SIZE)
 
 
 __all__ = ["FIELD", "REGION", "SIZE", "carpet_and_hat_mm", "fitted", "reference_camera", "taped", "true_camera"]

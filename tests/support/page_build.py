@@ -13,8 +13,9 @@ def page_build() -> ModuleType:
         for name in ("hatchling", "hatchling.builders", "hatchling.builders.hooks", "hatchling.builders.hooks.plugin",
                      interface := "hatchling.builders.hooks.plugin.interface"):
             sys.modules.setdefault(name, ModuleType(name))
-        sys.modules[interface].BuildHookInterface = object
+        vars(sys.modules[interface])["BuildHookInterface"] = object
     spec = importlib.util.spec_from_file_location("hatch_build", ROOT / "hatch_build.py")
+    assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.core.geometry import homogeneous
+from app.core.geometry import as_triple, homogeneous
 from app.fitting.two_view.epipolar import normaliser
 from app.fitting.two_view.relative_pose import ideal_px
 from app.models.lens_models import Division
@@ -48,7 +48,7 @@ def simulated(seed: int, *, matches: int = 120, mistakes: float = 0.3, noise_px:
     noisy = [p[:matches] + rng.normal(0, 1, (matches, 2)) * spread for p in (a, b)]
     good = np.arange(matches) >= round(mistakes * matches)
     noisy[1][~good] = rng.uniform([0, 0], [1280, 1024], ((~good).sum(), 2))
-    return Pair(*cameras, *noisy, good, a[matches:], b[matches:])
+    return Pair(cameras[0], cameras[1], noisy[0], noisy[1], good, a[matches:], b[matches:])
 
 
 def _looking(position: np.ndarray, at: np.ndarray, k: float, rng: np.random.Generator) -> Division:
@@ -59,7 +59,7 @@ def _looking(position: np.ndarray, at: np.ndarray, k: float, rng: np.random.Gene
     rotation = np.stack([right, np.cross(ahead, right), ahead])
     common = next(iter(Division.examples()))
     return Division(lens_terms=(k,), focal_px=900.0, aspect=1.0, centre_px=common.centre_px,
-                    rotation=tuple(map(float, vector_from_matrix(rotation))), position_mm=tuple(map(float, position)),
+                    rotation=as_triple(vector_from_matrix(rotation)), position_mm=as_triple(position),
                     width_px=1280.0, height_px=960.0, n_rectangles_x=10, n_rectangles_y=8, region=common.region,
                     image_size=common.image_size)
 

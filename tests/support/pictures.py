@@ -63,10 +63,10 @@ def apng() -> bytes:
 
 def jpeg_with_size(width: int, height: int, data: bytes | None = None) -> bytes:
     """An honest JPEG whose size was overwritten."""
-    data = bytearray(data or encoded("jpg"))
-    at = next(data.index(bytes([0xFF, kind])) for kind in (0xC0, 0xC2) if bytes([0xFF, kind]) in data)
-    data[at + 5:at + 9] = struct.pack(">HH", height, width)
-    return bytes(data)
+    changed = bytearray(data or encoded("jpg"))
+    at = next(changed.index(bytes([0xFF, kind])) for kind in (0xC0, 0xC2) if bytes([0xFF, kind]) in changed)
+    changed[at + 5:at + 9] = struct.pack(">HH", height, width)
+    return bytes(changed)
 
 
 def jpeg_of_many_scans(count: int, width: int = 2000, height: int = 2000) -> bytes:
@@ -84,11 +84,11 @@ def bmp_with_size(width: int, height: int) -> bytes:
 
 def lossless_webp(width: int, height: int, data: bytes | None = None) -> bytes:
     """An honest lossless WebP whose size was overwritten."""
-    data = bytearray(data or encoded("webp"))
-    at = data.index(b"VP8L") + 9
-    rest = int.from_bytes(data[at:at + 4], "little") >> 28 << 28
-    data[at:at + 4] = (rest | width - 1 | height - 1 << 14).to_bytes(4, "little")
-    return bytes(data)
+    changed = bytearray(data or encoded("webp"))
+    at = changed.index(b"VP8L") + 9
+    rest = int.from_bytes(changed[at:at + 4], "little") >> 28 << 28
+    changed[at:at + 4] = (rest | width - 1 | height - 1 << 14).to_bytes(4, "little")
+    return bytes(changed)
 
 
 def animated_webp() -> bytes:

@@ -32,8 +32,9 @@ class PostgresServer:
     """A running server; every folder that is asked for has a schema of its own."""
 
     def __init__(self) -> None:
-        self._bin = programs()
-        assert self._bin is not None
+        found = programs()
+        assert found is not None
+        self._bin = found
         self._as = _unprivileged()
         self._home = Path(tempfile.mkdtemp(prefix=FOLDER_PREFIX))  # pytest's folders are for their owner alone
         self._folder = self._home / "cluster"
@@ -83,7 +84,6 @@ class PostgresServer:
         return f"postgresql+psycopg:{address}?options=-csearch_path%3D{name}"
 
     def _run(self, program: str, *words: str) -> None:
-        assert self._bin is not None
         subprocess.run([str(self._bin / program), *words], check=True, stdout=subprocess.DEVNULL, cwd="/",
                        **self._user())
 

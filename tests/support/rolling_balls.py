@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from app.core.geometry import ImageSize
+from app.core.geometry import ImageSize, Points
 from app.models.distortion import Distortion
 
 SIZE = ImageSize(640, 480)
@@ -57,10 +57,11 @@ def film(lens: Distortion, rolls, seed: int = 0, still: int = 3):
 
 def chords(rng: np.random.Generator, lens: Distortion, count: int, noise_px: float = 0.25):
     """Random rolls as points with noise, and the seconds each took."""
-    tracks, seconds, size = [], [], lens.image_size
+    tracks: list[Points] = []
+    seconds, size = [], lens.image_size
     while len(tracks) < count:
         start = rng.uniform(40, [size.width - 40, size.height - 40])
-        angle, length = rng.uniform(0, 2 * np.pi), rng.uniform(0.12, 0.5) * np.hypot(*[size.width, size.height])
+        angle, length = rng.uniform(0, 2 * np.pi), rng.uniform(0.12, 0.5) * np.hypot(size.width, size.height)
         end = start + length * np.array([np.cos(angle), np.sin(angle)])
         if (end < 20).any() or end[0] > size.width - 20 or end[1] > size.height - 20:
             continue

@@ -37,7 +37,8 @@ class RtspCamera:
         self.trickle = False  # a byte a second
         self.garbage = 0  # so many of the next pictures are noise
         self.redirect = ""  # where it sends everybody
-        self.connections, self.requests = 0, []
+        self.connections = 0
+        self.requests: list[tuple[str, str, dict[str, str]]] = []
         self._lines: set[socket.socket] = set()
         camera = self
 
@@ -180,7 +181,7 @@ def packed(picture: np.ndarray, sequence: int, timestamp: int) -> list[bytes]:
     tables = b"".join(coded[m.end() + 3:m.end() + 67] for m in re.finditer(rb"\xff\xdb", coded[:600]))
     scan_at = coded.index(b"\xff\xda")
     scan = coded[scan_at + 2 + int.from_bytes(coded[scan_at + 2:scan_at + 4], "big"):-2]
-    packets = []
+    packets: list[bytes] = []
     for at in range(0, len(scan), PACKET):
         last = at + PACKET >= len(scan)
         rtp = struct.pack(">BBHII", 0x80, 26 | last << 7, (sequence + len(packets)) & 0xFFFF, timestamp & 0xFFFFFFFF, 7)

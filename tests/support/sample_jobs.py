@@ -36,7 +36,7 @@ def refuses(spec, progress):
 
 
 def breaks(spec, progress):
-    return {}["nothing"]
+    return dict[str, str]()["nothing"]
 
 
 def dies(spec, progress):

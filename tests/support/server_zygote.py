@@ -8,13 +8,15 @@ import os
 import sys
 from pathlib import Path
 
+from pydantic import SecretStr
+
 from app.main import serve
-from app.settings import Settings
+from app.settings import ServerSettings, Settings
 
 
 def main():
-    settings = Settings(data=Path(sys.argv[1]), server={"port": 0},
-                        database=sys.argv[2] if len(sys.argv) > 2 else None)
+    settings = Settings(data=Path(sys.argv[1]), server=ServerSettings(port=0),
+                        database=SecretStr(sys.argv[2]) if len(sys.argv) > 2 else None)
     for _ in sys.stdin:
         child = os.fork()
         if child == 0:

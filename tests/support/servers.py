@@ -22,6 +22,7 @@ def served(data: Path, *words: str, log: IO | None = None):
     process = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", "serve", "--port", "0",
                                 "--data", str(data), *words], cwd=ROOT, stdout=subprocess.PIPE, stderr=log,
                                text=True)
+    assert process.stdout is not None
     try:
         yield process.stdout.readline().split()[-1].rstrip("/")
         assert process.poll() is None, "the server has died"

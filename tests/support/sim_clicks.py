@@ -52,7 +52,7 @@ def landmark_observations(raw: Points, field: Points, noise_px: float = 0.0, rng
     rng = rng or np.random.default_rng(0)
     raw, field = raw.reshape(-1, 2), field.reshape(-1, 2)
     clicked = raw + rng.normal(0, noise_px, raw.shape) if noise_px else raw
-    return tuple(Observation((float(x), float(y)), "landmark", [point], z_mm)
+    return tuple(Observation((float(x), float(y)), "landmark", point[None], z_mm)
                  for (x, y), point in zip(field, clicked, strict=True))
 
 

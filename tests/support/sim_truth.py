@@ -95,7 +95,7 @@ def _still_owners(rendering: Rendering) -> Owners:
     """Return the owners of what never moves: the goals."""
     size = rendering.camera.image_size
     bare = np.full((size.height, size.width), CARPET, np.int16)
-    return _own(bare, rendering.scene, goals(rendering.field), ("goal",))
+    return _own(bare, rendering.scene, [*goals(rendering.field)], ("goal",))
 
 
 def _own(owners: Owners, scene: Scene, solids: list[Solid], names: tuple[str, ...]) -> Owners:

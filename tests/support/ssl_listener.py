@@ -62,8 +62,8 @@ def _classes():
     for name, described in MESSAGES.items():
         message = file.message_type.add(name=name)
         for part in described.split("; "):
-            label, kind, field, number = part.split()
-            added = message.field.add(name=field, number=int(number), label=LABELS[label])
+            label, kind, field, tag = part.split()
+            added = message.field.add(name=field, number=int(tag), label=LABELS[label])
             if kind in SCALARS:
                 added.type = SCALARS[kind]
             else:

@@ -50,15 +50,15 @@ def work(folder, seed):
         if kind == "snapshot" or not snapshots:
             data = chance.randbytes(chance.choice([100, 20_000, 1_000_000]))
             say("begin", json.dumps({"kind": "snapshot", "sha256": sha256(data).hexdigest()}))
-            one = store.snapshots.add(data, SIZE, "png", camera=tag)
-            snapshots.append(one.id)
-            say("done", json.dumps({"kind": "snapshot", "id": one.id, "sha256": one.sha256, "camera": tag}))
+            snapshot = store.snapshots.add(data, SIZE, "png", camera=tag)
+            snapshots.append(snapshot.id)
+            say("done", json.dumps({"kind": "snapshot", "id": snapshot.id, "sha256": snapshot.sha256, "camera": tag}))
         elif kind == "draft":
             id = chance.choice(snapshots)
             body = {**EMPTY, "field": tag, "options": {f"o{k}": k / 7 for k in range(200)}}
             say("begin", json.dumps({"kind": "draft", "id": id, "field": tag}))
-            one = store.drafts.save(id, body, store.drafts.get(id).etag)
-            say("done", json.dumps({"kind": "draft", "id": id, "field": tag, "etag": one.etag}))
+            draft = store.drafts.save(id, body, store.drafts.get(id).etag)
+            say("done", json.dumps({"kind": "draft", "id": id, "field": tag, "etag": draft.etag}))
         elif kind == "save" or not kept:
             camera = chance.choice(CAMERAS)
             say("begin", json.dumps({"kind": "save"}))

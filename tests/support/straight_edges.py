@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from app.core.geometry import ImageSize
+from app.core.geometry import ImageSize, Points
 from app.models.distortion import LINE_LENSES, Distortion
 
 SIZE = ImageSize(1280, 1024)
@@ -19,7 +19,8 @@ def lens_of(name="brown-conrady", terms=(-0.28, 0.09), centre=(0.0, 0.0), size=S
 
 def lines_seen(lens, seed, lines=14, points=40, noise_px=FLOOR_PX):
     """Chains (points, 2) px of lines all over the picture, each at least 0.3 of its width long."""
-    rng, chains = np.random.default_rng(seed), []
+    rng = np.random.default_rng(seed)
+    chains: list[Points] = []
     width, height = lens.image_size
     while len(chains) < lines:
         ends = lens.undistorted_from_raw(rng.uniform((0, 0), (width - 1, height - 1), (2, 2)))

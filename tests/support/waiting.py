@@ -71,7 +71,8 @@ def running(jobs, job):
 
 def receive_until(socket, wanted: Callable[[dict], object], seconds: float = LONG_S) -> list[dict]:
     """Everything that a WebSocket's client receives until a message is wanted, and that one."""
-    end, received = time.monotonic() + seconds, []
+    end = time.monotonic() + seconds
+    received: list[dict] = []
     while not received or not wanted(received[-1]):
         assert time.monotonic() < end, f"after {seconds:.0f} s still: {received[-1]}"
         received.append(socket.receive_json())
@@ -85,6 +86,6 @@ def jobs_so_far(server) -> set[str]:
 
 def newest_job(server, kind: str, state: str, seconds: float = LONG_S, besides: Collection[str] = ()) -> dict:
     """The newest job, once it is of this kind and in this state and none of those that were there before."""
-    return until(lambda: next(iter(server.api("GET", "/jobs").json()["items"]), None),  # of a new server there is none
-                 lambda job: job is not None and (job["kind"], job["state"]) == (kind, state)
+    return until(lambda: next(iter(server.api("GET", "/jobs").json()["items"]), {}),  # of a new server there is none
+                 lambda job: (job.get("kind"), job.get("state")) == (kind, state)
                  and job["id"] not in besides, seconds)

@@ -58,7 +58,7 @@ def colour_clicks(rendering: Rendering, time_s=0.0, per_colour=5):
     """What an operator would click in the frame at that time, at most so often a colour: by the truth, in raw px."""
     from app.core.ssl_pattern import DOTS_MM, GREEN
     truth = truth_at(rendering, time_s)
-    places = {"orange": [], "yellow": [], "blue": [], "pink": [], "green": []}
+    places: dict[str, list[tuple[float, float, float]]] = {c: [] for c in ("orange", "yellow", "blue", "pink", "green")}
     if truth.ball and truth.ball.seen > 0.8:
         places["orange"].append((truth.ball.x_mm + 5, truth.ball.y_mm - 5, truth.ball.z_mm))
     small = rendering.field.hat_height_mm < 100
@@ -151,9 +151,9 @@ def calibration_of(rendering: Rendering, noise_px: float = 0.5):
     from app.workflows.calibration_request import CalibrationRequest
     rng, camera = np.random.default_rng(5), rendering.camera
     seen = []
-    for name, line in {**rendering.field.lines, **rendering.field.arcs}.items():
-        raw = camera.raw_from_field(line.sample(14))
-        seen.append(Observation(name, "line", raw + rng.normal(0, noise_px, raw.shape)))
+    for marking in rendering.field.markings:
+        raw = camera.raw_from_field(marking.sample(14))
+        seen.append(Observation(marking.name, "line", raw + rng.normal(0, noise_px, raw.shape)))
     task = CalibrationRequest(tuple(seen), rendering.field, rendering.region, camera.image_size, "brown-conrady",
                               {"height_mm": {"value": camera.position_mm[2], "sigma": 15.0}})
     return task.record(task.run(cross_validate=False))
