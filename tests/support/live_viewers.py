@@ -39,13 +39,12 @@ def main() -> None:
     total, buffer = 0, bytearray(1 << 20)
     while time.monotonic() - start < seconds:
         for ready, _ in chooser.select(0.5):
-            line = ready.data
-            count = line.recv_into(buffer)
+            count = ready.data.recv_into(buffer)
             if not count:
-                chooser.unregister(line)
+                chooser.unregister(ready.data)
                 continue
             total += count
-            frames[line] += buffer[:count].count(SOI)
+            frames[ready.data] += buffer[:count].count(SOI)
     took = time.monotonic() - start
     each = sorted(count / took for count in frames.values()) or [0.0]
     print(json.dumps({"fps_median": each[len(each) // 2], "fps_least": each[0], "mb_s": total / took / 1e6}))
