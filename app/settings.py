@@ -11,7 +11,8 @@ from typing import Annotated, Any
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, SecretStr, ValidationError, model_validator
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic_settings import BaseSettings, InitSettingsSource, SettingsConfigDict
+from pydantic_settings import PydanticBaseSettingsSource as Source
 
 from app import shipped
 from app.core.errors import BadInput, NotFound
@@ -164,7 +165,7 @@ def read_yaml(path: Path) -> dict[str, Any]:
         return {}
     if not isinstance(content, dict):
         raise BadInput(f"The settings file {path} contains no settings.", FORM, reason="bad-settings")
-    return content
+    return {str(name): value for name, value in content.items()}
 
 
 def load_settings(config: Path | None = None, **given: Any) -> Settings:
@@ -172,15 +173,17 @@ def load_settings(config: Path | None = None, **given: Any) -> Settings:
 
     config: defaults to TOUCHLINE_CONFIG, then to the shipped touchline.yaml.
     """
-    chosen = config or (Path(os.environ["TOUCHLINE_CONFIG"]) if os.environ.get("TOUCHLINE_CONFIG") else None)
-    chosen = chosen or shipped("configs") / "touchline.yaml"
+    chosen = config or Path(os.environ.get("TOUCHLINE_CONFIG") or shipped("configs") / "touchline.yaml")
 
     class FromFile(Settings):
         @classmethod
-        def settings_customise_sources(cls, settings_cls: type[BaseSettings], init_settings: Any, env_settings: Any,
-                                       **others: Any) -> tuple[Any, ...]:
+        def settings_customise_sources(cls, settings_cls: type[BaseSettings], init_settings: Source,
+                                       env_settings: Source, dotenv_settings: Source,
+                                       file_secret_settings: Source) -> tuple[Source, ...]:
             # Merged section by section, the first wins: one port in the environment leaves the file's host as it is.
-            return init_settings, env_settings, lambda: read_yaml(chosen)
+            file = InitSettingsSource(settings_cls, {})
+            file.init_kwargs = read_yaml(chosen)  # given to it, a name in capitals would be known
+            return init_settings, env_settings, file
 
     try:
         return FromFile(**{name: value for name, value in given.items() if value is not None})

@@ -39,7 +39,7 @@ class MjpegResponse(Response):
                         await asyncio.wait_for(send({"type": "http.response.body", "body": _part(body),
                                                      "more_body": True}), SEND_TIMEOUT_S)
                     except TimeoutError:
-                        scope.get(ABORT, lambda: None)()
+                        scope.get("state", {}).get(ABORT, lambda: None)()
                         return
         await send({"type": "http.response.body", "body": f"--{BOUNDARY}--\r\n".encode()})
 

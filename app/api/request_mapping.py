@@ -21,15 +21,16 @@ def fit_task(services: Services, body: FitRequest, models: Iterable[str]) -> Cal
     field = services.fields[body.field]
     region = field.region(body.region, body.rotate)
     snapshot = services.store.snapshots.get(body.snapshot) if body.snapshot is not None else None
-    size = image_size(body.image_size)
-    if snapshot is None and size is None:
+    given = image_size(body.image_size)
+    size = given if snapshot is None else snapshot.size
+    if size is None:
         raise BadInput("The request has neither a snapshot nor an image size.", 'Send "snapshot" or "image_size".',
                        reason="no-image-size")
-    if snapshot is not None and size is not None and size != snapshot.size:
-        raise Conflict(f"The snapshot is {snapshot.size}, not {size}.", "Omit image_size.", reason="size-mismatch")
+    if given is not None and given != size:
+        raise Conflict(f"The snapshot is {size}, not {given}.", "Omit image_size.", reason="size-mismatch")
     observations = observations_from_json([form.model_dump() for form in body.observations])
     task = CalibrationRequest(
-        observations, field, region, snapshot.size if snapshot else size, body.model, with_lens(services, body.options),
+        observations, field, region, size, body.model, with_lens(services, body.options),
         camera=body.camera or (snapshot.camera if snapshot else None), snapshot=snapshot.id if snapshot else None,
         image_sha256=snapshot.sha256 if snapshot else None, note=body.note)
     task.check_names(models)

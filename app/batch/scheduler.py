@@ -21,7 +21,8 @@ def run_requests(jobs: JobEngine, workers: int, requests: Iterable[BatchRequest 
     requests is gone through as there is room; a row among it is given back as it is. Unavailable where the engine
     itself does not work.
     """
-    coming, under_way = iter(requests), {}
+    coming = iter(requests)
+    under_way: dict[str, BatchRequest] = {}
     refused: BatchRequest | None = None  # for now: the engine lets no more wait
     more = True
     while more or refused or under_way:

@@ -60,7 +60,7 @@ class LazyGroup(TyperGroup):
 
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**attributes)
-        self.commands = dict.fromkeys(COMMANDS)
+        self.commands = {name: TyperCommand(name, help=line) for name, (_, line) in COMMANDS.items()}
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Import the command's module and return its command; None for an unknown one."""
@@ -79,8 +79,7 @@ class LazyGroup(TyperGroup):
         """Write the list of commands without importing them."""
         limit = formatter.width - 6 - max(map(len, COMMANDS))
         with formatter.section("Commands"):
-            formatter.write_dl([(name, TyperCommand(name, help=line).get_short_help_str(limit))
-                                for name, (_, line) in COMMANDS.items()])
+            formatter.write_dl([(name, command.get_short_help_str(limit)) for name, command in self.commands.items()])
 
 
 cli = typer.Typer(cls=LazyGroup, no_args_is_help=True, add_completion=False, rich_markup_mode=None,

@@ -4,6 +4,7 @@ import csv
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +60,9 @@ def read_picture(path: Path) -> Frame:
 def decoded(paths: Sequence[Path]) -> Iterator[list[tuple[str, Callable[[], Frame]]]]:
     """Name each picture and how to read it, one at a time, while a child runs that decodes them."""
     with ImageDecoder(workers=1) as decoder:
-        yield [(path.name, lambda path=path: decoder.frame_from_bytes(read_bytes(path))) for path in paths]
+        def read(path: Path) -> Frame:
+            return decoder.frame_from_bytes(read_bytes(path))
+        yield [(path.name, partial(read, path)) for path in paths]
 
 
 def write_picture(path: Path, pixels: Any) -> None:

@@ -16,5 +16,14 @@
 viser counts in metres and we in millimetres; METRES stands where one becomes the other.
 """
 
+from typing import TypedDict
+
 METRES = 1e-3
-NO_SHADOWS = {"cast_shadow": False, "receive_shadow": False}
+
+
+class Shadows(TypedDict):
+    cast_shadow: bool
+    receive_shadow: bool
+
+
+NO_SHADOWS = Shadows(cast_shadow=False, receive_shadow=False)

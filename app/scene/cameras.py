@@ -8,7 +8,7 @@ import viser.transforms as tf
 from numpy.typing import NDArray
 
 from app.core import opencv
-from app.core.geometry import ImageSize
+from app.core.geometry import ImageSize, Pixels
 from app.imaging.correction import CorrectedView, CorrectionMap, correction_map
 from app.scene import METRES, NO_SHADOWS
 from app.scene.geometry.frustum import Frustum, Pyramid
@@ -16,7 +16,6 @@ from app.scene.geometry.scene_camera import SceneCamera
 from app.scene.geometry.shapes import Mesh, paint
 from app.scene.geometry.textured_quad import TexturedQuad
 
-Pixels = NDArray[np.uint8]
 Handle = viser.SceneNodeHandle
 Colour = tuple[int, int, int]
 COLOURS: tuple[Colour, ...] = ((255, 160, 40), (70, 160, 255), (240, 90, 160), (120, 220, 120), (190, 130, 255),
@@ -43,11 +42,10 @@ class CameraNode:
         if camera.frustum is not None:
             self._draw_frustum(camera.frustum, colour)
         if camera.before is not None and camera.before.frustum is not None:
-            self._draw_older(camera.before.frustum)
+            self._draw_older(camera.before.frustum, camera.before.calibration.version)
 
     def _draw_frustum(self, frustum: Frustum, colour: Colour) -> None:
-        self._frustum = self._scene.add_camera_frustum(f"{self._name}/frustum", color=colour, format="jpeg",
-                                                       jpeg_quality=QUALITY, **_drawn(frustum))
+        self._frustum = _add_frustum(self._scene, f"{self._name}/frustum", frustum, colour)
         label = (f"{self.camera.title}, version {self.camera.calibration.version}\n"
                  f"{frustum.height_mm / 1000:.2f} m high, tilted {frustum.tilt_deg:.1f}°")
         self.add("labels", self._scene.add_label(f"{self._name}/label", label, position=_place(frustum.position_mm),
@@ -71,9 +69,9 @@ class CameraNode:
                 f"{self._name}/over", (np.nan_to_num(closer.vertices) * METRES).astype(np.float32), closer.faces[seen],
                 color=self._colour, side="double", opacity=0.75, visible=False, **NO_SHADOWS)
 
-    def _draw_older(self, frustum: Frustum) -> None:
-        name, version = f"{self._name}/older", self.camera.before.calibration.version
-        self.add("older", self._scene.add_camera_frustum(f"{name}/frustum", color=OLDER, **_drawn(frustum)),
+    def _draw_older(self, frustum: Frustum, version: int) -> None:
+        name = f"{self._name}/older"
+        self.add("older", _add_frustum(self._scene, f"{name}/frustum", frustum, OLDER),
                  self._scene.add_label(f"{name}/label", f"version {version}", anchor="top-center",
                                        position=_place(frustum.position_mm)))
 
@@ -131,10 +129,11 @@ def shrink(raw: Pixels) -> Pixels:
     return opencv.shrink_to_width(raw, QUAD_PX)
 
 
-def _drawn(frustum: Frustum) -> dict[str, object]:
-    return {"fov": frustum.fov_rad, "aspect": frustum.aspect, "scale": viser_scale(frustum, frustum.depth_mm),
-            "thickness": EDGE_MM * METRES, "wxyz": tf.SO3.from_matrix(frustum.field_from_camera).wxyz,
-            "position": _place(frustum.position_mm), **NO_SHADOWS}
+def _add_frustum(scene: viser.SceneApi, name: str, frustum: Frustum, colour: Colour) -> viser.CameraFrustumHandle:
+    return scene.add_camera_frustum(
+        name, frustum.fov_rad, frustum.aspect, scale=viser_scale(frustum, frustum.depth_mm), color=colour,
+        thickness=EDGE_MM * METRES, format="jpeg", jpeg_quality=QUALITY, position=_place(frustum.position_mm),
+        wxyz=tf.SO3.from_matrix(frustum.field_from_camera).wxyz, **NO_SHADOWS)
 
 
 def _place(point_mm: NDArray[np.float64]) -> tuple[float, float, float]:

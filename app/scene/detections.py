@@ -38,7 +38,7 @@ def _ball(scene: viser.SceneApi, name: str, field: Field, one: Mapping[str, Any]
 def _robot(scene: viser.SceneApi, name: str, field: Field, one: Mapping[str, Any]) -> viser.SceneNodeHandle:
     size = {**ROBOT_MM, **field.extras.get("robot", {})}
     radius, height = size["radius_mm"] * METRES, size["height_mm"] * METRES
-    colour = TEAMS.get(one.get("team"), OTHERS)
+    colour = TEAMS.get(one.get("team", ""), OTHERS)
     turn = tf.SO3.from_z_radians(float(np.radians(one.get("orientation_deg") or 0.0)))
     body = scene.add_cylinder(name, radius, height, colour, position=_at(one, height / 2), wxyz=turn.wxyz)
     if one.get("orientation_deg") is not None:
@@ -51,5 +51,5 @@ def _robot(scene: viser.SceneApi, name: str, field: Field, one: Mapping[str, Any
 
 def _marker(scene: viser.SceneApi, name: str, field: Field, one: Mapping[str, Any]) -> viser.SceneNodeHandle:
     """Draw a patch of a team's colour at its own height."""
-    return scene.add_cylinder(name, MARKER_MM * METRES, THIN_MM * METRES, TEAMS.get(one.get("team"), OTHERS),
+    return scene.add_cylinder(name, MARKER_MM * METRES, THIN_MM * METRES, TEAMS.get(one.get("team", ""), OTHERS),
                               position=_at(one, one.get("z_mm", 0.0) * METRES))

@@ -26,4 +26,4 @@ def draw_boards(scene: viser.SceneApi, boards: BoardViews) -> None:
                             thickness=EDGE_MM * METRES)
     for number, quad in enumerate(boards.quads):
         scene.add_label(f"/boards/name-{number}", boards.names[number] or str(number + 1),
-                        position=tuple(float(v) for v in quad[0] * METRES), font_screen_scale=0.7)
+                        position=quad[0] * METRES, font_screen_scale=0.7)

@@ -5,7 +5,7 @@ tight as it is (api/middleware).
 """
 
 from functools import cache
-from importlib.util import find_spec
+from importlib.metadata import distribution
 from pathlib import Path
 
 # Its panel lets a viewer enter another server's address; both cover the scene.
@@ -21,7 +21,7 @@ PAGE_POLICY = f"{_PAGE} 'self'; frame-ancestors 'self'"  # behind our own port, 
 @cache
 def client_page() -> bytes:
     """Return the page as UTF-8 HTML. Importing viser would cost the server half a second and 50 MB."""
-    html = Path(find_spec("viser").origin).parent / "client" / "build" / "index.html"
+    html = Path(str(distribution("viser").locate_file("viser/client/build/index.html")))
     return with_style(html.read_text(encoding="utf-8")).encode()
 
 

@@ -26,6 +26,11 @@ class SceneProcess(AsyncProcess):
                                 "Free some memory, then open the scene again.", "scene-process")
     SILENT = "The scene is not responding.", "Open it again.", "scene-silent"
     ENDED = "The 3-D scene has ended.", "Open the scene again.", "scene-gone"
+    key: str
+    port: int
+    viewers: int
+    _on_click: OnClick
+    _listening: asyncio.Task[None]
 
     @classmethod
     async def open(cls, on_click: OnClick) -> "SceneProcess":

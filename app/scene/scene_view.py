@@ -64,9 +64,8 @@ class SceneView:
                            reason="nothing-to-show")
         top = common_scale_mm(cameras)
         scale = min(one.arrow_scale for one in cameras)
-        answer = {"cameras": [one.to_json() for one in cameras], "sheet_top_mm": top, "scale": scale, "boards": None}
-        for one, colour in zip(answer["cameras"], COLOURS * len(cameras), strict=False):
-            one["colour"] = list(colour)
+        shown = [{**one.to_json(), "colour": list(colour)}
+                 for one, colour in zip(cameras, COLOURS * len(cameras), strict=False)]
         with self._lock, self.server.atomic():
             self._clear(cameras[0].field)
             self._arrow_scale = scale
@@ -79,7 +78,7 @@ class SceneView:
             self._draw_arrows()
             self._apply()
             self._aim_all()
-        return answer
+        return {"cameras": shown, "sheet_top_mm": top, "scale": scale, "boards": None}
 
     def _show_lens(self, lens: Mapping[str, Any]) -> dict[str, Any]:
         boards = BoardViews.of(lens)
@@ -152,8 +151,7 @@ class SceneView:
             self._aim(client)
         if (view := self.viewpoint(16 / 9)) is not None:
             first = self.server.initial_camera
-            first.position, first.look_at, first.up = (tuple(float(v) for v in one) for one in (
-                view.position_mm * METRES, view.look_at_mm * METRES, view.up))
+            first.position, first.look_at, first.up = view.position_mm * METRES, view.look_at_mm * METRES, view.up
             first.fov = view.fov_rad
 
     def _aim(self, client: viser.ClientHandle) -> None:

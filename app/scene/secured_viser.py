@@ -48,7 +48,8 @@ class SecuredViser(viser.ViserServer):
 def _requiring_key(key: str) -> Iterator[list[bool]]:
     """Make a server that viser starts answer 403 without the key; the list is then not empty."""
     secured: list[bool] = []
-    plain = websockets.asyncio.server.serve
+    module = vars(websockets.asyncio.server)
+    plain = module["serve"]
 
     def require_key(connection: Any, request: Request) -> Response | None:
         given = request.headers.get(KEY_HEADER, "")
@@ -60,8 +61,8 @@ def _requiring_key(key: str) -> Iterator[list[bool]]:
         secured.append(True)
         return plain(*args, **{**more, "process_request": require_key})
 
-    websockets.asyncio.server.serve = serve
+    module["serve"] = serve
     try:
         yield secured
     finally:
-        websockets.asyncio.server.serve = plain
+        module["serve"] = plain

@@ -23,7 +23,6 @@ class ViewState:
 
     def changed(self, given: Mapping[str, Any]) -> Self:
         """Return the state with these changes, which the API schema has validated."""
-        sets = {name: frozenset(given[name]) for name in ("layers", "hidden") if given.get(name) is not None}
-        plain = {name: given[name] for name in ("sheet", "scale", "dark", "view", "through")
-                 if given.get(name) is not None}
-        return replace(self, **plain, **sets)
+        changes = {name: value for name, value in given.items() if value is not None}
+        layers, hidden = (frozenset(changes.pop(name, getattr(self, name))) for name in ("layers", "hidden"))
+        return replace(self, layers=layers, hidden=hidden, **changes)

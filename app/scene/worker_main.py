@@ -40,8 +40,8 @@ class SceneWorker:
             messages.PICTURE: lambda _, head, jpeg: self._show_picture(head["key"], jpeg),
             messages.DETECTIONS: lambda _, head, __: view.show_detections(head["key"], head["things"]),
         }
-        while True:
-            kind, number, body = self._connection.receive()
+        while (message := self._connection.receive()) is not None:  # without a time limit it is always whole
+            kind, number, body = message
             head, payload = decode_body(body)
             actions[kind](number, head, bytes(payload))
 
@@ -49,7 +49,7 @@ class SceneWorker:
         """Show a JPEG that our own server or a camera's process has encoded."""
         raw = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
         if raw is not None:
-            self._view.show_picture(key, raw)
+            self._view.show_picture(key, np.asarray(raw, np.uint8))
 
     def _exported(self, head: dict[str, Any]) -> bytes:
         html = self._view.server.scene.as_html(dark_mode=head["dark"])

@@ -2,13 +2,12 @@
 
 import math
 import time
+from collections.abc import Callable
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from app.core.colour_profile import ColourProfile
 from app.core.errors import NotFound
+from app.core.geometry import Pixels
 from app.live.detector import detection_json
 from app.live.stream_spec import DETECTIONS
 from app.services.container import Services
@@ -20,8 +19,8 @@ RAW = "raw"
 
 
 def detect_in_clip(services: Services, id: str, number: int, plan_name: str | None,
-                   stage: str | None = None) -> tuple[dict[str, Any], NDArray[np.uint8] | None]:
-    """Return detections as a live camera sends them, and what the stage made of the frame, if one is chosen.
+                   stage: str = DETECTIONS) -> tuple[dict[str, Any], Callable[[], Pixels]]:
+    """Return detections as a live camera sends them, and what draws them or returns what the stage made of the frame.
 
     The stages run on one frame alone: what they remember must not depend on which frames were read before.
     """
@@ -30,7 +29,7 @@ def detect_in_clip(services: Services, id: str, number: int, plan_name: str | No
     settings = services.detection.saved_frame_settings(clip.camera)
     plan = named_plan(plan_name) if plan_name is not None else StageConfig.from_json(settings["plan"])
     names = [name for name, _ in plan.stages]
-    if stage not in (None, DETECTIONS, *names):
+    if stage not in (DETECTIONS, *names):
         raise NotFound(f"The plan {plan.name} has no stage called {stage!r}.", f"Use one of: {RAW}, {DETECTIONS}, "
                        f"{', '.join(names)}.", reason="unknown-stage")
     frame = services.decoder.frame_from_bytes(jpeg)
@@ -40,10 +39,10 @@ def detect_in_clip(services: Services, id: str, number: int, plan_name: str | No
                else colour_profile_for(frame.pixels, plan))
     mm_per_px = None if calibration else settings["extent_mm"] / math.hypot(*frame.size)
     pipeline = pipeline_for(plan, frame.size, profile, calibration, mm_per_px)
-    head, pictures = clip.frames[number], () if stage in (None, DETECTIONS) else (stage,)
+    head, pictures = clip.frames[number], () if stage == DETECTIONS else (stage,)
     result = pipeline.process(frame.pixels, clock=time.thread_time, pictures=pictures,
                               camera=clip.camera, frame=head["seq"], time_s=head["time_s"])
     json = detection_json(result, head["seq"], head["time_s"], frame.size, calibration, profile.notes,
                           clip.to_json()["fps"])
-    return json, (detections_image(frame.pixels, result.detections, pipeline.context.view) if stage == DETECTIONS
-                  else result.pictures.get(stage or ""))
+    return json, lambda: (detections_image(frame.pixels, result.detections, pipeline.context.view)
+                          if stage == DETECTIONS else result.pictures[stage])

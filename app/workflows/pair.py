@@ -12,7 +12,7 @@ import numpy as np
 
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field_json import field_from_json
-from app.core.geometry import Array, ImageSize, Points, inside_picture
+from app.core.geometry import Array, ImageSize, Indices, Mask, Points, inside_picture
 from app.core.json_values import nullable, nullable_points
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
@@ -24,7 +24,8 @@ from app.evaluate.cameras.shared_area import overlap
 from app.fitting.two_view.epipolar_lines import epipolar_curves, epipolar_segments
 from app.fitting.two_view.fundamental_matrix import as_matches, fundamental_matrix
 from app.fitting.two_view.relative_pose import calibrated_epipolar_px, pose_between, relative_pose
-from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
+from app.models import CameraModel, field_from_raw, raw_from_field
+from app.models.ray_camera import RayCamera
 from app.models.restored import model_of
 from app.models.rotation import vector_from_matrix
 
@@ -54,13 +55,14 @@ def evaluate_pair(points_a: Any, points_b: Any, a: Calibration | None = None, b:
     _refuse_different_fields(a, b)
     parts: dict[str, Callable[[], dict[str, Any]]] = {}
     matches = None if points_a is None else _Matches.of(points_a, points_b, z_mm)
-    models = None if a is None else (model_of(a), model_of(b))
+    models = None if a is None or b is None else (model_of(a), model_of(b))
+    cameras = None if models is None else ray_cameras(*models)
     if matches is not None:
         parts["fundamental"] = lambda: _fundamental(matches)
-        if models is not None and _have_rays(models):
-            parts["pose"] = lambda: _pose(*models, matches)
-            parts["calibrated"] = lambda: _calibrated(*models, matches)
-    if models is not None:
+        if cameras is not None:
+            parts["pose"] = lambda: _pose(*cameras, matches)
+            parts["calibrated"] = lambda: _calibrated(*cameras, matches)
+    if a is not None and b is not None and models is not None:
         parts["agreement"] = lambda: _agreement(a, b, *models, matches)
     found, failed = {}, []
     for number, (name, part) in enumerate(parts.items()):
@@ -83,7 +85,7 @@ class _Matches:
     a: Points
     b: Points
     heights_mm: Array
-    which: Array
+    which: Indices
     count: int
 
     @classmethod
@@ -92,7 +94,7 @@ class _Matches:
         which = np.arange(count)
         if isinstance(points_a, list) and isinstance(points_b, list) and len(points_b) == count:
             pairs = zip(points_a, points_b, strict=True)
-            which = np.array([i for i, pair in enumerate(pairs) if pair[0] is not None and pair[1] is not None], int)
+            which = np.array([i for i, pair in enumerate(pairs) if pair[0] is not None and pair[1] is not None], np.intp)
             points_a, points_b = ([points[i] for i in which] for points in (points_a, points_b))
         return cls(*as_matches(points_a, points_b), _heights(z_mm, count)[which], which, count)
 
@@ -102,7 +104,7 @@ class _Matches:
         all_values[self.which] = values
         return nullable(all_values)
 
-    def numbers(self, chosen: Array) -> list[int]:
+    def numbers(self, chosen: Mask) -> list[int]:
         return self.which[chosen].tolist()
 
 
@@ -112,8 +114,9 @@ def _refuse_different_fields(a: Calibration | None, b: Calibration | None) -> No
                        say("pair.same-field", "Choose two cameras above the same field."), reason="different-fields")
 
 
-def _have_rays(models: Sequence[CameraModel]) -> bool:
-    return all(isinstance(model, RayModel) for model in models)
+def ray_cameras(a: CameraModel, b: CameraModel) -> tuple[RayCamera, RayCamera] | None:
+    """Return both where both have rays."""
+    return (a, b) if isinstance(a, RayCamera) and isinstance(b, RayCamera) else None
 
 
 def _heights(z_mm: float | Sequence[float | None], count: int) -> Array:
@@ -134,7 +137,7 @@ def _fundamental(matches: _Matches) -> dict[str, Any]:
             "verdict": pair_verdict.of_fundamental(found.epipolar_px, found.good, matches.which)}
 
 
-def _pose(model_a: CameraModel, model_b: CameraModel, matches: _Matches) -> dict[str, Any]:
+def _pose(model_a: RayCamera, model_b: RayCamera, matches: _Matches) -> dict[str, Any]:
     """Relative pose from matches and lenses alone, and how far it is from the pose by the two calibrations."""
     found = relative_pose(model_a, model_b, matches.a, matches.b)
     good = found.epipolar_px[found.good]
@@ -162,7 +165,7 @@ def _degrees(vector: Array) -> float:
     return float(np.degrees(np.linalg.norm(vector)))
 
 
-def _calibrated(model_a: CameraModel, model_b: CameraModel, matches: _Matches) -> dict[str, Any]:
+def _calibrated(model_a: RayCamera, model_b: RayCamera, matches: _Matches) -> dict[str, Any]:
     found = calibrated_epipolar_px(model_a, model_b, matches.a, matches.b)
     seen = found[np.isfinite(found)]
     if not seen.size:
@@ -215,7 +218,8 @@ def lines_by_calibrations(a: Calibration, b: Calibration, points_a: Any, points_
     result: dict[str, Any] = {}
     for other, points, here, there, size in (("b", ends[0], *models, b.image_size),
                                              ("a", ends[1], *models[::-1], a.image_size)):
-        result[f"in_{other}"] = _drawn(epipolar_curves(here, there, points)) if _have_rays(models) else None
+        cameras = ray_cameras(here, there)
+        result[f"in_{other}"] = None if cameras is None else _drawn(epipolar_curves(*cameras, points))
         result[f"place_in_{other}"] = None if z_mm is None else _place(here, there, points, z_mm, size)
     return result
 
@@ -224,9 +228,9 @@ def _place(here: CameraModel, there: CameraModel, points: Points, z_mm: float,
            size: ImageSize) -> list[list[float] | None] | None:
     if z_mm == 0:
         found = raw_from_field(there, field_from_raw(here, points))
-    elif _have_rays((here, there)):
-        places = here.unproject(points, z_mm)
-        found = there.project(np.column_stack([places, np.full(len(places), z_mm)]))
+    elif (cameras := ray_cameras(here, there)) is not None:
+        places = cameras[0].unproject(points, z_mm)
+        found = cameras[1].project(np.column_stack([places, np.full(len(places), z_mm)]))
     else:
         return None
     return nullable_points(np.where(inside_picture(found, size)[:, None], found, np.nan))

@@ -29,11 +29,11 @@ from app.evaluate.cameras.rectangles import Rectangles, most_common
 from app.evaluate.cameras.rig_agreement import agreement
 from app.evaluate.drift.check_verdict import verdict_in
 from app.images import ImageDecoder
-from app.models import CameraModel, RayModel
+from app.models import CameraModel
 from app.models.restored import Restored, model_of
 from app.store.files import read_checked
 from app.workflows.calibration import subprogress
-from app.workflows.pair import evaluate_pair
+from app.workflows.pair import evaluate_pair, ray_cameras
 
 Pixels = NDArray[np.uint8]
 READING = 0.2  # of a check with pictures
@@ -100,8 +100,8 @@ def _pair(rig: Mapping[str, Any], titles: Mapping[str, str], names: tuple[str, s
           given: Mapping[str, Any] | None, progress: Progress) -> dict[str, Any]:
     a, b = (calibrations[name] for name in names)
     models = model_of(a), model_of(b)
-    have_rays = all(isinstance(model, RayModel) for model in models)
-    answer: dict[str, Any] = {"fundamental": geometry(*models) if have_rays else None, "matches": None,
+    cameras = ray_cameras(*models)
+    answer: dict[str, Any] = {"fundamental": None if cameras is None else geometry(*cameras), "matches": None,
                               "agreement": None, "from": None, "verdict": None, "notes": [], "failed": None}
     if given is not None:
         answer["matches"] = _crosscheck(a, b, given)
@@ -126,23 +126,24 @@ def _evidence(rig: Mapping[str, Any], names: tuple[str, str], both: tuple[Calibr
               models: tuple[CameraModel, CameraModel], pictures: Mapping[str, Pixels],
               given: Mapping[str, Any] | None, progress: Progress) -> tuple[OffsetMeasurements, str, list[str]]:
     """Return the best evidence there is: matches, else pictures, else the clicks of the calibrations."""
-    field, notes = field_from_json(rig["field"]), []
+    field, (a, b) = field_from_json(rig["field"]), both
     if given is not None:
         z = given["z_mm"]
         heights = np.array([np.nan if v is None else v for v in z], float) if isinstance(z, (list, tuple)) else float(z)
         complete = [i for i, (p, q) in enumerate(zip(given["points_a"], given["points_b"], strict=True)) if p and q]
-        points = (np.array([given[key][i] for i in complete], float) for key in ("points_a", "points_b"))
+        in_a, in_b = (np.array([given[key][i] for i in complete], np.float64) for key in ("points_a", "points_b"))
         if isinstance(heights, np.ndarray):
             heights = heights[complete]
-        return OffsetMeasurements.together([from_matches(*models, *points, heights)]), "matches", notes
-    shown = [pictures.get(name) for name in names]
-    if all(pixels is not None and (pixels.shape[1], pixels.shape[0]) == tuple(calibration.image_size)
-           for pixels, calibration in zip(shown, both, strict=True)):
-        evidence = from_pictures(models[0], shown[0], models[1], shown[1], field, progress)
+        return OffsetMeasurements.together([from_matches(*models, in_a, in_b, heights)]), "matches", []
+    notes = []
+    pixels_a, pixels_b = (pictures.get(name) for name in names)
+    if pixels_a is not None and pixels_b is not None and all(
+            (pixels.shape[1], pixels.shape[0]) == tuple(calibration.image_size)
+            for pixels, calibration in ((pixels_a, a), (pixels_b, b))):
+        evidence = from_pictures(models[0], pixels_a, models[1], pixels_b, field, progress)
         if len(evidence) >= MIN_MEASURES:
             return evidence, "pictures", notes
         notes.append("The images show too few lines in the area that both cameras cover.")
-    a, b = both
     return from_clicks(models[0], observations_from_json(a.observations), field.region(a.region, a.rotate), models[1],
                        observations_from_json(b.observations), field.region(b.region, b.rotate), field), "clicks", notes
 

@@ -13,7 +13,7 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from app.api.middleware.problems import problem
 
-ABORT = "touchline.abort"  # where a request's scope holds what drops its connection at once
+ABORT = "touchline.abort"  # where the state of a request's scope holds what drops its connection at once
 MAX_HEAD_BYTES = 64 * 1024  # browsers send 2 kB, a large cookie makes it 8
 
 
@@ -42,7 +42,7 @@ class LimitedConnection(HttpToolsProtocol):
         self._head_bytes = 0
         self._counted: str | None = None
 
-    def connection_made(self, transport: Transport) -> None:
+    def connection_made(self, transport: Transport) -> None:  # type: ignore[override]  # as uvicorn's own
         super().connection_made(transport)
         address = self.client[0] if self.client else ""
         if not _is_this_machine(address):
@@ -80,7 +80,7 @@ class LimitedConnection(HttpToolsProtocol):
     def on_headers_complete(self) -> None:
         self._in_head = False
         self._stop_timer()
-        self.scope[ABORT] = self.transport.abort  # for a stream whose viewer takes nothing any more
+        self.scope["state"][ABORT] = self.transport.abort  # for a stream whose viewer takes nothing any more
         super().on_headers_complete()
 
     def handle_websocket_upgrade(self) -> None:

@@ -1,6 +1,7 @@
 """WS /cameras/{id}/board: a calibration board before a live camera; pictures of it are taken automatically."""
 
 import asyncio
+from collections.abc import Awaitable
 from typing import Annotated, Any
 
 from fastapi import APIRouter, WebSocket
@@ -78,10 +79,13 @@ class BoardSession:
     async def send(self) -> None:
         """Detect the board again and again, and send each result."""
         loop, seq = asyncio.get_running_loop(), 0
+
+        def detect(_left_s: float) -> Awaitable[dict[str, Any]]:
+            return self._camera.board(self._board.to_json(), seq)
+
         while True:
             start_s = loop.time()
-            found = await when_awake(self._camera, lambda _left_s, after=seq: self._camera.board(
-                self._board.to_json(), after))
+            found = await when_awake(self._camera, detect)
             seq = found["seq"]
             await send_json(self._socket, await self._result(found, start_s))
             await asyncio.sleep(max(MIN_INTERVAL_S - (loop.time() - start_s), IDLE_SHARE * found["took_s"], 0.01))

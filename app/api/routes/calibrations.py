@@ -78,7 +78,7 @@ Approximate = Annotated[bool, Query(description="the best approximation in the f
 CameraNumber = Annotated[int | None, Query(ge=0, le=2**32 - 1,
                                            description="the camera's number in a format that has one")]
 FILE: Responses = {200: {"content": {"application/json": {}, BINARY: BYTES}}}
-IMPORT_BODY = {"requestBody": upload(**{option: {"type": "string"} for option in OPTIONS})}
+IMPORT_BODY = {"requestBody": upload({option: {"type": "string"} for option in OPTIONS})}
 
 
 @router.post("", status_code=201, response_model=responses.Calibration, responses=ACCEPTED)

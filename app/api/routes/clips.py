@@ -66,7 +66,7 @@ def show_frame_of_clip(services: ServicesDep, id: Id, number: int, stage: Stage 
     """Return a frame, counted from 0: as it was, with detections drawn, or the image of a stage."""
     if stage == RAW:
         return Response(services.store.clips.frame(id, number), media_type="image/jpeg")
-    return picture(detect_in_clip(services, id, number, plan, stage)[1], "jpg")
+    return picture(detect_in_clip(services, id, number, plan, stage)[1](), "jpg")
 
 
 @router.get("/clips/{id}/frames/{number}", response_model=responses.FrameDetections)

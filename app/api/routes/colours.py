@@ -82,10 +82,11 @@ async def learn_colours(services: ServicesDep, id: Id, body: LearnBody) -> Json:
         raise BadInput(say("colours.none-marked", "No colour is marked."),
                        say("colours.mark", "Mark the ball and each team colour, or use automatic detection."),
                        reason="no-colours")
-    png = None if body.snapshot is not None else (await take_frame(services.live.get(id))).png
+    picture = body.snapshot or (await take_frame(services.live.get(id))).png
 
     def learn() -> dict[str, Any]:
-        frame = services.frame(body.snapshot) if png is None else services.decoder.frame_from_bytes(png)
+        frame = (services.frame(picture) if isinstance(picture, str) else
+                 services.decoder.frame_from_bytes(picture))
         profile = learn_profile(frame, StageConfig.from_json(settings["plan"]), base, body.clicks, body.automatic)
         return stated({"profile": profile.to_json(), "health": health_json(profile.to_json()),
                        "notes": list(profile.notes)})

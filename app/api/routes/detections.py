@@ -67,8 +67,7 @@ async def draw_detections(request: Request, services: ServicesDep, format: Forma
     def draw(found: DetectionResult, frame: Frame, calibration: Calibration | None) -> Response:
         pixels: Any = found.seen.pictures.get(stage)
         if pixels is None:
-            view = context_for(frame.size, found.profile, calibration, body.mm_per_px,
-                               body.eye_mm and tuple(body.eye_mm)).view
+            view = context_for(frame.size, found.profile, calibration, body.mm_per_px, body.eye).view
             pixels = detections_image(frame.pixels, found.seen.detections, view)
         return picture(pixels, format)
     return await _detect(request, services, body, draw, stage)
@@ -90,7 +89,7 @@ async def _detect(request: Request, services: Services, body: DetectionBody,
         calibration = None if body.calibration is None else services.store.calibrations.get(body.calibration)
         frame = services.frame(snapshot.id)
         found = detect(frame.pixels, plan, calibration=calibration, profile=profile, clicks=body.clicks,
-                       mm_per_px=body.mm_per_px, eye_mm=body.eye_mm and tuple(body.eye_mm),
+                       mm_per_px=body.mm_per_px, eye_mm=body.eye,
                        pictures=() if stage == DRAWN else (stage,), progress=progress)
         return tell(found, frame, calibration)
     return await services.process_picture(snapshot.size, work, request.is_disconnected)

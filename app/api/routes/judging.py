@@ -10,12 +10,12 @@ from starlette.responses import HTMLResponse, Response
 from app import report
 from app.api.dependencies import ServicesDep, in_thread
 from app.api.file_headers import disposition
-from app.api.request_mapping import image_size
 from app.api.responses import Json, finished_or_queued, picture
 from app.api.schemas import responses
 from app.api.schemas.media import HTML, files
 from app.api.schemas.requests import Id
 from app.core.errors import BadInput, NotFound
+from app.core.geometry import ImageSize
 from app.core.records import Calibration
 from app.models.restored import Restored, model_of
 from app.report.page import POLICY
@@ -138,9 +138,10 @@ async def judge_pair(request: Request, services: ServicesDep, body: PairRequest)
 
     Each is null where it was not requested; one that cannot be computed is named in `failed`, with what to do.
     """
-    spec = {"points_a": body.points_a, "points_b": body.points_b, "z_mm": body.z_mm}
-    for name, id in (("calibration_a", body.calibration_a), ("calibration_b", body.calibration_b)):
-        spec[name] = None if id is None else services.store.calibrations.get(id).to_json()
+    a, b = (None if id is None else services.store.calibrations.get(id).to_json()
+            for id in (body.calibration_a, body.calibration_b))
+    spec = {"points_a": body.points_a, "points_b": body.points_b, "calibration_a": a, "calibration_b": b,
+            "z_mm": body.z_mm}
     return await finished_or_queued(request, services, "pair", run_pair, spec, as_job=False)
 
 
@@ -151,11 +152,12 @@ def epipolar_lines(services: ServicesDep, body: PairLinesRequest) -> Json:
 
     By a fundamental `matrix` they are straight; by two calibrations they bend as the lenses do, null without rays.
     """
-    ids, sizes = (body.calibration_a, body.calibration_b), (body.image_size_a, body.image_size_b)
-    if body.matrix is not None and None not in sizes and ids == (None, None):
-        return Json(lines_by_matrix(body.matrix, body.points_a, body.points_b, *map(image_size, sizes)))
-    if body.matrix is None and None not in ids:
-        calibrations = map(services.store.calibrations.get, ids)
-        return Json(lines_by_calibrations(*calibrations, body.points_a, body.points_b, body.z_mm))
+    a, b, size_a, size_b = body.calibration_a, body.calibration_b, body.image_size_a, body.image_size_b
+    if body.matrix is not None and size_a is not None and size_b is not None and a is None and b is None:
+        return Json(lines_by_matrix(body.matrix, body.points_a, body.points_b, ImageSize.of(size_a),
+                                    ImageSize.of(size_b)))
+    if body.matrix is None and a is not None and b is not None:
+        get = services.store.calibrations.get
+        return Json(lines_by_calibrations(get(a), get(b), body.points_a, body.points_b, body.z_mm))
     raise BadInput("The request has no source for the lines.",
                    "Send a matrix and both image sizes, or two calibrations.", reason="one-sided")

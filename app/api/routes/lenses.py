@@ -1,5 +1,6 @@
 """/lenses: lenses from boards and edges, which fits of cameras over a field can hold fixed; and how they are found."""
 
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Request
@@ -120,25 +121,27 @@ def calibrate_lens(services: ServicesDep, by: OperatorDep, body: BoardRequest) -
     task = BoardCalibrationRequest(None if body.board is None else Board.from_json(body.board), body.model,
                                    body.options)
     about = {"camera": body.camera, "note": body.note, "snapshots": body.snapshots}
-    run, spec = _from_views(body, task) if body.views is not None else _from_snapshots(services, body, task)
+    run, spec = (_from_snapshots(services, body.snapshots, body, task) if body.snapshots is not None else
+                 _from_views(body.views or (), body, task))
     return accepted(services.jobs.start("board", run, spec, "lens", about, caller=by))
 
 
-def _from_views(body: BoardRequest, task: BoardCalibrationRequest) -> tuple[Any, dict[str, Any]]:
+def _from_views(given: Sequence[BoardViewForm], body: BoardRequest,
+                task: BoardCalibrationRequest) -> tuple[Any, dict[str, Any]]:
     if body.image_size is None:
         raise BadInput("The request has no image size.", 'Send "image_size": [width, height].',
                        reason="no-image-size")
-    views = views_from_json([view.model_dump() for view in body.views])
+    views = views_from_json([view.model_dump() for view in given])
     return run_views, {"task": task.to_json(), "views": [view.to_json() for view in views],
                        "image_size": body.image_size}
 
 
-def _from_snapshots(services: Services, body: BoardRequest,
+def _from_snapshots(services: Services, ids: Sequence[str], body: BoardRequest,
                     task: BoardCalibrationRequest) -> tuple[Any, dict[str, Any]]:
     if task.board is None:
         raise BadInput("The request has no board.", 'Send "board": {"kind", "columns", "rows", "square_mm"}.',
                        reason="no-board")
-    pictures = pictures_of_one_size(services, body.snapshots, image_size(body.image_size),
+    pictures = pictures_of_one_size(services, ids, image_size(body.image_size),
                                     "Use images of one camera at one resolution.")
     return run_pictures, {"task": task.to_json(), "pictures": pictures}
 

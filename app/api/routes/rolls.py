@@ -1,6 +1,7 @@
 """/cameras/{id}/rolls and /motion: a ball that rolls straight measures distortion, and gives a lens."""
 
 import asyncio
+from collections.abc import Awaitable
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Query, WebSocket
@@ -14,7 +15,6 @@ from app.api.schemas.requests import Id
 from app.api.sockets import SessionLimit, run_until_first, send_json, until_disconnect, websocket_session
 from app.core.errors import BadInput, Conflict
 from app.core.geometry import MAX_COORDINATE
-from app.core.records import Calibration
 from app.core.statements import say, sentence_in, stated
 from app.live.camera import LiveCamera
 from app.services.container import Services
@@ -84,9 +84,13 @@ async def watch_rolls(socket: WebSocket, services: ServicesDep, id: str,
 async def _send(socket: WebSocket, services: Services, camera: LiveCamera, keep: bool) -> None:
     loop, store = asyncio.get_running_loop(), services.store
     watch, after, seq, sent_state = "", 0, 0, None
+
+    def follow(_left_s: float) -> Awaitable[dict[str, Any]]:
+        return camera.rolls(watch, after, seq)
+
     while True:
         start_s = loop.time()
-        result = await when_awake(camera, lambda _left_s, at=(watch, after, seq): camera.rolls(*at))
+        result = await when_awake(camera, follow)
         new = result["rolls"]
         if result["watch"] != watch:
             watch, after = result["watch"], 0
@@ -162,7 +166,7 @@ def judge_motion(services: ServicesDep, by: OperatorDep, body: MotionRequest) ->
         calibration = store.calibrations.active(body.camera) if body.calibration is None else None
     elif body.film is not None:
         film = str(file_within(services.settings.shown_pictures, body.film, "video"))
-    else:
+    elif body.rolls is not None:
         rolls = [roll.model_dump() for roll in body.rolls]
         if size is None:
             raise BadInput("The request has no image size.", 'Send "image_size": [width, height].',
@@ -170,20 +174,15 @@ def judge_motion(services: ServicesDep, by: OperatorDep, body: MotionRequest) ->
     if body.calibration is not None:
         calibration = store.calibrations.get(body.calibration)
     if calibration is not None and size is not None and list(calibration.image_size) != list(size):
-        calibration = _of_another_size(calibration, body)
+        if body.calibration is not None or body.make == "refined":
+            raise Conflict(say("rolls.not-of-calibration", "The rolls do not have the image size of the calibration, "
+                               "{size}.", size=calibration.image_size),
+                           say("rolls.same-camera", "Use rolls of the calibrated camera at the same resolution."),
+                           reason="size-mismatch")
+        calibration = None  # it was only at hand
     if body.make == "refined":
         check_refinable(calibration)
     spec = {"film": film, "rolls": rolls, "image_size": size, "make": body.make, "lens": body.lens,
             "calibration": None if calibration is None else calibration.to_json(), "note": body.note,
             "centre_sigma_px": body.centre_sigma_px, "camera": body.camera}
     return accepted(services.jobs.start("motion", run_motion, spec, "motion", {"by": by}, caller=by))
-
-
-def _of_another_size(calibration: Calibration, body: MotionRequest) -> None:
-    """Ignore a calibration that was only at hand; refuse one that was asked for."""
-    if body.calibration is None and body.make != "refined":
-        return None
-    raise Conflict(say("rolls.not-of-calibration", "The rolls do not have the image size of the calibration, {size}.",
-                       size=calibration.image_size),
-                   say("rolls.same-camera", "Use rolls of the calibrated camera at the same resolution."),
-                   reason="size-mismatch")

@@ -148,7 +148,8 @@ class SceneSession:
         for key, calibration in content.calibrations.items():
             self._feeds.append(asyncio.create_task(self._feed_pictures(process, key, calibration, show)))
             if show.live and calibration.camera is not None:
-                self._feeds.append(asyncio.create_task(self._feed_detections(process, key, calibration)))
+                self._feeds.append(asyncio.create_task(self._feed_detections(process, key, calibration.camera,
+                                                                             calibration.id)))
 
     async def _feed_pictures(self, process: SceneProcess, key: str, calibration: Calibration, show: SceneShow) -> None:
         """Send the picture that was calibrated; then, where there is such a camera, what it sees now."""
@@ -168,7 +169,7 @@ class SceneSession:
                     if same and process.viewers and not process.is_congested:
                         process.send(messages.PICTURE, {"key": key}, bytes(split_body(body)[1]))
 
-    async def _feed_detections(self, process: SceneProcess, key: str, calibration: Calibration) -> None:
+    async def _feed_detections(self, process: SceneProcess, key: str, camera: str, calibration: str) -> None:
         """Send what the camera detects by this very calibration, while that layer is shown: the camera's process works
         for it."""
         while True:
@@ -176,10 +177,10 @@ class SceneSession:
             if not self._shows_detections:
                 continue
             with (suppress(TouchlineError, TimeoutError),  # switched off, silent, or gone
-                  self._services.live.get(calibration.camera).detections.listening(DETECTIONS_FPS) as viewer):
+                  self._services.live.get(camera).detections.listening(DETECTIONS_FPS) as viewer):
                 while self._shows_detections:
                     result = decode_body(await viewer.next(SILENT_S))[0]
-                    detections = result["items"] if result["calibration"] == calibration.id else []
+                    detections = result["items"] if result["calibration"] == calibration else []
                     if process.viewers and not process.is_congested:
                         process.send(messages.DETECTIONS, {"key": key, "things": detections})
             process.send(messages.DETECTIONS, {"key": key, "things": []})

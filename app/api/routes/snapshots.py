@@ -28,7 +28,8 @@ router = APIRouter()
 PURPOSES = get_args(Purpose)
 Reach = Annotated[float, Field(ge=2, le=40, description="how far from the point a line may be, px")]
 Feature = Annotated[str, Field(min_length=1, max_length=200, description="border, line or arc of the field")]
-BODY = upload(camera={"type": "string"}, purpose={"type": "string", "enum": list(PURPOSES), "default": "picture"})
+BODY = upload({"camera": {"type": "string"},
+               "purpose": {"type": "string", "enum": list(PURPOSES), "default": "picture"}})
 BODY["content"]["application/json"] = {"schema": CameraSnapshot.model_json_schema()}
 
 

@@ -55,10 +55,11 @@ async def show_corrected(request: Request, services: ServicesDep, id: Id, format
                          width: WidthPx = None) -> Response:
     """Return the corrected image of the calibration's own snapshot, or of another one of the same size."""
     calibration = services.store.calibrations.get(id)
-    if snapshot is None and calibration.snapshot is None:
+    shown = snapshot or calibration.snapshot
+    if shown is None:
         raise BadInput(say("calibration.no-snapshot", "The calibration was made without a snapshot."),
                        "Select one: ?snapshot=ID.", reason="no-snapshot")
-    frame = await services.run_in_thread(services.frame, snapshot or calibration.snapshot)
+    frame = await services.run_in_thread(services.frame, shown)
     return await _draw(request, services, calibration, frame, CorrectedView(margin_px, width), format)
 
 

@@ -58,7 +58,9 @@ async def find_calibration(request: Request, services: ServicesDep, by: Operator
     """
     body.check_choice(required=True)
     task = await services.run_in_thread(_task, services, body)  # refused before a camera takes pictures
-    ids = body.ids or [(await services.take_snapshot(body.camera, request.is_disconnected, body.frames)).id]
+    ids = body.ids
+    if body.camera is not None:
+        ids = [(await services.take_snapshot(body.camera, request.is_disconnected, body.frames)).id]
 
     def start() -> Job:
         first = services.store.snapshots.get(ids[0])
@@ -103,8 +105,8 @@ async def check_calibration(request: Request, services: ServicesDep, id: Id, bod
 class Reregister(Strict):
     """By default images are taken with the camera now."""
 
-    snapshot: Name | None = Field(None, description="of this camera, instead of current images")
-    frames: Annotated[int, Field(ge=1, le=25)] = Field(FRAMES, description="taken now; moving objects are removed")
+    snapshot: Name | None = Field(default=None, description="of this camera, instead of current images")
+    frames: Annotated[int, Field(ge=1, le=25)] = Field(default=FRAMES, description="taken now; moving objects are removed")
     note: Note = "Pose updated"
 
 

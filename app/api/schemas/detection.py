@@ -27,6 +27,10 @@ class DetectionBody(Strict):
     eye_mm: Annotated[list[Coordinate], Field(min_length=3, max_length=3)] | None = Field(
         None, description="[x, y, height] of the camera, field mm, for a model that is not a physical lens model")
 
+    @property
+    def eye(self) -> tuple[float, float, float] | None:
+        return None if self.eye_mm is None else (self.eye_mm[0], self.eye_mm[1], self.eye_mm[2])
+
 
 class DetectionSettingsBody(Strict):
     """The detection settings of a camera: what GET answers, without what it only reports."""

@@ -1,5 +1,6 @@
 """OpenAPI descriptions of responses and bodies that are files."""
 
+from collections.abc import Mapping
 from typing import Any
 
 BINARY = "application/octet-stream"
@@ -16,7 +17,7 @@ PICTURE = files("image/png", "image/jpeg")
 HTML: Responses = {200: {"content": {"text/html": {"schema": {"type": "string"}}}}}
 
 
-def upload(required: bool = True, **texts: Any) -> dict[str, Any]:
+def upload(texts: Mapping[str, Any] | None = None, *, required: bool = True) -> dict[str, Any]:
     """Describe a multipart body with a part "file" and other parts that are texts."""
     return {"required": required, "content": {"multipart/form-data": {"schema": {
-        "type": "object", "required": ["file"], "properties": {"file": BYTES["schema"], **texts}}}}}
+        "type": "object", "required": ["file"], "properties": {"file": BYTES["schema"], **(texts or {})}}}}}

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from app import jobs
-from app.api.schemas.base import JsonObject, Point, Points, Texts, page_of, response
+from app.api.schemas.base import JsonObject, Point, Points, Texts, list_of, page_of, response
 from app.core.jobs import INTERNAL
 from app.league.config import PublishingConfig
 from app.services import events
@@ -25,7 +25,7 @@ Job = response("Job", says=True, record=jobs.Job, without=INTERNAL)
 Jobs = page_of("Jobs", Job)
 # value: as it is now, "set" or null of a secret. change: null where only the settings file decides it
 SettingView = response("SettingView", name=str, value=Any, default=Any, help=str, secret=bool, change=str | None)
-SettingsView = response("SettingsView", version=str, items=list[SettingView], storage=JsonObject)
+SettingsView = response("SettingsView", version=str, items=list_of(SettingView), storage=JsonObject)
 
 # --- what a fit starts from, and what it finds
 PlayingField = response("PlayingField", name=str, title=str, length_mm=float, width_mm=float, lines=list[JsonObject],
@@ -38,7 +38,7 @@ MeasuredField = response("MeasuredField", field=JsonObject, offsets=dict[str, Js
 SeenField = response("SeenField", field=JsonObject, added=list[str])
 Option = response("Option", name=str, type=str, default=Any, help=str, range=list[float] | None, unit=str | None,
     choices=list[str])
-Model = response("Model", name=str, title=str, help=str, points_needed=str, options=list[Option])
+Model = response("Model", name=str, title=str, help=str, points_needed=str, options=list_of(Option))
 Models = page_of("Models", Model)
 Draft = response("Draft", says=True, field=str | None, region=str | None, rotate=int | None, model=str | None,
     options=JsonObject, observations=list[JsonObject], updated_at=str | None)
@@ -50,14 +50,14 @@ Report = response("Report", rms_px=float | None, max_px=float | None, rms_mm=flo
     cv_rms_mm=float | None, inliers=int, outliers=int, distortion=JsonObject, per_feature=list[JsonObject],
     verdict=JsonObject, warnings=list[JsonObject])
 Polyline = response("Polyline", feature=str, kind=Literal["border", "line", "arc", "landmark"], points=Points)
-Overlay = response("Overlay", features=list[Polyline])
+Overlay = response("Overlay", features=list_of(Polyline))
 Arrows = response("Arrows", frame=Literal["raw", "corrected"], mm_per_px=float | None, arrows=list[JsonObject])
-Preview = response("Preview", model=FittedModel, report=Report, corrected_size=list[int], overlay=list[Polyline],
+Preview = response("Preview", model=FittedModel, report=Report, corrected_size=list[int], overlay=list_of(Polyline),
     mesh=described(JsonObject | None, "the corrected view, where mesh_margin_px asks for it"))
 Attempt = response("Attempt", preview=Preview | None,
     refusal=described(JsonObject | None, "why it cannot be fitted: reason, title, what, fix, and which"))
 SnappedPoint = response("SnappedPoint", state=Literal["snapped", "kept"], point=Point)
-SnappedPoints = response("SnappedPoints", points=list[SnappedPoint])
+SnappedPoints = response("SnappedPoints", points=list_of(SnappedPoint))
 
 # --- calibrations
 Calibration = response("Calibration", id=str, version=int, camera=str | None, field=str, region=str, rotate=int,
@@ -67,12 +67,12 @@ Calibration = response("Calibration", id=str, version=int, camera=str | None, fi
 Calibrations = page_of("Calibrations", Calibration)
 # version: null where the version was deleted since
 Activation = response("Activation", calibration=str, version=int | None, at=str, by=str)
-Activations = response("Activations", items=list[Activation])
+Activations = response("Activations", items=list_of(Activation))
 Ranking = response("Ranking", ranking=list[JsonObject], recommended=str | None, reason=str, failed=list[JsonObject])
 # what an export can hold, whether it holds this calibration exactly, else what the nearest costs
 Format = response("Format", format=str, title=str, holds=str, suffix=str, reads=bool, exact=bool,
     loss=JsonObject | None, problem=JsonObject | None)
-Formats = response("Formats", items=list[Format])
+Formats = response("Formats", items=list_of(Format))
 Transformed = response("Transformed", points=Points)
 Uncertainty = response("Uncertainty", z_mm=float, median=float, rms=float, max=float, worst_place=Point,
     grid=JsonObject)
@@ -93,7 +93,7 @@ CheckedPlace = response("CheckedPlace", feature=str, expected=described(Point, "
     found=described(Point, "raw px"), off_mm=float)
 # how far the field's lines are today from where the calibration has them
 CalibrationCheck = response("CalibrationCheck", calibration=str, version=int | None, camera=str | None, snapshot=str,
-    model=str, field=str, region=str, image_size=list[int], verdict=CheckVerdict, lines=list[CheckedLine],
+    model=str, field=str, region=str, image_size=list[int], verdict=CheckVerdict, lines=list_of(CheckedLine),
     found_share=described(float, "of the length of the lines that should be visible"), lines_found=int,
     others_share=described(float, "length of other long lines, as a share of the visible length; 0 if most of that "
                                   "was detected"),
@@ -104,7 +104,7 @@ CalibrationCheck = response("CalibrationCheck", calibration=str, version=int | N
     p95_mm=float | None, rms_px=float | None,
     left_mm=described(float | None, "rms that no camera movement explains"),
     carpet=described(JsonObject | None, "z_mm, mean_mm, p95_mm, max_mm, where, and the map"), hat=JsonObject | None,
-    points=list[CheckedPlace])
+    points=list_of(CheckedPlace))
 
 # --- lenses without a field: from boards, straight edges, or two cameras that see the same
 LensSummary = response("LensSummary", id=str, created_at=str, camera=str | None, note=str, model=str,
@@ -137,13 +137,13 @@ CameraStatus = response("CameraStatus", state=Literal["connecting", "live", "sta
     problem=JsonObject | None, fps=float, width=int | None, height=int | None, frame_age_s=float | None, reconnects=int,
     light=JsonObject | None, sharpness=Any, active_calibration=str | None, drift_px=float | None,
     drift=JsonObject | None)
-CameraStatuses = response("CameraStatuses", items=list[response("ListedCameraStatus", CameraStatus, id=str,
-    state=Literal["idle", "connecting", "live", "stalled", "offline", "mismatch"])],
+CameraStatuses = response("CameraStatuses", items=list_of(response("ListedCameraStatus", CameraStatus, id=str,
+    state=Literal["idle", "connecting", "live", "stalled", "offline", "mismatch"])),
     fields=described(str, "a different revision after each change of a field"))
 # version, by: of activations, null of others
 Event = response("Event", says=True, at=str, kind=events.Kind, camera=described(str | None, "null: images from files"),
     version=int | None, by=str | None, text=str)
-Events = response("Events", items=list[Event])
+Events = response("Events", items=list_of(Event))
 Clip = response("Clip", clip=str, camera=str, frames=int, seconds=float)
 Clips = page_of("Clips", Clip)
 # items: oldest first, each with what it says raw and corrected; report: what all say together
@@ -167,13 +167,13 @@ RigTrouble = response("RigTrouble", says=True, camera=str, reason=str, text=str,
     level=described(Level, "lower limit of the error of the rig; null if the accuracy is unknown"))
 CameraOfRig = response("CameraOfRig", camera=str, title=str, region=str | None, rotate=int | None,
     calibration=described(str | None, "its active one"), version=int | None, model=str | None,
-    rectangles=JsonObject | None, troubles=list[RigTrouble])
+    rectangles=JsonObject | None, troubles=list_of(RigTrouble))
 RigVerdict = response("RigVerdict", says=True, level=Level, sentence=str, fix=str)
 CheckedRig = response("CheckedRig", at=str, verdict=RigVerdict,
     p95_mm=described(float | None, "of the two cameras that are farthest apart; null where none could be compared"))
 Rig = response("Rig", name=str, title=str, field=str, w_max_rectangle_px=float | None, h_max_rectangle_px=float | None,
     n_rectangles_x=int | None, n_rectangles_y=int | None, rectangles=described(JsonObject | None, "the common ones"),
-    rectangles_from=Literal["rig", "cameras"] | None, cameras=list[CameraOfRig],
+    rectangles_from=Literal["rig", "cameras"] | None, cameras=list_of(CameraOfRig),
     checked=described(CheckedRig | None, "newest check since the server start; null if there is none, or the rig or a "
                                          "calibration has changed since then"),
     updated_at=str, updated_by=str)
@@ -181,8 +181,8 @@ Rigs = page_of("Rigs", Rig)
 # fundamental: predicted by the calibrations, in ideal pixels
 RigPair = response("RigPair", a=str, b=str, agreement=JsonObject | None, fundamental=JsonObject | None,
     matches=JsonObject | None, verdict=RigVerdict | None, notes=list[str], failed=Texts | None)
-RigCheck = response("RigCheck", cameras=list[CameraOfRig], rectangles=JsonObject | None, pairs=list[RigPair],
-    verdict=RigVerdict, missing=described(list[RigTrouble], "cameras that delivered no image"))
+RigCheck = response("RigCheck", cameras=list_of(CameraOfRig), rectangles=JsonObject | None, pairs=list_of(RigPair),
+    verdict=RigVerdict, missing=described(list_of(RigTrouble), "cameras that delivered no image"))
 # where things lie in stitched.jpg of that width
 StitchedView = response("StitchedView", width=int, height=int, px_per_mm=float, overlay=list[JsonObject], corner=Points,
     unseen=JsonObject, cameras=list[JsonObject])
@@ -192,9 +192,9 @@ PublishedCamera = response("PublishedCamera", camera=str, calibration=str, versi
     region=str, camera_id=int, published=bool, exact=bool, loss=JsonObject | None, problem=Texts | None)
 Publishing = response("Publishing", record=PublishingConfig, problem=Texts | None,
     state=Literal["off", "starting", "on-air", "silent", "failing"], said=JsonObject | None,
-    cameras=list[PublishedCamera], interfaces=list[JsonObject])
+    cameras=list_of(PublishedCamera), interfaces=list[JsonObject])
 GeometrySender = response("GeometrySender", id=str, address=str, port=int, source=str, age_s=float, packets=int,
     geometries=int, refused=int, refusal=str | None, skipped=int, geometry_age_s=float | None, sha256=str | None,
     field=JsonObject | None, problem=Texts | None, cameras=list[JsonObject])
 GeometrySenders = response("GeometrySenders", listening=bool, problem=Texts | None, datagrams=int, own=int,
-    items=list[GeometrySender])
+    items=list_of(GeometrySender))

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from app.core.errors import TouchlineError
-from app.core.geometry import inside_picture
+from app.core.geometry import Points, inside_picture
 from app.core.records import Fit
 from app.evaluate.fit.covariance_json import covariance_from_json
 from app.evaluate.fit.uncertainty import expected_error
@@ -16,28 +16,28 @@ from app.models import raw_from_field
 from app.scene.geometry.scene_camera import SceneCamera
 
 
-def carpet_intersection(origin_mm: Sequence[float], direction: Sequence[float]) -> NDArray[np.float64] | None:
+def carpet_intersection(origin_mm: ArrayLike, direction: ArrayLike) -> Points | None:
     """Return where a ray meets the carpet, field mm (2,); None where it points away."""
-    origin, ahead = np.asarray(origin_mm, float), np.asarray(direction, float)
+    origin, ahead = np.asarray(origin_mm, np.float64), np.asarray(direction, np.float64)
     if not (np.isfinite(origin).all() and np.isfinite(ahead).all()) or origin[2] * ahead[2] >= 0:
         return None
     return origin[:2] - ahead[:2] * (origin[2] / ahead[2])
 
 
-def describe_place(place_mm: Sequence[float], cameras: Sequence[SceneCamera]) -> dict[str, Any]:
+def describe_place(place_mm: ArrayLike, cameras: Sequence[SceneCamera]) -> dict[str, Any]:
     """Describe a place as JSON.
 
     {"place_mm", "cameras": [{"key", "pixel", "inside", "hat_pixel", "sigma_mm", "hat_sigma_mm"}, …]}.
 
     null for what a camera does not see or a model does not know.
     """
-    place = np.asarray(place_mm, float)
+    place = np.asarray(place_mm, np.float64)
     return {"place_mm": place.tolist(), "cameras": [_in_camera(place, camera) for camera in cameras]}
 
 
-def _in_camera(place: NDArray[np.float64], camera: SceneCamera) -> dict[str, Any]:
+def _in_camera(place: Points, camera: SceneCamera) -> dict[str, Any]:
     pixel, hat_mm = raw_from_field(camera.model, place), camera.field.hat_height_mm
-    hat = camera.model.project(np.array([*place, hat_mm])) if camera.frustum else np.full(2, np.nan)
+    hat = camera.frustum.model.project(np.array([*place, hat_mm])) if camera.frustum else np.full(2, np.nan)
     return {"key": camera.key, "title": camera.title, "calibration": camera.calibration.id,
             "snapshot": camera.calibration.snapshot, "pixel": pixel.tolist() if np.isfinite(pixel).all() else None,
             "inside": bool(inside_picture(pixel, camera.model.image_size)),
@@ -45,7 +45,7 @@ def _in_camera(place: NDArray[np.float64], camera: SceneCamera) -> dict[str, Any
             "sigma_mm": _sigma(camera, place, 0.0), "hat_sigma_mm": _sigma(camera, place, hat_mm)}
 
 
-def _sigma(camera: SceneCamera, place: NDArray[np.float64], z_mm: float) -> float | None:
+def _sigma(camera: SceneCamera, place: Points, z_mm: float) -> float | None:
     model = camera.model
     covariance = camera.calibration.covariance
     if covariance is None or sensitivity_of(model) is None or (z_mm and camera.frustum is None):

@@ -36,7 +36,8 @@ def carpet(field: Field) -> Mesh:
 
 def paint(field: Field) -> Mesh:
     """Return every line and arc in its true width."""
-    return Mesh.joined([_ribbon(_points(one), one.width_mm) for one in (*field.lines.values(), *field.arcs.values())]
+    shapes: list[Line | Arc] = [*field.lines.values(), *field.arcs.values()]
+    return Mesh.joined([_ribbon(_points(one), one.width_mm) for one in shapes]
                        or [Mesh(np.empty((0, 3)), np.empty((0, 3), int))])
 
 
