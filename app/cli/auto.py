@@ -11,7 +11,7 @@ from app.cli.progress import progress_bar
 from app.core.errors import BadInput, FitFailed
 from app.core.marking_names import marking_names
 from app.core.records import Calibration
-from app.models import RayModel
+from app.models.ray_camera import RayCamera
 from app.models.restored import model_of
 from app.workflows.automatic_request import AutomaticRequest, median_frame
 from app.workflows.calibration import subprogress
@@ -80,7 +80,7 @@ def _summary(found: dict[str, Any], calibration: Calibration, output: Path | Non
 def _height(first: dict[str, Any], report: dict[str, Any], calibration: Calibration) -> str:
     """Say how high the camera hangs, with the 95 % that are known of it; as first found for a model without rays."""
     model = model_of(calibration)
-    if not isinstance(model, RayModel):
+    if not isinstance(model, RayCamera):
         return f"about {first['height_mm'] / 1000:.1f} m"
     known = report.get("covariance") or {"names": ()}
     if "height" not in known["names"]:

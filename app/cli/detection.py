@@ -54,8 +54,9 @@ def detect(
     if drawn is not None:
         view = context_for(frame.size, found.profile, known, mm_per_px, eye_mm).view
         files.write_picture(drawn, draw_over(frame.pixels, found.seen.detections, view))
-    for number, (name, pixels) in enumerate(found.seen.pictures.items(), 1):
-        files.write_picture(stage_pictures / f"{number}-{name}.png", pixels)
+    if stage_pictures is not None:
+        for number, (name, pixels) in enumerate(found.seen.pictures.items(), 1):
+            files.write_picture(stage_pictures / f"{number}-{name}.png", pixels)
     if save_colours is not None:
         text = yaml.safe_dump(found.profile.to_json(), sort_keys=False, allow_unicode=True)
         files.write_bytes(save_colours, text.encode())

@@ -13,7 +13,7 @@ from app.core.errors import BadInput
 from app.core.geometry import Points, as_points
 from app.core.records import Calibration, Frame
 from app.fitting.ray_camera.distortion_prior import DistortionEstimate
-from app.formats import FORMATS
+from app.formats import json_file
 from app.images import ImageDecoder, ImageLimits, encode, frame_from_bytes
 from app.models.intrinsics import Intrinsics
 from app.store.files import write_atomically
@@ -75,11 +75,11 @@ def write_picture(path: Path, pixels: Any) -> None:
 
 
 def read_calibration(path: Path) -> Calibration:
-    return FORMATS["json"].read(read_bytes(path, MAX_JSON_BYTES))
+    return json_file.read(read_bytes(path, MAX_JSON_BYTES))
 
 
 def write_calibration(path: Path, calibration: Calibration) -> None:
-    write_bytes(path, FORMATS["json"].write(calibration))
+    write_bytes(path, json_file.write(calibration))
 
 
 def read_lens_option(path: Path) -> dict[str, Any]:
@@ -92,7 +92,7 @@ def read_lens_option(path: Path) -> dict[str, Any]:
             return {"name": bent.distortion.name, "lens": bent.to_json()}
         lens = Intrinsics.from_json(value.get("lens"))
         return {"name": lens.model, "lens": lens.to_json()}
-    return FORMATS["json"].read(data).lens_option()
+    return json_file.read(data).lens_option()
 
 
 def write_lens(path: Path, found: Mapping[str, Any]) -> None:

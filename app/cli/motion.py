@@ -42,9 +42,9 @@ def motion(
         files.write_picture(drawn, _drawn(rolling.last, found))
     if lens is not None:
         files.write_lens(lens, rolling_request.lens_record(rolling.rolls, rolling.size, kind, note=f"From {film.name}"))
-    if refined is not None:
-        made = rolling_request.lens_record(rolling.rolls, rolling.size, refinable)
-        files.write_calibration(refined, rolling_request.refine(known, made))
+    if refined is not None and refinable is not None:
+        made = rolling_request.lens_record(rolling.rolls, rolling.size, refinable.model_name)
+        files.write_calibration(refined, rolling_request.refine(refinable, made))
     print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
     for path in (lens, refined):
         if path is not None:

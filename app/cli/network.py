@@ -43,14 +43,15 @@ def publish(
 ) -> None:
     """Send field and cameras to the multicast group of the league."""
     known = [replace(files.read_calibration(path), camera=str(path)) for path in calibrations]
-    numbers = dict(zip((one.camera for one in known), camera_id or (), strict=False))
-    approved = {one.camera: one.id for one in known} if approve else {}
+    numbers = dict(zip(map(str, calibrations), camera_id or (), strict=False))
+    approved = {str(path): one.id for path, one in zip(calibrations, known, strict=True)} if approve else {}
     config = PublishingConfig(True, False, group, port, interface, ttl, every or 3.0, limit, None, numbers, approved)
     cameras = published_cameras(known, config)
     for one in cameras:
         if one.problem is not None:
             raise one.problem  # all or nothing: half of a field's cameras is a field that half its robots leave
     packet = geometry_packet(cameras)
+    assert packet is not None  # every camera is sent
     with closing(MulticastSender(config.address)) as sender:
         sender.check()
         for one in cameras:

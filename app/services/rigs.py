@@ -22,8 +22,8 @@ Pictures = Mapping[str, Mapping[str, Any]]
 def checked_definition(services: Services, definition: Mapping[str, Any]) -> dict[str, Any]:
     """Return what is saved: names that exist, each camera once, and rectangles that give a picture."""
     field = services.fields[definition["field"]]
-    cameras = [{"camera": camera, "region": None, "rotate": None} if isinstance(camera, str) else camera
-               for camera in definition["cameras"]]
+    cameras: list[dict[str, Any]] = [{"camera": camera, "region": None, "rotate": None} if isinstance(camera, str)
+                                     else camera for camera in definition["cameras"]]
     if len({camera["camera"] for camera in cameras}) < len(cameras):
         raise BadInput(say("rig.camera-twice", "The rig contains a camera twice."),
                        say("rig.list-once", "List each camera once."), reason="camera-twice")

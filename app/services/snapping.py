@@ -5,7 +5,7 @@ from typing import Any
 
 from app.core.errors import Conflict
 from app.core.field import Field, Region
-from app.core.geometry import as_points
+from app.core.geometry import Points, as_points
 from app.core.records import Frame
 from app.core.statements import say
 from app.evaluate.fit.click_guides import line_hints, snap_along
@@ -24,7 +24,7 @@ def snap_clicks(services: Services, snapshot: str, points: list[list[float]], re
     if fit is not None and feature is not None:
         model, field, region = _fit(services, fit, frame)
         known = line_hints(model, field.feature(feature, region), field, region, clicks, reach_px)
-    return [_json(click, _snap(frame, click, hint)) for click, hint in zip(clicks.tolist(), known, strict=True)]
+    return [_json(click.tolist(), _snap(frame, click, hint)) for click, hint in zip(clicks, known, strict=True)]
 
 
 def points_along(services: Services, snapshot: str, fit: Any, feature: str, count: int,
@@ -36,7 +36,7 @@ def points_along(services: Services, snapshot: str, fit: Any, feature: str, coun
     return [_json(list(one.point), one) for one in snapped]
 
 
-def _snap(frame: Frame, point: list[float], hint: Hint) -> Snapped | Unsnapped:
+def _snap(frame: Frame, point: Points, hint: Hint) -> Snapped | Unsnapped:
     """Snap with what is known of the line, then without: a poor fit must not hide a line that is there."""
     snapped = snap(frame.pixels, point, hint)
     blank = Hint(hint.reach_px)

@@ -32,6 +32,7 @@ from app.fitting.field_lines.refinement import (
     with_brown_conrady,
 )
 from app.fitting.field_lines.search import FINE_STEPS, CameraCandidate, PosePrior, SearchResult, candidate_json, search
+from app.fitting.ray_camera.fit import RayFitter
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, parameters_json
 from app.models.ray_camera import RayCamera
@@ -188,10 +189,10 @@ def _fitted(found: LineAssignment, field: Field, region: Region, size: ImageSize
 
 def _start(state: RayCameraParameters, name: str, region: Region, size: ImageSize) -> dict[str, Any] | None:
     """Return the found camera as parameters of that model; None for a model without such a start."""
-    model_class = MODELS[name]
-    if not issubclass(model_class, RayCamera):
+    model_class, fitter = MODELS[name], FITTERS[name]
+    if not (issubclass(model_class, RayCamera) and issubclass(fitter, RayFitter)):
         return None
-    terms = state.terms if model_class.LENS is state.lens else FITTERS[name].start_terms(float(state.terms[0]))
+    terms = state.terms if model_class.LENS is state.lens else fitter.start_terms(float(state.terms[0]))
     given = replace(state, lens=model_class.LENS, terms=np.asarray(terms, float))
     begin = model_class(**given.parameters(), width_px=100.0, height_px=100.0, n_rectangles_x=1, n_rectangles_y=1,
                         region=region, image_size=size)
@@ -202,8 +203,8 @@ def verify(found: LineAssignment, seen: DetectedLines, field: Field, region: Reg
     """Compare what the camera expects with what the picture shows; independent of the model fitted afterwards."""
     count = len(found.pattern.markings)
     length = np.where(found.expected.clear, found.expected.length_px, 0.0)
-    wanted = np.bincount(found.expected.marking, weights=length, minlength=count)
-    there = np.bincount(found.expected.marking, weights=length * found.hits, minlength=count)
+    wanted, there = (np.asarray(np.bincount(found.expected.marking, weights=px, minlength=count), np.float64)
+                     for px in (length, length * found.hits))
     explained, unexplained = _explained(found, seen, field)
     best, *others = found.searched.candidates
     rival = max((c.value / max(best.value, 1e-9) for c in others if not _twins(best, c, region)), default=0.0)

@@ -24,7 +24,7 @@ from app.evaluate.fit.distortion import distortion_kind, sag_pct
 from app.evaluate.fit.report import report
 from app.evaluate.fit.uncertainty import expected_error, grid_over
 from app.fitting import FITTERS, sensitivity_of
-from app.fitting.border import fit_curve
+from app.fitting.border import Degree, fit_curve
 from app.imaging.correction import CorrectedView, correction_map
 from app.imaging.heat_map import heat_map
 from app.models import CameraModel, RayModel, raw_from_field
@@ -113,7 +113,7 @@ def error_map_image(values: Sequence[Sequence[float | None]], region: Region, ti
                     unit="mm", title=title)
 
 
-def fit_border(points: Points, axis: str, degree: int | str, image_size: ImageSize | None = None) -> dict[str, Any]:
+def fit_border(points: Points, axis: str, degree: Degree, image_size: ImageSize | None = None) -> dict[str, Any]:
     """Fit one border: its curve, residuals and distortion, as plain JSON.
 
     axis: "x_of_y" for a border that runs down the picture, "y_of_x" for one across it. With image_size the curve
@@ -127,10 +127,11 @@ def fit_border(points: Points, axis: str, degree: int | str, image_size: ImageSi
     points = as_points(points, "The border's points").reshape(-1, 2)
     run = 1 if axis == "x_of_y" else 0
     position, value = points[:, run], points[:, 1 - run]
-    ends = (position.min(), position.max()) if len(points) else (0.0, 1.0)
+    ends = (float(position.min()), float(position.max())) if len(points) else (0.0, 1.0)
     span = (-0.5, tuple(image_size)[run] - 0.5) if image_size else (ends[0], max(ends[1], ends[0] + 1))
     fitted = fit_curve(position, value, degree, span, None)
-    drawn = np.linspace(*(span if image_size else ends), CURVE_POINTS)
+    start, end = span if image_size else ends
+    drawn = np.linspace(start, end, CURVE_POINTS)
     between = np.linspace(*ends, CURVE_POINTS)
     inside = np.array(image_size.centre) if image_size else None
     pct = sag_pct(_along(between, fitted.curve(between), run), inside if inside is not None else points[0])
@@ -195,7 +196,7 @@ def overlay(model: CameraModel, field: Field, region: Region, frame: Literal["ra
 
     In raw pixels, or in those of a corrected view.
     """
-    shapes = [("border", name, region.border(name)) for name in BORDERS]
+    shapes: list[tuple[str, str, Line | Arc]] = [("border", name, region.border(name)) for name in BORDERS]
     shapes += [("line", line.name, line) for line in field.lines.values()]
     shapes += [("arc", arc.name, arc) for arc in field.arcs.values()]
     drawn = [(kind, name, shape.sample(_steps(shape))) for kind, name, shape in shapes]

@@ -24,7 +24,7 @@ from app.core.records import Calibration
 from app.core.statements import say, stated
 from app.models.restored import model_of
 from app.vision.colour.automatic import automatic_profile
-from app.vision.colour.learning import BACKGROUND, learn_profile
+from app.vision.colour.learning import BACKGROUND, Box, Click, learn_profile
 from app.vision.colour.separability import colour_health
 from app.vision.stage_pipeline import FrameResult, StageConfig, StagePipeline
 from app.vision.stages import StageContext
@@ -102,9 +102,9 @@ def colour_profile_for(pixels: NDArray[np.uint8], config: StageConfig, profile: 
     return automatic_profile("detected in the image", pixels, tuple(dict.fromkeys([*everywhere, *read_near])))
 
 
-def _read(clicks: Clicks) -> dict[str, list[tuple[float, ...]]]:
+def _read(clicks: Clicks) -> dict[str, list[Click | Box]]:
     """Check clicks and boxes: finite pairs, or fours."""
-    found = {}
+    found: dict[str, list[Click | Box]] = {}
     for colour, places in clicks.items():
         if colour != BACKGROUND and colour not in NAMES:
             raise BadInput(f"Unknown colour: {str(colour)[:40]!r}.",
@@ -114,8 +114,10 @@ def _read(clicks: Clicks) -> dict[str, list[tuple[float, ...]]]:
                                colour=colour, most=MAX_CLICKS),
                            say("detection.sample-form", "Send [x, y] for a point, or [x0, y0, x1, y1] for a box."),
                            reason="bad-clicks")
-        found[colour] = [tuple(as_points(np.reshape(place, (-1, 2)), f"The samples of {colour}").ravel().tolist())
-                         for place in places]
+        samples = found[colour] = []
+        for place in places:
+            x, y, *end = as_points(np.reshape(place, (-1, 2)), f"The samples of {colour}").ravel().tolist()
+            samples.append((x, y, end[0], end[1]) if end else (x, y))
     return found
 
 
@@ -175,7 +177,7 @@ def field_area(view: FieldLocator, field: Field) -> NDArray[np.uint8] | None:
     if not inside.any():
         return None
     cells = cv2.dilate(inside.astype(np.uint8) * 255, np.ones((3, 3), np.uint8))
-    return cv2.resize(cells, (w, h), interpolation=cv2.INTER_NEAREST)
+    return np.asarray(cv2.resize(cells, (w, h), interpolation=cv2.INTER_NEAREST), np.uint8)
 
 
 def detections_image(pixels: NDArray[np.uint8], detections: Detections, view: FieldLocator,

@@ -7,7 +7,7 @@ Import: the reader that recognises the file, then a calibration where the file h
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -67,7 +67,7 @@ def export(calibration: Calibration, format: str, approximate: bool = False,
     """Write the calibration as a file of that format; Conflict where that takes `approximate`."""
     kind = FORMATS[format]
     name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}{kind.suffix}"
-    if not kind.lenses:
+    if kind.read is None or not kind.lenses:
         return ExportedFile(kind.write(calibration, progress), name, kind.media_type)
     camera = export_camera(calibration, kind, approximate, camera_id)
     data = kind.write(calibration, camera)
@@ -102,19 +102,19 @@ def _format(calibration: Calibration, model: Any, name: str) -> dict[str, Any]:
 
 def read_file(data: bytes, name: str = "", camera_id: int | None = None) -> Calibration | CameraFile | Observations:
     """Read a file. The reader is chosen by content, and by name where several recognise the content."""
-    readable = {n: FORMATS[n] for n in FORMATS if FORMATS[n].read}
-    found = [n for n, kind in readable.items() if kind.recognises(data)]
-    named = [n for n, kind in readable.items() if name.lower().endswith(kind.suffix) and (not found or n in found)]
-    chosen = max(named, key=lambda n: len(readable[n].suffix), default=found[0] if found else None)
+    readers = {n: (kind.suffix, kind.recognises, kind.read) for n, kind in FORMATS.items()
+               if kind.recognises is not None and kind.read is not None}
+    found = [n for n, (_, recognises, _) in readers.items() if recognises(data)]
+    named = [n for n, (suffix, _, _) in readers.items() if name.lower().endswith(suffix) and (not found or n in found)]
+    chosen = max(named, key=lambda n: len(readers[n][0]), default=found[0] if found else None)
     if chosen is None:
         if data[:4] == b"PK\x03\x04":
             raise BadInput(say("import.remap-table", "A remap table contains no model and cannot be imported."),
                            say("import.as-json", "Import the calibration as json."), reason="unknown-file")
-        raise BadInput(say("import.unknown-format", "The file format is not supported."), use_one_of(readable),
+        raise BadInput(say("import.unknown-format", "The file format is not supported."), use_one_of(readers),
                        reason="unknown-file")
-    if chosen == "ssl-vision":
-        return readable[chosen].read(data, camera_id)
-    return readable[chosen].read(data)
+    read = readers[chosen][2]
+    return read(data, camera_id) if chosen == "ssl-vision" else read(data)
 
 
 def calibration_from_file(found: CameraFile | Observations, options: ImportOptions,
@@ -139,7 +139,7 @@ def calibration_from_file(found: CameraFile | Observations, options: ImportOptio
     return request.record(request.run())
 
 
-def is_lens(found: Any) -> bool:
+def is_lens(found: object) -> TypeGuard[CameraFile]:
     """Whether a file holds a lens without a pose."""
     return isinstance(found, CameraFile) and found.pose is None
 

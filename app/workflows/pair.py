@@ -94,7 +94,7 @@ class _Matches:
         which = np.arange(count)
         if isinstance(points_a, list) and isinstance(points_b, list) and len(points_b) == count:
             pairs = zip(points_a, points_b, strict=True)
-            which = np.array([i for i, pair in enumerate(pairs) if pair[0] is not None and pair[1] is not None], np.intp)
+            which = np.array([i for i, (p, q) in enumerate(pairs) if p is not None and q is not None], np.intp)
             points_a, points_b = ([points[i] for i in which] for points in (points_a, points_b))
         return cls(*as_matches(points_a, points_b), _heights(z_mm, count)[which], which, count)
 

@@ -9,7 +9,6 @@ Where heights are known they are allowed for as on the raw picture: along the ra
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +16,10 @@ from numpy.typing import NDArray
 from app.core.common_sentences import CALIBRATE_THIS_SIZE, other_image_size
 from app.core.errors import BadInput
 from app.core.field import Field
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points
 from app.core.records import Calibration
 from app.imaging.correction import CorrectedView, correction_map
-from app.models import CameraModel, RayModel
+from app.models import CameraModel, RayModel, field_from_raw
 from app.models.restored import Restored
 from app.vision.colour.learning import mean_light
 from app.vision.stage_pipeline import FrameResult, StageConfig, StagePipeline
@@ -48,7 +47,9 @@ class _RectifiedCamera:
     def field_from_corrected(self, points: Points) -> Points:
         return self.model.field_from_corrected(points)
 
-    def unproject(self, pixels: Points, z_mm: Any) -> Points:
+    def unproject(self, pixels: Points, z_mm: float | Array) -> Points:
+        if not isinstance(self.model, RayModel):
+            return field_from_raw(self.model, self.raw(pixels))
         return self.model.unproject(self.raw(pixels), z_mm)
 
 
@@ -80,9 +81,9 @@ class RectifiedDetector:
         if self._inner is None:
             profile = self._inside.profile
             if profile.light is not None:
-                darker = [(b + 1) / (a + 1) for a, b in zip(mean_light(pixels), mean_light(rectified), strict=True)]
-                light = tuple(float(v * d) for v, d in zip(profile.light, darker, strict=True))
-                profile = replace(profile, light=light)
+                blue, green, red = (float(v * (b + 1) / (a + 1)) for v, a, b in zip(
+                    profile.light, mean_light(pixels), mean_light(rectified), strict=True))
+                profile = replace(profile, light=(blue, green, red))
             self._inner = StagePipeline(self.config, replace(self._inside, profile=profile))
         return self._inner
 

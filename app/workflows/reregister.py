@@ -51,7 +51,7 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
     progress(0.0, DETECTING_FIELD_LINES)
     found = track_lines(opencv.to_grey(frame.pixels), model, field,
                         None if before is None else opencv.to_grey(before.pixels))
-    observations = None if found is None else _observed(found, field, region)
+    observations = () if found is None else _observed(found, field, region)
     if found is None or len(observations) < MIN_LINES:
         raise FitFailed(say("pose.too-few-lines", "Too few field lines were detected near their previous positions."),
                         join(say("pose.uncover-lines", "Uncover the lines and switch the lamps on, then try again."),
@@ -134,7 +134,7 @@ def _summary(calibration: Calibration, before: CameraModel, done: CalibrationRes
                "seen_share": round(found.share, 3), "lines_px": round(off_px, 3),
                "picture_px": round(found.moved_px, 2), "turned_deg": None, "moved_mm": None,
                "verdict": done.report["verdict"]}
-    if isinstance(before, RayModel):
+    if isinstance(before, RayCamera) and isinstance(done.model, RayCamera):
         turn = np.array(done.model.camera_from_field) @ np.array(before.camera_from_field).T
         summary["turned_deg"] = round(float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))), 4)
         summary["moved_mm"] = round(float(np.linalg.norm(np.subtract(done.model.position_mm, before.position_mm))), 1)

@@ -135,7 +135,7 @@ def _evidence(rig: Mapping[str, Any], names: tuple[str, str], both: tuple[Calibr
         if isinstance(heights, np.ndarray):
             heights = heights[complete]
         return OffsetMeasurements.together([from_matches(*models, in_a, in_b, heights)]), "matches", []
-    notes = []
+    notes: list[str] = []
     pixels_a, pixels_b = (pictures.get(name) for name in names)
     if pixels_a is not None and pixels_b is not None and all(
             (pixels.shape[1], pixels.shape[0]) == tuple(calibration.image_size)

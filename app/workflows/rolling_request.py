@@ -56,12 +56,12 @@ def run_motion(spec: Any, progress: Progress) -> dict[str, Any]:
     if spec["make"] != "report":
         progress(FOLLOWING, say("progress.straightening-rolls", "Straightening the rolls"))
         kind, held = spec["lens"], spec["centre_sigma_px"]
-        if spec["make"] == "refined":
-            kind = check_refinable(calibration)
-            held = float(calibration.options.get("centre_sigma_px") or 0.0)
+        refined = check_refinable(calibration) if spec["make"] == "refined" else None
+        if refined is not None:
+            kind, held = refined.model_name, float(refined.options.get("centre_sigma_px") or 0.0)
         lens = lens_record(rolls, size, kind, held, spec["note"], spec["camera"])
-    if spec["make"] == "refined":
-        made = refine(calibration, lens, spec["note"], subprogress(progress, 0.8, 1.0)).to_json()
+        if refined is not None:
+            made = refine(refined, lens, spec["note"], subprogress(progress, 0.8, 1.0)).to_json()
     progress(1.0, PROGRESS_DONE)
     return {"report": report, "lens": lens, "calibration": made}
 
@@ -104,15 +104,17 @@ def stored_rolls_json(stored: Sequence[Mapping[str, Any]], calibration: Calibrat
 
     Only those of the newest one's picture size count; the report is None without any.
     """
-    size = ImageSize.of(stored[-1]["image_size"]) if stored else None
+    if not stored:
+        return {"items": [], "report": None}
+    size = ImageSize.of(stored[-1]["image_size"])
     here = [one for one in stored if ImageSize.of(one["image_size"]) == size and not one["left_out"]]
     model = name = None
     if calibration is not None and calibration.image_size == size:
         model, name = model_of(calibration), calibration.id
-    report = roll_report([roll_from_json(one) for one in here], size, model, name) if stored else None
+    report = roll_report([roll_from_json(one) for one in here], size, model, name)
     by_id: dict[str, dict[str, Any]] = {one["id"]: {"raw": None, "corrected": None} for one in stored}
     for view in ("raw", "corrected"):
-        figures = report[view] if report else None
+        figures = report[view]
         for one in figures.pop("rolls") if figures else ():
             by_id[here[one["number"]]["id"]][view] = one
     items = []
@@ -164,8 +166,8 @@ def lens_record(rolls: Sequence[RecordedRoll], size: ImageSize, kind: str = "aut
                        "sigma": {name: float(np.sqrt(lens.covariance[i, i])) for i, name in enumerate(lens.names)}}}
 
 
-def check_refinable(calibration: Calibration | None) -> str:
-    """Return the name of the calibration's lens; Conflict where rolls cannot refine it."""
+def check_refinable(calibration: Calibration | None) -> Calibration:
+    """Return the calibration; Conflict where there is none or rolls cannot refine it."""
     if calibration is None:
         raise Conflict(say("rolls.nothing-to-refine", "There is no calibration to refine."),
                        say("rolls.select-calibration", "Activate or select a calibration."), reason="not-calibrated")
@@ -182,7 +184,7 @@ def check_refinable(calibration: Calibration | None) -> str:
     if not calibration.observations:
         raise Conflict(say("rolls.no-points", "This calibration was imported and has no points."),
                        say("rolls.calibrate-first", "Calibrate from an image first."), reason="not-refinable")
-    return calibration.model_name
+    return calibration
 
 
 def refine(calibration: Calibration, lens: Mapping[str, Any], note: str = "",

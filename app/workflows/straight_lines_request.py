@@ -34,7 +34,8 @@ class StraightLinesRequest:
         """Return the report, with the pictures' names. One picture is in memory at a time."""
         count = len(pictures)
         self.check_given(count)
-        size, edges, names = self.image_size, [], {}
+        size, edges = self.image_size, []
+        names: dict[str, str] = {}
         for number, (name, read) in enumerate(pictures):
             progress(straight_lines.LOOKING * number / count,
                      say("progress.edges", "Detecting edges in {image} ({number} of {count})",
@@ -50,6 +51,7 @@ class StraightLinesRequest:
                                say("straight.remove-one", "Remove one of them."), reason="same-picture")
             names[frame.sha256] = name
             edges.append(edge_chains(frame.pixels))
+        assert size is not None  # of the first picture, or given: check_given
         found = straight_lines.straightness(edges, self.lines, size, lens=self.lens,
                                             centre_sigma_px=self.centre_sigma_px, progress=progress)
         return {**found, "pictures": list(names.values())}

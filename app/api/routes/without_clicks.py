@@ -106,7 +106,8 @@ class Reregister(Strict):
     """By default images are taken with the camera now."""
 
     snapshot: Name | None = Field(default=None, description="of this camera, instead of current images")
-    frames: Annotated[int, Field(ge=1, le=25)] = Field(default=FRAMES, description="taken now; moving objects are removed")
+    frames: Annotated[int, Field(ge=1, le=25)] = Field(default=FRAMES,
+                                                       description="taken now; moving objects are removed")
     note: Note = "Pose updated"
 
 
