@@ -40,19 +40,19 @@ async def uploaded_file(request: Request, max_bytes: int,
                         names: tuple[str, ...] = TEXTS) -> tuple[bytes, dict[str, str]]:
     """Return the part "file", and the texts of the named parts, "" if missing; under "file" the file's own name."""
     async with request.form(max_files=1, max_fields=len(names) + 2, max_part_size=4096) as form:
-        file, texts = form.get("file"), dict[str, str]()
+        file = form.get("file")
         if not isinstance(file, UploadFile):
             raise BadInput(say("upload.no-file", "No file was sent."), FILE_FIX, reason="no-file")
         for name in form:
             if name not in ("file", *names):
                 raise BadInput("The form has an unknown part.", FILE_FIX, reason="bad-request")
+        texts = {"file": (file.filename or "")[:200]}
         for name in names:
             text = form.get(name, "")
             if not isinstance(text, str):
                 raise BadInput(f"The part {name} is a file.", f"Send {name} as text.", reason="bad-request")
             texts[name] = text
         data = await file.read(max_bytes + 1)
-        texts["file"] = (file.filename or "")[:200]
     if len(data) > max_bytes:
         raise ImageTooLarge(say("upload.too-large", "The file has more than {most_mb:.0f} MB.",
                                 most_mb=max_bytes / 1e6), say("upload.smaller", "Send a smaller image."))

@@ -19,7 +19,7 @@ from app.core.field import Field
 from app.core.geometry import Array, ImageSize, Points
 from app.core.records import Calibration
 from app.imaging.correction import CorrectedView, correction_map
-from app.models import CameraModel, RayModel, field_from_raw
+from app.models import CameraModel, RayModel
 from app.models.restored import Restored
 from app.vision.colour.learning import mean_light
 from app.vision.stage_pipeline import FrameResult, StageConfig, StagePipeline
@@ -49,7 +49,7 @@ class _RectifiedCamera:
 
     def unproject(self, pixels: Points, z_mm: float | Array) -> Points:
         if not isinstance(self.model, RayModel):
-            return field_from_raw(self.model, self.raw(pixels))
+            return np.full_like(pixels, np.nan)  # out of reach
         return self.model.unproject(self.raw(pixels), z_mm)
 
 
@@ -81,7 +81,7 @@ class RectifiedDetector:
         if self._inner is None:
             profile = self._inside.profile
             if profile.light is not None:
-                blue, green, red = (float(v * (b + 1) / (a + 1)) for v, a, b in zip(
+                blue, green, red = (float(v * ((b + 1) / (a + 1))) for v, a, b in zip(
                     profile.light, mean_light(pixels), mean_light(rectified), strict=True))
                 profile = replace(profile, light=(blue, green, red))
             self._inner = StagePipeline(self.config, replace(self._inside, profile=profile))

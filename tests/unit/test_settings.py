@@ -75,6 +75,8 @@ def test_the_environment_can_name_the_file(tmp_path, monkeypatch):
     ("cameras: [{id: ../a, source: x}]", "cameras.0.id"),
     ("a: [1", "not valid YAML"),
     ("- 1", "contains no settings"),
+    ("8000: port", "8000"),
+    ("null: port", "None"),
     ("data: !!python/object/apply:os.getcwd []", "not valid YAML"),
 ])
 def test_a_mistake_in_the_file_is_named(tmp_path, text, said):
