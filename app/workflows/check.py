@@ -5,12 +5,11 @@ from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core import opencv
 from app.core.common_sentences import CALIBRATE_AGAIN_FOR_SIZE, DETECTING_FIELD_LINES, other_image_size
 from app.core.errors import Conflict
-from app.core.geometry import ImageSize
+from app.core.geometry import ImageSize, Pixels
 from app.core.json_values import number
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration
@@ -25,7 +24,6 @@ from app.workflows.automatic_request import median_frame
 from app.workflows.calibration import subprogress
 from app.workflows.job_pictures import job_pictures
 
-Pixels = NDArray[np.uint8]
 MAX_DRAWN = 400
 LONG = 0.05  # of the diagonal: a laid line, not a scratch
 ON_LINE_PX = 8.0

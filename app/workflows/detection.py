@@ -11,14 +11,13 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.colour_profile import NAMES, ColourProfile
 from app.core.detections import Detections
 from app.core.errors import BadInput, Conflict
 from app.core.field import Field
 from app.core.field_json import field_from_json
-from app.core.geometry import ImageSize, as_points
+from app.core.geometry import ImageSize, Pixels, as_points
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration
 from app.core.statements import say, stated
@@ -55,7 +54,7 @@ class DetectionResult:
             "health": [health.to_json() for health in colour_health(self.profile)]})
 
 
-def detect(pixels: NDArray[np.uint8], config: StageConfig, *, calibration: Calibration | None = None,
+def detect(pixels: Pixels, config: StageConfig, *, calibration: Calibration | None = None,
            profile: ColourProfile | None = None, clicks: Clicks | None = None, mm_per_px: float | None = None,
            eye_mm: tuple[float, float, float] | None = None, pictures: Collection[str] = (),
            progress: Progress = no_progress) -> DetectionResult:
@@ -90,7 +89,7 @@ def detect(pixels: NDArray[np.uint8], config: StageConfig, *, calibration: Calib
     return DetectionResult(pipeline.process(pixels, clock=time.perf_counter, pictures=pictures), config, profile)
 
 
-def colour_profile_for(pixels: NDArray[np.uint8], config: StageConfig, profile: ColourProfile | None = None,
+def colour_profile_for(pixels: Pixels, config: StageConfig, profile: ColourProfile | None = None,
                        clicks: Clicks | None = None) -> ColourProfile:
     """Return a profile, with clicks in this picture added; without both it is detected in the image."""
     if clicks:
@@ -164,7 +163,7 @@ def _each_way(sigma: Mapping[str, Any]) -> float:
     return float(np.clip((sigma.get("median") or 0.0) / np.sqrt(2), 0, 500))
 
 
-def field_area(view: FieldLocator, field: Field) -> NDArray[np.uint8] | None:
+def field_area(view: FieldLocator, field: Field) -> Pixels | None:
     """Return a mask (height, width), 255 where the field is or a robot on it; None where the model cannot tell."""
     w, h = view.image_size
     columns, rows = max(2, -(-w // _GRID_PX)), max(2, -(-h // _GRID_PX))
@@ -180,8 +179,8 @@ def field_area(view: FieldLocator, field: Field) -> NDArray[np.uint8] | None:
     return np.asarray(cv2.resize(cells, (w, h), interpolation=cv2.INTER_NEAREST), np.uint8)
 
 
-def detections_image(pixels: NDArray[np.uint8], detections: Detections, view: FieldLocator,
-                     robot_mm: float = 90.0) -> NDArray[np.uint8]:
+def detections_image(pixels: Pixels, detections: Detections, view: FieldLocator,
+                     robot_mm: float = 90.0) -> Pixels:
     """Draw a ring around each thing, and each robot's front and number."""
     picture = pixels.copy()
     for item in detections.items:

@@ -11,12 +11,11 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.common_sentences import CALIBRATE_THIS_SIZE, other_image_size
 from app.core.errors import BadInput
 from app.core.field import Field
-from app.core.geometry import Array, ImageSize, Points
+from app.core.geometry import Array, ImageSize, Pixels, Points
 from app.core.records import Calibration
 from app.imaging.correction import CorrectedView, correction_map
 from app.models import CameraModel, RayModel
@@ -60,7 +59,7 @@ class RectifiedDetector:
     """
 
     def __init__(self, config: StageConfig, context: StageContext, calibration: Calibration, beside_mm: float,
-                 on_field: Callable[[FieldLocator, Field], NDArray[np.uint8] | None]) -> None:
+                 on_field: Callable[[FieldLocator, Field], Pixels | None]) -> None:
         self.config, self.context = config, context
         model, field, region = Restored.of(calibration)
         margin_px = round(beside_mm * model.corrected_size.width / region.width_mm)
@@ -76,7 +75,7 @@ class RectifiedDetector:
         self._inside = replace(context, image_size=self._straight.image_size, view=view, within=on_field(view, field))
         self._inner: StagePipeline | None = None
 
-    def _pipeline(self, pixels: NDArray[np.uint8], rectified: NDArray[np.uint8]) -> StagePipeline:
+    def _pipeline(self, pixels: Pixels, rectified: Pixels) -> StagePipeline:
         """Return the pipeline, made at the first frame, which shows how much darker a corrected picture is."""
         if self._inner is None:
             profile = self._inside.profile
@@ -87,7 +86,7 @@ class RectifiedDetector:
             self._inner = StagePipeline(self.config, replace(self._inside, profile=profile))
         return self._inner
 
-    def process(self, pixels: NDArray[np.uint8], *, clock: Callable[[], float] | None = None,
+    def process(self, pixels: Pixels, *, clock: Callable[[], float] | None = None,
                 pictures: Collection[str] = (), camera: str | None = None, frame: int | None = None,
                 time_s: float | None = None) -> FrameResult:
         """As StagePipeline.process; the stages' pictures are corrected ones."""

@@ -10,13 +10,12 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.common_sentences import CALIBRATE_AGAIN_FOR_SIZE, camera_not_calibrated
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field_changes import FIELD_CHANGED_FIX, changes_in_words, field_changes
 from app.core.field_json import field_from_json
-from app.core.geometry import ImageSize
+from app.core.geometry import ImageSize, Pixels
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
 from app.core.statements import Sentence, join, say, stated
@@ -35,7 +34,6 @@ from app.store.files import read_checked
 from app.workflows.calibration import subprogress
 from app.workflows.pair import evaluate_pair, ray_cameras
 
-Pixels = NDArray[np.uint8]
 READING = 0.2  # of a check with pictures
 MIN_MEASURES = 6  # measures in pictures: fewer are chance
 MAX_CAMERAS = 16

@@ -85,8 +85,7 @@ async def learn_colours(services: ServicesDep, id: Id, body: LearnBody) -> Json:
     picture = body.snapshot or (await take_frame(services.live.get(id))).png
 
     def learn() -> dict[str, Any]:
-        frame = (services.frame(picture) if isinstance(picture, str) else
-                 services.decoder.frame_from_bytes(picture))
+        frame = services.frame(picture) if isinstance(picture, str) else services.decoder.frame_from_bytes(picture)
         profile = learn_profile(frame, StageConfig.from_json(settings["plan"]), base, body.clicks, body.automatic)
         return stated({"profile": profile.to_json(), "health": health_json(profile.to_json()),
                        "notes": list(profile.notes)})
