@@ -107,7 +107,7 @@ def as_triple(value: Iterable[Any]) -> tuple[float, float, float]:
     return float(a), float(b), float(c)
 
 
-def inside_picture(raw: Points, size: ImageSize, margin_px: float | Array = -0.5) -> Mask:
+def inside_picture(raw: Points | NDArray[np.float32], size: ImageSize, margin_px: float | Array = -0.5) -> Mask:
     """(...,) whether raw px (..., 2) lie in a picture, at least margin_px from its outermost pixels' centres."""
     with np.errstate(invalid="ignore"):
         return np.all((raw >= margin_px) & (raw <= np.array(tuple(size)) - 1 - margin_px), axis=-1)

@@ -12,7 +12,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.processes.framing import FIRST_KIND, START, Connection, encode_body
 from app.processes.limits import limit
@@ -32,19 +31,14 @@ def main(connection: Connection, arguments: dict[str, Any]) -> None:
         width, height, wall_s = REQUEST.unpack_from(body)
         # The caller kills a slow child; this alarm ends one whose caller has been killed itself.
         signal.setitimer(signal.ITIMER_REAL, wall_s + 1.0)
-        status, pixels = decode(body, width, height)
+        status, answer = decode(body, width, height)
         del body
         signal.setitimer(signal.ITIMER_REAL, 0)
-        parts = ()
-        if status == DECODED:
-            parts = (memoryview(pixels).cast("B"),)
-        elif status == OTHER_SIZE:
-            parts = (SIZE.pack(pixels.shape[1], pixels.shape[0]),)
-        connection.send(status, 0, *parts)
-        del pixels, parts  # or they would lie beside the next one
+        connection.send(status, 0, answer)
+        del answer  # or it would lie beside the next one
 
 
-def _decoder() -> Callable[[bytearray, int, int], tuple[int, NDArray[np.uint8] | None]]:
+def _decoder() -> Callable[[bytearray, int, int], tuple[int, bytes | memoryview]]:
     for log in ("utils", ""):
         with contextlib.suppress(AttributeError):
             getattr(cv2, log, cv2).setLogLevel(0)
@@ -52,17 +46,17 @@ def _decoder() -> Callable[[bytearray, int, int], tuple[int, NDArray[np.uint8] |
     for suffix in (".png", ".jpg", ".bmp", ".webp"):  # warm: codecs allocate on first use
         cv2.imdecode(cv2.imencode(suffix, np.zeros((16, 16, 3), np.uint8))[1], flags)
 
-    def decode(body: bytearray, width: int, height: int) -> tuple[int, NDArray[np.uint8] | None]:
+    def decode(body: bytearray, width: int, height: int) -> tuple[int, bytes | memoryview]:
         try:
             pixels = cv2.imdecode(np.frombuffer(body, np.uint8, offset=REQUEST.size), flags)
         except MemoryError:
-            return OUT_OF_MEMORY, None
+            return OUT_OF_MEMORY, b""
         except cv2.error as error:
-            return (OUT_OF_MEMORY if error.code == cv2.Error.StsNoMem else UNDECODABLE), None
+            return (OUT_OF_MEMORY if error.code == cv2.Error.StsNoMem else UNDECODABLE), b""
         if pixels is None:
-            return UNDECODABLE, None
+            return UNDECODABLE, b""
         if pixels.shape != (height, width, 3) or pixels.dtype != np.uint8:
-            return OTHER_SIZE, pixels
-        return DECODED, np.ascontiguousarray(pixels)
+            return OTHER_SIZE, SIZE.pack(pixels.shape[1], pixels.shape[0])
+        return DECODED, np.ascontiguousarray(pixels).data.cast("B")
 
     return decode

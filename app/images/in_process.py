@@ -36,4 +36,4 @@ def _decoded(data: bytes, declared: DeclaredImage) -> Frame:
     if pixels.shape != (declared.height, declared.width, 3):
         raise declared.other_size(pixels.shape[1], pixels.shape[0])
     pixels.setflags(write=False)
-    return Frame(pixels, sha256(data).hexdigest())
+    return Frame(np.asarray(pixels, np.uint8), sha256(data).hexdigest())

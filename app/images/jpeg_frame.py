@@ -21,6 +21,10 @@ HEAD_BYTES = 65_536  # in which tables and notes stand, before the pixels
 class JpegFrame(Frame):
     """A screened JPEG. pixels and reduced() raise BadImage where it cannot be decoded; any thread may ask."""
 
+    _declared: DeclaredImage
+    _lock: threading.Lock
+    _decoded: NDArray[np.uint8] | None
+
     def __init__(self, jpeg: bytes, declared: DeclaredImage) -> None:
         self.__dict__.update(jpeg=jpeg[:declared.length], _declared=declared, _lock=threading.Lock(), _decoded=None)
 
@@ -31,9 +35,9 @@ class JpegFrame(Frame):
     @property
     def pixels(self) -> NDArray[np.uint8]:
         with self._lock:  # two who want them at once decode once
-            if self._decoded is None:
-                self.__dict__["_decoded"] = self._decode(cv2.IMREAD_COLOR, *self.size)
-        return self._decoded
+            if (pixels := self._decoded) is None:
+                pixels = self.__dict__["_decoded"] = self._decode(cv2.IMREAD_COLOR, *self.size)
+        return pixels
 
     @property
     def is_plain(self) -> bool:
@@ -58,4 +62,4 @@ class JpegFrame(Frame):
         if pixels.shape != (height, width, 3):
             raise self._declared.other_size(pixels.shape[1], pixels.shape[0])
         pixels.setflags(write=False)
-        return pixels
+        return np.asarray(pixels, np.uint8)

@@ -58,7 +58,7 @@ def _canvas(body: memoryview) -> tuple[int, int]:
 
 def _lossy(body: memoryview) -> tuple[int, int]:
     key_frame = len(body) >= 10 and not body[0] & 1
-    if not key_frame or body[3:6] != b"\x9d\x01\x2a":
+    if not key_frame or bytes(body[3:6]) != b"\x9d\x01\x2a":
         raise damaged(NO_PIXEL_HEADER)
     width, height = struct.unpack_from("<HH", body, 6)
     return width & 0x3FFF, height & 0x3FFF  # the two bits above are a display scale

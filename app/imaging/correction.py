@@ -76,14 +76,15 @@ class CorrectionMap:
         return self._remap(pixels, cv2.INTER_CUBIC)
 
     def _remap(self, pixels: NDArray[np.uint8], interpolation: int) -> NDArray[np.uint8]:
-        return cv2.remap(pixels, *self._fixed, interpolation, borderMode=cv2.BORDER_CONSTANT, borderValue=BORDER_BGR)
+        return np.asarray(cv2.remap(pixels, *self._fixed, interpolation, borderMode=cv2.BORDER_CONSTANT,
+                                    borderValue=BORDER_BGR), np.uint8)
 
     @cached_property
     def _fixed(self) -> tuple[NDArray, NDArray]:
         """OpenCV's quicker pair of maps: int16 places and an index into 32 × 32 weights; NaN becomes outside."""
-        outside = np.float32(-30_000)  # fits int16, and no picture begins there
-        maps = [np.clip(np.nan_to_num(m, nan=outside), outside, -outside) for m in (self.raw_x, self.raw_y)]
-        return cv2.convertMaps(*maps, dstmap1type=cv2.CV_16SC2)
+        outside = -30_000.0  # fits int16, and no picture begins there
+        x, y = (np.clip(np.nan_to_num(m, nan=outside), outside, -outside) for m in (self.raw_x, self.raw_y))
+        return cv2.convertMaps(x, y, cv2.CV_16SC2)
 
 
 def correction_map(model: Rectification, view: CorrectedView = CorrectedView(),

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import BadInput, FitFailed
-from app.core.field import Arc, Field, Region
-from app.core.geometry import ImageSize, Points, inside_picture
+from app.core.field import Arc, Field, Line, Region
+from app.core.geometry import Array, ImageSize, Points, inside_picture
 from app.core.progress import Progress, no_progress
 from app.imaging.correction import BLOCK_PX, BORDER_BGR, CorrectionMap
 from app.models import CameraModel, model_from_json, raw_from_field
@@ -70,7 +70,7 @@ class FieldView:
 
     def overlay(self) -> list[dict[str, Any]]:
         """All that is painted, as polylines in view pixels."""
-        shapes = [*self.field.lines.values(), *self.field.arcs.values()]
+        shapes: list[Line | Arc] = [*self.field.lines.values(), *self.field.arcs.values()]
         return [{"feature": shape.name, "kind": "arc" if isinstance(shape, Arc) else "line",
                  "points": self.view_from_field(shape.sample(65 if isinstance(shape, Arc) else 2)).tolist()}
                 for shape in shapes]
@@ -120,7 +120,7 @@ class Stitcher:
                 raws[number, rows] = _raw(model, view, rows)
             weights[:, rows] = _shares(np.stack([_weight(raw[rows], size_raw, region, view, rows) for raw, (
                 _, size_raw, region) in zip(raws, cameras, strict=True)]))
-        unseen = ~weights.any(axis=0)
+        unseen = ~np.any(weights, axis=0)
         background = np.full((size.height, size.width, 3), BORDER_BGR, np.uint8)
         hatched = np.add.outer(np.arange(size.height), np.arange(size.width)) % HATCH_PX < 2
         background[unseen & hatched] = HATCH_BGR
@@ -153,7 +153,7 @@ class Stitcher:
                 blended += cv2.multiply(_whole(corrected).take(part.seam).view(np.uint8).reshape(-1, 3), part.weight,
                                         dtype=cv2.CV_32F)
         if len(self.seam):
-            np.put(_whole(out), self.seam, _whole(cv2.convertScaleAbs(blended)))
+            np.put(_whole(out), self.seam, _whole(np.asarray(cv2.convertScaleAbs(blended), np.uint8)))
         return out
 
     def unseen_summary(self) -> dict[str, Any]:
@@ -185,7 +185,7 @@ def _raw(model: CameraModel, view: FieldView, rows: slice) -> Points:
     return raw_from_field(model, view.field_from_view(np.stack(np.meshgrid(x, y), axis=-1)))
 
 
-def _weight(raw: Points, size: ImageSize, region: Region, view: FieldView, rows: slice) -> NDArray[np.float64]:
+def _weight(raw: NDArray[np.float32], size: ImageSize, region: Region, view: FieldView, rows: slice) -> Array:
     """0 where the camera shows nothing, 1 well inside its picture and its region."""
     with np.errstate(invalid="ignore"):
         edge = np.minimum(raw, np.array(tuple(size)) - 1 - raw).min(axis=-1)
@@ -197,7 +197,7 @@ def _weight(raw: Points, size: ImageSize, region: Region, view: FieldView, rows:
     return ramp * np.clip((into + FEATHER_MM) / (2 * FEATHER_MM), FILL_WEIGHT, 1)
 
 
-def _shares(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+def _shares(weights: Array) -> Array:
     """Each camera's share of each pixel, one in all where any shows it; what is next to nothing or all is that."""
     total = weights.sum(axis=0)
     shares = weights / np.where(total > 0, total, 1)
@@ -214,7 +214,8 @@ def _into(at: NDArray, span: tuple[float, float], side_mm: float) -> NDArray:
     return np.minimum(low, high)
 
 
-def _part(raw: Points, weight: NDArray[np.float32], seam: NDArray[np.int64], size: ImageSize) -> CameraPart | None:
+def _part(raw: NDArray[np.float32], weight: NDArray[np.float32], seam: NDArray[np.int64],
+          size: ImageSize) -> CameraPart | None:
     shown = weight > 0
     if not shown.any():
         return None

@@ -12,7 +12,7 @@ import struct
 import threading
 import time
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, overload
 
 HEADER = struct.Struct("<BII")
 LENGTH = struct.Struct("<I")
@@ -72,6 +72,10 @@ class Connection:
             for part in parts:
                 self._socket.sendall(part)
 
+    @overload
+    def receive(self) -> Message: ...
+    @overload
+    def receive(self, timeout_s: float | None) -> Message | None: ...
     def receive(self, timeout_s: float | None = None) -> Message | None:
         """Return the next message; None where it is not whole in time: the next call goes on with what has come.
 

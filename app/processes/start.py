@@ -36,8 +36,9 @@ def start(program: Program) -> tuple[subprocess.Popen[bytes], socket.socket]:
     try:
         with theirs:
             # A session of its own: an operator's Ctrl-C is for the server, which then ends its children.
-            return subprocess.Popen([sys.executable, "-P", str(CHILD_MAIN), start_up], env=environment, stdin=theirs,
-                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True), ours
+            return subprocess.Popen([sys.executable, "-P", str(CHILD_MAIN), start_up], env=environment,
+                                    stdin=theirs.fileno(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                    start_new_session=True), ours
     except OSError:
         ours.close()
         raise

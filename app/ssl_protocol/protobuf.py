@@ -15,11 +15,14 @@ import math
 import struct
 from collections.abc import Iterator
 from dataclasses import MISSING, field, fields
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.core.errors import BadInput
 
-Message = TypeVar("Message")
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Message = TypeVar("Message", bound="DataclassInstance")
 
 MAX_BYTES = 65_507  # what one UDP datagram carries
 MAX_REPEATED = 1000  # of one field; the richest league field has 60 lines
@@ -82,9 +85,10 @@ def _message(kind: type[Message], data: memoryview) -> Message:
     return kind(**{name: tuple(v) if isinstance(v, list) else v for name, v in found.items()})
 
 
-def _walk(data: memoryview) -> Iterator[tuple[int, int, Any]]:
-    """(field number, wire type, int or bytes) one after another."""
+def _walk(data: memoryview) -> Iterator[tuple[int, int, int | memoryview]]:
+    """(field number, wire type, value) one after another."""
     at = 0
+    value: int | memoryview
     while at < len(data):
         tag, at = _varint(data, at)
         number, wire_type = tag >> 3, tag & 7
