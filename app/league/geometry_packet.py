@@ -106,7 +106,7 @@ def published_cameras(calibrations: Sequence[Calibration], config: PublishingCon
     fields: as they are now; a calibration made when its field was otherwise is not sent.
     """
     name = _field(calibrations, config)
-    field = fields[name].to_json() if name in fields else None
+    field = fields[name].to_json() if name is not None and name in fields else None
     cameras: list[PublishedCamera] = []
     for calibration in calibrations:
         made = encode_camera(calibration)
@@ -114,18 +114,19 @@ def published_cameras(calibrations: Sequence[Calibration], config: PublishingCon
             cameras.append(PublishedCamera(calibration, config.numbers.get(calibration.camera or "", 0), None, made))
             continue
         one = PublishedCamera(calibration, config.numbers.get(calibration.camera or "", made.sent.camera_id), made)
-        cameras.append(replace(one, problem=_problem(one, cameras, config, name, field)))
+        worst_mm = made.loss.worst_at_any_height_mm
+        cameras.append(replace(one, problem=_problem(one, worst_mm, cameras, config, name, field)))
     return tuple(cameras)
 
 
 def geometry_packet(candidates: Iterable[PublishedCamera], fields: Mapping[str, Field] = NO_FIELDS) -> bytes | None:
     """Encode all cameras that are sent, with their field as it is now; None where there is none."""
-    cameras = [one for one in candidates if one.sent is not None]
+    cameras = [(one.calibration, sent) for one in candidates if (sent := one.sent) is not None]
     if not cameras:
         return None
-    newest = max(cameras, key=lambda one: one.calibration.created_at).calibration.field
+    newest = max((calibration for calibration, _ in cameras), key=lambda one: one.created_at).field
     field = fields[newest["name"]] if newest["name"] in fields else field_from_json(newest)
-    geometry = Geometry(field_to_wire(field), tuple(one.sent for one in cameras))
+    geometry = Geometry(field_to_wire(field), tuple(sent for _, sent in cameras))
     return encode(WrapperPacket(geometry=geometry, source=int(Sender.OTHER)))
 
 
@@ -137,10 +138,10 @@ def _field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str
     return max(names, key=lambda name: names[name], default=None)
 
 
-def _problem(one: PublishedCamera, before: Iterable[PublishedCamera], config: PublishingConfig,
+def _problem(one: PublishedCamera, worst_mm: float, before: Iterable[PublishedCamera], config: PublishingConfig,
              field_name: str | None, field: Mapping[str, Any] | None) -> TouchlineError | None:
     """Return why an encoded camera is left out; None where it is sent."""
-    name, worst = one.name, one.wire.loss.worst_at_any_height_mm
+    name = one.name
     if one.calibration.field["name"] != field_name:
         return Conflict(say("publishing.other-field", "{camera} covers the field {covered}, but a packet has one "
                             "field: {field}.", camera=name, covered=one.calibration.field["name"], field=field_name),
@@ -156,14 +157,14 @@ def _problem(one: PublishedCamera, before: Iterable[PublishedCamera], config: Pu
                             camera=name, other=twin.name, number=one.number),
                         say("publishing.another-number", "Give {camera} another number.", camera=name),
                         reason="number-taken")
-    if not math.isfinite(worst):
+    if not math.isfinite(worst_mm):
         return Conflict(say("publishing.area-not-covered", "The SSL lens model does not cover the whole area of "
                             "{camera}.", camera=name),
                         say("publishing.fit-ssl-model", "Fit the SSL lens model to the same points, and activate the "
                             "new version."), reason="loss-unlimited")
-    if worst > config.limit_mm and config.approved.get(name) != one.calibration.id:
+    if worst_mm > config.limit_mm and config.approved.get(name) != one.calibration.id:
         return Conflict(say("publishing.above-limit", "The largest error of the SSL lens model for {camera} is "
-                            "{mm:.1f} mm; the limit is {limit_mm:g} mm.", camera=name, mm=worst,
+                            "{mm:.1f} mm; the limit is {limit_mm:g} mm.", camera=name, mm=worst_mm,
                             limit_mm=config.limit_mm),
                         say("publishing.fit-ssl-model-or-publish", "Fit the SSL lens model to the same points and "
                             "activate the new version, or publish anyway."), reason="loss-above-limit")

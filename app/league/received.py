@@ -51,8 +51,8 @@ def contradictions(publishers: Iterable[RemotePublisher], ours: Iterable[Publish
 
 def _current_cameras(publisher: RemotePublisher) -> tuple[CameraCalibration, ...]:
     """Return the cameras of geometry that is not stale."""
-    stale = publisher.geometry is None or time.monotonic() - publisher.geometry_s > STALE_S
-    return () if stale else publisher.geometry.calib
+    geometry = publisher.geometry
+    return () if geometry is None or time.monotonic() - publisher.geometry_s > STALE_S else geometry.calib
 
 
 def source_name(source: int) -> str:
@@ -61,21 +61,23 @@ def source_name(source: int) -> str:
 
 
 def _camera(sent: CameraCalibration, field: Field, ours: PublishedCamera | None) -> dict[str, Any]:
-    found: dict[str, Any] = {"camera_id": sent.camera_id, "image_size": None, "position_mm": None,
+    found = {"camera_id": sent.camera_id, "image_size": None, "position_mm": None,
                              "focal_px": sent.focal_length, "distortion": sent.distortion, "problem": None,
                              "ours": None if ours is None else ours.name,
-                             "contradicts": ours is not None and not _same(ours.sent, sent)}
+                             "contradicts": ours is not None and ours.sent is not None and not _same(ours.sent, sent)}
     try:
         file = camera_from_wire(sent, field)
     except TouchlineError as error:
         return {**found, "problem": error.to_json()}
-    found["position_mm"] = [round(value, 1) for value in file.pose.position_mm]
-    found["image_size"] = None if file.image_size is None else list(file.image_size)
-    return found
+    return {**found, "position_mm": None if file.pose is None else [round(value, 1) for value in file.pose.position_mm],
+            "image_size": None if file.image_size is None else list(file.image_size)}
 
 
 def _same(ours: CameraCalibration, theirs: CameraCalibration) -> bool:
     """Tell whether they only repeat ours: vision software that took our calibration over sends it on."""
-    bare = {"derived_camera_world_tx": None, "derived_camera_world_ty": None, "derived_camera_world_tz": None,
-            "pixel_image_width": None, "pixel_image_height": None}
-    return replace(decode(CameraCalibration, encode(ours)), **bare) == replace(theirs, **bare)
+    return _bare(decode(CameraCalibration, encode(ours))) == _bare(theirs)
+
+
+def _bare(sent: CameraCalibration) -> CameraCalibration:
+    return replace(sent, derived_camera_world_tx=None, derived_camera_world_ty=None, derived_camera_world_tz=None,
+                   pixel_image_width=None, pixel_image_height=None)
