@@ -195,9 +195,9 @@ class LiveCamera:
             self._streams.publish(message.number, message.body, asyncio.get_running_loop().time())
         elif message.kind == messages.DETECTIONS:
             self.detections.receive(message.body)
-        elif message.kind == messages.STATUS:
-            self.detections.update_status(self._supervisor.status.values)
-            self._log_failures(self._supervisor.status.values["failures"])
+        elif message.kind == messages.STATUS and (process := self._supervisor.status) is not None:
+            self.detections.update_status(process.values)
+            self._log_failures(process.values["failures"])
             if self.calibration is not None and self._confirmed is None and self.identity is not None:
                 self._confirmed = self.identity
                 self._trust(self.calibration, self.identity)
@@ -221,7 +221,7 @@ class LiveCamera:
 
     def _send_calibration(self) -> None:
         self._applied = self._may_apply()
-        calibration = self.calibration.to_json() if self._applied else None
+        calibration = self.calibration.to_json() if self.calibration is not None and self._applied else None
         self._supervisor.send(messages.CALIBRATE, {"calibration": calibration, "picture": self._picture})
 
     def _send_detections(self) -> None:

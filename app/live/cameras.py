@@ -71,7 +71,7 @@ class LiveCameras:
 
     def _show(self, camera: LiveCamera) -> None:
         calibration, confirmed = self.calibration(camera.id)
-        camera.show(calibration, confirmed, calibration and self.picture(calibration))
+        camera.show(calibration, confirmed, None if calibration is None else self.picture(calibration))
         camera.detections.follow(self.detections(camera.id))
 
     async def forget(self, id: str) -> None:

@@ -51,7 +51,8 @@ class FrameCapture:
         self._newest: CapturedFrame | None = None
         self._seq = 0
         self._moments: deque[float] = deque(maxlen=RATE_FRAMES + 1)
-        self._state, self._problem = "connecting", None
+        self._state = "connecting"
+        self._problem: dict[str, Any] | None = None
         self._since = time.monotonic()
         self._identity: dict[str, Any] | None = None
         self._reopened = 0
@@ -160,7 +161,7 @@ class FrameCapture:
         try:
             with self._changed:
                 self._identity, self._reopened = asdict(source.identity()), self._reopened + 1
-                self._can_rest = getattr(source, "CAN_REST", False)
+                self._can_rest = source.CAN_REST
                 self._wake()
             while True:
                 begun = time.monotonic()

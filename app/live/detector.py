@@ -29,6 +29,7 @@ from app.live.stream_spec import StreamSpec
 from app.processes.framing import encode_body
 from app.vision.stage_pipeline import FrameResult, StageConfig, StagePipeline
 from app.workflows.detection import colour_profile_for, pipeline_for
+from app.workflows.rectified_detection import RectifiedDetector
 
 IDLE_S = 0.5
 RETRY_S = 1.0  # after a picture that could not be processed
@@ -42,10 +43,10 @@ NO_POSITIONS = say("note.no-positions", "This camera has no active calibration. 
 class DetectorState:
     """The stages as they are set up now, and for what."""
 
-    key: tuple[Any, ...] = ()
-    pipeline: StagePipeline | None = None
-    calibration: Calibration | None = None
-    notes: tuple[str, ...] = ()
+    key: tuple[Any, ...]
+    pipeline: StagePipeline | RectifiedDetector
+    calibration: Calibration | None
+    notes: tuple[str, ...]
 
 
 class LiveDetector:
@@ -58,7 +59,7 @@ class LiveDetector:
         self._request: Mapping[str, Any] | None = None
         self._calibration: AppliedCalibration | None = None
         self._streams: dict[int, tuple[StreamSpec, float]] = {}
-        self._state = DetectorState()
+        self._state: DetectorState | None = None
         self._moments: deque[float] = deque(maxlen=RATE_FRAMES + 1)
         self.status: dict[str, Any] = {"learned": None}
 
@@ -101,7 +102,7 @@ class LiveDetector:
                     what = type(error).__name__
                     self._failures.add(say("camera-failure.detection", "Object detection failed"), error)
                 self._send_result(taken, request, None, (f"Object detection failed for this image: {what}",))
-                self._state = DetectorState()
+                self._state = None
                 self._changed.wait(RETRY_S)
                 self._changed.clear()
 
@@ -122,20 +123,20 @@ class LiveDetector:
         size, applied = taken.frame.size, self._calibration
         calibration = applied.record if applied is not None and applied.record.image_size == size else None
         key = (request["plan"], request["profile"], calibration.id if calibration else None, size, request["extent_mm"])
-        if key != self._state.key:
+        if (state := self._state) is None or key != state.key:
             plan, given = StageConfig.from_json(request["plan"]), request["profile"]
             profile = ColourProfile.from_json(given) if given else colour_profile_for(taken.frame.pixels, plan)
             notes = (*profile.notes, *(() if calibration else (NO_POSITIONS,)))
             scale = None if calibration else request["extent_mm"] / (size.width**2 + size.height**2) ** 0.5
-            self._state = DetectorState(key, pipeline_for(plan, size, profile, calibration, scale), calibration,
-                                        notes)
+            state = self._state = DetectorState(key, pipeline_for(plan, size, profile, calibration, scale), calibration,
+                                                notes)
             self._moments.clear()
             self.status = {"learned": None if given else replace(profile, name="found").to_json()}
-        return self._state
+        return state
 
     def _send_result(self, taken: CapturedFrame, request: Mapping[str, Any], result: FrameResult | None,
                      notes: tuple[str, ...]) -> None:
-        calibration = self._state.calibration
+        calibration = None if self._state is None else self._state.calibration
         head = detection_json(result, taken.seq, taken.time, taken.frame.size, calibration, notes, self._fps())
         packet = b""
         if request["publish"] and result is not None and calibration is not None:

@@ -18,7 +18,7 @@ from app.evaluate.drift.alarm import DriftWatch
 from app.evaluate.drift.check_verdict import verdict_in
 from app.evaluate.drift.monitor import DriftReference, DriftSample
 from app.images import ImageLimits, decode_in_process
-from app.live.capture import CapturedFrame, FrameCapture
+from app.live.capture import FrameCapture
 from app.live.failures import Failures
 from app.live.picture import AppliedCalibration
 from app.processes.limits import give_way
@@ -112,10 +112,10 @@ class CameraDriftMonitor:
     def _learnt(self, applied: AppliedCalibration) -> "_Reference | None":
         """Return a reference from some frames, in which what moves is not in the same place."""
         pictures: list[NDArray[np.uint8]] = []
-        taken: CapturedFrame | None = None
+        seq = 0
         while len(pictures) < LEARN:
-            taken = self._capture.after(taken.seq if taken else 0, WAIT_S, in_passing=True)
-            if taken is not None:
+            if (taken := self._capture.after(seq, WAIT_S, in_passing=True)) is not None:
+                seq = taken.seq
                 if pictures and pictures[0].shape != taken.frame.pixels.shape:
                     pictures = []
                 pictures.append(taken.frame.pixels)

@@ -46,13 +46,13 @@ class Encoder:
 
     def run(self) -> None:
         """Work until the process ends, on a thread of its own."""
-        seq, done = 0, set()
+        seq, done = 0, set[int]()
         while True:
             watched = self._watched
             if not watched:
                 self._changed.wait(IDLE_S)
                 self._changed.clear()
-                done = set()
+                done.clear()
                 continue
             fresh = bool(set(watched) - done)
             taken = self._capture.after(seq - 1 if fresh else seq, IDLE_S, in_passing=True)  # watch() said how often
@@ -80,8 +80,6 @@ class Encoder:
         calibration = self.calibration
         if calibration is not None and calibration.record.image_size != taken.frame.size:
             calibration = None
-        if spec.view != "raw" and calibration is None:
-            return  # the server tells the viewer why
         raw = drawn = taken.frame.size
         try:
             if jpeg := passed_on(taken.frame, spec):
@@ -91,7 +89,7 @@ class Encoder:
                 drawn = ImageSize(pixels.shape[1], pixels.shape[0])
                 jpeg = encode(pixels, "jpg", spec.quality)
         except TouchlineError:
-            return  # a model that cannot be drawn at this size, of which the still view says why; or a damaged picture
+            return  # no calibration, or one that cannot be drawn at this size: the server says why; a damaged picture
         self.encoded += 1
         head |= more | {"width": drawn.width, "height": drawn.height, "raw_width": raw.width,
                         "raw_height": raw.height, "spent_ms": round(1e3 * (time.monotonic() - begin), 2)}

@@ -10,9 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core import opencv
+from app.core.common_sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED
+from app.core.errors import Conflict
 from app.core.field import Field, Region
 from app.core.geometry import ImageSize
 from app.core.records import Calibration, Frame
+from app.images.jpeg_frame import JpegFrame
 from app.imaging.correction import CorrectedView, CorrectionMap, correction_map
 from app.live.stream_spec import StreamSpec
 from app.models import CameraModel
@@ -102,7 +105,7 @@ def passed_on(frame: Frame, spec: StreamSpec) -> bytes:
 
     It serves where it is no wider than what is asked for, and not much larger than a JPEG of that quality.
     """
-    if spec.view != "raw" or not frame.jpeg or 0 < spec.width < frame.size.width:
+    if spec.view != "raw" or not isinstance(frame, JpegFrame) or 0 < spec.width < frame.size.width:
         return b""
     allowed = PASSED_BYTES_PX * 2 ** ((spec.quality - 80) / 10) * frame.size.width * frame.size.height
     return frame.jpeg if len(frame.jpeg) <= allowed and frame.is_plain else b""
@@ -112,16 +115,19 @@ def render(frame: Frame, spec: StreamSpec,
            applied: AppliedCalibration | None) -> tuple[NDArray[np.uint8], dict[str, Any], bytes]:
     """Return a stream's picture, members of its JSON, and its overlays; needs a calibration unless it is raw."""
     raw = frame.size
-    if spec.view == "side":
+    if spec.view == "raw":
+        picture = scaled_down(frame.reduced(spec.width or raw.width), spec.width)
+    elif applied is None:
+        raise Conflict(NOT_CALIBRATED, ACTIVATE_OR_RAW, reason="not-calibrated")
+    elif spec.view == "side":
         half = max(16, ((spec.width or 2 * raw.width) - GAP_PX) // 2)
         left, right = scaled_down(frame.pixels, half), applied.corrected(frame.pixels, half)
         if left.shape[1] < half:
-            left = cv2.resize(left, (half, max(1, round(left.shape[0] * half / left.shape[1]))))
+            height = max(1, round(left.shape[0] * half / left.shape[1]))
+            left = np.asarray(cv2.resize(left, (half, height)), np.uint8)
         both, (raw_half, corrected_half) = side_by_side(left, right)
         return both, {"calibration": applied.record.id, "halves": {
             "raw": raw_half, "corrected": corrected_half, "margin_px": applied.view(half).margin_px}}, b""
-    if spec.view == "raw":
-        picture = scaled_down(frame.reduced(spec.width or raw.width), spec.width)
     else:
         picture = applied.corrected(frame.pixels, spec.width)
     size = ImageSize(picture.shape[1], picture.shape[0])

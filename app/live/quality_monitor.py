@@ -65,7 +65,7 @@ class QualityMonitor:
                 "flicker": self._flicker.to_json() if self._flicker else None}
 
     def _burst(self, seq: int) -> flicker.Flicker | None:
-        times, rows = [], []
+        times, rows = list[float](), list[NDArray[np.float32]]()
         end = time.monotonic() + BURST_S
         while len(times) < BURST and time.monotonic() < end:
             taken = self._capture.after(seq, EVERY_S, in_passing=True)

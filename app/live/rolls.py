@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from app.core.common_sentences import SECURE_CAMERA
+from app.core.errors import BadImage
 from app.core.statements import join, say, stated
 from app.live.capture import CapturedFrame, FrameCapture, no_frames
 from app.processes.limits import give_way
@@ -69,9 +70,13 @@ class RollMonitor:
             if taken is None:
                 continue
             seq, size = taken.seq, taken.frame.size
+            try:
+                pixels = taken.frame.pixels
+            except BadImage:  # the next one is whole again
+                continue
             if rolling.frames and rolling.size != size:
                 watch, rolling, count = secrets.token_hex(6), RollRecorder(live=True), 0
-            ended = rolling.add(taken.moment, taken.frame.pixels, seq)
+            ended = rolling.add(taken.moment, pixels, seq)
             rolling.rolls.clear()  # they go to whoever polls, and are stored there
             new = []
             for roll in ended:

@@ -50,12 +50,12 @@ class ProcessStatus:
 
 def stall_reason(status: ProcessStatus, now: float, grace_s: float = 0.0) -> Sentence | None:
     """Say why it counts as stalled; None while it does not. grace_s: so much longer than usual."""
-    state, silent_s = status.values["state"], now - status.received_s
+    state, silent_s, age_s = status.values["state"], now - status.received_s, status.frame_age_s(now)
     # A camera maker's library may hold up the whole process while it looks for its cameras.
     if silent_s > (STALL_S if state == "live" else UNKNOWN_S) + grace_s:
         return say("camera.process-silent", "The camera process is not responding.")
-    if state == "live" and status.frame_age_s(now) > status.stall_s + grace_s:
-        return say("camera.no-frame", "No frame received for {seconds:.1f} s.", seconds=status.frame_age_s(now))
+    if state == "live" and age_s is not None and age_s > status.stall_s + grace_s:
+        return say("camera.no-frame", "No frame received for {seconds:.1f} s.", seconds=age_s)
     if state == "connecting" and status.values["since_s"] + silent_s > OPEN_S + grace_s:
         return say("camera.no-response", "The camera has not responded for {seconds:g} s.", seconds=OPEN_S)
     return None
@@ -80,7 +80,7 @@ def calibration_mismatch(status: ProcessStatus, confirmed: Identity | None,
     if image_size is None or confirmed is None or identity is None:
         return None
     difference = identity.differs_from(confirmed)
-    return difference and stated({
+    return None if difference is None else stated({
         "reason": "other-camera",
         "what": say("camera.other-camera", "This may not be the camera that was calibrated: {difference}.",
                     difference=difference),

@@ -121,6 +121,6 @@ class CameraSupervisor:
             elif grace_s > 0:
                 grace_s = max(0.0, grace_s - POLL_S)
             looked = now
-            if stall_reason(self.status, now, KILL_AFTER_S + grace_s):
+            if self.status is not None and stall_reason(self.status, now, KILL_AFTER_S + grace_s):
                 process.kill()
                 return

@@ -38,10 +38,10 @@ class Viewer:
 
     async def next(self, timeout_s: float | None = None) -> bytes:
         """Return the newest message not taken yet, or the next; TimeoutError when none comes."""
-        if self._newest is None and self._ended is None:
+        while self._newest is None:
+            if self._ended is not None:
+                raise self._ended
             await asyncio.wait_for(self._came.wait(), timeout_s)
-        if self._newest is None:
-            raise self._ended
         message, self._newest = self._newest, None
         if self._ended is None:
             self._came.clear()
