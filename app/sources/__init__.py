@@ -11,8 +11,7 @@ and refuses to read after close(), control_errors.py words the refusals of set_c
 but the driver of a GenICam camera, network/endpoint.py connects to addresses that an untrusted user may name.
 
 read() may block, and a bad source may hang or crash: live pictures are read in a process per camera, which keeps only
-the newest frame. A source that makes its pictures itself has CAN_REST = True, and pass_over(seconds) for the time in
-which nobody needs one.
+the newest frame.
 """
 
 from collections.abc import Callable, Mapping
@@ -112,6 +111,7 @@ class Source(Protocol):
     HELP: ClassVar[str]
     TARGET: ClassVar[str]  # what stands between :// and ?, in words
     OPTIONS: ClassVar[tuple[Option, ...]]
+    CAN_REST: ClassVar[bool]  # whether it makes its pictures itself, and no more than are needed
 
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
@@ -119,6 +119,9 @@ class Source(Protocol):
 
     def read(self) -> Frame:
         """Wait for and return the next frame, its pixels read-only. Unavailable when there will be none."""
+
+    def pass_over(self, seconds: float) -> None:
+        """Let the time go by in which nobody needed a frame; only where it CAN_REST."""
 
     def close(self) -> None:
         """Release everything; may be called again."""
@@ -143,12 +146,16 @@ class BaseSource:
     Without an identity of its own it is identified by its address, or by a network camera's MAC address.
     """
 
+    CAN_REST: ClassVar[bool] = False
     _identity: Identity | None = None
     _address = ""
     _hardware = ""  # a network camera's MAC address, where it is known
 
     def identity(self) -> Identity:
         return self._identity or Identity(self._address, serial=self._hardware and f"MAC {self._hardware}")
+
+    def pass_over(self, seconds: float) -> None:
+        pass
 
     def controls(self) -> tuple[Control, ...]:
         return ()

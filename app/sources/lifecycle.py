@@ -5,6 +5,7 @@ from typing import TypeVar
 
 from app.core.common_sentences import OPEN_AGAIN
 from app.core.errors import Unavailable
+from app.core.statements import say
 
 T = TypeVar("T")
 
@@ -19,6 +20,14 @@ class Pacer:
         """Wait until the next frame is due."""
         time.sleep(max(0.0, self._due_s - time.monotonic()))
         self._due_s = max(self._due_s + 1 / fps, time.monotonic())
+
+
+def require_decoder(decode: T | None) -> T:
+    """Return what decodes images; Unavailable where there is nothing that does."""
+    if decode is None:
+        raise Unavailable(say("network.no-decoder", "Images cannot be decoded."),
+                          say("network.restart-touchline", "Restart Touchline."), reason="no-decoder")
+    return decode
 
 
 def require_open(handle: T | None, kind: str = "camera") -> T:

@@ -17,6 +17,7 @@ from app.sources.industrial.aravis_nodes import AravisNodes
 from app.sources.industrial.camera import FPS, MAX_PAYLOAD, PIXEL_FORMAT, IndustrialSource
 from app.sources.industrial.camera_errors import CANNOT_OPEN, DOES_NOT_START, SMALLER_SIZE, images_too_large
 from app.sources.industrial.discovery import DiscoveredCamera, find_camera, known_cameras
+from app.sources.industrial.features import NodeMap
 from app.sources.industrial.gige import is_ip, responds
 from app.sources.industrial.pixel_formats import Pixels, bgr_from_raw
 
@@ -93,7 +94,7 @@ class AravisDevice:
         if not self._camera:
             raise Unavailable(CANNOT_OPEN, CHECK_CABLE_AND_POWER, reason="camera-off")
         self._ip = opened_by if is_ip(opened_by) else ""
-        self.nodes = AravisNodes(library, library.call("camera_get_device", self._camera))
+        self.nodes: NodeMap = AravisNodes(library, library.call("camera_get_device", self._camera))
         serial, vendor, model = (self._name(what) for what in ("device_serial_number", "vendor_name", "model_name"))
         self.identity = Identity(address_of(target), serial, port, f"{vendor} {model}".strip())
 

@@ -1,5 +1,6 @@
 """A camera's named values through Aravis."""
 
+from collections.abc import Callable
 from typing import Any
 
 from app.core.errors import BadInput
@@ -8,8 +9,9 @@ from app.sources.industrial.features import Node, finite_range
 
 READ_ONLY = 0  # of Aravis' access modes; it calls some "write only" that can be read very well
 
-SETTERS = {"choice": ("string", lambda value: str(value).encode()), "bool": ("boolean", bool), "int": ("integer", int),
-           "float": ("float", float)}  # by kind: the type in the function's name, and its conversion
+SETTERS: dict[str, tuple[str, Callable[..., object]]] = {  # by kind: type in the function's name, and its conversion
+    "choice": ("string", lambda value: str(value).encode()), "bool": ("boolean", bool), "int": ("integer", int),
+    "float": ("float", float)}
 
 
 class AravisNodes:

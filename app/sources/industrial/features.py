@@ -101,7 +101,7 @@ def write_control(nodes: NodeMap, name: str, value: Any) -> Control:
     """
     feature = FEATURES.get(name)
     found = _node_of(nodes, feature) if feature else None
-    if found is None:
+    if feature is None or found is None:
         raise unknown_control(name, (control.name for control in controls_of(nodes)))
     place, node = found
     automatic = _automatic(nodes, feature)

@@ -14,6 +14,7 @@ from app.sources import SourceContext
 from app.sources.industrial.camera import FPS, MAX_PAYLOAD, PIXEL_FORMAT, IndustrialSource
 from app.sources.industrial.camera_errors import CANNOT_OPEN, DOES_NOT_START, SMALLER_SIZE, images_too_large
 from app.sources.industrial.discovery import DiscoveredCamera, find_camera, known_cameras
+from app.sources.industrial.features import NodeMap
 from app.sources.industrial.genicam_producers import (
     close_harvester,
     list_cameras,
@@ -74,7 +75,7 @@ class HarvestersDevice:
         self._acquirer.timeout_period_on_update_event_data_call = POLL_MS
         self._acquirer.add_callback(self._acquirer.Events.INCOMPLETE_BUFFER, _counter(self))
         self._map = self._acquirer.remote_device.node_map
-        self.nodes = GenApiNodes(self._map)
+        self.nodes: NodeMap = GenApiNodes(self._map)
         self.identity = camera.identity(address)
 
     def start(self) -> None:

@@ -88,8 +88,8 @@ def close_harvester(harvester: Any) -> None:
 
 def list_cameras(harvester: Any) -> list[DiscoveredCamera]:
     """Return the cameras that are plugged in."""
-    return [DiscoveredCamera(*(_text(info, name) for name in ("id_", "serial_number", "user_defined_name", "vendor",
-                                                              "model")), info)
+    return [DiscoveredCamera(_text(info, "id_"), _text(info, "serial_number"), _text(info, "user_defined_name"),
+                             _text(info, "vendor"), _text(info, "model"), info)
             for info in harvester.device_info_list[:MAX_CAMERAS]]
 
 

@@ -14,7 +14,7 @@ MAX_BYTES = 64 * 1024 * 1024  # of a picture; the decoder has its own limit
 
 def pictures_folder(context: SourceContext) -> Path:
     """Return the only folder that is read; Unavailable where none is set."""
-    if context.decode is None or context.pictures is None:
+    if context.pictures is None:
         raise Unavailable(say("files.folder-not-set", "No pictures folder is set."),
                           say("files.enter-folder", "Enter it in the settings."), reason="no-pictures")
     return context.pictures

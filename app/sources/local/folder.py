@@ -8,7 +8,7 @@ from app.core.options import Option
 from app.core.records import Frame
 from app.core.statements import join, say
 from app.sources import BaseSource, SourceContext
-from app.sources.lifecycle import Pacer, require_open
+from app.sources.lifecycle import Pacer, require_decoder, require_open
 from app.sources.local.files import by_name, file_within, folder_within, pictures_folder, read_bytes
 
 SUFFIXES = {".png", ".jpg", ".jpeg", ".bmp", ".webp"}
@@ -28,8 +28,9 @@ class FolderSource(BaseSource):
 
     def __init__(self, target: str, options: Mapping[str, Any], context: SourceContext) -> None:
         self._target, self._context = target, context
+        self._decode = require_decoder(context.decode)
         self._fps, self._loop = options["fps"], options["loop"]
-        self._frames = self._shown()
+        self._frames: Iterator[Frame] | None = self._shown()
         self._pacer = Pacer()
         self.skipped = 0
 
@@ -57,14 +58,14 @@ class FolderSource(BaseSource):
             came = False
             for name in self._names():
                 try:
-                    frame = self._context.decode(read_bytes(file_within(pictures_folder(self._context), name)))
+                    frame = self._decode(read_bytes(file_within(pictures_folder(self._context), name)))
                 except (BadImage, NotFound, Unavailable) as error:  # broken, or taken away meanwhile
                     broken = error
                     self.skipped += 1
                     continue
                 came = True
                 yield frame
-            if not came:
+            if broken is not None and not came:
                 raise Unavailable(join(say("folder.none-readable", "None of the images in {folder!r} can be read.",
                                            folder=self._target), broken.what, broken.fix),
                                   say("folder.add-images", "Add images to the folder."), reason="no-pictures-there")

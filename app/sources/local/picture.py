@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Self
 from app.core.options import Option
 from app.core.records import Frame
 from app.sources import BaseSource, SourceContext
-from app.sources.lifecycle import Pacer, require_open
+from app.sources.lifecycle import Pacer, require_decoder, require_open
 from app.sources.local.files import file_within, pictures_folder, read_bytes
 
 
@@ -26,7 +26,7 @@ class PictureSource(BaseSource):
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
         path = file_within(pictures_folder(context), target)
-        return cls(context.decode(read_bytes(path)), options["fps"])
+        return cls(require_decoder(context.decode)(read_bytes(path)), options["fps"])
 
     def read(self) -> Frame:
         frame = require_open(self._frame, "picture")

@@ -14,6 +14,7 @@ import numpy as np
 
 from app.core.common_sentences import SENDS_NO_IMAGES
 from app.core.errors import BadImage, BadInput, Unavailable
+from app.core.geometry import Pixels
 from app.core.options import Option
 from app.core.records import Frame
 from app.core.statements import say
@@ -46,8 +47,8 @@ class V4l2Source(BaseSource):
                  read_image: Callable[[bytes], Frame] | None = None) -> None:
         self._capture: cv2.VideoCapture | None = capture
         self._identity = identity
-        self._read_image = read_image
-        self._is_compressed = read_image is not None and _keeps_compressed(capture)
+        # None where the pixels come decoded
+        self._read_image = read_image if read_image is not None and _keeps_compressed(capture) else None
 
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
@@ -65,15 +66,16 @@ class V4l2Source(BaseSource):
 
     def read(self) -> Frame:
         for _ in range(MAX_BAD_FRAMES):
-            came, pixels = require_open(self._capture).read()
+            capture = require_open(self._capture)
+            came, pixels = capture.read()
             if not came or pixels is None:
                 break
-            if not self._is_compressed:
-                return _decoded(pixels)
+            if self._read_image is None:
+                return _decoded(np.asarray(pixels, np.uint8))
             data = pixels.tobytes()
             if not data.startswith(JPEG_BEGINS):  # the driver decodes after all, or sends something else
-                self._is_compressed = False
-                self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 1)
+                self._read_image = None
+                capture.set(cv2.CAP_PROP_CONVERT_RGB, 1)
                 continue
             with contextlib.suppress(BadImage):  # USB loses a part now and then
                 return self._read_image(data)
@@ -94,14 +96,13 @@ class V4l2Source(BaseSource):
 
 def _keeps_compressed(capture: cv2.VideoCapture) -> bool:
     """Have what comes as MJPG left as it is, if it comes so at all; return whether it will be."""
-    is_jpeg = int(capture.get(cv2.CAP_PROP_FOURCC)) == cv2.VideoWriter_fourcc(*"MJPG")
+    is_jpeg = int(capture.get(cv2.CAP_PROP_FOURCC)) == cv2.VideoWriter.fourcc(*"MJPG")
     return is_jpeg and bool(capture.set(cv2.CAP_PROP_CONVERT_RGB, 0))
 
 
-def _decoded(pixels: np.ndarray) -> Frame:
-    if pixels.ndim == 2:
-        pixels = cv2.cvtColor(pixels, cv2.COLOR_GRAY2BGR)
-    pixels = np.ascontiguousarray(pixels)
+def _decoded(pixels: Pixels) -> Frame:
+    bgr = cv2.cvtColor(pixels, cv2.COLOR_GRAY2BGR) if pixels.ndim == 2 else pixels
+    pixels = np.ascontiguousarray(bgr, np.uint8)
     pixels.setflags(write=False)
     return Frame(pixels)
 
@@ -111,7 +112,7 @@ def _begin(capture: cv2.VideoCapture, size: tuple[int, int] | None, fps: float |
     if format == "auto" and width * height >= MJPG_FROM_PX:
         format = "MJPG"
     if format != "auto":
-        capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*format))
+        capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*format))
     if size:
         capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])
         capture.set(cv2.CAP_PROP_FRAME_HEIGHT, size[1])

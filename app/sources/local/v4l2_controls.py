@@ -65,7 +65,7 @@ def set_control(device: cv2.VideoCapture, name: str, value: Any) -> Control:
     if one is None or control is None:
         raise unknown_control(name, (control.name for control in read_controls(device)))
     if value == "auto":
-        if control.automatic is None:
+        if one.auto is None or control.automatic is None:
             raise refused_value(one.label, repr(value)[:40], _allowed(one))
         for mode in one.auto_modes:
             device.set(one.auto, mode)
@@ -75,7 +75,7 @@ def set_control(device: cv2.VideoCapture, name: str, value: Any) -> Control:
         if not is_number(value, *one.range):
             allowed = _allowed(one) + ', or "auto"' * (control.automatic is not None)
             raise refused_value(one.label, repr(value)[:40], allowed)
-        if control.automatic:
+        if one.auto is not None and control.automatic:
             device.set(one.auto, one.manual_mode)
         device.set(one.prop, value / one.scale)
     return _number(device, one) or control

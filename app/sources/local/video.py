@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Self
 
 import cv2
+import numpy as np
 
 from app.core.errors import BadInput, Unavailable
 from app.core.options import Option
@@ -55,8 +56,7 @@ class VideoSource(BaseSource):
             raise BadInput(say("video.not-supported", "{name!r} is not a supported video.", name=target),
                            say("video.use-format", "Use MP4, MOV, AVI, MKV or WebM."), reason="unknown-video-format")
         opened = cls(path, options)
-        opened._begin()
-        opened._pending = opened._decoded()
+        opened._pending = opened._decoded(opened._begin())
         if opened._pending is None:
             opened.close()
             raise BadInput(say("video.no-frames", "The video {name!r} has no frames after {start_s:g} s.", name=target,
@@ -66,12 +66,11 @@ class VideoSource(BaseSource):
         return opened
 
     def read(self) -> Frame:
-        require_open(self._capture, "video")
-        frame, self._pending = self._pending or self._decoded(), None
+        capture = require_open(self._capture, "video")
+        frame, self._pending = self._pending or self._decoded(capture), None
         if frame is None and self._options["loop"]:
             self._rounds_s += self._moment_s + self._interval_s
-            self._begin()
-            frame = self._decoded()
+            frame = self._decoded(self._begin())
         if frame is None:
             raise Unavailable(say("video.ended", "The video has ended."),
                               say("video.open-again", "Open it again, or with loop=true."), reason="source-ended")
@@ -89,30 +88,31 @@ class VideoSource(BaseSource):
             self._capture.release()
         self._capture = self._pending = None
 
-    def _begin(self) -> None:
+    def _begin(self) -> cv2.VideoCapture:
         """Open the decoder at the first frame; close the one before."""
         self.close()
-        self._capture = open_capture(str(self._path))
-        if self._capture is None:
+        self._capture = capture = open_capture(str(self._path))
+        if capture is None:
             raise BadInput(say("video.cannot-decode", "The video {name!r} cannot be decoded.", name=self._path.name),
                            say("video.convert", "Convert it to MP4 with H.264."), reason="undecodable-video")
-        fps = self._options["fps"] or self._capture.get(cv2.CAP_PROP_FPS)
+        fps = self._options["fps"] or capture.get(cv2.CAP_PROP_FPS)
         self._interval_s = 1 / fps if math.isfinite(fps) and 0.1 <= fps <= 1000 else 0.04
         self._index = 0
         if self._options["start_s"]:
-            self._capture.set(cv2.CAP_PROP_POS_MSEC, self._options["start_s"] * 1000)
+            capture.set(cv2.CAP_PROP_POS_MSEC, self._options["start_s"] * 1000)
+        return capture
 
-    def _decoded(self) -> Frame | None:
-        came, pixels = self._capture.read()
+    def _decoded(self, capture: cv2.VideoCapture) -> Frame | None:
+        came, pixels = capture.read()
         if not came:
             return None
-        stated_s = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000 - self._options["start_s"]
+        stated_s = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000 - self._options["start_s"]
         counted_s = self._index * self._interval_s
         believable = self._options["fps"] is None and math.isfinite(stated_s) and (stated_s > 0 or self._index == 0)
         self._moment_s = max(0.0, stated_s) if believable else counted_s
         self._index += 1
         pixels.setflags(write=False)
-        return Frame(pixels)
+        return Frame(np.asarray(pixels, np.uint8))
 
 
 class _Pace:

@@ -150,7 +150,7 @@ def _resolve(endpoint: Endpoint, deadline: float) -> list[Address]:
     def ask() -> None:
         try:
             found = socket.getaddrinfo(endpoint.host, endpoint.port, type=socket.SOCK_STREAM)
-            answers.put([entry[4][0] for entry in found])
+            answers.put([str(entry[4][0]) for entry in found])
         except (OSError, UnicodeError):
             answers.put(None)
 

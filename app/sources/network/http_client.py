@@ -10,12 +10,17 @@ import socket
 import ssl
 import time
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from app.core.errors import Unavailable
 from app.core.statements import say
+from app.sources.lifecycle import require_open
 from app.sources.network.authentication import Login
 from app.sources.network.camera_errors import connection_lost, silent, status_error
-from app.sources.network.endpoint import Endpoint, connect
+from app.sources.network.endpoint import Endpoint, connect, hardware_address
+
+if TYPE_CHECKING:
+    from _typeshed import WriteableBuffer
 
 READ_BYTES = 1 << 18
 MAX_REFUSAL = 65_536
@@ -28,10 +33,13 @@ class HttpConnection:
     def __init__(self, endpoint: Endpoint, hosts: tuple[str, ...], trust_any: bool) -> None:
         self._endpoint, self._hosts, self._trust_any = endpoint, hosts, trust_any
         self._login = Login(endpoint.user, endpoint.password)
-        self._client: http.client.HTTPConnection | None = None
-        self._timed: _DeadlineSocket | None = None
+        self._client: _Client | None = None
         self._answer: http.client.HTTPResponse | None = None
-        self.socket: socket.socket | None = None
+
+    @property
+    def hardware(self) -> str:
+        """The camera's MAC address; "" where it is not known."""
+        return "" if self._client is None else hardware_address(self._client.line)
 
     def request(self, deadline: float) -> str:
         """Send a GET request and return the answer's Content-Type; read_some() or read_all() read its body."""
@@ -39,7 +47,7 @@ class HttpConnection:
             answer = self._get(deadline)
             if answer.status == 401 and self._login.accept_challenge(answer.headers.get_all("WWW-Authenticate", [])):
                 # The refusal's text is skipped; where there is too much of it, the connection is closed.
-                if len(self.read_all(MAX_REFUSAL, deadline)) > MAX_REFUSAL or self._answer.will_close:
+                if len(self.read_all(MAX_REFUSAL, deadline)) > MAX_REFUSAL or answer.will_close:
                     self.close()
                 continue
             if answer.status != 200:
@@ -49,20 +57,22 @@ class HttpConnection:
 
     def read_some(self, deadline: float) -> bytes:
         """Return what came of the body, at least a byte; b"" at its end."""
-        with self._watched(deadline):
-            return self._answer.read1(READ_BYTES)
+        client, answer = require_open(self._client), require_open(self._answer)
+        with client.watched(deadline):
+            return answer.read1(READ_BYTES)
 
     def read_all(self, most: int, deadline: float) -> bytes:
         """Return the rest of the body, at most so many bytes and one."""
-        with self._watched(deadline):
-            return self._answer.read(most + 1)
+        client, answer = require_open(self._client), require_open(self._answer)
+        with client.watched(deadline):
+            return answer.read(most + 1)
 
     def close(self) -> None:
-        for thing in (self._answer, self._client, self.socket):
+        for thing in (self._answer, self._client, self._client and self._client.line):
             if thing is not None:
                 with contextlib.suppress(OSError, http.client.HTTPException):
                     thing.close()
-        self._answer = self._client = self._timed = self.socket = None
+        self._answer = self._client = None
 
     def _get(self, deadline: float) -> http.client.HTTPResponse:
         endpoint = self._endpoint
@@ -72,12 +82,11 @@ class HttpConnection:
             headers["Authorization"] = login
         for fresh in (False, True):
             used = self._client is not None
-            if not used:
-                self._connect(deadline)
+            client = self._client or self._connect(deadline)
             try:
-                with self._watched(deadline):
-                    self._client.request("GET", endpoint.resource, headers=headers)
-                    self._answer = self._client.getresponse()
+                with client.watched(deadline):
+                    client.request("GET", endpoint.resource, headers=headers)
+                    self._answer = client.getresponse()
                     return self._answer
             except Unavailable:
                 self.close()
@@ -85,7 +94,7 @@ class HttpConnection:
                     raise
         raise AssertionError
 
-    def _connect(self, deadline: float) -> None:
+    def _connect(self, deadline: float) -> "_Client":
         endpoint = self._endpoint
         line = connect(endpoint, self._hosts, deadline)
         if endpoint.scheme == "https":
@@ -104,14 +113,22 @@ class HttpConnection:
             except (OSError, ValueError):
                 line.close()
                 raise connection_lost() from None
-        self.socket = line
-        self._timed = _DeadlineSocket(line)
-        self._client = http.client.HTTPConnection(endpoint.host, endpoint.port)
-        self._client.auto_open = 0  # it would connect by itself, to wherever the name leads by then
-        self._client.sock = self._timed
+        self._client = _Client(endpoint, line)
+        return self._client
+
+
+class _Client(http.client.HTTPConnection):
+    """The library's client over a connection that is made already."""
+
+    auto_open = 0  # it would connect by itself, to wherever the name leads by then
+
+    def __init__(self, endpoint: Endpoint, line: socket.socket) -> None:
+        super().__init__(endpoint.host, endpoint.port)
+        self.line = line
+        self.sock = self._timed = _DeadlineSocket(line)
 
     @contextlib.contextmanager
-    def _watched(self, deadline: float) -> Iterator[None]:
+    def watched(self, deadline: float) -> Iterator[None]:
         self._timed.deadline = deadline
         try:
             yield
@@ -135,7 +152,7 @@ class _DeadlineSocket:
     def makefile(self, _mode: str) -> io.BufferedReader:
         return io.BufferedReader(_Reader(self), READ_BYTES)
 
-    def recv_into(self, buffer: memoryview) -> int:
+    def recv_into(self, buffer: "WriteableBuffer") -> int:
         self._limit()
         return self._line.recv_into(buffer)
 
@@ -156,5 +173,5 @@ class _Reader(io.RawIOBase):
     def readable(self) -> bool:
         return True
 
-    def readinto(self, buffer: memoryview) -> int:
+    def readinto(self, buffer: "WriteableBuffer") -> int:
         return self._timed.recv_into(buffer)

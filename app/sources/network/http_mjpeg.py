@@ -7,7 +7,7 @@ a second is, to see whether the camera sends pictures at all.
 
 import contextlib
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Self
 
 from app.core.errors import BadImage, Unavailable
@@ -15,9 +15,9 @@ from app.core.options import Option
 from app.core.records import Frame
 from app.core.statements import say
 from app.sources import BaseSource, SourceContext
-from app.sources.lifecycle import Pacer, require_open
+from app.sources.lifecycle import Pacer, require_decoder, require_open
 from app.sources.network.camera_errors import CHECK_SWITCHED_ON
-from app.sources.network.endpoint import Endpoint, hardware_address
+from app.sources.network.endpoint import Endpoint
 from app.sources.network.http_client import HttpConnection
 from app.sources.network.multipart import MAX_PART, MultipartParser, PartTooLarge, boundary_of
 
@@ -40,11 +40,11 @@ class HttpSource(BaseSource):
     )
     SCHEME: ClassVar = "http"
 
-    def __init__(self, endpoint: Endpoint, options: Mapping[str, Any], context: SourceContext) -> None:
-        self._fps = options["fps"]
-        self._read_image = context.read
+    def __init__(self, line: HttpConnection, fps: float, read_image: Callable[[bytes], Frame]) -> None:
+        self._fps = fps
+        self._read_image = read_image
         self._try_at_s = 0.0
-        self._line: HttpConnection | None = HttpConnection(endpoint, context.hosts, options["trust"] == "any")
+        self._line: HttpConnection | None = line
         self._parts: MultipartParser | None = None  # None: one picture at a time
         self._waiting: list[bytes] = []
         self._answered = False  # there is an answer whose picture has not been read yet
@@ -53,13 +53,12 @@ class HttpSource(BaseSource):
 
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
-        if context.read is None:
-            raise Unavailable(say("network.no-decoder", "Images cannot be decoded."),
-                              say("network.restart-touchline", "Restart Touchline."), reason="no-decoder")
-        opened = cls(Endpoint.of(cls.SCHEME, target), options, context)
+        read_image = require_decoder(context.read)
+        line = HttpConnection(Endpoint.of(cls.SCHEME, target), context.hosts, options["trust"] == "any")
+        opened = cls(line, options["fps"], read_image)
         try:
-            kind = opened._line.request(time.monotonic() + OPEN_S)
-            opened._hardware = hardware_address(opened._line.socket)
+            kind = line.request(time.monotonic() + OPEN_S)
+            opened._hardware = line.hardware
         except BaseException:
             opened.close()
             raise
@@ -74,13 +73,13 @@ class HttpSource(BaseSource):
         return opened
 
     def read(self) -> Frame:
-        require_open(self._line)
+        line = require_open(self._line)
         before = self.skipped
         deadline = time.monotonic() + READ_S
         try:
             while self.skipped - before < MAX_BAD_PARTS:
                 try:
-                    return self._from_stream(deadline) if self._parts else self._single_picture()
+                    return self._from_stream(line, self._parts, deadline) if self._parts else self._single_picture(line)
                 except (BadImage, PartTooLarge):
                     self.skipped += 1
         except Unavailable:
@@ -94,19 +93,19 @@ class HttpSource(BaseSource):
             self._line.close()
         self._line = None
 
-    def _from_stream(self, deadline: float) -> Frame:
+    def _from_stream(self, line: HttpConnection, parts: MultipartParser, deadline: float) -> Frame:
         """The next part. BadImage or PartTooLarge where it is no picture."""
         while not self._waiting:
-            some = self._line.read_some(deadline)
+            some = line.read_some(deadline)
             if not some:
                 raise Unavailable(say("network.stream-ended", "The camera ended the stream."), CHECK_SWITCHED_ON,
                                   reason="camera-gone")
-            self._waiting += self._parts.feed(some)
+            self._waiting += parts.feed(some)
             # Without a stated length the end of a part is marked only when the next one begins, a frame late.
-            if not self._waiting and (maybe := self._parts.pending_jpeg()) is not None:
+            if not self._waiting and (maybe := parts.pending_jpeg()) is not None:
                 with contextlib.suppress(BadImage):
                     frame = self._picture(maybe)
-                    self._parts.take_pending()
+                    parts.take_pending()
                     return frame
         return self._picture(self._waiting.pop(0))
 
@@ -118,16 +117,16 @@ class HttpSource(BaseSource):
             self._try_at_s = now + TRY_S
         return frame
 
-    def _single_picture(self) -> Frame:
+    def _single_picture(self, line: HttpConnection) -> Frame:
         """The picture of one answer, when it is due."""
         self._pacer.wait(self._fps)
         deadline = time.monotonic() + READ_S
         if not self._answered:
-            self._line.request(deadline)
+            line.request(deadline)
         self._answered = False
-        data = self._line.read_all(MAX_PART, deadline)
+        data = line.read_all(MAX_PART, deadline)
         if len(data) > MAX_PART:
-            self._line.close()
+            line.close()
             raise PartTooLarge
         return self._picture(data)
 

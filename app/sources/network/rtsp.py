@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 
 import cv2
+import numpy as np
 
 from app.core.errors import Unavailable
 from app.core.options import Option
@@ -43,15 +44,15 @@ class RtspSource(BaseSource):
         return opened
 
     def read(self) -> Frame:
-        require_open(self._capture)
-        came, pixels = self._capture.read()
-        if not came and self._relay.changed:
-            self._connect()
-            came, pixels = self._capture.read()
+        capture, relay = require_open(self._capture), require_open(self._relay)
+        came, pixels = capture.read()
+        if not came and relay.changed:
+            capture, relay = self._connect()
+            came, pixels = capture.read()
         if not came:
-            raise self._relay.problem or silent()
+            raise relay.problem or silent()
         pixels.setflags(write=False)
-        return Frame(pixels)
+        return Frame(np.asarray(pixels, np.uint8))
 
     def close(self) -> None:
         if self._capture is not None:
@@ -60,18 +61,19 @@ class RtspSource(BaseSource):
             self._relay.close()
         self._relay = self._capture = None
 
-    def _connect(self) -> None:
+    def _connect(self) -> tuple[cv2.VideoCapture, RtspRelay]:
         self.close()
         deadline = time.monotonic() + self._open_s
         line = connect(self._endpoint, self._hosts, deadline)
         self._hardware = hardware_address(line)
-        self._relay = RtspRelay(line, self._endpoint, stall_s=READ_S)
+        self._relay = relay = RtspRelay(line, self._endpoint, stall_s=READ_S)
         # A camera may take as long to its first whole picture as to open; later the relay is the stricter one.
-        self._capture = open_capture(self._relay.url, open_s=max(0.1, deadline - time.monotonic()),
-                                     read_s=max(READ_S, self._open_s - 0.5), threads=1)
-        if self._capture is None:
-            problem = self._relay.problem
+        self._capture = capture = open_capture(relay.url, open_s=max(0.1, deadline - time.monotonic()),
+                                               read_s=max(READ_S, self._open_s - 0.5), threads=1)
+        if capture is None:
+            problem = relay.problem
             self.close()
             raise problem or Unavailable(say("network.no-stream-in-time", "The camera did not send a stream in time."),
                                          say("network.check-path", "Check its path, or allow more time: #open_s=5."),
                                          reason="camera-silent")
+        return capture, relay

@@ -67,10 +67,11 @@ class RtspRelay:
     def _run(self) -> None:
         try:
             self._listener.settimeout(5)
-            self._ffmpeg, _ = self._listener.accept()
+            ffmpeg, _ = self._listener.accept()
+            self._ffmpeg = ffmpeg
             self._listener.close()
-            self._ffmpeg.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._forward()
+            ffmpeg.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._forward(ffmpeg)
         except TouchlineError as error:
             self.problem = error
         except (OSError, ValueError, UnicodeError):
@@ -81,17 +82,17 @@ class RtspRelay:
                 if line is not None:
                     line.close()
 
-    def _forward(self) -> None:
+    def _forward(self, ffmpeg: socket.socket) -> None:
         last_packet_s = time.monotonic()
         poll = select.poll()  # select() cannot watch descriptors above 1023
-        for line in (self._camera, self._ffmpeg):
+        for line in (self._camera, ffmpeg):
             line.setblocking(True)
             poll.register(line, select.POLLIN)
         while True:
             wait_s = last_packet_s + self._stall_s - time.monotonic() if self._playing else self._stall_s
             ready = {fd for fd, _ in poll.poll(max(0, wait_s) * 1000)}
-            if self._ffmpeg.fileno() in ready:
-                data = self._ffmpeg.recv(READ_BYTES)
+            if ffmpeg.fileno() in ready:
+                data = ffmpeg.recv(READ_BYTES)
                 if not data:
                     return
                 self._from_ffmpeg += data
@@ -102,14 +103,14 @@ class RtspRelay:
                     raise Unavailable(say("network.connection-ended", "The camera ended the connection."),
                                       CHECK_SWITCHED_ON, reason="camera-gone")
                 self._from_camera += data
-                if self._packets():
+                if self._packets(ffmpeg):
                     last_packet_s = time.monotonic()
                 if self.changed:
                     return
             elif self._playing and time.monotonic() - last_packet_s > self._stall_s:
                 raise silent()
 
-    def _packets(self) -> bool:
+    def _packets(self, ffmpeg: socket.socket) -> bool:
         """Forward what came whole from the camera; return whether anything did."""
         data, at, start = self._from_camera, 0, 0
         while at < len(data):
@@ -130,11 +131,11 @@ class RtspRelay:
                 raise connection_lost()
             if found < 0 or len(data) < end:
                 break
-            self._ffmpeg.sendall(memoryview(data)[start:at].tobytes())
-            self._reply(data[at:found].decode("utf-8", "replace"), bytes(data[found + 4:end]))
+            ffmpeg.sendall(memoryview(data)[start:at].tobytes())
+            self._reply(ffmpeg, data[at:found].decode("utf-8", "replace"), bytes(data[found + 4:end]))
             start = at = end
         if at > start:
-            self._ffmpeg.sendall(data[start:at])
+            ffmpeg.sendall(data[start:at])
         del data[:at]
         return at > 0
 
@@ -158,12 +159,12 @@ class RtspRelay:
             del data[:end + 4]
             first, _, rest = text.partition("\r\n")
             method, uri, _ = first.split(" ", 2)
-            number = int(re.search(r"(?mi)^CSeq:\s*(\d+)", text)[1])
-            if uri.startswith(self._ours):
+            number = re.search(r"(?mi)^CSeq:\s*(\d+)", text)
+            if number is not None and uri.startswith(self._ours):
                 uri = self._real + uri.removeprefix(self._ours)
-            elif not uri.startswith("rtsp://") or self._number == 0:
+            elif number is None or not uri.startswith("rtsp://") or self._number == 0:
                 raise connection_lost()  # a stranger on this machine
-            self._ask(method, uri, re.sub(r"(?mi)^CSeq:.*\r?\n?", "", rest).encode(), number)
+            self._ask(method, uri, re.sub(r"(?mi)^CSeq:.*\r?\n?", "", rest).encode(), int(number[1]))
 
     def _ask(self, method: str, uri: str, rest: bytes, theirs: int) -> None:
         self._number += 1
@@ -173,7 +174,7 @@ class RtspRelay:
         self._camera.sendall("\r\n".join(lines).encode() + b"\r\n" + rest.strip() + b"\r\n\r\n"
                              if rest.strip() else "\r\n".join(lines).encode() + b"\r\n\r\n")
 
-    def _reply(self, head: str, body: bytes) -> None:
+    def _reply(self, ffmpeg: socket.socket, head: str, body: bytes) -> None:
         """Forward a reply, or act on one that is not for FFmpeg."""
         status = re.match(r"RTSP/1\.\d (\d{3})", head)
         found = re.search(r"(?mi)^CSeq:\s*(\d+)", head)
@@ -196,4 +197,4 @@ class RtspRelay:
             self.monitor = SizeMonitor(codec[1] if codec else "JPEG" if STATIC_JPEG.search(sdp) else "")
         self._playing = self._playing or request[0] == "PLAY"
         head = re.sub(r"(?mi)^CSeq:[^\r\n]*", f"CSeq: {request[3]}", head)
-        self._ffmpeg.sendall(head.encode() + b"\r\n\r\n" + body)
+        ffmpeg.sendall(head.encode() + b"\r\n\r\n" + body)

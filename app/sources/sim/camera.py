@@ -48,7 +48,8 @@ class SimCamera:
             raise BadInput(say("sim.field-out-of-view", "The field is outside the view of the simulated camera."),
                            say("sim.smaller-tilt", "Use tilt and pan below 80°."), reason="bad-camera")
         place = middle + ahead * (height_mm / ahead[2]) if stand_mm is None else np.array([*stand_mm, height_mm])
-        camera = cls(image_size, (1.0, 1.0), (0.0, 0.0), lens, _plain(rotation), tuple(map(float, place)))
+        camera = cls(image_size, (1.0, 1.0), (0.0, 0.0), lens, _plain(rotation),
+                     (float(place[0]), float(place[1]), float(place[2])))
         if focal_px is None:
             focal_px = camera._focal_to_fit(region, fill)
         return cls(image_size, (focal_px, focal_px), image_size.centre, lens, camera.camera_from_field,
@@ -115,4 +116,4 @@ def _turn(tilt_deg: float, pan_deg: float, roll_deg: float) -> NDArray[np.float6
 
 
 def _plain(matrix: NDArray) -> Matrix:
-    return tuple(tuple(float(v) for v in row) for row in matrix)
+    return tuple((float(x), float(y), float(z)) for x, y, z in matrix)

@@ -23,7 +23,7 @@ _SHEET = 1 << 22  # random numbers; each strip takes a random piece
 
 def in_steps(picture: NDArray, steps: float | Colour) -> NDArray[np.int16]:
     """Return a picture (height, width, 3) times so many, of each colour, as whole numbers."""
-    made = np.multiply(picture, np.float32(steps))
+    made = np.multiply(picture, np.asarray(steps, np.float32))
     np.rint(made, out=made)
     return np.clip(made, 0, np.iinfo(np.int16).max, out=made).astype(np.int16)
 
@@ -45,14 +45,13 @@ class Canvas:
             for window, before in reversed(changed):  # they may overlap
                 self._picture[window] = before
 
-    def develop(self, gain: NDArray, noise: float, seed: int, index: int) -> NDArray[np.uint8]:
+    def develop(self, gain: NDArray | float, noise: float, seed: int, index: int) -> NDArray[np.uint8]:
         """Return a new frame. gain: (height,) of each row, or one number. noise: standard deviation in grey levels."""
         height = self._picture.shape[0]
         tops = range(0, height, _ROWS)
         gains = np.broadcast_to(gain, (height,))[::_ROWS] if np.ndim(gain) else np.full(len(tops), gain)
-        sheet, starts = None, None
-        if noise:
-            sheet = _noise_sheet(seed, noise)
+        sheet = _noise_sheet(seed, noise) if noise else None
+        if sheet is not None:
             spare = sheet.size - self._picture[:_ROWS].size
             starts = np.random.default_rng([seed, 4, index]).integers(spare, size=len(tops))
         frame = np.empty(self._picture.shape, np.uint8)
@@ -60,11 +59,12 @@ class Canvas:
             strip = self._picture[top:top + _ROWS]
             grain = None if sheet is None else sheet[starts[i]:starts[i] + strip.size].reshape(strip.shape)
             if gains[i] != 1:
-                strip = cv2.addWeighted(strip, float(gains[i]), strip if grain is None else grain,
-                                        0.0 if grain is None else 1.0, 0)
+                strip = np.asarray(cv2.addWeighted(strip, float(gains[i]), strip if grain is None else grain,
+                                                   0.0 if grain is None else 1.0, 0), np.int16)
             elif grain is not None:
-                strip = cv2.add(strip, grain)
-            cv2.convertScaleAbs(cv2.max(strip, 0), frame[top:top + _ROWS], 1 / STEPS)  # rounds, saturates at 255
+                strip = np.asarray(cv2.add(strip, grain), np.int16)
+            _, lit = cv2.threshold(strip, 0, 0, cv2.THRESH_TOZERO)  # no grain makes it darker than black
+            cv2.convertScaleAbs(lit, frame[top:top + _ROWS], 1 / STEPS)  # rounds, saturates at 255
         return frame
 
 

@@ -63,7 +63,7 @@ class Settings:
         control = self._control(name)
         if value == "auto" and control.automatic is not None:
             self.auto_exposure = True
-        elif control.kind == "choice":
+        elif control.range is None:  # a choice
             if value not in control.choices:
                 raise refused_value(control.label, repr(str(value)[:40]), " or ".join(control.choices))
             self.binning = self._binnings[control.choices.index(value)]

@@ -39,7 +39,7 @@ def ground_colour(ground: Ground, field: Field, light: Light, sigma_px: float, s
     grain = np.float32(light.grain) * _texture(place, rng)
     sigma = sigma_px * np.nan_to_num(ground.mm_per_px, nan=1e3) + 1e-3
     colour = np.empty((h, w, 3), np.float32)
-    colour[:] = np.float32(FLOOR)
+    colour[:] = FLOOR
     colour *= (1 + 0.6 * grain)[..., None]
 
     green = field.extras.get("carpet", "green") == "green"
@@ -49,15 +49,15 @@ def ground_colour(ground: Ground, field: Field, light: Light, sigma_px: float, s
         # 0.31 keeps the seams away from the lines, whose centre a step of brightness would seem to move.
         lighter = np.floor(place[..., 1] / _STRIP_MM + 0.31) % 2 == 0
         carpet_grain = grain + np.float32(light.grain) * np.where(lighter, 0.018, -0.018)
-    _lay(colour, carpet, np.float32(GREEN if green else WALL), 1 + (carpet_grain if green else grain))
+    _lay(colour, carpet, GREEN if green else WALL, 1 + (carpet_grain if green else grain))
     if not green:  # a wall of the boundary's thickness, and the carpet within
-        _lay(colour, _rectangle(place, field.length_mm / 2, field.width_mm / 2, sigma), np.float32(BLACK), 1 + grain)
+        _lay(colour, _rectangle(place, field.length_mm / 2, field.width_mm / 2, sigma), BLACK, 1 + grain)
         goal = field.extras.get("goal", {"width_mm": 0.0, "depth_mm": 0.0})
         floors = _rectangle(place, field.length_mm / 2 + goal["depth_mm"], goal["width_mm"] / 2, sigma)
-        _lay(colour, floors, np.float32(BLACK), 1 + grain)
+        _lay(colour, floors, BLACK, 1 + grain)
     lines, arcs = painted(field)
-    _lay(colour, markings_coverage(ground, lines, arcs, sigma_px), np.float32(PAINT), 1 + 0.4 * grain)
-    _lay(colour, _corner_solids(place, field, sigma), np.float32(WALL), 1 + grain)
+    _lay(colour, markings_coverage(ground, lines, arcs, sigma_px), PAINT, 1 + 0.4 * grain)
+    _lay(colour, _corner_solids(place, field, sigma), WALL, 1 + grain)
     return colour
 
 
@@ -96,14 +96,14 @@ def glare(ground: Ground, light: Light, field: Field) -> Plane:
     return np.float32(160 * light.glare) * (np.exp(-away) + 0.5 * np.exp(-6 * away))
 
 
-def _lay(colour: NDArray, cover: NDArray, paint: NDArray, shade: NDArray | float) -> None:
+def _lay(colour: NDArray, cover: NDArray, paint: Colour, shade: NDArray | float) -> None:
     """Paint over, in place, only where anything is covered."""
     rows = np.flatnonzero(cover.max(axis=1) > 1e-3)
     if rows.size:
         part = slice(rows[0], rows[-1] + 1)
         shade = np.broadcast_to(np.asarray(shade, np.float32), cover.shape)[part, :, None]
         weight = cover[part, :, None].astype(np.float32)
-        colour[part] += weight * (paint * shade - colour[part])
+        colour[part] += weight * (np.array(paint, np.float32) * shade - colour[part])
 
 
 def _rectangle(place: NDArray, half_x: float, half_y: float, sigma: NDArray) -> NDArray:
@@ -125,7 +125,8 @@ def _texture(place: NDArray, rng: np.random.Generator) -> Plane:
     total = np.zeros(place.shape[:2], np.float32)
     for texel_mm, smooth, strength in _GRAINS:
         noise = rng.standard_normal((_TILE, _TILE), dtype=np.float32)
-        noise = cv2.GaussianBlur(np.pad(noise, 16, mode="wrap"), (0, 0), smooth)[16:-16, 16:-16]
+        wrapped = cv2.GaussianBlur(np.pad(noise, 16, mode="wrap"), (0, 0), smooth)
+        noise = np.asarray(wrapped, np.float32)[16:-16, 16:-16]
         at = np.mod(place / np.float32(texel_mm), _TILE)
         total += np.float32(strength) * cv2.remap(noise / noise.std(), at[..., 0], at[..., 1], cv2.INTER_LINEAR,
                                                   borderMode=cv2.BORDER_WRAP)

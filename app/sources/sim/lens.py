@@ -7,7 +7,6 @@ lens cannot see is NaN, and so is everything past the radius at which a polynomi
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from numpy.polynomial.polynomial import polyadd, polyder, polymul, polysub, polyval
@@ -18,11 +17,6 @@ from app.core.geometry import Points
 Rays = NDArray[np.float64]  # (..., 3), any length
 _STEPS = 12  # Newton from a table good to 1e-5 needs three; the rest is for folds
 _EXACT = 1e-13  # on the normalised plane: 1e-10 px at a focal length of 1000 px
-
-
-class Lens(Protocol):
-    def plane_from_ray(self, rays: Rays) -> Points: ...
-    def ray_from_plane(self, points: Points) -> Rays: ...
 
 
 @dataclass(frozen=True)
@@ -227,6 +221,7 @@ class Ssl:
         return np.concatenate([ideal, np.where(seen, 1.0, np.nan)], axis=-1)
 
 
+Lens = BrownConrady | KannalaBrandt | Division | Ssl
 LENSES: dict[str, Lens] = {
     "none": BrownConrady(),
     "mild": BrownConrady(k1=-0.06, k2=0.005),

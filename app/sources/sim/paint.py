@@ -19,7 +19,7 @@ from app.core.field import Arc, Line
 from app.core.geometry import ImageSize
 from app.sources.sim.camera import SimCamera
 
-Plane = NDArray[np.float32]  # (height, width)
+Plane = NDArray[np.floating]  # (height, width) float32
 Pick = NDArray[np.intp]  # (n,) flat pixel numbers
 _REACH = 3.5  # sigmas; beyond it the blur leaves less than a grey level
 
@@ -38,7 +38,7 @@ def band(d: NDArray, half_mm: float | NDArray, sigma_mm: NDArray) -> NDArray:
     return normal_cdf((d + half_mm) / sigma_mm) - normal_cdf((d - half_mm) / sigma_mm)
 
 
-def inside(d: NDArray, sigma_mm: NDArray) -> NDArray:
+def inside(d: NDArray, sigma_mm: NDArray | float) -> NDArray:
     """Return the coverage of d < 0."""
     return normal_cdf(-d / sigma_mm)
 

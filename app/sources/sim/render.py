@@ -85,8 +85,9 @@ class Rendering:
         """Return the view of a sensor that sums factor × factor pixels: exact, and much faster than painting anew."""
         w, h = self.camera.image_size
         size = ImageSize(w // factor, h // factor)
-        small = replace(self.camera, image_size=size, focal_px=tuple(f / factor for f in self.camera.focal_px),
-                        centre_px=tuple((c + 0.5) / factor - 0.5 for c in self.camera.centre_px))
+        (focal_x, focal_y), (x, y) = self.camera.focal_px, self.camera.centre_px
+        small = replace(self.camera, image_size=size, focal_px=(focal_x / factor, focal_y / factor),
+                        centre_px=((x + 0.5) / factor - 0.5, (y + 0.5) / factor - 0.5))
         cut = (slice(size.height * factor), slice(size.width * factor))
 
         def shrunk(plane: NDArray) -> NDArray:

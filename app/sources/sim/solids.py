@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 Colour = tuple[float, float, float]  # BGR
 Spot = tuple[float, float]
-Plane = NDArray[np.float32]
+Plane = NDArray[np.floating]  # float32
 _GOLDEN = (np.sqrt(5.0) - 1) / 2
 _NARROWINGS = 9  # each leaves 0.62 of the way: 1.3 %, 2 mm of a robot's side
 

@@ -2,17 +2,21 @@
 
 import contextlib
 import os
+import socket
 import threading
 import time
 from itertools import pairwise
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
 
 from app.core.errors import Unavailable
 from app.sources import SourceContext, source_from_url
+from app.sources.network.endpoint import Endpoint
 from app.sources.network.rtp_sizes import SizeMonitor
+from app.sources.network.rtsp_relay import RtspRelay
 from tests.support.gst_camera import GstCamera, installed
 from tests.support.rtsp_camera import RtspCamera, packed, scene
 from tests.support.tiers import long
@@ -55,6 +59,15 @@ def ending(source) -> tuple[float, str]:
 def sees_sizes(source) -> bool:
     """Whether a change of the picture's size would be noticed."""
     return source._relay.monitor.sizes is not None
+
+
+def test_a_request_without_a_number_ends_the_relay_and_it_says_so():
+    camera, _far = socket.socketpair()
+    with contextlib.closing(RtspRelay(camera, Endpoint.of("rtsp", "camera/"), stall_s=LONG_S)) as relay:
+        with socket.create_connection(("127.0.0.1", urlsplit(relay.url).port)) as stranger:
+            stranger.sendall(f"OPTIONS {relay.url} RTSP/1.0\r\n\r\n".encode())
+            relay._thread.join(LONG_S)
+        assert relay.problem is not None and relay.problem.reason == "camera-gone"
 
 
 def test_pictures_come_as_they_were_sent_one_after_the_other(source):
