@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import BadInput
 from app.core.field import BORDERS, Region
-from app.core.geometry import ImageSize, Points, inside_picture
+from app.core.geometry import ImageSize, Points, as_triple, inside_picture
 from app.core.statements import say
 from app.sources.sim.lens import Lens
 
@@ -48,8 +48,7 @@ class SimCamera:
             raise BadInput(say("sim.field-out-of-view", "The field is outside the view of the simulated camera."),
                            say("sim.smaller-tilt", "Use tilt and pan below 80°."), reason="bad-camera")
         place = middle + ahead * (height_mm / ahead[2]) if stand_mm is None else np.array([*stand_mm, height_mm])
-        camera = cls(image_size, (1.0, 1.0), (0.0, 0.0), lens, _plain(rotation),
-                     (float(place[0]), float(place[1]), float(place[2])))
+        camera = cls(image_size, (1.0, 1.0), (0.0, 0.0), lens, _plain(rotation), as_triple(place))
         if focal_px is None:
             focal_px = camera._focal_to_fit(region, fill)
         return cls(image_size, (focal_px, focal_px), image_size.centre, lens, camera.camera_from_field,
@@ -116,4 +115,4 @@ def _turn(tilt_deg: float, pan_deg: float, roll_deg: float) -> NDArray[np.float6
 
 
 def _plain(matrix: NDArray) -> Matrix:
-    return tuple((float(x), float(y), float(z)) for x, y, z in matrix)
+    return tuple(map(as_triple, matrix))

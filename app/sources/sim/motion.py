@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.field import Field, Region
+from app.core.geometry import as_pair
 from app.sources.sim.solids import Spot
 
 _KICK_S = 2.5  # from one kick to the next
@@ -107,8 +108,8 @@ def robots_at(play: Motion, field: Field, region: Region, time_s: float) -> list
     moves = to - at
     angle = np.where(np.hypot(*moves.T) > 0, np.arctan2(moves[:, 1], moves[:, 0]), phase % (2 * pi))
     numbers = _numbers(play)
-    return [RobotTruth("yellow" if i % 2 else "blue", numbers[i], float(at[i, 0]), float(at[i, 1]), float(angle[i]),
-                       size["height_mm"], float(moves[i, 0]), float(moves[i, 1])) for i in range(play.robots)]
+    return [RobotTruth("yellow" if i % 2 else "blue", numbers[i], *as_pair(at[i]), float(angle[i]), size["height_mm"],
+                       *as_pair(moves[i])) for i in range(play.robots)]
 
 
 @lru_cache(maxsize=16)
@@ -159,7 +160,7 @@ def people_at(play: Motion, region: Region, time_s: float) -> list[PersonTruth]:
     for i in range(play.people):
         corners, ends, pace, inward = _walk(region, play.seed, i)
         if play.walk_mm_s == 0:
-            found.append(PersonTruth(float(corners[0, 0]), float(corners[0, 1]), inward, 0.0))
+            found.append(PersonTruth(*as_pair(corners[0]), inward, 0.0))
             continue
         walked = pace * play.walk_mm_s * time_s
         near = walked + np.linspace(-_ROUNDING_MM, _ROUNDING_MM, 9)

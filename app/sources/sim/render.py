@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.field import Field, Region
-from app.core.geometry import ImageSize
+from app.core.geometry import ImageSize, as_pair
 from app.sources.sim import illumination, robot_shapes
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.canvas import STEPS, Canvas, in_steps
@@ -85,9 +85,8 @@ class Rendering:
         """Return the view of a sensor that sums factor × factor pixels: exact, and much faster than painting anew."""
         w, h = self.camera.image_size
         size = ImageSize(w // factor, h // factor)
-        (focal_x, focal_y), (x, y) = self.camera.focal_px, self.camera.centre_px
-        small = replace(self.camera, image_size=size, focal_px=(focal_x / factor, focal_y / factor),
-                        centre_px=((x + 0.5) / factor - 0.5, (y + 0.5) / factor - 0.5))
+        small = replace(self.camera, image_size=size, focal_px=as_pair(f / factor for f in self.camera.focal_px),
+                        centre_px=as_pair((c + 0.5) / factor - 0.5 for c in self.camera.centre_px))
         cut = (slice(size.height * factor), slice(size.width * factor))
 
         def shrunk(plane: NDArray) -> NDArray:

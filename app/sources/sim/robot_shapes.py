@@ -5,6 +5,7 @@ from math import cos, sin
 import numpy as np
 
 from app.core.field import Field, Region
+from app.core.geometry import as_triple
 from app.core.ssl_pattern import DOT_MM, DOTS_MM, GREEN, TEAM_DOT_MM
 from app.sources.sim import motion
 from app.sources.sim.motion import Motion, PersonTruth, RobotTruth
@@ -27,7 +28,7 @@ def moving(play: Motion, field: Field, region: Region, time_s: float, eye: tuple
     people = motion.people_at(play, region, time_s)
     groups: list[tuple[Spot, list[Solid]]] = [((r.x_mm, r.y_mm), [_robot(r, motion.robot_size(field))]) for r in robots]
     drawn = (np.random.default_rng([play.seed, 8, i]).uniform(40, 190, 3) for i in range(play.people))
-    shirts = [(float(blue), float(green), float(red)) for blue, green, red in drawn]
+    shirts = [as_triple(colour) for colour in drawn]
     groups += [((p.x_mm, p.y_mm), _person(p, f"person {i}", shirts[i])) for i, p in enumerate(people)]
     groups.sort(key=lambda group: -np.hypot(group[0][0] - eye[0], group[0][1] - eye[1]))
     ball: list[Solid] = [Ball("ball", motion.ball_at(play, field, region, time_s), ball_radius_mm(field), ORANGE)]
@@ -91,7 +92,7 @@ def _person(person: PersonTruth, name: str, shirt: Colour) -> list[Solid]:
                            180, 0, 90, (44.0, 44.0, 48.0), (30.0, 30.0, 32.0), (), 0.3))
         knee = spot(0.7 * ahead, left * 0.9)
         things.append(Prism(name, Disc(knee, 75), knee, 80, 60, 880, JEANS, JEANS))
-    dark = (0.8 * shirt[0], 0.8 * shirt[1], 0.8 * shirt[2])
+    dark = as_triple(0.8 * v for v in shirt)
     things.append(Prism(name, Capsule(spot(0, 190), spot(0, -190), 120), spot(0, 0), 320, 850, 1450, shirt, dark))
     things.append(Prism(name, Disc(spot(20, 0), 95), spot(20, 0), 100, 1450, 1780, HAIR, SKIN))
     return things
