@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from app.core.colour_profile import ColourProfile
-from app.core.errors import TouchlineError
+from app.core.errors import BadImage, TouchlineError
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
 from app.core.statements import say, stated
@@ -102,9 +102,10 @@ class LiveDetector:
                     what = type(error).__name__
                     self._failures.add(say("camera-failure.detection", "Object detection failed"), error)
                 self._send_result(taken, request, None, (f"Object detection failed for this image: {what}",))
-                self._state = None
-                self._changed.wait(RETRY_S)
-                self._changed.clear()
+                if not isinstance(error, BadImage):  # the next one is whole again
+                    self._state = None
+                    self._changed.wait(RETRY_S)
+                    self._changed.clear()
 
     def _process(self, taken: CapturedFrame, request: Mapping[str, Any],
                  streams: Mapping[int, tuple[StreamSpec, float]]) -> None:

@@ -17,7 +17,7 @@ from app.evaluate.fit.observability import observability_warnings
 from app.evaluate.fit.reach import reach_warnings
 from app.evaluate.fit.residuals import FeatureResiduals, feature_residuals, mm_per_px, residual_rows, rms
 from app.evaluate.fit.uncertainty import knows_its_error, sigma_report
-from app.evaluate.fit.verdict import GOOD_MM, FitAccuracy, fit_verdict, tops_are_known
+from app.evaluate.fit.verdict import GOOD_MM, FitAccuracy, fit_verdict
 from app.fitting import FITTERS
 from app.models import CameraModel, RayModel
 from app.models.ray_camera import RayCamera
@@ -58,10 +58,7 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
                                               "unknown."),
             say("warning.inside-not-checked.fix",
                 "Add a few points on a line or landmark inside the field, such as the centre circle.")))
-    sigma = sigma_report(fit, region, hat_mm)
-    if sigma and "hat" in sigma:
-        height_is_known = all(w.reason != "height-unknown" for w in warnings)
-        sigma["hat"]["known"] = tops_are_known(sigma["hat"]["rms"], height_is_known)
+    sigma = sigma_report(fit, region, hat_mm, all(w.reason != "height-unknown" for w in warnings))
     apart_mm = 0.0 if freer is None else max(freer.carpet_mm, freer.hat_mm or 0.0)
     if freer is not None and apart_mm > GOOD_MM:
         warnings.append(Warning(

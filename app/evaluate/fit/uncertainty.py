@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 
 from app.core.errors import Conflict, FitFailed
-from app.core.field import HAT_MM, Region
+from app.core.field import Region
 from app.core.geometry import Array, Points, with_z
 from app.core.records import Fit
+from app.evaluate.fit.verdict import tops_are_known
 from app.fitting import sensitivity_of
 from app.models import RayModel
 
@@ -51,8 +52,7 @@ class ExpectedError:
     def to_json(self) -> dict[str, Any]:
         mm, place = self.worst
         return {"z_mm": self.z_mm, "median": float(np.nanmedian(self.sigma_mm)), "rms": self.rms, "rms_95": self.rms_95,
-                "max": mm,
-                "worst_place": place}
+                "max": mm, "worst_place": place}
 
 
 def grid_over(region: Region, columns: int = GRID[0], rows: int = GRID[1]) -> Points:
@@ -93,11 +93,15 @@ def _rms_95(by: Array, covariance: Array) -> float:
     return float(np.sqrt(mean * (1 - ninth + QUANTILE_95 * np.sqrt(ninth)) ** 3))  # E. Wilson, M. Hilferty 1931
 
 
-def sigma_report(fit: Fit, region: Region, hat_mm: float = HAT_MM) -> dict[str, Any] | None:
-    """Median and largest expected error at the carpet, and under "hat" at hat height where there are rays."""
+def sigma_report(fit: Fit, region: Region, hat_mm: float, height_is_known: bool) -> dict[str, Any] | None:
+    """Median and largest expected error at the carpet, and under "hat" at hat height where there are rays.
+
+    "known" under "hat": whether that is a figure and no guess. height_is_known: of the camera above the carpet.
+    """
     if not knows_its_error(fit):
         return None
     report = expected_error(fit, region).to_json()
     if isinstance(fit.model, RayModel):
-        report["hat"] = expected_error(fit, region, hat_mm).to_json()
+        hat = expected_error(fit, region, hat_mm)
+        report["hat"] = hat.to_json() | {"known": tops_are_known(hat.rms, height_is_known)}
     return report

@@ -3,6 +3,8 @@
 import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import count, pairwise
+from queue import SimpleQueue
+from threading import Event
 
 import numpy as np
 import pytest
@@ -12,10 +14,13 @@ from app.core.records import Frame
 from app.images import ImageLimits, read_in_process
 from app.live import drift, rolls
 from app.live.capture import FrameCapture
+from app.live.detector import LiveDetector
 from app.live.drift import CameraDriftMonitor
 from app.live.failures import Failures
 from app.live.rolls import RollMonitor
+from app.processes.framing import decode_body
 from app.sources import SourceContext
+from app.store.stages import named_plan
 from tests.support.pictures import encoded, gradient
 from tests.support.waiting import LONG_S
 
@@ -41,15 +46,52 @@ def test_the_last_frame_of_a_stopped_stream_is_learnt_from_once(capture, monkeyp
     assert all(sooner < later for sooner, later in pairwise(learnt.result(LONG_S)))
 
 
-def test_rolls_are_followed_on_after_a_damaged_frame(capture, monkeypatch):
+@pytest.fixture
+def whole():
+    return encoded("jpg", gradient(640, 480))
+
+
+@pytest.fixture
+def damaged(whole):
+    """With a quantisation table that no picture has: it passes the screening, and cannot be decoded."""
+    jpeg = bytearray(whole)
+    jpeg[jpeg.index(b"\xff\xdb") + 4] = 0x0F
+    return bytes(jpeg)
+
+
+def test_objects_are_detected_with_the_same_colours_after_a_damaged_frame(capture, whole, damaged):
+    heard: SimpleQueue[dict] = SimpleQueue()
+    is_gone = Event()
+
+    def send(_kind: int, _number: int, body: bytes) -> None:
+        if is_gone.is_set():
+            raise ConnectionResetError
+        heard.put(decode_body(body)[0])
+
+    detector = LiveDetector(capture, send, Failures())
+    detector._renderer.run = lambda: None  # its thread would outlive the test
+    detector.follow({"on": True, "run": True, "plan": named_plan("ssl").to_json(), "profile": None, "publish": False,
+                     "camera_number": 0, "extent_mm": 9000.0})
+    with ThreadPoolExecutor() as pool:
+        working = pool.submit(detector.run)
+        seen = []
+        for frame in (whole, damaged, whole):
+            capture._keep(read_in_process(frame))
+            told = heard.get(timeout=LONG_S)
+            seen.append((told["seq"], bool(told["stages"]), detector.status))
+        is_gone.set()
+        capture._keep(read_in_process(whole))
+        working.result(LONG_S)
+    assert [(number, is_whole) for number, is_whole, _ in seen] == [(1, True), (2, False), (3, True)]
+    assert all(status is detector.status for _, _, status in seen)  # learned once
+
+
+def test_rolls_are_followed_on_after_a_damaged_frame(capture, whole, damaged, monkeypatch):
     monkeypatch.setattr(rolls, "WAIT_S", 0.3)
-    whole = encoded("jpg", gradient(640, 480))
-    damaged = bytearray(whole)
-    damaged[damaged.index(b"\xff\xdb") + 4] = 0x0F  # a table that no picture has
     monitor = RollMonitor(capture)
     capture._keep(read_in_process(whole))
     watch = monitor.poll("", 0, 0)["watch"]
-    capture._keep(read_in_process(bytes(damaged)))
+    capture._keep(read_in_process(damaged))
     with pytest.raises(Unavailable):
         monitor.poll(watch, 0, 1)
     capture._keep(read_in_process(whole))

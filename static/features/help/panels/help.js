@@ -67,9 +67,9 @@ function Manual() {
     if (heading || asked > 1) at.focus({ preventScroll: true });
     const scroll = () => (heading ? at : (at.closest("aside") ?? at)).scrollIntoView({ block: "start" });
     scroll();
-    // what is below a picture moves down once it is there
-    for (const it of pictures) if (!it.complete) it.addEventListener("load", scroll, { once: true });
     if (!heading) at.closest("aside")?.scrollTo(0, 0);
+    // what is below a picture moves down once it is there
+    else for (const it of pictures) if (!it.complete) it.addEventListener("load", scroll, { once: true });
   }, [text, heading, asked]);
   /** @param {MouseEvent} e */
   const follow = (e) => {
