@@ -9,29 +9,22 @@ cameras' relative pose), field_lines/ (a camera from detected lines, without cli
 """
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from app.core.registry import Registry
 from app.fitting.contract import Fitter, Sensitivity
 from app.models import CameraModel
 
-if TYPE_CHECKING:
-    from app.fitting.ray_camera.fit import RayFitter
+__all__ = ["FITTERS", "Fitter", "Sensitivity", "known_options", "sensitivity_of"]
 
-__all__ = ["FITTERS", "LENS_FITTERS", "Fitter", "Sensitivity", "known_options", "sensitivity_of"]
-
-_WITH_LENS = {  # the ray cameras: linear start, robust refinement
-    "division": "app.fitting.ray_camera.fitters:DivisionFitter",
-    "brown-conrady": "app.fitting.ray_camera.fitters:BrownConradyFitter",
-    "fisheye": "app.fitting.ray_camera.fitters:FisheyeFitter",
-    "ssl": "app.fitting.ray_camera.fitters:SslFitter",
-}
-LENS_FITTERS: "Registry[type[RayFitter]]" = Registry("camera model", _WITH_LENS)
 FITTERS: Registry[type[Fitter]] = Registry("camera model", {
     "polynomial": "app.fitting.polynomial.fit:PolynomialFitter",  # four border curves, then the relation to mm
     "homography": "app.fitting.homography.fit:HomographyFitter",  # normalised DLT, then distances in pixels
     "thin-plate": "app.fitting.thin_plate.fit:ThinPlateFitter",  # another model, then a spline through what it leaves
-    **_WITH_LENS,
+    "division": "app.fitting.ray_camera.fitters:DivisionFitter",  # the ray cameras: linear start, robust refinement
+    "brown-conrady": "app.fitting.ray_camera.fitters:BrownConradyFitter",
+    "fisheye": "app.fitting.ray_camera.fitters:FisheyeFitter",
+    "ssl": "app.fitting.ray_camera.fitters:SslFitter",
 })
 
 

@@ -9,8 +9,8 @@ from app.core.field import Region
 from app.core.records import Calibration
 from app.evaluate.fit.approximation import ApproximationError, approximate_camera, approximation_error
 from app.formats import Format
-from app.models import LENS_MODELS, CameraModel
-from app.models.ray_camera import RayCamera
+from app.models import CameraModel
+from app.models.ray_camera import RayCamera, lens_model
 from app.models.restored import Restored
 
 NO_WORSE = 1.05  # a lens with fewer terms is preferred unless richer ones are nearer by more than this
@@ -51,7 +51,7 @@ def exact_camera(model: CameraModel, lenses: Mapping[str, tuple[str, ...]], squa
     plain = next((name for name in lenses if name != "fisheye"), None)
     if plain is None or model.NAME == "fisheye" or any(terms.values()):
         return None
-    family = LENS_MODELS[plain]  # without distortion, all lenses but the fisheye are one
+    family = lens_model(plain)  # without distortion, all lenses but the fisheye are one
     return family(**{**{f.name: getattr(model, f.name) for f in fields(model)},
                      "lens_terms": (0.0,) * len(family.LENS.TERMS)})
 
@@ -62,7 +62,7 @@ def nearest_camera(model: CameraModel, lenses: tuple[tuple[str, tuple[str, ...]]
     """Return the nearest camera with one of these lenses and as few terms as suffice, and its error."""
     found = []
     for name, terms in lenses:
-        family = LENS_MODELS[name]
+        family = lens_model(name)
         for chosen in dict.fromkeys([*(rung for rung in TERM_LADDER if set(rung) < set(terms)), terms]):
             try:
                 camera = approximate_camera(model, family, chosen, region, hat_height_mm, square=square)

@@ -8,9 +8,8 @@ from app.core.field import Field
 from app.core.geometry import MAX_SIDE_PX, MIN_SIDE_PX, ImageSize
 from app.formats.metadata import CameraPose, Metadata
 from app.formats.numbers import format_error, integer, number
-from app.models import LENS_MODELS
 from app.models.intrinsics import Intrinsics
-from app.models.ray_camera import RayCamera
+from app.models.ray_camera import RayCamera, lens_model
 
 MAX_FOCAL_PX = 1e6
 NO_METADATA = Metadata()
@@ -20,8 +19,8 @@ NO_METADATA = Metadata()
 class CameraFile:
     """One camera of a file.
 
-    format: the reader's NAME. model: a name in LENS_MODELS, whose lens has these terms. image_size: None where the file
-    does not tell. pose: only with a known field, which metadata or field names.
+    format: the reader's NAME. model: a name in MODELS, whose lens has these terms. image_size: None where the file does
+    not tell. pose: only with a known field, which metadata or field names.
     """
 
     format: str
@@ -40,7 +39,7 @@ class CameraFile:
             number(focal, f"The focal length f{axis}", 1e-3, MAX_FOCAL_PX)
             number(centre, f"The centre c{axis}")
         number(self.aspect, "fy / fx", 0.5, 2)
-        if len(self.terms) != len(LENS_MODELS[self.model].LENS.TERMS):
+        if len(self.terms) != len(lens_model(self.model).LENS.TERMS):
             raise format_error("The lens has too many or too few terms.", "Correct the file.")
 
     @property
@@ -85,7 +84,7 @@ class CameraFile:
             raise BadInput("The file does not state the camera pose.", "Use its lens as a known lens when you fit the "
                                                                        "field.",
                            reason="no-pose")
-        camera = LENS_MODELS[self.model](lens_terms=self.terms, focal_px=self.focal_px[0], aspect=self.aspect,
+        camera = lens_model(self.model)(lens_terms=self.terms, focal_px=self.focal_px[0], aspect=self.aspect,
                                          centre_px=self.centre_px, rotation=self.pose.rotation,
                                          position_mm=self.pose.position_mm, **view)
         if not camera.plausible():

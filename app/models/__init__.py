@@ -14,30 +14,23 @@ too few points say how many are needed; a scaled image gives the scaled model.
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from app.core.geometry import Points
 from app.core.registry import Registry
 from app.models.contract import CameraModel, RayModel
 
-if TYPE_CHECKING:
-    from app.models.ray_camera import RayCamera
-
-__all__ = ["LENS_MODELS", "MODELS", "CameraModel", "RayModel", "field_from_raw", "model_from_json", "parameters_json",
+__all__ = ["MODELS", "CameraModel", "RayModel", "field_from_raw", "model_from_json", "parameters_json",
            "raw_from_field"]
 
-_WITH_LENS = {
-    "division": "app.models.lens_models:Division",  # a pinhole with one distortion number
-    "brown-conrady": "app.models.lens_models:BrownConrady",  # radial and tangential terms: nearly every field camera
-    "fisheye": "app.models.lens_models:Fisheye",  # Kannala–Brandt, for very wide lenses
-    "ssl": "app.models.lens_models:Ssl",  # the league's one term, for its software
-}
-LENS_MODELS: "Registry[type[RayCamera]]" = Registry("camera model", _WITH_LENS)
 MODELS: Registry[type[CameraModel]] = Registry("camera model", {
     "polynomial": "app.models.polynomial:Polynomial",  # the paper's: two one-dimensional corrections from four borders
     "homography": "app.models.homography:Homography",  # no lens at all: eight numbers from four lines
     "thin-plate": "app.models.thin_plate:ThinPlate",  # bends away what another model leaves, without a reason
-    **_WITH_LENS,
+    "division": "app.models.lens_models:Division",  # a pinhole with one distortion number
+    "brown-conrady": "app.models.lens_models:BrownConrady",  # radial and tangential terms: nearly every field camera
+    "fisheye": "app.models.lens_models:Fisheye",  # Kannala–Brandt, for very wide lenses
+    "ssl": "app.models.lens_models:Ssl",  # the league's one term, for its software
 })
 
 

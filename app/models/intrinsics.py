@@ -8,9 +8,9 @@ import numpy as np
 
 from app.core.errors import BadInput
 from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, as_pair, unreachable_where
-from app.models import MODELS, parameters_json
+from app.models import parameters_json
 from app.models.lenses import Lens
-from app.models.ray_camera import RayCamera
+from app.models.ray_camera import lens_model
 
 PINHOLE_PARAMETERS = ("log_focal", "aspect", "centre_x", "centre_y")  # the names before those of the lens's own terms
 
@@ -35,10 +35,7 @@ class Intrinsics:
 
     @property
     def lens(self) -> type[Lens]:
-        model = MODELS[self.model]  # an unknown name is refused by the table itself
-        if not issubclass(model, RayCamera):
-            raise _no_lens()
-        return model.LENS
+        return lens_model(self.model).LENS
 
     @property
     def values(self) -> dict[str, float]:
@@ -105,9 +102,6 @@ class Intrinsics:
             c = np.array(self.covariance)
             fine = bool(np.isfinite(c).all() and np.allclose(c, c.T, rtol=1e-6, atol=0) and (np.diag(c) >= 0).all())
         if not fine:
-            raise _no_lens()
-
-
-def _no_lens() -> BadInput:
-    return BadInput("These parameters do not describe a lens.", "Send the lens that a board calibration returned.",
-                    reason="bad-parameters")
+            raise BadInput("These parameters do not describe a lens.",
+                           "Send the lens that a board calibration returned.",
+                           reason="bad-parameters")

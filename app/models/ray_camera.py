@@ -27,6 +27,7 @@ from app.core.geometry import (
     unreachable_where,
     with_z,
 )
+from app.models import MODELS
 from app.models.contract import RayModel
 from app.models.lenses import Lens
 from app.models.rotation import matrix_from_vector
@@ -135,6 +136,14 @@ class RayCamera(TopView, RayModel):
                     and np.abs(numbers).max() < MAX_COORDINATE
                     and 0.05 * width <= self.focal_px <= 100 * width and 0.5 <= self.aspect <= 2
                     and self.position_mm[2] > 0 and np.linalg.norm(self.rotation) < 10)
+
+
+def lens_model(name: str) -> type[RayCamera]:
+    """Return the model of that name in MODELS; BadInput for one without a lens."""
+    model = MODELS[name]
+    if not issubclass(model, RayCamera):
+        raise BadInput(f"The model {name} has no lens.", "Use a physical lens model.", reason="bad-parameters")
+    return model
 
 
 def example_parameters() -> Iterator[dict[str, Any]]:

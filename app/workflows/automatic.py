@@ -32,7 +32,7 @@ from app.fitting.field_lines.refinement import (
     with_brown_conrady,
 )
 from app.fitting.field_lines.search import FINE_STEPS, CameraCandidate, PosePrior, SearchResult, candidate_json, search
-from app.fitting.ray_camera.fit import RayFitter
+from app.fitting.ray_camera.fit import lens_fitter
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, parameters_json
 from app.models.ray_camera import RayCamera
@@ -189,10 +189,11 @@ def _fitted(found: LineAssignment, field: Field, region: Region, size: ImageSize
 
 def _start(state: RayCameraParameters, name: str, region: Region, size: ImageSize) -> dict[str, Any] | None:
     """Return the found camera as parameters of that model; None for a model without such a start."""
-    model_class, fitter = MODELS[name], FITTERS[name]
-    if not (issubclass(model_class, RayCamera) and issubclass(fitter, RayFitter)):
+    model_class = MODELS[name]
+    if not issubclass(model_class, RayCamera):
         return None
-    terms = state.terms if model_class.LENS is state.lens else fitter.start_terms(float(state.terms[0]))
+    k1 = float(state.terms[0])
+    terms = state.terms if model_class.LENS is state.lens else lens_fitter(model_class).start_terms(k1)
     given = replace(state, lens=model_class.LENS, terms=np.asarray(terms, float))
     begin = model_class(**given.parameters(), width_px=100.0, height_px=100.0, n_rectangles_x=1, n_rectangles_y=1,
                         region=region, image_size=size)

@@ -64,7 +64,7 @@ def follow(copy: Path, text: str) -> list[tuple[str, str, str]]:
     lines = re.findall(r"```python\n(    \".*?\n)```", text)
     assert len(tables) == len(lines) > 0
     for (table, name), line in zip(tables, lines, strict=True):
-        code, count = re.subn(rf"^({table} = .*?)^\}}", rf"\1{line}}}", (copy / name).read_text(), count=1,
+        code, count = re.subn(rf"^({table}(?:: \S+)? = .*?)^\}}", rf"\1{line}}}", (copy / name).read_text(), count=1,
                               flags=re.MULTILINE | re.DOTALL)
         assert count == 1
         (copy / name).write_text(code)
@@ -90,6 +90,7 @@ def test_whoever_follows_a_recipe_ends_with_a_green_run(copy, done, title):
     if "models.md" in text:
         with open(copy / "static" / "help" / "models.md", "a") as page:
             page.write(MODELS_SECTION)
+    done(sys.executable, "-m", "mypy")
     commands = re.findall(r"```sh\n(.*?)```", text, re.DOTALL)
     assert commands, "no command to run"
     for command in "".join(commands).splitlines():

@@ -15,9 +15,9 @@ import numpy as np
 from app.core.errors import Conflict, FitFailed
 from app.core.field import Region
 from app.core.geometry import Array, Points, inside_picture, with_z
-from app.fitting import LENS_FITTERS
 from app.fitting.least_squares import Minimum, minimise
 from app.fitting.linear import Incidences, focal_from_vanishing_points, homography_from_lines, pose_from_homography
+from app.fitting.ray_camera.fit import lens_fitter
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
 from app.models.ray_camera import RayCamera
@@ -150,7 +150,7 @@ def _starts(model: CameraModel, family: type[RayCamera], points: Array, pixels: 
     for r in BENDS:
         distorted = model.LENS.distort(np.array(model.lens_terms), np.array([r, 0.0, 1.0]))[0]
         bends.append((float(distorted) / r - 1) / r**2)
-    return [replace(own, lens=family.LENS, terms=LENS_FITTERS[family.NAME].start_terms(b))
+    return [replace(own, lens=family.LENS, terms=lens_fitter(family).start_terms(b))
             for b in dict.fromkeys(bends) if np.isfinite(b)]
 
 
@@ -167,7 +167,7 @@ def _seen_from(model: CameraModel, family: type[RayCamera], points: Array, pixel
         with suppress(FitFailed):
             rotation, position = pose_from_homography(plane_from_field, focal)
             k1 = float(np.clip(found.bend * focal**2, -1.0, 0.5))
-            terms = LENS_FITTERS[family.NAME].start_terms(k1)
+            terms = lens_fitter(family).start_terms(k1)
             states.append(RayCameraParameters(family.LENS, float(np.log(focal)), 1.0, centre, terms, rotation, position,
                                    np.empty(0)))
     if not states:

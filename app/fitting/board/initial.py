@@ -10,8 +10,8 @@ from itertools import product
 import numpy as np
 
 from app.core.geometry import Array, ImageSize, Mask, homogeneous
-from app.fitting import LENS_FITTERS
 from app.fitting.board.parameters import BoardObservations, BoardParameters
+from app.fitting.ray_camera.fit import lens_fitter
 from app.models.lenses import Lens
 from app.models.ray_camera import RayCamera
 
@@ -98,7 +98,7 @@ def start_states(model: type[RayCamera], observations: BoardObservations, image_
 
 
 def _terms(model: type[RayCamera], k1: float, bend: bool) -> Array:
-    return LENS_FITTERS[model.NAME].start_terms(k1) if bend else np.zeros(len(model.LENS.TERMS))
+    return lens_fitter(model).start_terms(k1) if bend else np.zeros(len(model.LENS.TERMS))
 
 
 def _misfit(state: BoardParameters, observations: BoardObservations) -> float:

@@ -13,6 +13,7 @@ from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations
 from app.core.statements import say
+from app.fitting import FITTERS
 from app.fitting.clicks import check_inside_picture, inlier_masks, outlier_warnings
 from app.fitting.contract import Fitter, Sensitivity
 from app.fitting.corrected_rectangle import corrected_rectangle
@@ -130,3 +131,11 @@ class RayFitter(Fitter):
             if part == "across" and f"line_{i}" in sigma}
         return Fit(model, inliers, (True,) * len(observations), warnings, notes, covariance=covariance,
                    parameter_names=names)
+
+
+def lens_fitter(model: type[RayCamera]) -> type[RayFitter]:
+    """Return the fitter of a camera with a lens."""
+    fitter = FITTERS[model.NAME]
+    if not issubclass(fitter, RayFitter):
+        raise TypeError(f"the fitter of {model.NAME} starts from no lens")
+    return fitter
