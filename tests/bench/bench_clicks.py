@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
+from app.core.field import HAT_MM
 from app.core.geometry import with_z
 from app.core.records import Fit
-from app.evaluate.fit.uncertainty import HAT_MM, expected_error, grid_over
+from app.evaluate.fit.uncertainty import expected_error, grid_over
 from app.fitting import FITTERS, sensitivity_of
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.fitting.ray_camera.problem import gather_clicks

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadInput
+from app.core.field import HAT_MM
 from app.core.geometry import ImageSize
-from app.evaluate.fit.uncertainty import HAT_MM, expected_error, grid_over
+from app.evaluate.fit.uncertainty import expected_error, grid_over
 from app.fitting.board.fit import fit_board
 from app.fitting.ray_camera.distortion_prior import DistortionEstimate
 from app.fitting.ray_camera.lens_prior import camera_intrinsics, lens_prior, read_lens

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.core.errors import BadInput, FitFailed, TouchlineError
-from app.core.field import BORDERS, Arc, Field
+from app.core.field import BORDERS, HAT_MM, Arc, Field
 from app.core.geometry import ImageSize
 from app.core.options import read_options
 from app.core.records import Observation
 from app.evaluate.fit.observability import observability_warnings, weakest_direction
-from app.evaluate.fit.uncertainty import HAT_MM, expected_error
+from app.evaluate.fit.uncertainty import expected_error
 from app.fitting import FITTERS
 from app.fitting.ray_camera.camera_prior import camera_priors, unusual_camera_warnings
 from app.fitting.ray_camera.parameters import RayCameraParameters
