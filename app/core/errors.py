@@ -14,9 +14,17 @@
         └── DiskFull              nothing more can be saved                      (507)
 """
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from app.core.statements import stated
+from app.core.statements import Stated, stated
+
+
+class ProblemJson(Stated):
+    """A refusal as reports and answers carry it."""
+
+    reason: str
+    what: str
+    fix: str
 
 
 class TouchlineError(Exception):
@@ -39,9 +47,8 @@ class TouchlineError(Exception):
     def __str__(self) -> str:
         return f"{self.what} {self.fix}"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return reason, what and fix, as reports and answers carry them."""
-        return stated({"reason": self.reason, "what": self.what, "fix": self.fix})
+    def to_json(self) -> ProblemJson:
+        return stated(ProblemJson(reason=self.reason, what=self.what, fix=self.fix))
 
     @property
     def title(self) -> str:

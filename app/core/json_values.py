@@ -2,9 +2,13 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from annotated_types import Len
+
+PointJson = Annotated[list[float], Len(2, 2)]
+PointsJson = list[PointJson | None]  # None: out of reach
 
 
 def number(value: Any) -> float | None:

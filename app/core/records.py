@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from app.core.errors import BadInput
 from app.core.field_changes import field_changes
 from app.core.geometry import ImageSize, Points, as_points
+from app.core.json_values import PointJson
 from app.core.marking_names import marking_name
 from app.core.report_json import read_report
-from app.core.statements import Sentence, stated
+from app.core.statements import Sentence, Stated, stated
 
 Kind = Literal["line", "landmark"]
 MAX_POINTS = 20_000  # an operator clicks dozens and a detector finds thousands; more is a mistake
@@ -69,7 +70,7 @@ class Observation:
         return Sentence(f"the {name}", name.statements) if name.statements else name
 
     @property
-    def feature_json(self) -> str | list[float]:
+    def feature_json(self) -> str | PointJson:
         return self.feature if isinstance(self.feature, str) else list(self.feature)
 
     def to_json(self) -> dict[str, Any]:
@@ -117,6 +118,14 @@ def observations_from_json(value: Any) -> Observations:
     return observations
 
 
+class WarningJson(Stated):
+    reason: str
+    text: str
+    fix: str
+    feature: str | None
+    index: int | None
+
+
 @dataclass(frozen=True)
 class Warning:
     """Something the operator should know, with a fix. reason: kebab-case, for scripts."""
@@ -127,8 +136,9 @@ class Warning:
     feature: str | None = None
     index: int | None = None  # of the point within its observation, from 0
 
-    def to_json(self) -> dict[str, Any]:
-        return stated(vars(self))
+    def to_json(self) -> WarningJson:
+        return stated(WarningJson(reason=self.reason, text=self.text, fix=self.fix, feature=self.feature,
+                                  index=self.index))
 
 
 @dataclass(frozen=True, eq=False)

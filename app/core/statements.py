@@ -7,10 +7,20 @@ their entry, the list of what each states.
 import math
 from collections.abc import Mapping
 from string import Formatter
-from typing import Any
+from typing import Any, TypeVar
+
+from typing_extensions import TypedDict  # of typing's own, pydantic reads none before Python 3.12
 
 STATEMENTS = "statements"  # the entry beside the sentences
 MAX_STATEMENTS = 20  # of an entry, as read from a file
+
+Record = TypeVar("Record", bound=Mapping[str, Any])
+
+
+class Stated(TypedDict, total=False):
+    """JSON with sentences: by the name of each, what it states; absent where none is known."""
+
+    statements: dict[str, Any]
 
 
 class Sentence(str):
@@ -61,12 +71,15 @@ def statements_of(text: str) -> tuple[Mapping[str, Any], ...]:
     return text.statements if isinstance(text, Sentence) and text.statements else ({"text": str(text)},)
 
 
-def stated(record: Mapping[str, Any]) -> dict[str, Any]:
+def stated(record: Record) -> Record:
     """Return a record as plain JSON, with what its sentences state beside them; of a list of texts, one for each."""
+    json: Any = dict(record)
     found = {name: list(value.statements) for name, value in record.items() if isinstance(value, Sentence)}
     found |= {name: [statements_of(text)[0] for text in value] for name, value in record.items()
               if isinstance(value, (list, tuple)) and any(isinstance(text, Sentence) for text in value)}
-    return {**record, STATEMENTS: {**record.get(STATEMENTS, {}), **found}} if found else dict(record)
+    if found:
+        json[STATEMENTS] = {**json.get(STATEMENTS, {}), **found}
+    return json
 
 
 def sentence_in(record: Mapping[str, Any], name: str) -> str:

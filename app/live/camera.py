@@ -6,7 +6,7 @@ The server never touches a pixel and never waits for a camera: its process is wa
 import asyncio
 import contextlib
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from app.core.common_sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED, OPEN_AGAIN
@@ -102,7 +102,7 @@ class LiveCamera:
         if mismatch := self._mismatch():
             raise Conflict(mismatch["what"], mismatch["fix"], reason=mismatch["reason"])
 
-    def _state(self, now: float) -> tuple[str, dict[str, Any] | None]:
+    def _state(self, now: float) -> tuple[str, Mapping[str, Any] | None]:
         process = self._supervisor.status
         if not self._supervisor.started:
             return "idle", None

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from app.core.common_sentences import CHECK_STATE_TRY_AGAIN, FREE_MEMORY, TRY_AGAIN
-from app.core.errors import TouchlineError, Unavailable
+from app.core.errors import ProblemJson, TouchlineError, Unavailable
 from app.core.statements import say
 from app.live import messages
 from app.live.state import KILL_AFTER_S, ProcessStatus, stall_reason
@@ -44,7 +44,7 @@ class CameraSupervisor:
         self._name, self._spec, self._on_start, self._on_message = name, spec, on_start, on_message
         self.restarts = 0
         self.status: ProcessStatus | None = None  # None until the first process has started
-        self.problem: dict[str, Any] | None = None  # why no process could be started last
+        self.problem: ProblemJson | None = None  # why no process could be started last
         self._process: CameraProcess | None = None
         self._task: asyncio.Task[None] | None = None
 
@@ -70,9 +70,9 @@ class CameraSupervisor:
     async def request(self, head: dict[str, Any], timeout_s: float) -> tuple[dict[str, Any], bytes]:
         """Return the process' answer; what it refuses is raised."""
         if self._process is None:
-            problem = self.problem or {"what": say("camera.starting", "The camera is still starting."),
-                                       "fix": TRY_AGAIN}
-            raise Unavailable(problem["what"], problem["fix"], reason="camera-silent")
+            what, fix = ((self.problem["what"], self.problem["fix"]) if self.problem
+                         else (say("camera.starting", "The camera is still starting."), TRY_AGAIN))
+            raise Unavailable(what, fix, reason="camera-silent")
         return await self._process.request(messages.REQUEST, head, timeout_s)
 
     async def _keep_alive(self) -> None:

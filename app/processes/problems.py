@@ -1,6 +1,6 @@
 """Refusals as they cross the socket between a child process and its parent."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
@@ -14,7 +14,7 @@ def problem_json(error: TouchlineError) -> dict[str, Any]:
     return {"kind": type(error).__name__, **error.to_json()}
 
 
-def error_from_json(problem: dict[str, Any]) -> TouchlineError:
+def error_from_json(problem: Mapping[str, Any]) -> TouchlineError:
     """Return the error to raise in the parent; Unavailable for a kind that does not cross."""
     kind = KINDS.get(problem.get("kind", ""), Unavailable)
     return kind(sentence_in(problem, "what"), sentence_in(problem, "fix"), reason=problem["reason"])

@@ -22,6 +22,7 @@ from app.evaluate.fit.cross_validation import held_out_mm
 from app.evaluate.fit.difference import difference_report
 from app.evaluate.fit.distortion import distortion_kind, sag_pct
 from app.evaluate.fit.report import report
+from app.evaluate.fit.report_types import FitReport
 from app.evaluate.fit.uncertainty import expected_error, grid_over
 from app.fitting import FITTERS, sensitivity_of
 from app.fitting.border import Degree, fit_curve
@@ -42,7 +43,7 @@ class CalibrationResult:
     """A fit with its report."""
 
     fit: Fit
-    report: Mapping[str, Any]
+    report: FitReport
 
     @property
     def model(self) -> CameraModel:

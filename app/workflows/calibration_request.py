@@ -32,7 +32,7 @@ def run_fit(spec: Any, progress: Progress) -> dict[str, Any]:
     return request.record(request.run(progress)).to_json()
 
 
-def run_compare(spec: Any, progress: Progress) -> dict[str, Any]:
+def run_compare(spec: Any, progress: Progress) -> model_choice.Ranking:
     """A job: rank the models spec["models"] (all where none are named) on spec["task"]."""
     return CalibrationRequest.from_json(spec["task"]).compare(spec["models"], progress)
 
@@ -147,7 +147,7 @@ class CalibrationRequest:
         except FitFailed as refusal:
             return {"preview": None, "refusal": {**refusal.details, **refusal.to_json(), "title": refusal.title}}
 
-    def compare(self, models: list[str] | None, progress: Progress = no_progress) -> dict[str, Any]:
+    def compare(self, models: list[str] | None, progress: Progress = no_progress) -> model_choice.Ranking:
         """Rank several models (all where none are named) on the same observations."""
         return model_choice.compare(self.observations, self.field, self.region, self.image_size,
                                     tuple(models) if models else None, self.options, progress).ranking

@@ -6,14 +6,15 @@ from functools import cache
 from itertools import chain
 from typing import Any, NamedTuple
 
-from app.core.errors import FitFailed
+from app.core.errors import FitFailed, ProblemJson
 from app.core.field import Field, Region
 from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
 from app.core.records import Observations
 from app.core.statements import say
-from app.evaluate.fit.comparison import FittedModel, compare_models, parameter_count
+from app.evaluate.fit.comparison import Comparison, FittedModel, compare_models, parameter_count
 from app.evaluate.fit.contradiction import OWN, freer_lens
+from app.evaluate.fit.report_types import ModelChoice, SavedReport
 from app.fitting import known_options
 from app.models import MODELS
 from app.workflows.calibration import CalibrationResult, calibrate, subprogress
@@ -22,10 +23,19 @@ AUTO = "auto"
 LADDER = (("brown-conrady", "fisheye"), ("division",))  # of the first that can be fitted, the most probable
 
 
+class Refused(ProblemJson):
+    model: str
+    title: str
+
+
+class Ranking(Comparison):
+    failed: list[Refused]
+
+
 class Ranked(NamedTuple):
     """The comparison as plain JSON, and the calibrations by model that it rests on."""
 
-    ranking: dict[str, Any]
+    ranking: Ranking
     calibrations: Mapping[str, CalibrationResult]
 
 
@@ -39,7 +49,8 @@ def compare(observations: Observations, field: Field, region: Region, image_size
     """
     names = tuple(models or MODELS)
     freer = cache(lambda: freer_lens(observations, field, region, image_size, options))
-    fitted, failed = [], []
+    fitted: list[FittedModel] = []
+    failed: list[Refused] = []
     for index, name in enumerate(names):
         title = MODELS[name].TITLE
         part = subprogress(progress, index / len(names), (index + 1) / len(names), f"{title}:")
@@ -47,7 +58,7 @@ def compare(observations: Observations, field: Field, region: Region, image_size
             made = calibrate(observations, field, region, image_size, name, known_options(name, options), part,
                              freer=freer)
         except FitFailed as refusal:
-            failed.append({"model": name, "title": title, **refusal.to_json()})
+            failed.append({**refusal.to_json(), "model": name, "title": title})
             continue
         fitted.append(FittedModel(name, title, made.fit, made.report, parameter_count(made.fit)))
     if not fitted:
@@ -65,10 +76,12 @@ def calibrate_recommended(observations: Observations, field: Field, region: Regi
     Where nothing can be recommended, with the first of the ladder's lenses that was fitted, else with any model.
     """
     ranked = compare(observations, field, region, image_size, None, options, progress)
-    wanted = (ranked.ranking["recommended"], *chain(*LADDER), *ranked.calibrations)
+    found = ranked.ranking
+    wanted = (found["recommended"] or "", *chain(*LADDER), *ranked.calibrations)
     made = next(ranked.calibrations[name] for name in wanted if name in ranked.calibrations)
-    choice = {key: ranked.ranking[key] for key in ("recommended", "reason", "ranking")}
-    return replace(made, report={**made.report, "model_choice": choice})
+    choice = ModelChoice(recommended=found["recommended"], reason=found["reason"], ranking=found["ranking"])
+    report: SavedReport = {**made.report, "model_choice": choice}
+    return replace(made, report=report)
 
 
 def calibrate_most_probable(observations: Observations, field: Field, region: Region, image_size: ImageSize,

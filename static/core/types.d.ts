@@ -1,5 +1,11 @@
 // The shapes that cross the page: what the server sends (REST contract) and what the operator edits.
 
+import type { ResidualRow as Residual, SavedReport as Report } from "./rest"; // generated from the API's description
+
+export type {
+  RankedModel as Ranked, Ranking, ResidualRow as Residual, Sag as Distortion, SavedReport as Report, WarningJson as Warning,
+} from "./rest";
+
 export type Point = [number, number];
 export type Border = "left" | "right" | "top" | "bottom";
 /** How raw and corrected are set against each other. */
@@ -77,36 +83,10 @@ export interface SnapAnswer {
 export interface Statement { code?: string; values?: Record<string, StatedValue>; text?: string }
 export type StatedValue = string | number | Statement | StatedValue[];
 export interface Refusal { detail: string; fix: string; title?: string; reason?: string; feature?: string | null; index?: number | null; entry?: string }
-export interface Warning { reason: string; text: string; fix: string; feature: string | null; index: number | null }
 export interface Feature { feature: string; kind: string; points: (Point | null)[] }
-export interface Distortion { before_pct: number | null; after_pct: number | null }
-/** From a click to where the model puts it, in the pixels of one picture; null: out of its reach. px: its length there. */
-export interface Residual { point: Point | null; foot: Point | null; px: number | null; mm: number | null; mm_vector: Point | null; outlier: boolean }
 export interface Arrow extends Residual { feature: string | Point; index: number }
 /** GET residuals.json. mm_per_px: what a pixel is worth at the clicks, median. */
 export interface Arrows { mm_per_px: number | null; arrows: Arrow[] }
-export interface Report {
-  covariance?: { names: string[]; matrix: number[][] } | null;
-  rms_px: number | null; max_px: number | null; rms_mm: number | null; max_mm: number | null; cv_rms_mm: number | null; mm_per_px: number | null;
-  distortion: Distortion & { kind: string; per_border: Record<string, Distortion> };
-  degree?: Record<string, { degree: number; reason: string }>;
-  per_feature: { feature: string | Point; n: number; used: boolean; rms_px: number | null; rms_mm: number | null; max_mm: number | null; residuals: Residual[] }[];
-  verdict: { mm: number | null; level: "good" | "fair" | "poor" | "unknown"; sentence: string };
-  terms?: { chosen: string[] };
-  sigma_mm: { rms: number; max: number; hat?: { rms: number; max: number; z_mm: number; known?: boolean } } | null;
-  next_click?: { feature: string; point: Point; worst_mm: number; worst_mm_then: number; z_mm?: number } | null;
-  warnings: Warning[];
-  camera?: { height_mm: number; tilt_deg: number } | null; // null: a model without rays; absent: an older version
-}
-/** One model among all, on the same clicks. field_mm: what it would miss inside the field. */
-export interface Ranked {
-  model: string; title: string; parameters: number; field_mm: number | null; held_out_mm: number | null; check_mm: number | null;
-  verdict: Report["verdict"]; apart_mm: number | null; expected_mm: number | null; expected_hat_mm: number | null; hat_height_mm?: number | null; rms_px: number | null;
-}
-export interface Ranking {
-  ranking: Ranked[]; recommended: string | null; reason: string; no_significant_distortion: boolean | null;
-  failed: { model: string; title: string; reason: string; what: string; fix: string }[];
-}
 /** A lens from a board, in short. */
 export interface Lens {
   id: string; created_at: string; camera: string | null; note: string; model: string; image_size: Point; views: number; rms_px: number | null;

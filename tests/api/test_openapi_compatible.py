@@ -1,7 +1,7 @@
 """The API's description still says all that it said: paths, parameters, bodies, answers, status codes and limits.
 
 golden/openapi.json is `create_app(settings).openapi()` of version 0.1 without its version number. Entries may be added;
-components may be renamed.
+components may be renamed. A response may promise more than it did, a request may not ask for more.
 """
 
 import copy
@@ -45,17 +45,21 @@ class Comparison:
         """What `new` lacks of `old`. prose: titles are names here, as among paths and properties."""
         old, new = (self.resolved(*pair) for pair in zip(self.documents, (old, new), strict=True))
         if isinstance(old, dict) and isinstance(new, dict):
+            is_response = "/responses/" in at
             for key in old.keys() - (set() if prose else PROSE):
+                if key == "additionalProperties" and old[key] is True and (is_response or key not in new):
+                    continue  # where nothing is said of them, they are allowed as well
                 if key not in new:
                     yield f"{at}/{key} is gone"
                 else:
                     yield from self.of(old[key], new[key], f"{at}/{key}", prose=key in ("properties", "paths"))
-            yield from (f"{at}/{key} is new" for key in (set() if prose else LIMITS & (new.keys() - old.keys())))
+            if not prose and not is_response:
+                yield from (f"{at}/{key} is new" for key in LIMITS & (new.keys() - old.keys()))
         elif isinstance(old, list) and isinstance(new, list):
             if at.endswith("/required") and "/responses/" not in at and len(old) != len(new):
                 yield f"{at}: {old} → {new}"  # more is asked; a response may promise more
             for number, entry in enumerate(old):
-                if not any(not list(self.of(entry, other, "")) for other in new):
+                if not any(not list(self.of(entry, other, at)) for other in new):
                     name = entry.get("name", number) if isinstance(entry, dict) else entry
                     yield f"{at}/{name} is gone or changed"
         elif old != new or type(old) is not type(new):

@@ -27,6 +27,7 @@ from app.store.calibrations import NOTHING_ACTIVE, version_etag
 from app.store.store import Store
 from app.workflows.calibration_request import run_compare, run_fit
 from app.workflows.interchange import export, formats
+from app.workflows.model_choice import Ranking
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 
@@ -104,7 +105,7 @@ def _created(calibration: Calibration) -> Json:
     return created(calibration.to_json(), f"calibrations/{calibration.id}")
 
 
-@router.post("/compare", response_model=responses.Ranking, responses=ACCEPTED)
+@router.post("/compare", response_model=Ranking, responses=ACCEPTED)
 async def compare_models(request: Request, services: ServicesDep, body: CompareRequest, job: AsJob = False) -> Response:
     """Rank every model (or those in `models`) on the same points; saves nothing and may take ten seconds.
 

@@ -7,6 +7,7 @@ from pydantic import Field
 from app import jobs
 from app.api.schemas.base import JsonObject, Point, Points, Texts, list_of, page_of, response
 from app.core.jobs import INTERNAL
+from app.evaluate.fit.report_types import SavedReport
 from app.league.config import PublishingConfig
 from app.services import events
 from app.store import snapshots
@@ -46,13 +47,11 @@ Border = response("Border", degree=int, degree_reason=str, coefficients=list[flo
     loo_rms_px=float | None, residuals_px=list[float], outliers=list[int], curve=list[Point], distortion_pct=float,
     kind=str | None)
 FittedModel = response("FittedModel", name=str, parameters=JsonObject)
-Report = response("Report", rms_px=float | None, max_px=float | None, rms_mm=float | None, max_mm=float | None,
-    cv_rms_mm=float | None, inliers=int, outliers=int, distortion=JsonObject, per_feature=list[JsonObject],
-    verdict=JsonObject, warnings=list[JsonObject])
 Polyline = response("Polyline", feature=str, kind=Literal["border", "line", "arc", "landmark"], points=Points)
 Overlay = response("Overlay", features=list_of(Polyline))
 Arrows = response("Arrows", frame=Literal["raw", "corrected"], mm_per_px=float | None, arrows=list[JsonObject])
-Preview = response("Preview", model=FittedModel, report=Report, corrected_size=list[int], overlay=list_of(Polyline),
+Preview = response("Preview", model=FittedModel, report=SavedReport, corrected_size=list[int],
+    overlay=list_of(Polyline),
     mesh=described(JsonObject | None, "the corrected view, where mesh_margin_px asks for it"))
 Attempt = response("Attempt", preview=Preview | None,
     refusal=described(JsonObject | None, "why it cannot be fitted: reason, title, what, fix, and which"))
@@ -62,13 +61,12 @@ SnappedPoints = response("SnappedPoints", points=list_of(SnappedPoint))
 # --- calibrations
 Calibration = response("Calibration", id=str, version=int, camera=str | None, field=str, region=str, rotate=int,
     model=FittedModel, image_size=list[int], corrected_size=list[int], observations=list[JsonObject],
-    options=JsonObject, report=Report, created_at=str, software=str, snapshot=str | None, image_sha256=str | None,
+    options=JsonObject, report=SavedReport, created_at=str, software=str, snapshot=str | None, image_sha256=str | None,
     parent=str | None, note=str, made_by=str, active=bool, field_definition=JsonObject)
 Calibrations = page_of("Calibrations", Calibration)
 # version: null where the version was deleted since
 Activation = response("Activation", calibration=str, version=int | None, at=str, by=str)
 Activations = response("Activations", items=list_of(Activation))
-Ranking = response("Ranking", ranking=list[JsonObject], recommended=str | None, reason=str, failed=list[JsonObject])
 # what an export can hold, whether it holds this calibration exactly, else what the nearest costs
 Format = response("Format", format=str, title=str, holds=str, suffix=str, reads=bool, exact=bool,
     loss=JsonObject | None, problem=JsonObject | None)

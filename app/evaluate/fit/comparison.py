@@ -12,9 +12,7 @@ good, or the reference is not, it is the model with the fewest parameters within
 clicked, it is a camera with rays: held-out points of borders know nothing of the inside.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -24,6 +22,7 @@ from app.core.statements import Sentence, join, say, stated
 from app.evaluate.fit.contradiction import EXPLAINS, EXPLAINS_PX, MIN_TERMS
 from app.evaluate.fit.difference import difference_mm
 from app.evaluate.fit.report import expected_figures
+from app.evaluate.fit.report_types import FitReport, ModelChoice, RankedModel
 from app.evaluate.fit.residuals import rms
 from app.models import RayModel
 from app.models.ray_camera import RayCamera
@@ -43,31 +42,33 @@ class FittedModel:
     name: str
     title: str
     fit: Fit
-    report: Mapping[str, Any]
+    report: FitReport
     parameters: int
 
 
-def compare_models(candidates: list[FittedModel], region: Region) -> dict[str, Any]:
-    """Ranked rows, best first, the recommended one's name, and why in a sentence; plain JSON."""
+class Comparison(ModelChoice):
+    no_significant_distortion: bool | None
+
+
+def compare_models(candidates: list[FittedModel], region: Region) -> Comparison:
     reference = _reference(candidates)
     rows = sorted((_row(c, reference, region) for c in candidates),
-                  key=lambda row: np.inf if row["field_mm"] is None else row["field_mm"])
+                  key=_field_mm)
     known = [row for row in rows if row["field_mm"] is not None]
     straight = _no_significant_distortion(candidates, known)
     if _only_borders(candidates):  # then held-out points say nothing of the inside: only a camera's rays do
         rays = {c.name for c in candidates if isinstance(c.fit.model, RayModel)}
         known = [row for row in known if row["model"] in rays]
     if not known:
-        return stated({"ranking": rows, "recommended": None, "no_significant_distortion": None, "reason": _NOTHING})
-    least = known[0]["field_mm"]
-    close = [row for row in known if row["field_mm"] <= WITHIN_CHANCE * least + SAME_MM]
+        return stated(Comparison(ranking=rows, recommended=None, no_significant_distortion=None, reason=_NOTHING))
+    close = [row for row in known if _field_mm(row) <= WITHIN_CHANCE * _field_mm(known[0]) + SAME_MM]
     # not one that another lens on the same points contradicts, or that ends before the field does
     fine = [row for row in close if not {LENS_ENDS, CONTRADICTED} & {*row["warnings"]}]
     close = fine or [row for row in known if reference and row["model"] == reference.name] or close
-    simplest = min(close, key=lambda row: (row["parameters"], row["field_mm"]))
+    simplest = min(close, key=lambda row: (row["parameters"], _field_mm(row)))
     chosen = next((row for row in close if not straight and reference and row["model"] == reference.name), simplest)
-    return stated({"ranking": rows, "recommended": chosen["model"], "no_significant_distortion": straight,
-                   "reason": _sentence(chosen, known, straight, reference)})
+    return stated(Comparison(ranking=rows, recommended=chosen["model"], no_significant_distortion=straight,
+                             reason=_sentence(chosen, known, straight, reference)))
 
 
 def parameter_count(fit: Fit) -> int:
@@ -89,20 +90,20 @@ def _only_borders(candidates: list[FittedModel]) -> bool:
 
 
 def _reference(candidates: list[FittedModel]) -> FittedModel | None:
-    known = [c for c in candidates if c.report["cv_rms_mm"] is not None]
+    known = [c for c in candidates if _held_out_mm(c) < np.inf]
     # Where no camera can be where the points are (a stretched picture), none is a reference.
-    most_px = EXPLAINS * min((c.report["rms_px"] for c in known), default=0.0) + EXPLAINS_PX
-    with_rays = [c for c in known if isinstance(c.fit.model, RayModel) and c.report["rms_px"] <= most_px]
+    most_px = EXPLAINS * min(map(_rms_px, known), default=0.0) + EXPLAINS_PX
+    with_rays = [c for c in known if isinstance(c.fit.model, RayModel) and _rms_px(c) <= most_px]
     for reason in (LENS_ENDS, CONTRADICTED, UNKNOWN):  # if none is free of it, the most probable is the best guess
         with_rays = [c for c in with_rays if not _warns(c, reason)] or with_rays
     lenses = [c for c in with_rays if "log_evidence" in c.fit.notes and isinstance(c.fit.model, RayCamera)
               and len(c.fit.model.lens_terms) >= MIN_TERMS]
     if lenses:
         return max(lenses, key=lambda c: c.fit.notes["log_evidence"])
-    return min(with_rays, key=lambda c: c.report["cv_rms_mm"], default=None)
+    return min(with_rays, key=_held_out_mm, default=None)
 
 
-def _row(candidate: FittedModel, reference: FittedModel | None, region: Region) -> dict[str, Any]:
+def _row(candidate: FittedModel, reference: FittedModel | None, region: Region) -> RankedModel:
     held_out = candidate.report["cv_rms_mm"]
     check = candidate.report["check_rms_mm"]
     apart = None
@@ -116,7 +117,24 @@ def _row(candidate: FittedModel, reference: FittedModel | None, region: Region) 
             "verdict": candidate.report["verdict"], "warnings": [w["reason"] for w in candidate.report["warnings"]]}
 
 
-def _no_significant_distortion(candidates: list[FittedModel], known: list[dict[str, Any]]) -> bool:
+def _known(value: float | None) -> float:
+    """Return the figure; infinity where it is not known."""
+    return np.inf if value is None else value
+
+
+def _field_mm(row: RankedModel) -> float:
+    return _known(row["field_mm"])
+
+
+def _held_out_mm(candidate: FittedModel) -> float:
+    return _known(candidate.report["cv_rms_mm"])
+
+
+def _rms_px(candidate: FittedModel) -> float:
+    return _known(candidate.report["rms_px"])
+
+
+def _no_significant_distortion(candidates: list[FittedModel], known: list[RankedModel]) -> bool:
     """A model without any lens does as well as the best, or the best lens hardly bends a border."""
     def bends(c: FittedModel) -> bool:
         if c.name in BENDS:
@@ -124,14 +142,14 @@ def _no_significant_distortion(candidates: list[FittedModel], known: list[dict[s
         return not isinstance(c.fit.model, RayCamera) or any(c.fit.model.lens_terms)
 
     straight = {c.name for c in candidates if not bends(c)}
-    return any(row["model"] in straight and row["field_mm"] <= WITHIN_CHANCE * known[0]["field_mm"] + SAME_MM
+    return any(row["model"] in straight and _field_mm(row) <= WITHIN_CHANCE * _field_mm(known[0]) + SAME_MM
                for row in known)
 
 
-def _sentence(chosen: Mapping[str, Any], known: list[dict[str, Any]], straight: bool,
+def _sentence(chosen: RankedModel, known: list[RankedModel], straight: bool,
               reference: FittedModel | None) -> Sentence:
     rivals = [row for row in known if row["model"] != chosen["model"]]
-    better = [row for row in rivals if row["field_mm"] < chosen["field_mm"]]
+    better = [row for row in rivals if _field_mm(row) < _field_mm(chosen)]
     begin = "{model}: {mm:.1f} mm inside the field with {n} parameters"
     values = {"model": chosen["title"], "mm": chosen["field_mm"], "n": chosen["parameters"]}
     if not rivals:

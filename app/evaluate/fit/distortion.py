@@ -9,13 +9,14 @@ middle of the field, is negative: barrel; one that bows inwards is positive: pin
 """
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.polynomial import polynomial
 
 from app.core.field import BORDERS, Region
 from app.core.geometry import Points
+from app.evaluate.fit.report_types import DistortionReport, Sag
 from app.models import CameraModel, raw_from_field
 
 STANDARD_LENS_PCT = 3.0  # section IV
@@ -58,7 +59,7 @@ def clicked_sag_pct(points: Points, run: int, inside: Points) -> float | None:
     return sag_pct(np.stack([along, across] if run == 0 else [across, along], axis=-1), inside)
 
 
-def distortion_report(model: CameraModel, region: Region, clicks: Mapping[str, Points]) -> dict[str, Any]:
+def distortion_report(model: CameraModel, region: Region, clicks: Mapping[str, Points]) -> DistortionReport:
     """Eq. (9) before and after correction, per border and overall (their mean), as plain JSON.
 
     clicks: raw px (n, 2) per border, strays left out. Before: the bow of the model's own curve from corner to corner,
@@ -68,7 +69,7 @@ def distortion_report(model: CameraModel, region: Region, clicks: Mapping[str, P
     corrected_middle = model.corrected_from_field(region.field_from_region(
         np.array([region.width_mm / 2, region.height_mm / 2])))
     raw_middle = model.raw_from_corrected(corrected_middle)
-    per_border = {}
+    per_border: dict[str, Sag] = {}
     for name in BORDERS:
         before = sag_pct(raw[name], raw_middle) if np.isfinite(raw[name]).all() else None
         corrected = model.corrected_from_raw(clicks.get(name, np.empty((0, 2))))

@@ -1,12 +1,11 @@
 """Where one more click would lower the worst expected error most, and by how much."""
 
-from typing import Any
-
 import numpy as np
 
 from app.core.field import BORDERS, Arc, Field, Line, Region
 from app.core.geometry import Array, ImageSize, Points, inside_picture, with_z
 from app.core.records import Fit
+from app.evaluate.fit.report_types import NextClick
 from app.evaluate.fit.uncertainty import expected_error, grid_over
 from app.fitting import Sensitivity, sensitivity_of
 from app.fitting.ray_camera.problem import PARTS, TILT_SHARE
@@ -17,7 +16,7 @@ MARGIN_PX = 4.0  # clicks on the picture's very edge are rare
 
 
 def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSize, click_sigma_px: float,
-                    ) -> dict[str, Any] | None:
+                    ) -> NextClick | None:
     """The best of many places along all the field's lines and arcs: {"feature", "point" px, "worst_mm",
     "worst_mm_then", "z_mm"}, or None for a model that does not know its error.
 

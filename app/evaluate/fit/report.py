@@ -15,6 +15,7 @@ from app.evaluate.fit.folds import whole_lines
 from app.evaluate.fit.next_click import next_best_click
 from app.evaluate.fit.observability import observability_warnings
 from app.evaluate.fit.reach import reach_warnings
+from app.evaluate.fit.report_types import CameraPose, ExpectedFigures, FeatureRow, FitReport, ReportedNotes
 from app.evaluate.fit.residuals import FeatureResiduals, feature_residuals, mm_per_px, residual_rows, rms
 from app.evaluate.fit.uncertainty import knows_its_error, sigma_report
 from app.evaluate.fit.verdict import GOOD_MM, FitAccuracy, fit_verdict
@@ -22,13 +23,11 @@ from app.fitting import FITTERS
 from app.models import CameraModel, RayModel
 from app.models.ray_camera import RayCamera
 
-REPORTED_NOTES = ("degree", "relation", "terms", "click_sigma_px", "degrees_of_freedom", "parameters",
-                  "line_offsets_mm", "line_offset_sigmas_mm", "arc_offsets_mm")
 MAX_LINE_SIGMAS = 4.0
 
 
 def report(fit: Fit, observations: Observations, field: Field, region: Region,
-           held_out: tuple[np.ndarray, ...] | None, freer: Contradiction | None = None) -> dict[str, Any]:
+           held_out: tuple[np.ndarray, ...] | None, freer: Contradiction | None = None) -> FitReport:
     """Put the figures together. held_out: mm per point from cross-validation, or None while dragging.
 
     freer: what a lens that bends more freely makes of the points, where that was asked.
@@ -84,19 +83,24 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
         "camera": _camera_json(fit.model),
         "covariance": None if fit.covariance is None or not knows_its_error(fit) else {
             "names": list(fit.parameter_names), "matrix": fit.covariance.tolist()},
-        **{key: value for key, value in fit.notes.items() if key in REPORTED_NOTES},
+        **_reported(fit.notes),
     }
 
 
-def expected_figures(report: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the expected error of a report, rms mm: on the carpet, and at hat height; None where it is not known."""
+def expected_figures(report: Mapping[str, Any]) -> ExpectedFigures:
+    """Return the expected error of a report, also of one that was imported."""
     sigma = report.get("sigma_mm") or {}
     hat = sigma.get("hat") or {}
     return {"expected_mm": sigma.get("rms"), "expected_hat_mm": hat.get("rms"),
             "hat_height_mm": number(hat.get("z_mm"))}
 
 
-def _camera_json(model: CameraModel) -> dict[str, float] | None:
+def _reported(notes: Mapping[str, Any]) -> ReportedNotes:
+    found: Any = {key: value for key, value in notes.items() if key in ReportedNotes.__optional_keys__}
+    return found
+
+
+def _camera_json(model: CameraModel) -> CameraPose | None:
     """Return how high the camera is and how far it looks from straight down; None for a model without rays."""
     if not isinstance(model, RayCamera):
         return None
@@ -130,7 +134,7 @@ def _border_clicks(fit: Fit, observations: Observations) -> Mapping[str, np.ndar
             for name in BORDERS}
 
 
-def _feature_json(r: FeatureResiduals, fine: np.ndarray, used: bool) -> dict[str, Any]:
+def _feature_json(r: FeatureResiduals, fine: np.ndarray, used: bool) -> FeatureRow:
     return {"feature": r.observation.feature_json, "kind": r.observation.kind, "n": len(r.px), "used": used,
             "rms_px": rms(r.px[fine]), "rms_mm": rms(r.mm[fine]), "max_mm": _max(r.mm[fine]),
             "residuals": residual_rows(r, r.observation.points, r.foot, r.px, ~fine)}

@@ -1,7 +1,6 @@
 """How far each observed point lies from the line, arc or landmark it was seen on, in pixels and millimetres."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +9,7 @@ from app.core.field import Field, Region
 from app.core.geometry import Array, Points, with_z
 from app.core.json_values import nullable, nullable_points
 from app.core.records import Observation
+from app.evaluate.fit.report_types import ResidualRow
 from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
 
 MIN_PX = 1e-6  # a smaller residual is rounding, and its direction chance
@@ -73,12 +73,12 @@ def _seen(model: CameraModel, places: Points, z_mm: float) -> Points:
 
 
 def residual_rows(residuals: FeatureResiduals, start: Points, foot: Points, px: Array,
-                  outliers: NDArray[np.bool_]) -> list[dict[str, Any]]:
+                  outliers: NDArray[np.bool_]) -> list[ResidualRow]:
     """Each point's residual as plain JSON, null out of reach; start, foot (n, 2) and px (n,) in the picture shown."""
-    names = ("point", "foot", "px", "mm", "mm_vector", "outlier")
     columns = (nullable_points(start), nullable_points(foot), nullable(px), nullable(residuals.mm),
                nullable_points(residuals.to_place_mm), outliers.tolist())
-    return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
+    return [{"point": point, "foot": foot, "px": px, "mm": mm, "mm_vector": vector, "outlier": outlier}
+            for point, foot, px, mm, vector, outlier in zip(*columns, strict=True)]
 
 
 def mm_per_px(px: NDArray[np.float64], mm: NDArray[np.float64]) -> float | None:

@@ -10,7 +10,6 @@ The mean square error over the region, e² = Σ λ_i z_i² with z ~ N(0, 1), has
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from app.core.errors import Conflict, FitFailed
 from app.core.field import Region
 from app.core.geometry import Array, Points, with_z
 from app.core.records import Fit
+from app.evaluate.fit.report_types import ErrorFigures, SigmaReport
 from app.evaluate.fit.verdict import tops_are_known
 from app.fitting import sensitivity_of
 from app.models import RayModel
@@ -49,7 +49,7 @@ class ExpectedError:
     def rms(self) -> float:
         return float(np.sqrt(np.nanmean(self.sigma_mm**2)))
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> SigmaReport:
         mm, place = self.worst
         return {"z_mm": self.z_mm, "median": float(np.nanmedian(self.sigma_mm)), "rms": self.rms, "rms_95": self.rms_95,
                 "max": mm, "worst_place": place}
@@ -93,7 +93,7 @@ def _rms_95(by: Array, covariance: Array) -> float:
     return float(np.sqrt(mean * (1 - ninth + QUANTILE_95 * np.sqrt(ninth)) ** 3))  # E. Wilson, M. Hilferty 1931
 
 
-def sigma_report(fit: Fit, region: Region, hat_mm: float, height_is_known: bool) -> dict[str, Any] | None:
+def sigma_report(fit: Fit, region: Region, hat_mm: float, height_is_known: bool) -> SigmaReport | None:
     """Median and largest expected error at the carpet, and under "hat" at hat height where there are rays.
 
     "known" under "hat": whether that is a figure and no guess. height_is_known: of the camera above the carpet.
@@ -102,6 +102,7 @@ def sigma_report(fit: Fit, region: Region, hat_mm: float, height_is_known: bool)
         return None
     report = expected_error(fit, region).to_json()
     if isinstance(fit.model, RayModel):
-        hat = expected_error(fit, region, hat_mm)
-        report["hat"] = hat.to_json() | {"known": tops_are_known(hat.rms, height_is_known)}
+        hat: ErrorFigures = expected_error(fit, region, hat_mm).to_json()
+        hat["known"] = tops_are_known(hat["rms"], height_is_known)
+        report["hat"] = hat
     return report

@@ -1,18 +1,17 @@
 """The verdict on a fit: one length on the carpet, one level and one sentence."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from app.core.statements import Sentence, join, say, stated
+from app.evaluate.fit.report_types import Level, SigmaReport, Verdict
 
 GOOD_MM = 5.0  # a ball is 43 mm wide; strategy code does not notice less
 FAIR_MM = 15.0  # robots still meet the ball
 LEFT_OUT = 2.0  # how much worse a lens predicts whole borders that it has not seen
 SURE = 1.5  # an expected error's level is that of what it keeps in 95 of 100 fits, over this: 7.5 and 22.5 mm
-LEVELS = ("good", "fair", "poor")
+LEVELS: tuple[Level, ...] = ("good", "fair", "poor")
 
 
 @dataclass(frozen=True)
@@ -27,7 +26,7 @@ class FitAccuracy:
 
     cv_mm: float | None
     check_mm: float | None
-    sigma: Mapping[str, Any] | None
+    sigma: SigmaReport | None
     knows_inside: bool
     is_physical: bool
     reaches: bool
@@ -36,7 +35,7 @@ class FitAccuracy:
     freer: str = ""
 
 
-def level_of(mm: float) -> str:
+def level_of(mm: float) -> Level:
     """Return good, fair or poor for an error."""
     return "good" if mm <= GOOD_MM else "fair" if mm <= FAIR_MM else "poor"
 
@@ -46,24 +45,26 @@ def tops_are_known(mm: float, height_is_known: bool) -> bool:
     return height_is_known or mm <= FAIR_MM
 
 
-def fit_verdict(known: FitAccuracy) -> dict[str, Any]:
+def fit_verdict(known: FitAccuracy) -> Verdict:
     """Return {"mm", "level", "sentence"}. The worst of the held-out figures and the expected error counts.
 
     Where a lens knows its error, points left out count only where they contradict it. What a freer lens places
     elsewhere is a part of the length where it is more than a good one may be off. The expected error at hat height is
     no part of the length, which is one on the carpet, but it caps the level.
     """
-    sigma, cv_mm = known.sigma or {}, known.cv_mm
-    expected = sigma.get("rms")
+    sigma, cv_mm = known.sigma, known.cv_mm
+    expected, expected_95 = (sigma["rms"], sigma["rms_95"]) if sigma else (None, 0.0)
+    hat = sigma.get("hat") if sigma else None
+    hat_mm, hat_95_mm = (hat["rms"], hat["rms_95"]) if hat else (0.0, 0.0)
     if known.is_physical and expected is not None and cv_mm is not None and cv_mm <= LEFT_OUT * max(expected, GOOD_MM):
         cv_mm = None  # a line left out is predicted worse than it is known once it counts: no sign of a misfit
     figures = [mm for mm in (cv_mm, known.check_mm, expected) if mm is not None]
     if not figures:
-        return stated({"mm": None, "level": "unknown", "sentence": say(
-            "verdict.not-validated", "The accuracy is unknown because no points could be cross-validated.")})
+        return stated(Verdict(mm=None, level="unknown", sentence=say(
+            "verdict.not-validated", "The accuracy is unknown because no points could be cross-validated.")))
     mm = max(figures)
     where = (say("verdict.expected", "Expected error on the carpet: {mm:.1f} mm (95 % below {mm_95:.1f} mm).",
-                 mm=mm, mm_95=sigma["rms_95"]) if mm == expected
+                 mm=mm, mm_95=expected_95) if mm == expected
              else say("verdict.checked", "Error on check points: {mm:.1f} mm.", mm=mm) if mm == known.check_mm
              else say("verdict.cross-validated", "Cross-validated error: {mm:.1f} mm.", mm=mm))
     if known.apart_mm > GOOD_MM:  # as in the comparison of all models: what it misses, and what it has elsewhere
@@ -71,20 +72,20 @@ def fit_verdict(known: FitAccuracy) -> dict[str, Any]:
         where = say("verdict.contradicted", "Error inside the field: {mm:.1f} mm. {model} places the field "
                     "{apart_mm:.0f} mm away with the same points.", mm=mm, model=known.freer, apart_mm=known.apart_mm)
     elif not known.knows_inside:
-        return stated({"mm": mm, "level": "unknown", "sentence": say(
+        return stated(Verdict(mm=mm, level="unknown", sentence=say(
             "verdict.inside-unknown", "Accuracy inside the field is unknown. The border points fit within {mm:.1f} mm, "
-            "but no point inside was used. Add points on the centre circle.", mm=mm)})
-    on_carpet = level_of(max(mm, sigma.get("rms_95", 0.0) / SURE))
-    hat = sigma.get("hat") or {"rms": 0.0, "rms_95": 0.0}
-    level = max(on_carpet, level_of(hat["rms_95"] / SURE), "good" if known.reaches else "fair", key=LEVELS.index)
+            "but no point inside was used. Add points on the centre circle.", mm=mm)))
+    on_carpet = level_of(max(mm, expected_95 / SURE))
+    level: Level = "good" if known.reaches else "fair"
+    level = max(on_carpet, level_of(hat_95_mm / SURE), level, key=LEVELS.index)
     words = _judgement(level, known)
-    if hat["rms"] > mm and hat["rms_95"] / SURE > GOOD_MM:
-        words = _with_robot_tops(words, level, on_carpet, hat["rms"] if hat.get("known", True) else None)
+    if hat and hat_mm > mm and hat_95_mm / SURE > GOOD_MM:
+        words = _with_robot_tops(words, level, on_carpet, hat_mm if hat.get("known", True) else None)
     beyond = "" if known.reaches else say("verdict.not-covered", "The lens model does not cover the whole field.")
-    return stated({"mm": mm, "level": level, "sentence": join(words, beyond, where)})
+    return stated(Verdict(mm=mm, level=level, sentence=join(words, beyond, where)))
 
 
-def _judgement(level: str, known: FitAccuracy) -> Sentence:
+def _judgement(level: Level, known: FitAccuracy) -> Sentence:
     if level == "good":
         return say("verdict.accurate", "Accurate enough for matches.") if known.is_physical else say(
             "verdict.accurate-on-carpet", "Accurate enough for the ball. Robot tops ({height_mm:g} mm) require a "
@@ -95,7 +96,7 @@ def _judgement(level: str, known: FitAccuracy) -> Sentence:
                "centimetres.")
 
 
-def _with_robot_tops(words: Sentence, level: str, on_carpet: str, hat_mm: float | None) -> Sentence:
+def _with_robot_tops(words: Sentence, level: Level, on_carpet: Level, hat_mm: float | None) -> Sentence:
     """Say how far robot tops are off, or that it is not known, and that the carpet is better where it is."""
     if level == on_carpet:
         if hat_mm is None:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.errors import ProblemJson
 from app.core.marking_names import marking_name
 from app.core.statements import Sentence, join, say, stated
 
@@ -61,8 +62,8 @@ class Verification:
     def unexplained_share(self) -> float:
         return self.unexplained_px / max(self.unexplained_px + self.explained_px, 1e-9)
 
-    def doubts(self) -> tuple[dict[str, Any], ...]:
-        """Return why it may be wrong, each with reason, what and fix; empty where there is no doubt."""
+    def doubts(self) -> tuple[ProblemJson, ...]:
+        """Return why it may be wrong; empty where there is no doubt."""
         doubts: list[tuple[str, Sentence, Sentence]] = []
         markings = int((self.found_px >= MARKING_FOUND * self.expected_px)[self.expected_px > 0].sum())
         if self.share < MIN_FOUND or self.missing_share > MAX_MISSING:
@@ -91,7 +92,7 @@ class Verification:
             doubts.append(("loose", say(
                 "lines.loose", "The field model is {px:.1f} px from the detected lines.", px=self.rms_px), say(
                 "lines.loose.fix", "Check the field type. If it is correct, try another lens model.")))
-        return tuple(stated({"reason": r, "what": w, "fix": f}) for r, w, f in doubts)
+        return tuple(stated(ProblemJson(reason=r, what=w, fix=f)) for r, w, f in doubts)
 
     def to_json(self) -> dict[str, Any]:
         return {"found_share": self.share, "missing_share": self.missing_share, "missing": list(self.missing),

@@ -77,4 +77,4 @@ export function Distortion({ report }) {
 }
 
 /** @param {import("../../../core/types").Report["distortion"]} all */
-const kindOf = ({ kind }) => KINDS[kind] ?? kind;
+const kindOf = ({ kind }) => (kind === null ? "–" : KINDS[kind]);
