@@ -1,6 +1,7 @@
 """compare, difference and uncertainty: which model, how far two calibrations are apart, how far to trust one."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -80,7 +81,7 @@ def uncertainty(
               f"median {found['median']:.2f} mm, {found['max']:.2f} mm at most, at ({x:.0f}, {y:.0f}) mm.")
 
 
-def _grid(found: dict[str, Any], name: str) -> Any:
+def _grid(found: Mapping[str, Any], name: str) -> Any:
     if found["grid"] is None:
         raise FitFailed("The two calibrations have no part of the region in common.",
                         "Choose two calibrations of one camera.", reason="no-overlap")

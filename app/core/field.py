@@ -14,6 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from app.core.errors import BadInput, NotFound
+from app.core.field_types import ArcJson, FieldJson, LineJson, RegionJson
 from app.core.geometry import Points, as_pair, as_points
 
 Point = tuple[float, float]
@@ -66,7 +67,7 @@ class Line:
     def length_mm(self) -> float:
         return float(np.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1]))
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> LineJson:
         return {"name": self.name, "from": list(self.start), "to": list(self.end), "width_mm": self.width_mm}
 
 
@@ -113,7 +114,7 @@ class Arc:
     def length_mm(self) -> float:
         return float(np.radians(abs(self.end_deg - self.start_deg)) * self.radius_mm)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> ArcJson:
         return {"name": self.name, "centre": list(self.centre), "radius_mm": self.radius_mm,
                 "start_deg": self.start_deg, "end_deg": self.end_deg, "width_mm": self.width_mm}
 
@@ -194,10 +195,11 @@ class Region:
                            reason="bad-rotation")
         return replace(self, rotate_deg=rotate_deg)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> RegionJson:
+        left, right, top, bottom = (self.border(name).to_json() for name in BORDERS)
         return {"name": self.name, "x": list(self.x_mm), "y": list(self.y_mm), "rotate": self.rotate_deg,
                 "width_mm": self.width_mm, "height_mm": self.height_mm,
-                **{name: self.border(name).to_json() for name in BORDERS}}
+                "left": left, "right": right, "top": top, "bottom": bottom}
 
 
 @dataclass(frozen=True)
@@ -276,7 +278,7 @@ class Field:
         raise BadInput(f"The field {self.name} has no feature called {name!r}.",
                        f"Use one of: {', '.join(known)}.", reason="unknown-feature")
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> FieldJson:
         return {"name": self.name, "title": self.title, "length_mm": self.length_mm, "width_mm": self.width_mm,
                 "lines": [line.to_json() for line in self.lines.values()],
                 "arcs": [arc.to_json() for arc in self.arcs.values()],

@@ -9,6 +9,7 @@ from annotated_types import Len
 
 PointJson = Annotated[list[float], Len(2, 2)]
 PointsJson = list[PointJson | None]  # None: out of reach
+SizeJson = Annotated[list[int], Len(2, 2)]
 
 
 def number(value: Any) -> float | None:

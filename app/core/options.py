@@ -6,7 +6,18 @@ from math import inf
 from typing import Any
 
 from app.core.errors import BadInput
-from app.core.statements import named, stated
+from app.core.json_values import PointJson
+from app.core.statements import Stated, named, stated
+
+
+class OptionJson(Stated):
+    name: str
+    type: str
+    default: Any
+    help: str
+    range: PointJson | None
+    unit: str | None
+    choices: list[str]
 
 
 @dataclass(frozen=True)
@@ -78,12 +89,12 @@ class Option:
     def _refuse(self, value: Any, allowed: str) -> BadInput:
         return BadInput(f"{value!r} is not valid for the option {self.name}.", f"Use {allowed}.", reason="bad-option")
 
-    def to_json(self, of: str | None = None) -> dict[str, Any]:
+    def to_json(self, of: str | None = None) -> OptionJson:
         """of: whose option it is, for the code of its help; None where no page shows that."""
-        return stated({"name": self.name, "type": self.type, "default": self.default,
-                       "help": self.help if of is None else named(f"option.{of}.{self.name}", self.help),
-                       "range": list(self.range) if self.range else None, "unit": self.unit,
-                       "choices": list(self.choices)})
+        return stated(OptionJson(
+            name=self.name, type=self.type, default=self.default,
+            help=self.help if of is None else named(f"option.{of}.{self.name}", self.help),
+            range=list(self.range) if self.range else None, unit=self.unit, choices=list(self.choices)))
 
 
 def read_options(described: Iterable[Option], given: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -9,14 +9,15 @@ lines in their places rather than moving all of them a little, which also fixes 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
+from typing_extensions import TypedDict
 
 from app.core.errors import BadInput, Conflict
 from app.core.field import Field
 from app.core.field_json import field_from_json
 from app.core.field_moves import ArcChange, JoinedField, Shift, rounded_field
+from app.core.field_types import FieldJson
 from app.core.geometry import Array
 from app.core.records import Calibration
 from app.fitting.least_squares import Minimum, minimise
@@ -38,18 +39,30 @@ class TapeDistance:
     sigma_mm: float = TAPE_MM
 
 
+class Offset(TypedDict):
+    """How far a marking lies beside its place. sigma_mm: None where it is not known."""
+
+    mm: float
+    sigma_mm: float | None
+
+
+class MeasuredFieldJson(TypedDict):
+    """residuals_mm: of each distance, measured less adjusted."""
+
+    field: FieldJson
+    offsets: dict[str, Offset]
+    residuals_mm: list[float]
+
+
 @dataclass(frozen=True, eq=False)
 class MeasuredField:
-    """The field as it is. lines, arcs: how far each lies beside its place, mm, and σ (None where it is not known).
-
-    residuals_mm: of each distance, measured less adjusted.
-    """
+    """The field as it is, and how far each line and arc lies beside its place, mm, and σ."""
 
     field: Field
     offsets: Mapping[str, tuple[float, float | None]]
     residuals_mm: tuple[float, ...] = ()
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> MeasuredFieldJson:
         return {"field": self.field.to_json(), "residuals_mm": list(self.residuals_mm),
                 "offsets": {name: {"mm": mm, "sigma_mm": sigma} for name, (mm, sigma) in self.offsets.items()}}
 

@@ -5,13 +5,15 @@ the corrected one at any zoom, and a model that changes costs a small upload.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
 from app.core.errors import BadInput
 from app.core.geometry import ImageSize
+from app.core.json_values import PointJson, SizeJson
 from app.imaging.correction import CorrectedView
 from app.models.contract import CameraModel
 
@@ -19,6 +21,20 @@ MAX_ERROR_PX = 0.025  # between the nodes: at the edge of a white line, two grey
 FIRST_COLUMNS = 17
 MAX_NODES = 513  # in a row or column
 SPARE = 1.1  # more nodes than the error found asks for: it falls with their square only where the lens is even
+
+
+class MeshHeader(TypedDict):
+    """What a reader needs beside the numbers; first, step: corrected pixels of the nodes."""
+
+    view: Literal["corrected"]
+    columns: int
+    rows: int
+    margin_px: int
+    corrected_size: SizeJson
+    image_size: SizeJson
+    first: PointJson
+    step: PointJson
+    error_px: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +51,7 @@ class CorrectionMesh:
     image_size: ImageSize
     error_px: float
 
-    def header(self) -> dict[str, Any]:
-        """Return what a reader needs beside the numbers; first, step: corrected pixels of the nodes."""
+    def header(self) -> MeshHeader:
         rows, columns, _ = self.raw_px.shape
         first, last = (-0.5 - self.view.margin_px, np.array(tuple(self.corrected_size)) - 0.5 + self.view.margin_px)
         step = (last - first) / (columns - 1, rows - 1)

@@ -4,6 +4,7 @@ from typing import Any
 
 from app.core.errors import Conflict
 from app.core.field import Field
+from app.core.field_types import FieldJson
 from app.core.records import Calibration
 from app.core.statements import named, say, stated
 from app.services.container import Services
@@ -11,12 +12,18 @@ from app.sources import split_address
 from app.store.drafts import Draft
 
 
-def field_json(services: Services, field: Field) -> dict[str, Any]:
-    """Return a field as the API shows it. own: whether an operator made it, and may change it."""
+class PlayingField(FieldJson):
+    """A field as the API shows it. own: whether an operator made it, and may change it."""
+
+    own: bool
+
+
+def field_json(services: Services, field: Field) -> PlayingField:
     own = services.fields.is_own(field.name)
     is_shipped = not own and field.name in services.fields and field.title == services.fields[field.name].title
     title = named(f"field.{field.name}", field.title) if is_shipped else field.title
-    return stated({**field.to_json(), "title": title, "own": own})
+    shown: PlayingField = {**field.to_json(), "title": title, "own": own}
+    return stated(shown)
 
 
 def save_field(services: Services, name: str, value: dict[str, Any], etag: str | None, new: bool) -> Field:

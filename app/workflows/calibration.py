@@ -22,7 +22,7 @@ from app.evaluate.fit.cross_validation import held_out_mm
 from app.evaluate.fit.difference import difference_report
 from app.evaluate.fit.distortion import distortion_kind, sag_pct
 from app.evaluate.fit.report import report
-from app.evaluate.fit.report_types import FitReport
+from app.evaluate.fit.report_types import ErrorFigures, FitReport
 from app.evaluate.fit.uncertainty import expected_error, grid_over
 from app.fitting import FITTERS, sensitivity_of
 from app.fitting.border import Degree, fit_curve
@@ -30,6 +30,7 @@ from app.imaging.correction import CorrectedView, correction_map
 from app.imaging.heat_map import heat_map
 from app.models import CameraModel, RayModel, raw_from_field
 from app.models.border_curve import MAX_DEGREE
+from app.workflows.calibration_types import BorderFit, Marking, Polyline, Uncertainty
 
 Space = Literal["image", "corrected", "field"]
 SPACES = ("image", "corrected", "field")
@@ -79,7 +80,7 @@ def subprogress(progress: Progress, start: float, end: float, title: str = "") -
 
 
 def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float = 0.0,
-                columns: int = 25, rows: int = 19) -> dict[str, Any]:
+                columns: int = 25, rows: int = 19) -> Uncertainty:
     """Expected field error in the plane at z_mm over a grid, as plain JSON.
 
     covariance: a report's, possibly imported; Conflict where it is not this model's.
@@ -96,7 +97,8 @@ def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float
     names, matrix = covariance_from_json(covariance, model)
     fit = Fit(model, (), (), covariance=matrix, parameter_names=names)
     sigma = expected_error(fit, region, z_mm, grid_over(region, columns, rows))
-    return {**sigma.to_json(), "grid": {"places": sigma.places.tolist(), "sigma_mm": nullable(sigma.sigma_mm)}}
+    figures: ErrorFigures = sigma.to_json()
+    return {**figures, "grid": {"places": sigma.places.tolist(), "sigma_mm": nullable(sigma.sigma_mm)}}
 
 
 def difference(one: CameraModel, other: CameraModel, region: Region) -> dict[str, Any]:
@@ -114,7 +116,7 @@ def error_map_image(values: Sequence[Sequence[float | None]], region: Region, ti
                     unit="mm", title=title)
 
 
-def fit_border(points: Points, axis: str, degree: Degree, image_size: ImageSize | None = None) -> dict[str, Any]:
+def fit_border(points: Points, axis: str, degree: Degree, image_size: ImageSize | None = None) -> BorderFit:
     """Fit one border: its curve, residuals and distortion, as plain JSON.
 
     axis: "x_of_y" for a border that runs down the picture, "y_of_x" for one across it. With image_size the curve
@@ -136,13 +138,12 @@ def fit_border(points: Points, axis: str, degree: Degree, image_size: ImageSize 
     between = np.linspace(*ends, CURVE_POINTS)
     inside = np.array(image_size.centre) if image_size else None
     pct = sag_pct(_along(between, fitted.curve(between), run), inside if inside is not None else points[0])
-    return stated({
-        "degree": fitted.curve.degree, "degree_reason": fitted.reason,
-        "coefficients": list(fitted.curve.plain_coefficients()), "rms_px": fitted.rms,
-        "loo_rms_px": fitted.held_out_rms, "residuals_px": fitted.residuals.tolist(),
-        "outliers": np.flatnonzero(~fitted.inliers).tolist(),
-        "curve": _along(drawn, fitted.curve(drawn), run).tolist(),
-        "distortion_pct": pct if image_size else abs(pct), "kind": distortion_kind(pct) if image_size else None})
+    return stated(BorderFit(
+        degree=fitted.curve.degree, degree_reason=fitted.reason,
+        coefficients=list(fitted.curve.plain_coefficients()), rms_px=fitted.rms, loo_rms_px=fitted.held_out_rms,
+        residuals_px=fitted.residuals.tolist(), outliers=np.flatnonzero(~fitted.inliers).tolist(),
+        curve=_along(drawn, fitted.curve(drawn), run).tolist(),
+        distortion_pct=pct if image_size else abs(pct), kind=distortion_kind(pct) if image_size else None))
 
 
 def _along(position: NDArray, value: NDArray, run: int) -> Points:
@@ -192,15 +193,15 @@ def check_size(size: ImageSize, wanted: ImageSize) -> None:
 
 
 def overlay(model: CameraModel, field: Field, region: Region, frame: Literal["raw", "corrected"] = "raw",
-            view: CorrectedView | None = None) -> list[dict[str, Any]]:
+            view: CorrectedView | None = None) -> list[Polyline]:
     """The region's borders and all that is painted on the field, as polylines; None where out of reach.
 
     In raw pixels, or in those of a corrected view.
     """
-    shapes: list[tuple[str, str, Line | Arc]] = [("border", name, region.border(name)) for name in BORDERS]
-    shapes += [("line", line.name, line) for line in field.lines.values()]
-    shapes += [("arc", arc.name, arc) for arc in field.arcs.values()]
-    drawn = [(kind, name, shape.sample(_steps(shape))) for kind, name, shape in shapes]
+    borders = {name: region.border(name) for name in BORDERS}
+    tables: tuple[tuple[Marking, Mapping[str, Line | Arc]], ...] = (
+        ("border", borders), ("line", field.lines), ("arc", field.arcs))
+    drawn = [(kind, name, shape.sample(_steps(shape))) for kind, table in tables for name, shape in table.items()]
     drawn += [("landmark", mark.name, np.array([mark.position])) for mark in field.landmarks.values()]
     return [{"feature": name, "kind": kind, "points": nullable_points(_seen(model, points, frame, view))}
             for kind, name, points in drawn]

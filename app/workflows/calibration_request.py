@@ -21,6 +21,7 @@ from app.imaging.correction_mesh import correction_mesh
 from app.models import MODELS, CameraModel, parameters_json
 from app.workflows import calibration, model_choice
 from app.workflows.calibration import CalibrationResult
+from app.workflows.calibration_types import Attempt, Preview, PreviewMesh
 from app.workflows.model_choice import AUTO
 
 MAX_POINTS = 20_000  # of all observations together: a minute or two
@@ -37,12 +38,12 @@ def run_compare(spec: Any, progress: Progress) -> model_choice.Ranking:
     return CalibrationRequest.from_json(spec["task"]).compare(spec["models"], progress)
 
 
-def run_preview(spec: Any, progress: Progress) -> dict[str, Any]:
+def run_preview(spec: Any, progress: Progress) -> Preview:
     """A job: the preview of spec["task"], cross-validated unless spec["quick"]."""
     return CalibrationRequest.from_json(spec["task"]).preview_json(spec["quick"], spec["mesh_margin_px"], progress)
 
 
-def run_attempt(spec: Any, progress: Progress) -> dict[str, Any]:
+def run_attempt(spec: Any, progress: Progress) -> Attempt:
     """A job: the same, or why there is none yet."""
     return CalibrationRequest.from_json(spec["task"]).attempt_json(spec["quick"], spec["mesh_margin_px"], progress)
 
@@ -122,7 +123,7 @@ class CalibrationRequest:
                                      self.options, progress, cross_validate=cross_validate)
 
     def preview_json(self, quick: bool, mesh_margin_px: int | None = None,
-                     progress: Progress = no_progress) -> dict[str, Any]:
+                     progress: Progress = no_progress) -> Preview:
         """Return the preview's model, report and field in the picture as JSON.
 
         quick: without cross-validation. mesh_margin_px: with the corrected view of that margin, as its mesh and the
@@ -134,13 +135,13 @@ class CalibrationRequest:
                 "overlay": calibration.overlay(fitted.model, self.field, self.region),
                 "mesh": None if mesh_margin_px is None else self._mesh_json(fitted.model, mesh_margin_px)}
 
-    def _mesh_json(self, model: CameraModel, margin_px: int) -> dict[str, Any]:
+    def _mesh_json(self, model: CameraModel, margin_px: int) -> PreviewMesh:
         mesh = correction_mesh(model, margin_px)
         return {**mesh.header(), "raw_px": b64encode(mesh.data()).decode("ascii"),
                 "overlay": calibration.overlay(model, self.field, self.region, "corrected", mesh.view)}
 
     def attempt_json(self, quick: bool, mesh_margin_px: int | None = None,
-                     progress: Progress = no_progress) -> dict[str, Any]:
+                     progress: Progress = no_progress) -> Attempt:
         """Return the preview, or why there is none yet, as JSON."""
         try:
             return {"preview": self.preview_json(quick, mesh_margin_px, progress), "refusal": None}

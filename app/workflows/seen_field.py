@@ -1,13 +1,13 @@
 """What a calibrated picture shows of a field that the field does not have: its bright lines, in millimetres."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
 from app.core.common_sentences import DETECTING_LINES
 from app.core.errors import Conflict
 from app.core.field import Field
+from app.core.field_types import FieldJson
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration
 from app.core.statements import say
@@ -17,9 +17,16 @@ from app.models.restored import model_of
 from app.workflows.automatic import detect_lines
 
 
+class SeenField(TypedDict):
+    """The field with what was added, and the names of that."""
+
+    field: FieldJson
+    added: list[str]
+
+
 def seen_field(pixels: NDArray[np.uint8], calibration: Calibration, field: Field,
-               progress: Progress = no_progress) -> dict[str, Any]:
-    """Return {"field": with lines and circles added, "added": their names}; Conflict for a picture of another size.
+               progress: Progress = no_progress) -> SeenField:
+    """Add the lines and circles that the picture shows; Conflict for a picture of another size.
 
     The calibration says where the carpet is; it may be one of another field in the same place, such as the borders
     alone.

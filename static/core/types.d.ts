@@ -1,10 +1,17 @@
 // The shapes that cross the page: what the server sends (REST contract) and what the operator edits.
 
-import type { ResidualRow as Residual, SavedReport as Report } from "./rest"; // generated from the API's description
+import type { ArcJson, BorderFit, FieldJson, LineJson, Polyline, PreviewMesh, RegionJson, ResidualRow, SavedReport } from "./rest"; // generated from the API's description
 
 export type {
-  RankedModel as Ranked, Ranking, ResidualRow as Residual, Sag as Distortion, SavedReport as Report, WarningJson as Warning,
+  ArcJson as Arc, LineJson as Line, Model, OptionJson as Option, Preview, RankedModel as Ranked, Ranking,
+  RegionJson as Region, ResidualRow as Residual, Sag as Distortion, SavedReport as Report, WarningJson as Warning,
 } from "./rest";
+/** What is drawn over a picture: a marking of the field, or a line of a grid. */
+export type Feature = Omit<Polyline, "kind"> & { kind: string };
+/** own: made by an operator. */
+export type Field = FieldJson & { own?: boolean };
+/** POST /fit/border, with the points that it answers for. */
+export type Curve = BorderFit & { points: Point[] };
 
 export type Point = [number, number];
 export type Border = "left" | "right" | "top" | "bottom";
@@ -47,7 +54,7 @@ export interface Drift {
 }
 /** What comes with each frame of a stream. */
 export interface LiveHead {
-  seq: number; time: number; width: number; height: number; view: string; calibration: string | null; overlays?: { field: Feature[] };
+  seq: number; time: number; width: number; height: number; view: string; calibration: string | null; overlays?: { field: Polyline[] };
   halves?: { raw: Half; corrected: Half; margin_px: number }; // side by side: where each stands in the picture
 }
 export interface Half { x: number; y: number; width: number; height: number }
@@ -56,25 +63,6 @@ export interface Control {
   range: Point | null; choices: string[]; automatic: boolean | null;
 }
 export interface SourceKind { scheme: string; title: string; help: string; target: string; options: Option[] }
-export interface Line { name: string; from: Point; to: Point; width_mm: number }
-export interface Arc { name: string; centre: Point; radius_mm: number; start_deg: number; end_deg: number; width_mm: number }
-export interface Region { name: string; x: Point; y: Point; rotate: number; width_mm: number; height_mm: number }
-export interface Field {
-  name: string; title: string; length_mm: number; width_mm: number; lines: Line[]; arcs: Arc[];
-  hat_height_mm: number; landmarks: Record<string, Point>; regions: Record<string, Region>;
-  line_sigma_mm: number; extras: Record<string, unknown>; own?: boolean; statements?: unknown;
-}
-export interface Option {
-  name: string; type: string; default: unknown; help: string;
-  range: Point | null; unit: string | null; choices: string[];
-}
-export interface Model { name: string; title: string; help: string; points_needed: string; options: Option[] }
-
-/** POST /fit/border, with the points that it answers for. */
-export interface Curve {
-  degree: number; degree_reason: string; rms_px: number; loo_rms_px: number | null; residuals_px: number[];
-  outliers: number[]; curve: Point[]; distortion_pct: number; kind: string | null; points: Point[];
-}
 /** What POST /snapshots/{id}/snap says of one point: drawn to a line's middle, or kept, and why. */
 export interface SnapAnswer {
   state: "snapped" | "kept"; point: Point; moved_px?: number; width_px?: number; direction_deg?: number; sigma_px?: number; confidence?: number; reason?: string; what?: string;
@@ -83,8 +71,7 @@ export interface SnapAnswer {
 export interface Statement { code?: string; values?: Record<string, StatedValue>; text?: string }
 export type StatedValue = string | number | Statement | StatedValue[];
 export interface Refusal { detail: string; fix: string; title?: string; reason?: string; feature?: string | null; index?: number | null; entry?: string }
-export interface Feature { feature: string; kind: string; points: (Point | null)[] }
-export interface Arrow extends Residual { feature: string | Point; index: number }
+export interface Arrow extends ResidualRow { feature: string | Point; index: number }
 /** GET residuals.json. mm_per_px: what a pixel is worth at the clicks, median. */
 export interface Arrows { mm_per_px: number | null; arrows: Arrow[] }
 /** A lens from a board, in short. */
@@ -127,19 +114,16 @@ export interface Job {
   id: string; kind: string; state: "queued" | "running" | "done" | "failed" | "cancelled"; progress: number; message: string;
   result: any; problem: Record<string, any> | null; attempt: number;
 }
-export interface Preview { model: { name: string; parameters: Record<string, unknown> }; report: Report; corrected_size: Point; overlay: Feature[]; mesh: MeshHeader & { raw_px: string; overlay: Feature[] } | null }
-/** Where an even grid over the corrected view lies in the raw picture; first, step: its nodes' corrected pixels. */
-export interface MeshHeader {
-  columns: number; rows: number; first: Point; step: Point; margin_px: number; corrected_size: Point; image_size: Point; error_px: number;
-}
+/** Where an even grid over the corrected view lies in the raw picture. */
+export type MeshHeader = Omit<PreviewMesh, "raw_px" | "overlay">;
 export interface Mesh extends MeshHeader { nodes: Float32Array }
 export interface Calibration {
   id: string; version: number; camera: string | null; field: string; region: string; rotate: number; snapshot: string | null;
-  image_size: Point; model: { name: string }; options: Record<string, unknown>; observations: Observation[]; report: Report;
+  image_size: Point; model: { name: string }; options: Record<string, unknown>; observations: Observation[]; report: SavedReport;
   corrected_size: Point; created_at: string; active: boolean; note: string;
   /** What of its field lies elsewhere now than when it was made; only in brief lists. */
   field_changes?: string[];
-  field_definition: { hat_height_mm?: number; lines: Line[]; arcs: Arc[]; regions: Record<string, Region> };
+  field_definition: { hat_height_mm?: number; lines: LineJson[]; arcs: ArcJson[]; regions: Record<string, RegionJson> };
 }
 /** What a format of another program makes of a version; loss: mm over its region, null where it is exact. */
 export interface Format {

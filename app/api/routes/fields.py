@@ -19,14 +19,21 @@ from app.core.field import Field
 from app.core.field_json import MAX_SIDE_MM, field_from_json
 from app.core.progress import Progress
 from app.core.statements import say
-from app.fitting.measured_field import MAX_DISTANCES, TAPE_MM, TapeDistance, adjust_to_tape, as_found
+from app.fitting.measured_field import (
+    MAX_DISTANCES,
+    TAPE_MM,
+    MeasuredFieldJson,
+    TapeDistance,
+    adjust_to_tape,
+    as_found,
+)
 from app.formats import field_file
 from app.services.container import Services
-from app.services.fields import delete_field, field_json, outdated_calibrations, save_field, simulated
+from app.services.fields import PlayingField, delete_field, field_json, outdated_calibrations, save_field, simulated
 from app.services.forms import Strict
 from app.store.fields import field_etag
 from app.workflows.refit import run_refit
-from app.workflows.seen_field import seen_field
+from app.workflows.seen_field import SeenField, seen_field
 
 router = APIRouter(prefix="/fields", tags=["fields"])
 
@@ -49,13 +56,13 @@ def list_fields(services: ServicesDep) -> Json:
     return Json({"items": items, "next_cursor": None, "revision": revision})
 
 
-@router.get("/{name}", response_model=responses.PlayingField)
+@router.get("/{name}", response_model=PlayingField)
 def read_field(services: ServicesDep, name: Id) -> Json:
     """Return one field by name; its ETag goes into If-Match of PUT and DELETE."""
     return _shown(services, services.fields[name])
 
 
-@router.put("/{name}", response_model=responses.PlayingField)
+@router.put("/{name}", response_model=PlayingField)
 async def write_field(services: ServicesDep, name: Id, body: Annotated[dict[str, Any], Body()],
                       if_match: IfMatch = None, if_none_match: OnlyNew = None) -> Json:
     """Create or change a field of your own; those that come with Touchline cannot be changed.
@@ -87,7 +94,7 @@ def export_field(services: ServicesDep, name: Id, format: Literal["json", "ssl-v
     return Response(data, media_type=media_type, headers={"Content-Disposition": attachment(f"{name}{suffix}")})
 
 
-@router.post("/read", response_model=responses.PlayingField, openapi_extra={"requestBody": upload()})
+@router.post("/read", response_model=PlayingField, openapi_extra={"requestBody": upload()})
 async def read_file(request: Request, services: ServicesDep) -> Json:
     """Read the field of a file, multipart with `file`: JSON, or a geometry packet of the league. Nothing is saved."""
     data, _ = await uploaded_file(request, MAX_FILE_BYTES, ())
@@ -118,7 +125,7 @@ class Painted(Strict):
     calibration: Id
 
 
-@router.post("/measured", response_model=responses.MeasuredField)
+@router.post("/measured", response_model=MeasuredFieldJson)
 @in_thread
 def measure_field(services: ServicesDep, body: Tape) -> Json:
     """Adjust a field to tape distances: where its lines lie, how sure that is, and what is left of each distance, mm.
@@ -129,7 +136,7 @@ def measure_field(services: ServicesDep, body: Tape) -> Json:
     return Json(adjust_to_tape(field_from_json(body.field), distances).to_json())
 
 
-@router.post("/painted", response_model=responses.MeasuredField)
+@router.post("/painted", response_model=MeasuredFieldJson)
 @in_thread
 def adopt_offsets(services: ServicesDep, body: Painted) -> Json:
     """Adjust a field to where a calibration has found its lines, with σ where that is known. Nothing is saved."""
@@ -145,7 +152,7 @@ class CalibratedPicture(Strict):
     snapshot: Id | None = Value(None, description="by default the calibration image")
 
 
-@router.post("/seen", response_model=responses.SeenField)
+@router.post("/seen", response_model=SeenField)
 async def add_seen(request: Request, services: ServicesDep, body: CalibratedPicture) -> Json:
     """Add lines and circles that a calibrated image shows and the field does not have. Nothing is saved.
 

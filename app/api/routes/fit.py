@@ -19,6 +19,7 @@ from app.models import MODELS
 from app.services.container import Services
 from app.workflows import calibration
 from app.workflows.calibration_request import CalibrationRequest, run_attempt, run_preview
+from app.workflows.calibration_types import Attempt, BorderFit, Preview
 
 router = APIRouter()
 
@@ -42,7 +43,7 @@ def _model_json(name: str) -> dict[str, Any]:
                    "options": [option.to_json("model") for option in fitter.OPTIONS]})
 
 
-@router.post("/fit/border", tags=["fit"], response_model=responses.Border)
+@router.post("/fit/border", tags=["fit"], response_model=BorderFit)
 async def fit_border(services: ServicesDep, body: BorderRequest) -> Json:
     """Fit one border's curve to its points: degree, coefficients, residuals, outliers, distortion."""
     points = as_points(body.points, "The border's points")
@@ -52,7 +53,7 @@ async def fit_border(services: ServicesDep, body: BorderRequest) -> Json:
     return Json(await services.run_in_thread(calibration.fit_border, *arguments))
 
 
-@router.post("/fit/preview", tags=["fit"], response_model=responses.Preview)
+@router.post("/fit/preview", tags=["fit"], response_model=Preview)
 async def preview_calibration(request: Request, services: ServicesDep, body: FitRequest,
                               quick: Quick = False, mesh_margin_px: MeshMargin = None) -> Response:
     """Return what POST /calibrations would save for the same body: model, report and the field in the image.
@@ -63,7 +64,7 @@ async def preview_calibration(request: Request, services: ServicesDep, body: Fit
                       mesh_margin_px)
 
 
-@router.post("/fit/attempt", tags=["fit"], response_model=responses.Attempt)
+@router.post("/fit/attempt", tags=["fit"], response_model=Attempt)
 async def attempt_calibration(request: Request, services: ServicesDep, body: FitRequest,
                               quick: Quick = False, mesh_margin_px: MeshMargin = None) -> Response:
     """Return the preview, or why there is none yet: while points are still being placed, too few are no mistake."""
@@ -72,8 +73,8 @@ async def attempt_calibration(request: Request, services: ServicesDep, body: Fit
 
 
 async def _fit(request: Request, services: Services, body: FitRequest,
-               fit: Callable[[CalibrationRequest, bool, int | None], dict[str, Any]],
-               run: Callable[[Any, Progress], dict[str, Any]], quick: bool, mesh_margin_px: int | None) -> Response:
+               fit: Callable[[CalibrationRequest, bool, int | None], Preview | Attempt],
+               run: Callable[[Any, Progress], Preview | Attempt], quick: bool, mesh_margin_px: int | None) -> Response:
     """Return what `fit` makes of a few points on a thread, or `run` of many in a process while the caller waits."""
     task, found = await fit_few(services, body, lambda task: fit(task, quick, mesh_margin_px))
     if found is not None:

@@ -22,6 +22,7 @@ from app.report.page import POLICY
 from app.services.container import Services
 from app.services.forms import HeightForm, Name, Number, Pair, Size, Strict
 from app.workflows import calibration as workflow
+from app.workflows.calibration_types import Uncertainty
 from app.workflows.pair import lines_by_calibrations, lines_by_matrix, run_pair
 
 router = APIRouter(tags=["judging"])
@@ -30,7 +31,7 @@ HeightMm = Annotated[float, Query(ge=0, le=5000, allow_inf_nan=False, descriptio
 PNG = files("image/png")
 
 
-@router.get("/calibrations/{id}/uncertainty.json", response_model=responses.Uncertainty)
+@router.get("/calibrations/{id}/uncertainty.json", response_model=Uncertainty)
 @in_thread
 def uncertainty_of(services: ServicesDep, id: Id, z_mm: HeightMm = 0.0) -> Json:
     """Return the expected error in mm on a grid over the region, in the plane at z_mm; 409 for a model without it."""
@@ -61,7 +62,7 @@ def difference_picture(services: ServicesDep, id: Id, other: Id) -> Response:
     return _heat_map(_difference(a, b)["grid"]["mm"], a, f"version {b.version} from version {a.version}")
 
 
-def _uncertainty(calibration: Calibration, z_mm: float) -> dict[str, Any]:
+def _uncertainty(calibration: Calibration, z_mm: float) -> Uncertainty:
     model, _, region = Restored.of(calibration)
     return workflow.uncertainty(model, calibration.covariance, region, z_mm)
 

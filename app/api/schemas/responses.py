@@ -7,10 +7,13 @@ from pydantic import Field
 from app import jobs
 from app.api.schemas.base import JsonObject, Point, Points, Texts, list_of, page_of, response
 from app.core.jobs import INTERNAL
+from app.core.options import OptionJson
 from app.evaluate.fit.report_types import SavedReport
 from app.league.config import PublishingConfig
 from app.services import events
+from app.services.fields import PlayingField
 from app.store import snapshots
+from app.workflows.calibration_types import ModelParameters, Polyline
 
 Level = Literal["good", "fair", "poor"] | None
 
@@ -29,38 +32,19 @@ SettingView = response("SettingView", name=str, value=Any, default=Any, help=str
 SettingsView = response("SettingsView", version=str, items=list_of(SettingView), storage=JsonObject)
 
 # --- what a fit starts from, and what it finds
-PlayingField = response("PlayingField", name=str, title=str, length_mm=float, width_mm=float, lines=list[JsonObject],
-    arcs=list[JsonObject], landmarks=dict[str, Point], hat_height_mm=float, line_sigma_mm=float,
-    regions=dict[str, JsonObject], own=described(bool, "made by an operator; can be changed"))
 PlayingFields = response("PlayingFields", page_of("PlayingFieldsPage", PlayingField), revision=str)
-# offsets: by line and arc, mm beside its place, and sigma_mm, null where it is not known
-MeasuredField = response("MeasuredField", field=JsonObject, offsets=dict[str, JsonObject],
-    residuals_mm=described(list[float], "of each distance, measured less adjusted"))
-SeenField = response("SeenField", field=JsonObject, added=list[str])
-Option = response("Option", name=str, type=str, default=Any, help=str, range=list[float] | None, unit=str | None,
-    choices=list[str])
-Model = response("Model", name=str, title=str, help=str, points_needed=str, options=list_of(Option))
+Model = response("Model", name=str, title=str, help=str, points_needed=str, options=list[OptionJson])
 Models = page_of("Models", Model)
 Draft = response("Draft", says=True, field=str | None, region=str | None, rotate=int | None, model=str | None,
     options=JsonObject, observations=list[JsonObject], updated_at=str | None)
-Border = response("Border", degree=int, degree_reason=str, coefficients=list[float], rms_px=float,
-    loo_rms_px=float | None, residuals_px=list[float], outliers=list[int], curve=list[Point], distortion_pct=float,
-    kind=str | None)
-FittedModel = response("FittedModel", name=str, parameters=JsonObject)
-Polyline = response("Polyline", feature=str, kind=Literal["border", "line", "arc", "landmark"], points=Points)
-Overlay = response("Overlay", features=list_of(Polyline))
+Overlay = response("Overlay", features=list[Polyline])
 Arrows = response("Arrows", frame=Literal["raw", "corrected"], mm_per_px=float | None, arrows=list[JsonObject])
-Preview = response("Preview", model=FittedModel, report=SavedReport, corrected_size=list[int],
-    overlay=list_of(Polyline),
-    mesh=described(JsonObject | None, "the corrected view, where mesh_margin_px asks for it"))
-Attempt = response("Attempt", preview=Preview | None,
-    refusal=described(JsonObject | None, "why it cannot be fitted: reason, title, what, fix, and which"))
 SnappedPoint = response("SnappedPoint", state=Literal["snapped", "kept"], point=Point)
 SnappedPoints = response("SnappedPoints", points=list_of(SnappedPoint))
 
 # --- calibrations
 Calibration = response("Calibration", id=str, version=int, camera=str | None, field=str, region=str, rotate=int,
-    model=FittedModel, image_size=list[int], corrected_size=list[int], observations=list[JsonObject],
+    model=ModelParameters, image_size=list[int], corrected_size=list[int], observations=list[JsonObject],
     options=JsonObject, report=SavedReport, created_at=str, software=str, snapshot=str | None, image_sha256=str | None,
     parent=str | None, note=str, made_by=str, active=bool, field_definition=JsonObject)
 Calibrations = page_of("Calibrations", Calibration)
@@ -72,8 +56,6 @@ Format = response("Format", format=str, title=str, holds=str, suffix=str, reads=
     loss=JsonObject | None, problem=JsonObject | None)
 Formats = response("Formats", items=list_of(Format))
 Transformed = response("Transformed", points=Points)
-Uncertainty = response("Uncertainty", z_mm=float, median=float, rms=float, max=float, worst_place=Point,
-    grid=JsonObject)
 Difference = response("Difference", rms_mm=float | None, median_mm=float | None, max_mm=float | None,
     worst_place=Point | None, rms_px=float | None, max_px=float | None,
     grid=described(JsonObject | None, "places, mm, px, and mm_vector"),
