@@ -13,7 +13,7 @@ from app.batch.table import Row, row_of
 from app.batch.tasks import run_calibration, run_verification
 from app.core.errors import BadInput, Conflict, TouchlineError
 from app.core.geometry import ImageSize
-from app.core.records import Calibration, observations_from_json
+from app.core.records import Calibration, ObservationJson, observations_from_json
 from app.images import ImageLimits, screen
 from app.workflows.calibration_request import CalibrationRequest
 
@@ -78,7 +78,7 @@ class BatchPlan:
         return BatchRequest(path.name, sha256, hashlib.sha256(text.encode()).hexdigest()[:16], run,
                             {**rest, "picture": place})
 
-    def _observations(self, clicks: Path | None, size: ImageSize) -> list[dict[str, Any]]:
+    def _observations(self, clicks: Path | None, size: ImageSize) -> list[ObservationJson]:
         """Return the observations of a file that must be of the calibration's field and the picture's size."""
         known = self.calibration
         if clicks is None or known is None:

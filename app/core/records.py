@@ -7,10 +7,11 @@ are read-only. Stored records are written to and read from JSON.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from dataclasses import field as member
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, NotRequired, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
 from app.core.errors import BadInput
 from app.core.field_changes import field_changes
@@ -40,6 +41,13 @@ class Frame:
     def reduced(self, width: int, height: int = 1) -> NDArray[np.uint8]:
         """Return the picture at least so large, px: smaller than it is only where that costs less."""
         return self.pixels
+
+
+class ObservationJson(TypedDict):
+    feature: str | PointJson
+    kind: Kind
+    points: list[PointJson]
+    z_mm: NotRequired[float]  # 0 where it is absent
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,9 +81,11 @@ class Observation:
     def feature_json(self) -> str | PointJson:
         return self.feature if isinstance(self.feature, str) else list(self.feature)
 
-    def to_json(self) -> dict[str, Any]:
-        json = {"feature": self.feature_json, "kind": self.kind, "points": self.points.tolist()}
-        return json if self.z_mm == 0 else {**json, "z_mm": self.z_mm}
+    def to_json(self) -> ObservationJson:
+        json = ObservationJson(feature=self.feature_json, kind=self.kind, points=self.points.tolist())
+        if self.z_mm != 0:
+            json["z_mm"] = self.z_mm
+        return json
 
     @classmethod
     def from_json(cls, value: Any) -> Self:

@@ -1,11 +1,14 @@
 """Clicks moved to the middle of the painted line beside them, and points found along a line of the field."""
 
 import math
-from typing import Any
+from typing import Any, Literal, NotRequired
+
+from typing_extensions import TypedDict
 
 from app.core.errors import Conflict
 from app.core.field import Field, Region
 from app.core.geometry import Points, as_points
+from app.core.json_values import PointJson
 from app.core.records import Frame
 from app.core.statements import say
 from app.evaluate.fit.click_guides import line_hints, snap_along
@@ -14,9 +17,23 @@ from app.services.container import Services
 from app.vision.lines.snap import REASONS, Hint, Snapped, Unsnapped, snap
 
 
+class SnappedPoint(TypedDict):
+    """A click on its line, with what was measured there; or where it is, with the reason."""
+
+    state: Literal["snapped", "kept"]
+    point: PointJson
+    moved_px: NotRequired[float]
+    width_px: NotRequired[float]
+    direction_deg: NotRequired[float]
+    sigma_px: NotRequired[float]
+    confidence: NotRequired[float]
+    reason: NotRequired[str]
+    what: NotRequired[str]
+
+
 def snap_clicks(services: Services, snapshot: str, points: list[list[float]], reach_px: float, width_px: float | None,
-                direction_deg: float | None, feature: str | None, fit: Any) -> list[dict[str, Any]]:
-    """Return each click on its line, or where it is with the reason. fit: model, field, region and rotate."""
+                direction_deg: float | None, feature: str | None, fit: Any) -> list[SnappedPoint]:
+    """Snap each click. fit: model, field, region and rotate."""
     frame = services.frame(snapshot)
     clicks = as_points(points, "The points").reshape(-1, 2)
     angle = None if direction_deg is None else math.radians(direction_deg)
@@ -28,7 +45,7 @@ def snap_clicks(services: Services, snapshot: str, points: list[list[float]], re
 
 
 def points_along(services: Services, snapshot: str, fit: Any, feature: str, count: int,
-                 reach_px: float) -> list[dict[str, Any]]:
+                 reach_px: float) -> list[SnappedPoint]:
     """Return points along one line of the field, found beside where a fit expects it; none where it is hidden."""
     frame = services.frame(snapshot)
     model, field, region = _fit(services, fit, frame)
@@ -53,7 +70,7 @@ def _fit(services: Services, fit: Any, frame: Frame) -> tuple[CameraModel, Field
     return model, field, field.region(fit.region, fit.rotate)
 
 
-def _json(click: list[float], result: Snapped | Unsnapped) -> dict[str, Any]:
+def _json(click: list[float], result: Snapped | Unsnapped) -> SnappedPoint:
     if isinstance(result, Unsnapped):
         return {"state": "kept", "point": click, "reason": result.reason, "what": REASONS[result.reason]}
     return {"state": "snapped", "point": list(result.point), "moved_px": result.moved_px, "width_px": result.width_px,

@@ -1,10 +1,12 @@
 // The shapes that cross the page: what the server sends (REST contract) and what the operator edits.
 
-import type { ArcJson, BorderFit, FieldJson, LineJson, Polyline, PreviewMesh, RegionJson, ResidualRow, SavedReport } from "./rest"; // generated from the API's description
+import type {
+  BorderFit, Calibration as SavedCalibration, FieldJson, ObservationJson, Polyline, PreviewMesh, ResidualRow,
+} from "./rest"; // generated from the API's description
 
 export type {
-  ArcJson as Arc, LineJson as Line, Model, OptionJson as Option, Preview, RankedModel as Ranked, Ranking,
-  RegionJson as Region, ResidualRow as Residual, Sag as Distortion, SavedReport as Report, WarningJson as Warning,
+  ArcJson as Arc, LineJson as Line, Model, ObservationJson as Observation, OptionJson as Option, Preview, RankedModel as Ranked, Ranking,
+  RegionJson as Region, ResidualRow as Residual, Sag as Distortion, SavedReport as Report, SnappedPoint as SnapAnswer, WarningJson as Warning,
 } from "./rest";
 /** What is drawn over a picture: a marking of the field, or a line of a grid. */
 export type Feature = Omit<Polyline, "kind"> & { kind: string };
@@ -20,11 +22,10 @@ export type CompareMode = "raw" | "wipe" | "corrected" | "side" | "blink";
 /** A step of calibrating; "" elsewhere. */
 export type StepId = "" | "field" | "points" | "verify";
 
-export interface Observation { feature: string | Point; kind: "line" | "landmark"; points: Point[]; z_mm?: number }
 /** The operator's document: small, copied whole at every change, so that undo is an earlier copy. */
 export interface Doc {
   field: string | null; region: string | null; rotate: number | null;
-  model: string | null; options: Record<string, unknown>; observations: Observation[];
+  model: string | null; options: Record<string, unknown>; observations: ObservationJson[];
 }
 /** One clicked point: which border, line, arc or landmark, and which of its points. */
 export interface Pick { feature: string; index: number }
@@ -63,10 +64,6 @@ export interface Control {
   range: Point | null; choices: string[]; automatic: boolean | null;
 }
 export interface SourceKind { scheme: string; title: string; help: string; target: string; options: Option[] }
-/** What POST /snapshots/{id}/snap says of one point: drawn to a line's middle, or kept, and why. */
-export interface SnapAnswer {
-  state: "snapped" | "kept"; point: Point; moved_px?: number; width_px?: number; direction_deg?: number; sigma_px?: number; confidence?: number; reason?: string; what?: string;
-}
 /** What a sentence of the server states, for a page in another language; a value may be a statement itself. */
 export interface Statement { code?: string; values?: Record<string, StatedValue>; text?: string }
 export type StatedValue = string | number | Statement | StatedValue[];
@@ -117,13 +114,11 @@ export interface Job {
 /** Where an even grid over the corrected view lies in the raw picture. */
 export type MeshHeader = Omit<PreviewMesh, "raw_px" | "overlay">;
 export interface Mesh extends MeshHeader { nodes: Float32Array }
-export interface Calibration {
-  id: string; version: number; camera: string | null; field: string; region: string; rotate: number; snapshot: string | null;
-  image_size: Point; model: { name: string }; options: Record<string, unknown>; observations: Observation[]; report: SavedReport;
-  corrected_size: Point; created_at: string; active: boolean; note: string;
+export interface Calibration extends Omit<SavedCalibration, "field_definition"> {
   /** What of its field lies elsewhere now than when it was made; only in brief lists. */
   field_changes?: string[];
-  field_definition: { hat_height_mm?: number; lines: LineJson[]; arcs: ArcJson[]; regions: Record<string, RegionJson> };
+  /** Empty in brief lists. */
+  field_definition: FieldJson;
 }
 /** What a format of another program makes of a version; loss: mm over its region, null where it is exact. */
 export interface Format {

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from app.core.records import Observation
+from app.core.records import Observation, ObservationJson
 from tests.support.board_views import BOARD, SIZE, views_of
 from tests.support.pair_over_field import FIELDS
 from tests.support.sim_clicks import border_observations
@@ -13,7 +13,7 @@ SOUTH = "sim://ssl-div-b?cameras=2&camera=1&lens=half&tilt=6&fill=0.86&robots=0&
 WIDE = "sim://ssl-div-b?lens=fisheye&fill=0.9&robots=0&fps=5"
 
 
-def border_and_circle_clicks(source: str, region: str, noise_px: float = 0.3) -> list[dict]:
+def border_and_circle_clicks(source: str, region: str, noise_px: float = 0.3) -> list[ObservationJson]:
     """An operator's clicks on the region's borders and on the field's inner lines, as REST takes them."""
     camera, field = simulated_source(source, FIELDS).camera, FIELDS["ssl-div-b"]
     clicks = list(border_observations(camera, field.region(region), 12, noise_px, np.random.default_rng(3)))
@@ -23,7 +23,7 @@ def border_and_circle_clicks(source: str, region: str, noise_px: float = 0.3) ->
 
 
 def kept_camera(api, id: str, source: str, region: str, model: str, options: dict | None = None,
-                observations: list[dict] | None = None) -> dict:
+                observations: list[ObservationJson] | None = None) -> dict:
     """A live camera, one picture of it, and an active calibration from clicks on that. api: (method, path, …)."""
     api("POST", "/cameras", json={"id": id, "name": id.title(), "source": source, "field": "ssl-div-b",
                                   "region": region})

@@ -7,11 +7,14 @@ from pydantic import Field
 from app import jobs
 from app.api.schemas.base import JsonObject, Point, Points, Texts, list_of, page_of, response
 from app.core.jobs import INTERNAL
+from app.core.json_values import SizeJson
 from app.core.options import OptionJson
+from app.core.records import ObservationJson
 from app.evaluate.fit.report_types import SavedReport
 from app.league.config import PublishingConfig
 from app.services import events
 from app.services.fields import PlayingField
+from app.services.snapping import SnappedPoint
 from app.store import snapshots
 from app.workflows.calibration_types import ModelParameters, Polyline
 
@@ -36,15 +39,14 @@ PlayingFields = response("PlayingFields", page_of("PlayingFieldsPage", PlayingFi
 Model = response("Model", name=str, title=str, help=str, points_needed=str, options=list[OptionJson])
 Models = page_of("Models", Model)
 Draft = response("Draft", says=True, field=str | None, region=str | None, rotate=int | None, model=str | None,
-    options=JsonObject, observations=list[JsonObject], updated_at=str | None)
+    options=JsonObject, observations=list[ObservationJson], updated_at=str | None)
 Overlay = response("Overlay", features=list[Polyline])
 Arrows = response("Arrows", frame=Literal["raw", "corrected"], mm_per_px=float | None, arrows=list[JsonObject])
-SnappedPoint = response("SnappedPoint", state=Literal["snapped", "kept"], point=Point)
-SnappedPoints = response("SnappedPoints", points=list_of(SnappedPoint))
+SnappedPoints = response("SnappedPoints", points=list[SnappedPoint])
 
 # --- calibrations
 Calibration = response("Calibration", id=str, version=int, camera=str | None, field=str, region=str, rotate=int,
-    model=ModelParameters, image_size=list[int], corrected_size=list[int], observations=list[JsonObject],
+    model=ModelParameters, image_size=SizeJson, corrected_size=SizeJson, observations=list[ObservationJson],
     options=JsonObject, report=SavedReport, created_at=str, software=str, snapshot=str | None, image_sha256=str | None,
     parent=str | None, note=str, made_by=str, active=bool, field_definition=JsonObject)
 Calibrations = page_of("Calibrations", Calibration)
