@@ -9,17 +9,19 @@ import re
 import numpy as np
 
 from app.core.records import Calibration
+from app.core.strict_yaml import plain_from_yaml
 from app.formats import Format, camera_matrix
 from app.formats.approximation import ExportCamera
 from app.formats.camera_file import CameraFile, checked_size
 from app.formats.metadata import header, metadata_from_comment
 from app.formats.numbers import format_error, format_list, numbers, require
-from app.formats.python_literal import literal
 
 MODELS = {"LENSMODEL_PINHOLE": 0, "LENSMODEL_OPENCV4": 4, "LENSMODEL_OPENCV5": 5, "LENSMODEL_OPENCV8": 8,
           "LENSMODEL_OPENCV12": 12}
 MM_PER_M = 1000.0
 KEY = re.compile(rb"""['"]lensmodel['"]\s{0,9}:\s{0,9}['"]LENSMODEL_""")
+MAX_BYTES = 4 << 20  # mrcal keeps what it solved inside its files
+SOLVED = re.compile(rb""":\s{0,9}b(?:'[^'\n]*'|"[^"\n]*")""")
 
 
 def write(calibration: Calibration, export: ExportCamera) -> bytes:
@@ -38,7 +40,10 @@ def write(calibration: Calibration, export: ExportCamera) -> bytes:
 
 
 def read(data: bytes) -> CameraFile:
-    value = literal(data, "The file")
+    if len(data) > MAX_BYTES:
+        raise format_error(f"The file has {len(data)} bytes. The limit is {MAX_BYTES}.", "Use a shorter file.")
+    # the rest of the Python dictionary is YAML as well
+    value = plain_from_yaml(SOLVED.sub(b": ''", data), "The file", as_text=True)
     name = require(value, "lensmodel", "The file")
     if not isinstance(name, str) or name not in MODELS:
         raise format_error(f"lensmodel is {str(name)[:60]!r}.", f"Use one of: {', '.join(MODELS)}.")
