@@ -1,6 +1,7 @@
 """auto: a calibration from the field's own lines, without a click."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -61,7 +62,7 @@ def auto(
         raise FitFailed(verdict["sentence"], verdict["fix"], reason=verdict["reason"])
 
 
-def _summary(found: dict[str, Any], calibration: Calibration, output: Path | None) -> str:
+def _summary(found: Mapping[str, Any], calibration: Calibration, output: Path | None) -> str:
     report, proof = found["report"], found["proof"]
     count = sum(len(o["points"]) for o in found["observations"])
     best = found["candidates"][0]

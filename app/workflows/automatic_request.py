@@ -7,15 +7,18 @@ from itertools import chain
 from typing import Any, Self
 
 import numpy as np
+from typing_extensions import TypedDict
 
 from app.core.common_sentences import DETECTING_LINES, ONE_CAMERA
-from app.core.errors import BadInput, Conflict, FitFailed
+from app.core.errors import BadInput, Conflict, FitFailed, ProblemJson
 from app.core.field import Field, Region
 from app.core.field_json import field_from_json
+from app.core.json_values import SizeJson
 from app.core.progress import Progress, no_progress
-from app.core.records import Calibration, Frame
+from app.core.records import Calibration, Frame, ObservationJson
 from app.core.statements import say
-from app.evaluate.fit.verification import verdict_of
+from app.evaluate.fit.report_types import FitReport
+from app.evaluate.fit.verification import AutomaticVerdict, Proof, verdict_of
 from app.fitting.field_lines.search import PosePrior
 from app.models import MODELS
 from app.vision.motion.background import Background
@@ -39,6 +42,23 @@ def pose_prior_from_json(value: Mapping[str, Any] | None) -> PosePrior:
             raise BadInput(f"The approximate {name} cannot be {number!r}.", f"Use a number from {low:g} to {high:g}.",
                            reason="bad-rough")
     return PosePrior(**(value or {}))
+
+
+class AutomaticAnswer(TypedDict):
+    """What was found without clicks. lines: the detected ones, raw px; proof, report: None where none was found."""
+
+    field: str
+    region: str
+    rotate: int
+    model: str
+    image_size: SizeJson
+    candidates: list[dict[str, Any]]
+    lines: list[list[list[float]]]
+    observations: list[ObservationJson]
+    proof: Proof | None
+    report: FitReport | None
+    doubts: list[ProblemJson]
+    verdict: AutomaticVerdict
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +94,8 @@ class AutomaticRequest:
         return cls(field, field.region(value["region"], value["rotate"]), value["model"], value["options"],
                    value["rough"], value["camera"], value["snapshot"], value["note"])
 
-    def answer(self, frame: Frame, progress: Progress = no_progress) -> tuple[dict[str, Any], Calibration | None]:
-        """Return what was found as plain JSON, and the calibration where no doubt remains.
+    def answer(self, frame: Frame, progress: Progress = no_progress) -> tuple[AutomaticAnswer, Calibration | None]:
+        """Return what was found, and the calibration where no doubt remains.
 
         A picture without a match is an answer as well: the detected lines and why none matched.
         """
@@ -83,14 +103,15 @@ class AutomaticRequest:
         lines = automatic.detect_lines(frame.pixels)
         found, searched = automatic.assign_lines(lines, self.field, self.region, pose_prior_from_json(self.rough),
                                                  subprogress(progress, 0.15, 0.6))
-        summary: dict[str, Any] = {
+        unmatched = [automatic.no_match_error(lines, searched).to_json()] if found is None else []
+        summary: AutomaticAnswer = {
             "field": self.field.name, "region": self.region.name, "rotate": self.region.rotate_deg,
             "model": self.model, "image_size": list(frame.size),
             "candidates": automatic.candidates_json(searched, self.region),
-            "lines": lines.polylines(), "observations": [], "proof": None, "report": None}
+            "lines": lines.polylines(), "observations": [], "proof": None, "report": None, "doubts": unmatched,
+            "verdict": verdict_of(unmatched, None, None)}
         if found is None:
-            doubts = [automatic.no_match_error(lines, searched).to_json()]
-            return {**summary, "doubts": doubts, "verdict": verdict_of(doubts, None, None)}, None
+            return summary, None
         done, refused = None, []
         for names in self.models:
             try:

@@ -5,16 +5,17 @@ expects in the picture are not there, or long lines on the carpet lie where it h
 field just as well.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
 from app.core.errors import ProblemJson
 from app.core.marking_names import marking_name
-from app.core.statements import Sentence, join, say, stated
+from app.core.statements import Sentence, Stated, join, say, stated
+from app.evaluate.fit.report_types import Verdict
 
 # Tuned on simulated scenes and on true pictures matched with fields that they do not show (see the manual's figures).
 MIN_FOUND = 0.68  # of the expected length; a fifth may be hidden
@@ -25,6 +26,24 @@ MIN_AHEAD = 0.05  # of the next best camera's share
 MAX_RMS = 0.002  # of the diagonal, of the points about the drawn field: 1.5 px of 640 × 480; fields are made by hand
 MIN_MARKINGS = 4
 MISSING_SHOWN = 4
+
+
+class ProvenMarking(TypedDict):
+    feature: str
+    expected_px: float
+    found_px: float
+
+
+class Proof(TypedDict):
+    """Shares: of the expected length in the picture; rival: the next best camera's, of this one's."""
+
+    found_share: float
+    missing_share: float
+    missing: list[str]
+    unexplained_share: float
+    rms_px: float
+    rival: float
+    markings: list[ProvenMarking]
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,22 +113,30 @@ class Verification:
                 "lines.loose.fix", "Check the field type. If it is correct, try another lens model.")))
         return tuple(stated(ProblemJson(reason=r, what=w, fix=f)) for r, w, f in doubts)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Proof:
         return {"found_share": self.share, "missing_share": self.missing_share, "missing": list(self.missing),
                 "unexplained_share": self.unexplained_share, "rms_px": self.rms_px, "rival": self.rival,
                 "markings": [{"feature": n, "expected_px": float(e), "found_px": float(f)} for n, e, f in zip(
                     self.names, self.expected_px, self.found_px, strict=True) if e > 0]}
 
 
-def verdict_of(doubts: Sequence[Mapping[str, Any]], proof: Verification | None, calibrated: Mapping[str, Any] | None,
-               ) -> dict[str, Any]:
-    """Return a level and a sentence: the calibration's own without doubts, else "unsure" or "nothing"."""
+class AutomaticVerdict(Stated):
+    """level: the calibration's own without doubts, else "unsure" or "nothing"."""
+
+    level: str
+    sentence: str
+    fix: str
+    reason: str
+
+
+def verdict_of(doubts: Sequence[ProblemJson], proof: Verification | None, calibrated: Verdict | None,
+               ) -> AutomaticVerdict:
     if doubts:
         first = doubts[0]
         look = say("lines.check-overlay", "Check the overlay before you continue.") if proof else ""
-        return stated({"level": "unsure" if proof else "nothing", "sentence": join(first["what"], look),
-                       "fix": first["fix"], "reason": first["reason"]})
-    own = calibrated or {"level": "unknown", "sentence": ""}
+        return stated(AutomaticVerdict(level="unsure" if proof else "nothing", sentence=join(first["what"], look),
+                                       fix=first["fix"], reason=first["reason"]))
+    level, own = (calibrated["level"], calibrated["sentence"]) if calibrated else ("unknown", "")
     found = say("lines.found", "{share:.0f} % of the expected lines were detected, with an average offset of "
                 "{px:.2f} px from the field model.", share=100 * proof.share, px=proof.rms_px) if proof else ""
-    return stated({"level": own["level"], "sentence": join(found, own["sentence"]), "fix": "", "reason": "found"})
+    return stated(AutomaticVerdict(level=level, sentence=join(found, own), fix="", reason="found"))
