@@ -82,27 +82,6 @@ CalibrationReport = response("CalibrationReport", format=Literal["touchline-repo
     calibration=JsonObject, field=JsonObject, model=JsonObject, picture=JsonObject, verdict=JsonObject,
     figures=dict[str, JsonObject], distortion=JsonObject, per_feature=list[JsonObject], outliers=list[JsonObject],
     uncertainty=JsonObject, warnings=list[JsonObject])
-CheckVerdict = response("CheckVerdict", says=True, level=described(Level, "null: inconclusive"), sentence=str,
-    fix=str, reason=described(str, "`holds`, `moved`, `lens`, `lines-missing`, `as-made`, `elsewhere` or `not-seen`"))
-# mm is across the marking on the carpet, and null where nothing was found
-CheckedLine = response("CheckedLine", feature=str, places=int, found=int, found_share=float, mean_mm=float | None,
-    rms_mm=float | None, worst_mm=float | None, rms_px=float | None)
-CheckedPlace = response("CheckedPlace", feature=str, expected=described(Point, "raw px, where the calibration has it"),
-    found=described(Point, "raw px"), off_mm=float)
-# how far the field's lines are today from where the calibration has them
-CalibrationCheck = response("CalibrationCheck", calibration=str, version=int | None, camera=str | None, snapshot=str,
-    model=str, field=str, region=str, image_size=list[int], verdict=CheckVerdict, lines=list_of(CheckedLine),
-    found_share=described(float, "of the length of the lines that should be visible"), lines_found=int,
-    others_share=described(float, "length of other long lines, as a share of the visible length; 0 if most of that "
-                                  "was detected"),
-    missing=described(list[str], "markings that should be visible, are not covered, and were not detected"),
-    missing_share=described(float, "of the expected length"),
-    missing_inside=described(float, "of the expected length inside the region's borders"),
-    own_mm=described(float | None, "the largest error of its own report when it was made"), rms_mm=float | None,
-    p95_mm=float | None, rms_px=float | None,
-    left_mm=described(float | None, "rms that no camera movement explains"),
-    carpet=described(JsonObject | None, "z_mm, mean_mm, p95_mm, max_mm, where, and the map"), hat=JsonObject | None,
-    points=list_of(CheckedPlace))
 
 # --- lenses without a field: from boards, straight edges, or two cameras that see the same
 LensSummary = response("LensSummary", id=str, created_at=str, camera=str | None, note=str, model=str,
