@@ -50,7 +50,7 @@ def test_cameras_that_agree_end_with_0(touchline, files):
 def test_one_that_was_knocked_ends_with_5_and_is_named(touchline, files, tmp_path):
     knocked(tmp_path / "south.json")
     code, out, _ = touchline("rig", "check", *files, *PICTURES)
-    assert code == 5 and out.startswith("poor: ") and "It is south" in out and "Calibrate south again" in out
+    assert code == 5 and out.startswith("poor: ") and "The error is in south" in out and "Calibrate south again" in out
     assert touchline("rig", "check", *files, *PICTURES, "--enough", "any")[0] == 0
 
 

@@ -41,11 +41,11 @@ def response(name: str, base: type[Answer] = Answer, /, *, record: type | None =
     return create_model(name, __base__=base, **described)
 
 
-def list_of(item: type[Answer]) -> GenericAlias:
+def list_of(item: type) -> GenericAlias:
     """Return list[item], which a type checker reads only of classes that are written out."""
     return GenericAlias(list, (item,))
 
 
-def page_of(name: str, item: type[Answer]) -> type[Answer]:
+def page_of(name: str, item: type) -> type[Answer]:
     """Describe a page: items, newest first, and the cursor of those after them, null at the end."""
     return response(name, items=list_of(item), next_cursor=str | None)

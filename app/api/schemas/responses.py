@@ -10,6 +10,7 @@ from app.core.jobs import INTERNAL
 from app.evaluate.fit.report_types import SavedReport
 from app.league.config import PublishingConfig
 from app.services import events
+from app.services.rigs import RigJson
 from app.store import snapshots
 
 Level = Literal["good", "fair", "poor"] | None
@@ -91,10 +92,6 @@ Lenses = page_of("Lenses", LensSummary)
 Straightness = response("Straightness", says=True, lens=JsonObject, sigma=dict[str, float],
     straightness_px=dict[str, float], bow=JsonObject, distortion=Literal["significant", "none", "unknown"],
     sentence=str, lines=list[JsonObject], lines_used=int, objects=int, pictures=list[str], cannot_see=str)
-Pair = response("Pair", fundamental=JsonObject | None, pose=JsonObject | None, calibrated=JsonObject | None,
-    agreement=JsonObject | None, matches=int, failed=list[JsonObject])
-PairLines = response("PairLines", in_a=list[Points | None] | None, in_b=list[Points | None] | None,
-    place_in_a=Points | None, place_in_b=Points | None)
 
 # --- cameras and their pictures
 Snapshot = response("Snapshot", record=snapshots.Snapshot)
@@ -140,29 +137,7 @@ FrameDetections = response("FrameDetections", seq=int, time_s=float, items=list[
 Tracks = response("Tracks", time_s=float, items=list[JsonObject], seams=JsonObject, cameras=list[JsonObject])
 
 # --- rigs
-RigTrouble = response("RigTrouble", says=True, camera=str, reason=str, text=str, fix=str,
-    level=described(Level, "lower limit of the error of the rig; null if the accuracy is unknown"))
-CameraOfRig = response("CameraOfRig", camera=str, title=str, region=str | None, rotate=int | None,
-    calibration=described(str | None, "its active one"), version=int | None, model=str | None,
-    rectangles=JsonObject | None, troubles=list_of(RigTrouble))
-RigVerdict = response("RigVerdict", says=True, level=Level, sentence=str, fix=str)
-CheckedRig = response("CheckedRig", at=str, verdict=RigVerdict,
-    p95_mm=described(float | None, "of the two cameras that are farthest apart; null where none could be compared"))
-Rig = response("Rig", name=str, title=str, field=str, w_max_rectangle_px=float | None, h_max_rectangle_px=float | None,
-    n_rectangles_x=int | None, n_rectangles_y=int | None, rectangles=described(JsonObject | None, "the common ones"),
-    rectangles_from=Literal["rig", "cameras"] | None, cameras=list_of(CameraOfRig),
-    checked=described(CheckedRig | None, "newest check since the server start; null if there is none, or the rig or a "
-                                         "calibration has changed since then"),
-    updated_at=str, updated_by=str)
-Rigs = page_of("Rigs", Rig)
-# fundamental: predicted by the calibrations, in ideal pixels
-RigPair = response("RigPair", a=str, b=str, agreement=JsonObject | None, fundamental=JsonObject | None,
-    matches=JsonObject | None, verdict=RigVerdict | None, notes=list[str], failed=Texts | None)
-RigCheck = response("RigCheck", cameras=list_of(CameraOfRig), rectangles=JsonObject | None, pairs=list_of(RigPair),
-    verdict=RigVerdict, missing=described(list_of(RigTrouble), "cameras that delivered no image"))
-# where things lie in stitched.jpg of that width
-StitchedView = response("StitchedView", width=int, height=int, px_per_mm=float, overlay=list[JsonObject], corner=Points,
-    unseen=JsonObject, cameras=list[JsonObject])
+Rigs = page_of("Rigs", RigJson)
 
 # --- the network
 PublishedCamera = response("PublishedCamera", camera=str, calibration=str, version=int, model=str, field=str,
