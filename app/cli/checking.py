@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import cv2
 import numpy as np
@@ -12,9 +12,11 @@ from app.cli import files
 from app.cli.console import Enough, EnoughOption, exit_below
 from app.cli.progress import progress_bar
 from app.cli.requests import AsJson
+from app.core.geometry import Pixels
 from app.core.marking_names import marking_names
 from app.workflows.automatic_request import median_frame
 from app.workflows.calibration import subprogress
+from app.workflows.check import Check
 from app.workflows.check import check as check_calibration
 
 GOOD_COLOUR, POOR_COLOUR, EXPECTED_COLOUR = (80, 220, 80), (60, 60, 255), (255, 255, 255)  # BGR
@@ -41,7 +43,7 @@ def check(
     exit_below(enough, found["verdict"]["level"])
 
 
-def _summary(found: dict[str, Any]) -> str:
+def _summary(found: Check) -> str:
     verdict = found["verdict"]
     rows = [f"{verdict['sentence']} {verdict['fix']}".strip()]
     names = marking_names([line["feature"] for line in found["lines"]])
@@ -58,11 +60,11 @@ def _summary(found: dict[str, Any]) -> str:
     return "\n".join(rows)
 
 
-def _draw(pixels: Any, found: dict[str, Any]) -> Any:
+def _draw(pixels: Pixels, found: Check) -> Pixels:
     """Draw white points where the calibration has the lines, green or red ones where they are."""
     canvas = pixels.copy()
     for point in found["points"]:
-        expected, actual = (tuple(np.round(point[key]).astype(int).tolist()) for key in ("expected", "found"))
+        expected, actual = (tuple(np.round(px).astype(int).tolist()) for px in (point["expected"], point["found"]))
         cv2.circle(canvas, expected, 2, EXPECTED_COLOUR, -1, cv2.LINE_AA)
         colour = GOOD_COLOUR if abs(point["off_mm"]) <= POOR_MM else POOR_COLOUR
         cv2.line(canvas, expected, actual, colour, 1, cv2.LINE_AA)

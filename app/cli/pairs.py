@@ -9,7 +9,7 @@ import typer
 from app.cli import files
 from app.cli.progress import progress_bar
 from app.cli.requests import AsJson
-from app.workflows.pair import evaluate_pair
+from app.workflows.pair import PairReport, evaluate_pair
 
 
 def pair(
@@ -29,7 +29,7 @@ def pair(
     print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
 
 
-def _summary(found: dict[str, Any]) -> str:
+def _summary(found: PairReport) -> str:
     """Millimetres first: they are what play depends on."""
     lines = []
     if (agreed := found["agreement"]) is not None:
@@ -48,9 +48,9 @@ def _summary(found: dict[str, Any]) -> str:
         good = found["matches"] - len(between["outliers"])
         lines.append(f"Fundamental matrix from {good} of {found['matches']} matches, "
                      f"{between['rms_px']:.2f} px rms from the epipolar lines:\n{rows}")
-    for part in ("agreement", "calibrated", "pose", "fundamental"):
-        if found[part] is not None:
-            verdict = found[part]["verdict"]
+    for part in (found["agreement"], found["calibrated"], found["pose"], found["fundamental"]):
+        if part is not None:
+            verdict = part["verdict"]
             lines.append(f"{verdict['level'].capitalize()}. {verdict['sentence']} {verdict['fix']}".rstrip())
     lines += [f"No {failed['part']}: {failed['what']} {failed['fix']}" for failed in found["failed"]]
     return "\n".join(lines)

@@ -16,8 +16,8 @@ from app.core.field_json import field_from_json
 from app.evaluate.cameras.rectangles import NAMES
 from app.imaging.mosaic import FieldView, stitcher_of
 from app.store.fields import FieldRepository
+from app.workflows.rig import RigCheck, refuse_other_sizes
 from app.workflows.rig import check as check_rig
-from app.workflows.rig import refuse_other_sizes
 
 rig = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
                   help="Cameras that share a field: compare them, or join their images.")
@@ -113,15 +113,16 @@ def _stored(name: str, data: Path | None, config: Path | None) -> dict[str, Any]
                 "rectangles": {one: body[one] for one in NAMES}}
 
 
-def _summary(found: dict[str, Any]) -> str:
+def _summary(found: RigCheck) -> str:
     verdict = found["verdict"]
     lines = [f"{verdict['level'] or 'unknown'}: {verdict['sentence']} {verdict['fix']}".rstrip()]
     for pair in found["pairs"]:
         if pair["verdict"] is not None:
             lines.append(f"{pair['a']} – {pair['b']} (by {pair['from']}): {pair['verdict']['sentence']}")
-        else:
+        elif pair["failed"] is not None:
             lines.append(f"{pair['a']} – {pair['b']}: {pair['failed']['what']} {pair['failed']['fix']}")
-        if (crossed := (pair["matches"] or {}).get("calibrated")) is not None:
+        matches = pair["matches"]
+        if matches is not None and "calibrated" in matches and (crossed := matches["calibrated"]) is not None:
             lines.append(f"  The matches are {crossed['median_px']:.2f} px (median) from the positions predicted by "
                          "the calibrations.")
     lines += [f"{t['text']} {t['fix']}" for camera in found["cameras"] for t in camera["troubles"]]

@@ -9,15 +9,17 @@ and `unseen` says so.
 
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
 from app.core.errors import BadInput, FitFailed
 from app.core.field import Arc, Field, Line, Region
 from app.core.geometry import Array, ImageSize, Points, inside_picture
+from app.core.json_values import PointJson
 from app.core.progress import Progress, no_progress
 from app.imaging.correction import BLOCK_PX, BORDER_BGR, CorrectionMap
 from app.models import CameraModel, model_from_json, raw_from_field
@@ -29,6 +31,43 @@ FEATHER_PX = 40.0  # raw, at a picture's edge
 FILL_WEIGHT = 1e-3  # a camera's weight beside its region
 HATCH_PX, HATCH_BGR = 14, (52, 44, 38)
 FULL_WEIGHT = 0.998  # a weight beyond that is all
+
+
+class PaintedLine(TypedDict):
+    feature: str
+    kind: Literal["line", "arc"]
+    points: list[PointJson]
+
+
+class Range(TypedDict):
+    x: PointJson
+    y: PointJson
+
+
+class Unseen(TypedDict):
+    """The part of the field that no camera sees, its area, the range in which it is, mm, and the same in words."""
+
+    share: float
+    m2: float
+    where: Range | None
+    words: str
+
+
+class CameraShare(TypedDict):
+    camera: str
+    share: float
+
+
+class StitchedView(TypedDict):
+    """Where things lie in stitched.jpg of that width. corner: field mm at its first and last pixel."""
+
+    width: int
+    height: int
+    px_per_mm: float
+    overlay: list[PaintedLine]
+    corner: list[PointJson]
+    unseen: Unseen
+    cameras: list[CameraShare]
 
 
 @dataclass(frozen=True)
@@ -63,12 +102,12 @@ class FieldView:
     def field_from_view(self, points: Points) -> Points:
         return (points + 0.5) / [self.px_per_mm, -self.px_per_mm] + self._corner
 
-    def field_from_view_corner(self) -> list[list[float]]:
+    def field_from_view_corner(self) -> list[PointJson]:
         """The field's places at the picture's first and last pixel, mm."""
         size = self.size
         return self.field_from_view(np.array([[0.0, 0.0], [size.width - 1.0, size.height - 1.0]])).tolist()
 
-    def overlay(self) -> list[dict[str, Any]]:
+    def overlay(self) -> list[PaintedLine]:
         """All that is painted, as polylines in view pixels."""
         shapes: list[Line | Arc] = [*self.field.lines.values(), *self.field.arcs.values()]
         return [{"feature": shape.name, "kind": "arc" if isinstance(shape, Arc) else "line",
@@ -156,15 +195,23 @@ class Stitcher:
             np.put(_whole(out), self.seam, _whole(np.asarray(cv2.convertScaleAbs(blended), np.uint8)))
         return out
 
-    def unseen_summary(self) -> dict[str, Any]:
-        """Return which part of the field no camera sees, without the margin: share, m², where, in words; plain JSON."""
+    def description(self, cameras: Sequence[str]) -> StitchedView:
+        """Describe the picture; cameras: by name, in the order of the parts."""
+        view = self.view
+        return {"width": view.size.width, "height": view.size.height, "px_per_mm": view.px_per_mm,
+                "corner": view.field_from_view_corner(), "overlay": view.overlay(), "unseen": self.unseen_summary(),
+                "cameras": [{"camera": camera, "share": share}
+                            for camera, share in zip(cameras, self.shown_share, strict=True)]}
+
+    def unseen_summary(self) -> Unseen:
+        """Return which part of the field no camera sees, without the margin."""
         size, field = self.view.size, self.view.field
         at = self.view.field_from_view(np.stack(np.meshgrid(np.arange(size.width), np.arange(size.height)), axis=-1)
                                        .astype(float))
         on_field = (np.abs(at[..., 0]) <= field.length_mm / 2) & (np.abs(at[..., 1]) <= field.width_mm / 2)
         unseen = self.unseen & on_field
         share = float(unseen.sum() / max(on_field.sum(), 1))
-        where = None
+        where: Range | None = None
         if unseen.any():
             x, y = at[unseen].T
             where = {"x": [float(x.min()), float(x.max())], "y": [float(y.min()), float(y.max())]}

@@ -4,17 +4,30 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from typing_extensions import TypedDict
+
+from app.evaluate.cameras.rig_verdict import RigVerdict
 from app.services.cache import LruCache
 from app.store.repository import timestamp, utc_now
+from app.workflows.rig import RigReport
 
 MAX_CHECKS = 200
+
+
+class CheckedRig(TypedDict):
+    """p95_mm: on the carpet or at hat height, whichever is more, of the two cameras that are farthest apart; null where
+    none could be compared."""
+
+    at: str
+    verdict: RigVerdict
+    p95_mm: float | None
 
 
 class RigChecks:
     """Thread-safe. A rig here is one as app/workflows/rig.py takes it."""
 
     def __init__(self) -> None:
-        self._newest: LruCache[tuple[str, str], dict[str, Any]] = LruCache(MAX_CHECKS)
+        self._newest: LruCache[tuple[str, str], CheckedRig] = LruCache(MAX_CHECKS)
 
     def context(self, rig: Mapping[str, Any]) -> list[str]:
         """Return what a job needs to keep its result: the rig's name, and what its check depends on."""
@@ -22,7 +35,7 @@ class RigChecks:
                    for c in rig["cameras"]]
         return [rig["name"], json.dumps([rig["field"], rig["rectangles"], cameras], sort_keys=True)]
 
-    def save(self, result: dict[str, Any], context: list[str]) -> dict[str, Any]:
+    def save(self, result: RigReport, context: list[str]) -> RigReport:
         """Keep a check's verdict, and return the check: a result saver."""
         found = [pair["agreement"] for pair in result["pairs"] if pair["agreement"] is not None]
         p95 = [part["p95_mm"] for agreement in found for part in (agreement["carpet"], agreement["hat"]) if part]
@@ -31,10 +44,7 @@ class RigChecks:
                                          "p95_mm": max(p95, default=None)})
         return result
 
-    def get(self, rig: Mapping[str, Any]) -> dict[str, Any] | None:
-        """Return {"at", "verdict", "p95_mm"}; None where this rig with these calibrations was not checked.
-
-        p95_mm: on the carpet or at hat height, whichever is more, of the two cameras that are farthest apart.
-        """
+    def get(self, rig: Mapping[str, Any]) -> CheckedRig | None:
+        """Return the newest check; None where this rig with these calibrations was not checked."""
         name, state = self.context(rig)
         return self._newest.get((name, state))

@@ -10,13 +10,31 @@ from app.core.field_json import field_from_json
 from app.core.progress import Progress
 from app.core.statements import say
 from app.evaluate.cameras.rectangles import NAMES, Rectangles
+from app.evaluate.cameras.rig_verdict import RigTrouble
 from app.imaging.mosaic import FieldView, Stitcher, stitcher_of
 from app.services.container import Services
 from app.services.live import TakenFrame, take_frame
+from app.services.rig_checks import CheckedRig
 from app.store.documents import Document
-from app.workflows.rig import camera_trouble, rig_status
+from app.workflows.rig import RigStatus, camera_trouble, rig_status
 
 Pictures = Mapping[str, Mapping[str, Any]]
+
+
+class RigJson(RigStatus):
+    """A rig; checked: the newest check since the server start, null if there is none, or the rig or a calibration has
+    changed since then."""
+
+    name: str
+    title: str
+    field: str
+    w_max_rectangle_px: float | None
+    h_max_rectangle_px: float | None
+    n_rectangles_x: int | None
+    n_rectangles_y: int | None
+    checked: CheckedRig | None
+    updated_at: str
+    updated_by: str
 
 
 def checked_definition(services: Services, definition: Mapping[str, Any]) -> dict[str, Any]:
@@ -51,12 +69,13 @@ def rig_spec(services: Services, rig: Document, pictures: Pictures | None = None
             "rectangles": {name: rig.body[name] for name in NAMES}, "cameras": cameras}
 
 
-def rig_json(services: Services, rig: Document) -> dict[str, Any]:
+def rig_json(services: Services, rig: Document) -> RigJson:
     """Return the rig as the API shows it."""
-    spec = rig_spec(services, rig)
-    return {"name": rig.name, "title": rig.body["title"], "field": rig.body["field"],
-            **{name: rig.body[name] for name in NAMES}, **rig_status(spec), "checked": services.rig_checks.get(spec),
-            "updated_at": rig.updated_at, "updated_by": rig.updated_by}
+    spec, body = rig_spec(services, rig), rig.body
+    return {"name": rig.name, "title": body["title"], "field": body["field"],
+            "w_max_rectangle_px": body["w_max_rectangle_px"], "h_max_rectangle_px": body["h_max_rectangle_px"],
+            "n_rectangles_x": body["n_rectangles_x"], "n_rectangles_y": body["n_rectangles_y"], **rig_status(spec),
+            "checked": services.rig_checks.get(spec), "updated_at": rig.updated_at, "updated_by": rig.updated_by}
 
 
 def snapshots_by_camera(services: Services, rig: Document, texts: Iterable[str]) -> dict[str, str]:
@@ -72,16 +91,16 @@ def snapshots_by_camera(services: Services, rig: Document, texts: Iterable[str])
     return snapshots
 
 
-async def take_frames(services: Services, cameras: Iterable[str]) -> tuple[dict[str, TakenFrame], list[dict[str, Any]]]:
+async def take_frames(services: Services, cameras: Iterable[str]) -> tuple[dict[str, TakenFrame], list[RigTrouble]]:
     """Take a frame of each camera, all at once; and say what is wrong with those that give none."""
-    async def take(id: str) -> TakenFrame | dict[str, Any]:
+    async def take(id: str) -> TakenFrame | RigTrouble:
         try:
             return await take_frame(services.live.get(id))
         except TouchlineError as error:
             return camera_trouble(id, error.reason, error.what, error.fix)
     results = await asyncio.gather(*map(take, cameras))
     return ({frame.camera.id: frame for frame in results if isinstance(frame, TakenFrame)},
-            [problem for problem in results if isinstance(problem, dict)])
+            [problem for problem in results if not isinstance(problem, TakenFrame)])
 
 
 def save_frames(services: Services, frames: Mapping[str, TakenFrame]) -> dict[str, dict[str, Any]]:

@@ -1,22 +1,22 @@
 """Check whether a calibration still holds in a new picture, line by line, in mm. Nothing is fitted or stored."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
+from typing_extensions import TypedDict
 
 from app.core import opencv
 from app.core.common_sentences import CALIBRATE_AGAIN_FOR_SIZE, DETECTING_FIELD_LINES, other_image_size
 from app.core.errors import Conflict
 from app.core.geometry import ImageSize, Pixels
-from app.core.json_values import number
+from app.core.json_values import PointJson, number
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration
 from app.core.statements import say
-from app.evaluate.drift.check_figures import CheckFigures
-from app.evaluate.drift.check_verdict import INCONCLUSIVE, check_verdict
-from app.evaluate.drift.line_check import LineMeasurements, line_deviations, measure_lines
+from app.evaluate.drift.check_figures import CheckFigures, check_figures
+from app.evaluate.drift.check_verdict import INCONCLUSIVE, CheckVerdict, check_verdict
+from app.evaluate.drift.line_check import LineDeviation, LineMeasurements, line_deviations, measure_lines
 from app.evaluate.fit.verification import MIN_FOUND
 from app.models.restored import Restored
 from app.workflows.automatic import detect_lines
@@ -29,11 +29,41 @@ LONG = 0.05  # of the diagonal: a laid line, not a scratch
 ON_LINE_PX = 8.0
 
 
-def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_progress) -> dict[str, Any]:
-    """Plain JSON: verdict, a row a marking, mm over carpet and hats, and the points for drawing; (h, w[, 3]) pixels.
+class CheckedPlace(TypedDict):
+    """expected: where the calibration has it, found: where it is, raw px; off_mm: across the marking, on the carpet."""
 
-    Conflict size-mismatch for a picture of another size.
+    feature: str
+    expected: PointJson
+    found: PointJson
+    off_mm: float
+
+
+class Check(CheckFigures):
+    calibration: str
+    version: int | None
+    camera: str | None
+    model: str
+    field: str
+    region: str
+    image_size: list[int]
+    verdict: CheckVerdict
+    lines: list[LineDeviation]
+    points: list[CheckedPlace]  # some of them, for drawing
+
+
+class CalibrationCheck(Check):
+    """How far the field's lines are in a picture from where the calibration has them.
+
+    Shares are of the length of the lines that should be visible. missing: markings that should be visible, are not
+    covered, and were not detected; others_share: of other long lines; left_mm: rms that no camera movement explains;
+    own_mm: the largest error of the calibration's own report when it was made.
     """
+
+    snapshot: str
+
+
+def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_progress) -> Check:
+    """(h, w[, 3]) pixels; Conflict size-mismatch for a picture of another size."""
     size = ImageSize(pixels.shape[1], pixels.shape[0])
     if size != calibration.image_size:
         raise Conflict(other_image_size(size, calibration.image_size), CALIBRATE_AGAIN_FOR_SIZE, reason="size-mismatch")
@@ -42,18 +72,17 @@ def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_prog
     gray = opencv.to_grey(pixels)
     seen = measure_lines(model, gray, field, region)
     progress(0.7, say("progress.evaluating", "Evaluating"))
-    lines = [asdict(line) for line in line_deviations(seen)]
-    own_mm = _own_mm(calibration.report)
+    lines = line_deviations(seen)
     others = _other_lines_px(gray, seen) / max(float(seen.stands_for_px.sum()), 1e-9)
-    found = replace(CheckFigures.of(seen, model, size, field), own_mm=own_mm, others_share=others)
+    found = check_figures(seen, model, size, field, others_share=others, own_mm=_own_mm(calibration.report))
     verdict = check_verdict(found, lines)
     if verdict["reason"] in INCONCLUSIVE:  # what lies where a line is expected is then something else
-        found = replace(found, rms_mm=None, p95_mm=None, rms_px=None, left_mm=None, carpet=None, hat=None)
+        found = {**found, "rms_mm": None, "p95_mm": None, "rms_px": None, "left_mm": None, "carpet": None, "hat": None}
         lines = [{**line, "mean_mm": None, "rms_mm": None, "worst_mm": None, "rms_px": None} for line in lines]
     return {"calibration": calibration.id, "camera": calibration.camera, "version": calibration.version,
             "model": calibration.model_name, "field": calibration.field["name"], "region": calibration.region,
-            "image_size": list(calibration.image_size), "verdict": verdict, "lines": lines,
-            **found.to_json(), "points": _drawn(seen)}
+            "image_size": list(calibration.image_size), "verdict": verdict, "lines": lines, **found,
+            "points": _drawn(seen)}
 
 
 def _own_mm(report: Mapping[str, Any]) -> float | None:
@@ -76,15 +105,14 @@ def _other_lines_px(gray: Pixels, seen: LineMeasurements) -> float:
     return total
 
 
-def _drawn(seen: LineMeasurements) -> list[dict[str, Any]]:
-    """Where lines were found and where the calibration has them, for drawing; raw px and mm."""
+def _drawn(seen: LineMeasurements) -> list[CheckedPlace]:
     index = np.flatnonzero(seen.found)
     index = index[np.unique(np.linspace(0, max(len(index) - 1, 0), min(len(index), MAX_DRAWN)).round().astype(int))]
     return [{"feature": seen.names[seen.marking[i]], "expected": seen.expected_px[i].round(2).tolist(),
              "found": seen.raw[i].round(2).tolist(), "off_mm": round(float(seen.off_mm[i]), 2)} for i in index]
 
 
-def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
+def run_check(spec: Any, progress: Progress) -> CalibrationCheck:
     """A job: {"calibration": whole, "snapshot", "pictures": [{"name", "path", "sha256"}, …], untrusted}."""
     with job_pictures(spec["pictures"]) as pictures:
         frame = median_frame(pictures, subprogress(progress, 0.0, 0.4))

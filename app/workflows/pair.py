@@ -6,20 +6,22 @@ there. A part that cannot be had is named under "failed", with its cure.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, Literal, Self, TypeVar
 
 import numpy as np
+from typing_extensions import TypedDict
 
-from app.core.errors import BadInput, Conflict, FitFailed
+from app.core.errors import BadInput, Conflict, FitFailed, ProblemJson
 from app.core.field_json import field_from_json
 from app.core.geometry import Array, ImageSize, Indices, Mask, Points, inside_picture
-from app.core.json_values import nullable, nullable_points
+from app.core.json_values import PointsJson, nullable, nullable_points
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
 from app.core.statements import say
 from app.evaluate.cameras import pair_verdict
 from app.evaluate.cameras.own_accuracy import own_accuracy
-from app.evaluate.cameras.pair_agreement import CELLS, from_matches, from_observations
+from app.evaluate.cameras.pair_agreement import CELLS, AgreementFigures, from_matches, from_observations
+from app.evaluate.cameras.rig_verdict import PairVerdict
 from app.evaluate.cameras.shared_area import overlap
 from app.fitting.two_view.epipolar_lines import epipolar_curves, epipolar_segments
 from app.fitting.two_view.fundamental_matrix import as_matches, fundamental_matrix
@@ -29,16 +31,104 @@ from app.models.ray_camera import RayCamera
 from app.models.restored import model_of
 from app.models.rotation import vector_from_matrix
 
+PartName = Literal["fundamental", "pose", "calibrated", "agreement"]
+Part = TypeVar("Part")
 
-def run_pair(spec: Any, progress: Progress) -> dict[str, Any]:
+
+class FundamentalJson(TypedDict):
+    """From matches alone. epipoles: homogeneous, in picture a and in b."""
+
+    matrix: list[list[float]]
+    rms_px: float
+    sigma_px: float
+    epipolar_px: list[float | None]
+    outliers: list[int]
+    epipoles: list[list[float]]
+    verdict: PairVerdict
+
+
+class Turn(TypedDict):
+    """A rotation: about camera b's axes (right, down, ahead), and altogether."""
+
+    rotation_deg: list[float]
+    angle_deg: float
+
+
+class PoseDifference(TypedDict):
+    rotation: float
+    direction: float | None  # None for two cameras at one place
+
+
+class PoseJson(Turn):
+    """The pose of camera a in camera b's frame, from matches and lenses; how far it is from the calibrations'."""
+
+    rotation: list[float]
+    direction: list[float]
+    rotation_sigma_deg: float
+    direction_sigma_deg: float
+    from_calibrations_deg: PoseDifference
+    essential: list[list[float]]
+    rms_px: float
+    epipolar_px: list[float | None]
+    outliers: list[int]
+    verdict: PairVerdict
+
+
+class CalibratedJson(Turn):
+    """How far matches are from the epipolar lines by two calibrations, px; camera a in camera b's frame, mm."""
+
+    median_px: float
+    rms_px: float
+    epipolar_px: list[float | None]
+    translation_mm: list[float]
+    distance_mm: float
+    verdict: PairVerdict
+
+
+_AgreementSource = TypedDict("_AgreementSource", {"from": Literal["clicks", "matches"]})
+
+
+class PairAgreement(AgreementFigures, _AgreementSource):
+    """apart_mm: of each match, null where it has no height."""
+
+    apart_mm: list[float | None] | None
+    verdict: PairVerdict
+
+
+class FailedPart(ProblemJson):
+    part: PartName
+
+
+class PairReport(TypedDict):
+    """Each part is null where it was not asked for, or could not be had; lists have one value for each match."""
+
+    fundamental: FundamentalJson | None
+    pose: PoseJson | None
+    calibrated: CalibratedJson | None
+    agreement: PairAgreement | None
+    matches: int
+    failed: list[FailedPart]
+
+
+class PairLines(TypedDict):
+    """Epipolar lines in picture a of the points in b, and the reverse, null where nowhere in the picture or without
+    rays; place_in_b: where picture b shows what picture a shows at its points, if that is at the height."""
+
+    in_a: list[PointsJson | None] | None
+    in_b: list[PointsJson | None] | None
+    place_in_a: PointsJson | None
+    place_in_b: PointsJson | None
+
+
+def run_pair(spec: Any, progress: Progress) -> PairReport:
     """A job: {"points_a", "points_b", "calibration_a", "calibration_b" (whole, as JSON; or None), "z_mm"}."""
     a, b = (None if spec[k] is None else Calibration.from_json(spec[k]) for k in ("calibration_a", "calibration_b"))
     return evaluate_pair(spec["points_a"], spec["points_b"], a, b, spec["z_mm"], progress)
 
 
 def evaluate_pair(points_a: Any, points_b: Any, a: Calibration | None = None, b: Calibration | None = None,
-                  z_mm: float | Sequence[float | None] = 0.0, progress: Progress = no_progress) -> dict[str, Any]:
-    """Evaluate a pair; plain JSON: "fundamental", "pose", "calibrated" and "agreement", None where not asked for.
+                  z_mm: float | Sequence[float | None] = 0.0, progress: Progress = no_progress) -> PairReport:
+    """Evaluate a pair.
 
     points_a, points_b (n, 2) raw px: the same things in both pictures; None for one that is not clicked yet, and such a
     match counts only in the numbering. z_mm above the carpet: all of them, or each its own, None for one whose height
@@ -53,29 +143,42 @@ def evaluate_pair(points_a: Any, points_b: Any, a: Calibration | None = None, b:
         raise BadInput("There is nothing to compare.", "Send matched points, or two calibrations.",
                        reason="nothing-given")
     _refuse_different_fields(a, b)
-    parts: dict[str, Callable[[], dict[str, Any]]] = {}
     matches = None if points_a is None else _Matches.of(points_a, points_b, z_mm)
     models = None if a is None or b is None else (model_of(a), model_of(b))
     cameras = None if models is None else ray_cameras(*models)
-    if matches is not None:
-        parts["fundamental"] = lambda: _fundamental(matches)
-        if cameras is not None:
-            parts["pose"] = lambda: _pose(*cameras, matches)
-            parts["calibrated"] = lambda: _calibrated(*cameras, matches)
-    if a is not None and b is not None and models is not None:
-        parts["agreement"] = lambda: _agreement(a, b, *models, matches)
-    found, failed = {}, []
-    for number, (name, part) in enumerate(parts.items()):
-        progress(number / len(parts), say("progress.evaluating-pair", "Evaluating the pair: {part}", part=name))
+    attempts = _Attempts((matches is not None) * (1 if cameras is None else 3) + (models is not None), progress)
+    report: PairReport = {
+        "fundamental": None if matches is None else attempts.make("fundamental", lambda: _fundamental(matches)),
+        "pose": None if matches is None or cameras is None else attempts.make(
+            "pose", lambda: _pose(*cameras, matches)),
+        "calibrated": None if matches is None or cameras is None else attempts.make(
+            "calibrated", lambda: _calibrated(*cameras, matches)),
+        "agreement": None if a is None or b is None or models is None else attempts.make(
+            "agreement", lambda: _agreement(a, b, *models, matches)),
+        "matches": 0 if matches is None else len(matches.a), "failed": attempts.failed}
+    if attempts.refusal is not None and len(attempts.failed) == attempts.count:
+        raise attempts.refusal
+    return report
+
+
+class _Attempts:
+    """Make parts, of which some may fail: those are listed, and the first refusal is kept."""
+
+    def __init__(self, count: int, progress: Progress) -> None:
+        self.count, self._progress, self._begun = count, progress, 0
+        self.failed: list[FailedPart] = []
+        self.refusal: FitFailed | None = None
+
+    def make(self, name: PartName, part: Callable[[], Part]) -> Part | None:
+        self._progress(self._begun / self.count,
+                       say("progress.evaluating-pair", "Evaluating the pair: {part}", part=name))
+        self._begun += 1
         try:
-            found[name] = part()
+            return part()
         except FitFailed as refusal:
-            failed.append((name, refusal))
-    if not found:
-        raise failed[0][1]
-    return {**{name: found.get(name) for name in ("fundamental", "pose", "calibrated", "agreement")},
-            "matches": 0 if matches is None else len(matches.a),
-            "failed": [{"part": name, **refusal.to_json()} for name, refusal in failed]}
+            self.failed.append({**refusal.to_json(), "part": name})
+            self.refusal = self.refusal or refusal
+            return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +232,7 @@ def _heights(z_mm: float | Sequence[float | None], count: int) -> Array:
     return np.array([np.nan if z is None else float(z) for z in z_mm])
 
 
-def _fundamental(matches: _Matches) -> dict[str, Any]:
+def _fundamental(matches: _Matches) -> FundamentalJson:
     found = fundamental_matrix(matches.a, matches.b)
     return {"matrix": found.fundamental.tolist(), "rms_px": found.rms_px, "sigma_px": found.sigma_px,
             "epipolar_px": matches.in_given_order(found.epipolar_px), "outliers": matches.numbers(~found.good),
@@ -137,7 +240,7 @@ def _fundamental(matches: _Matches) -> dict[str, Any]:
             "verdict": pair_verdict.of_fundamental(found.epipolar_px, found.good, matches.which)}
 
 
-def _pose(model_a: RayCamera, model_b: RayCamera, matches: _Matches) -> dict[str, Any]:
+def _pose(model_a: RayCamera, model_b: RayCamera, matches: _Matches) -> PoseJson:
     """Relative pose from matches and lenses alone, and how far it is from the pose by the two calibrations."""
     found = relative_pose(model_a, model_b, matches.a, matches.b)
     good = found.epipolar_px[found.good]
@@ -155,8 +258,7 @@ def _pose(model_a: RayCamera, model_b: RayCamera, matches: _Matches) -> dict[str
             "verdict": pair_verdict.of_pose(apart_deg, found.rotation_sigma_deg)}
 
 
-def _turn(b_from_a: Array) -> dict[str, Any]:
-    """A rotation in degrees: about camera b's axes (right, down, ahead), and altogether."""
+def _turn(b_from_a: Array) -> Turn:
     vector = vector_from_matrix(b_from_a)
     return {"rotation_deg": np.degrees(vector).tolist(), "angle_deg": _degrees(vector)}
 
@@ -165,7 +267,7 @@ def _degrees(vector: Array) -> float:
     return float(np.degrees(np.linalg.norm(vector)))
 
 
-def _calibrated(model_a: RayCamera, model_b: RayCamera, matches: _Matches) -> dict[str, Any]:
+def _calibrated(model_a: RayCamera, model_b: RayCamera, matches: _Matches) -> CalibratedJson:
     found = calibrated_epipolar_px(model_a, model_b, matches.a, matches.b)
     seen = found[np.isfinite(found)]
     if not seen.size:
@@ -179,7 +281,7 @@ def _calibrated(model_a: RayCamera, model_b: RayCamera, matches: _Matches) -> di
 
 
 def _agreement(a: Calibration, b: Calibration, model_a: CameraModel, model_b: CameraModel,
-               matches: _Matches | None) -> dict[str, Any]:
+               matches: _Matches | None) -> PairAgreement:
     field = field_from_json(a.field)
     shared = overlap(model_a, a.image_size, model_b, b.image_size, field, CELLS)
     apart = None
@@ -199,33 +301,29 @@ def _agreement(a: Calibration, b: Calibration, model_a: CameraModel, model_b: Ca
             "verdict": pair_verdict.of_agreement(found, result["covered"], against)}
 
 
-def lines_by_matrix(matrix: Any, points_a: Any, points_b: Any, size_a: ImageSize, size_b: ImageSize) -> dict[str, Any]:
-    """Epipolar lines from a fundamental matrix: {"in_b": of points_a, "in_a": of points_b}, [[x, y], …] px or None."""
+def lines_by_matrix(matrix: Any, points_a: Any, points_b: Any, size_a: ImageSize, size_b: ImageSize) -> PairLines:
+    """Epipolar lines from a fundamental matrix."""
     fundamental, (a, b) = np.array(matrix, float), (np.array(p, float).reshape(-1, 2) for p in (points_a, points_b))
     return {"in_b": _drawn(epipolar_segments(fundamental, a, size_b)),
             "in_a": _drawn(epipolar_segments(fundamental.T, b, size_a)), "place_in_b": None, "place_in_a": None}
 
 
 def lines_by_calibrations(a: Calibration, b: Calibration, points_a: Any, points_b: Any,
-                          z_mm: float | None = 0.0) -> dict[str, Any]:
-    """The same predicted by two calibrations, bent as the lenses bend; None for models without rays.
-
-    "place_in_b": where picture b shows what picture a shows at points_a, if that is z_mm above the carpet.
-    """
+                          z_mm: float | None = 0.0) -> PairLines:
+    """The same predicted by two calibrations, bent as the lenses bend; None for models without rays."""
     _refuse_different_fields(a, b)
     models = model_of(a), model_of(b)
     ends = [np.array(p, float).reshape(-1, 2) for p in (points_a, points_b)]
-    result: dict[str, Any] = {}
-    for other, points, here, there, size in (("b", ends[0], *models, b.image_size),
-                                             ("a", ends[1], *models[::-1], a.image_size)):
-        cameras = ray_cameras(here, there)
-        result[f"in_{other}"] = None if cameras is None else _drawn(epipolar_curves(*cameras, points))
-        result[f"place_in_{other}"] = None if z_mm is None else _place(here, there, points, z_mm, size)
-    return result
+    in_a, in_b = (None if cameras is None else _drawn(epipolar_curves(*cameras, points))
+                  for cameras, points in ((ray_cameras(*models[::-1]), ends[1]), (ray_cameras(*models), ends[0])))
+    return {"in_a": in_a, "in_b": in_b, "place_in_a": _place(*models[::-1], ends[1], z_mm, a.image_size),
+            "place_in_b": _place(*models, ends[0], z_mm, b.image_size)}
 
 
-def _place(here: CameraModel, there: CameraModel, points: Points, z_mm: float,
-           size: ImageSize) -> list[list[float] | None] | None:
+def _place(here: CameraModel, there: CameraModel, points: Points, z_mm: float | None,
+           size: ImageSize) -> PointsJson | None:
+    if z_mm is None:
+        return None
     if z_mm == 0:
         found = raw_from_field(there, field_from_raw(here, points))
     elif (cameras := ray_cameras(here, there)) is not None:
@@ -236,7 +334,7 @@ def _place(here: CameraModel, there: CameraModel, points: Points, z_mm: float,
     return nullable_points(np.where(inside_picture(found, size)[:, None], found, np.nan))
 
 
-def _drawn(lines: Array) -> list[list[list[float] | None] | None]:
+def _drawn(lines: Array) -> list[PointsJson | None]:
     """Each line's points, None where it is out of reach; None for one that is nowhere in the picture."""
     reached = np.isfinite(lines).all(axis=2).sum(axis=1)
     return [nullable_points(line) if count >= 2 else None for line, count in zip(lines, reached, strict=True)]

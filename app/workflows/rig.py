@@ -7,12 +7,13 @@ job in another process needs; the command line makes the same of files.
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
-from typing import Any
+from typing import Any, Literal, final
 
 import numpy as np
+from typing_extensions import TypedDict
 
 from app.core.common_sentences import CALIBRATE_AGAIN_FOR_SIZE, camera_not_calibrated
-from app.core.errors import BadInput, Conflict, FitFailed
+from app.core.errors import BadInput, Conflict, FitFailed, ProblemJson
 from app.core.field_changes import FIELD_CHANGED_FIX, changes_in_words, field_changes
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize, Pixels
@@ -20,26 +21,80 @@ from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
 from app.core.statements import Sentence, join, say, stated
 from app.evaluate.cameras import rig_verdict
-from app.evaluate.cameras.epipolar_check import geometry
+from app.evaluate.cameras.epipolar_check import PredictedGeometry, geometry
 from app.evaluate.cameras.evidence import OffsetMeasurements, from_clicks, from_matches
 from app.evaluate.cameras.image_evidence import from_pictures
 from app.evaluate.cameras.own_accuracy import own_accuracy
-from app.evaluate.cameras.rectangles import Rectangles, most_common
+from app.evaluate.cameras.rectangles import RectangleOptions, Rectangles, most_common
 from app.evaluate.cameras.rig_agreement import agreement
+from app.evaluate.cameras.rig_verdict import ComparedPair, RigTrouble, RigVerdict, Source
 from app.evaluate.drift.check_verdict import verdict_in
+from app.evaluate.fit.report_types import Level
 from app.images import ImageDecoder
 from app.models import CameraModel
 from app.models.restored import Restored, model_of
 from app.store.files import read_checked
 from app.workflows.calibration import subprogress
-from app.workflows.pair import evaluate_pair, ray_cameras
+from app.workflows.pair import PairReport, evaluate_pair, ray_cameras
 
 READING = 0.2  # of a check with pictures
 MIN_MEASURES = 6  # measures in pictures: fewer are chance
 MAX_CAMERAS = 16
 
 
-def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
+class CameraOfRig(TypedDict):
+    camera: str
+    title: str
+    region: str | None
+    rotate: int | None
+    calibration: str | None
+    version: int | None
+    model: str | None
+    rectangles: RectangleOptions | None
+    troubles: list[RigTrouble]
+
+
+class RigStatus(TypedDict):
+    """rectangles: those that all cameras should have; calibration: the active one."""
+
+    rectangles: RectangleOptions | None
+    rectangles_from: Literal["rig", "cameras"] | None
+    cameras: list[CameraOfRig]
+
+
+class FailedMatches(ProblemJson):
+    part: Literal["all"]
+
+
+@final
+class UselessMatches(TypedDict):
+    failed: list[FailedMatches]
+
+
+_PairSource = TypedDict("_PairSource", {"from": Source | None})
+
+
+class RigPair(ComparedPair, _PairSource):
+    """fundamental: predicted by the calibrations, in ideal pixels; matches: evaluated by themselves."""
+
+    fundamental: PredictedGeometry | None
+    matches: PairReport | UselessMatches | None
+    notes: list[str]
+    failed: ProblemJson | None
+
+
+class RigCheck(RigStatus):
+    pairs: list[RigPair]
+    verdict: RigVerdict
+
+
+class RigReport(RigCheck):
+    """missing: cameras that delivered no image."""
+
+    missing: list[RigTrouble]
+
+
+def run_check(spec: Any, progress: Progress) -> RigReport:
     """A job: {"rig", "missing": cameras without a picture, "matches": [{"a", "b", "points_a", "points_b", "z_mm"}]}.
 
     Pictures are untrusted, decoded in a child.
@@ -57,20 +112,20 @@ def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
 
 
 def check(rig: Mapping[str, Any], pictures: Mapping[str, Pixels], matches: Sequence[Mapping[str, Any]] = (),
-          progress: Progress = no_progress) -> dict[str, Any]:
-    """Plain JSON: each camera's status in the rig, and how far each two are apart that see a common part."""
+          progress: Progress = no_progress) -> RigCheck:
+    """Return each camera's status in the rig, and how far each two are apart that see a common part."""
     status = rig_status(rig)
     calibrations = {c["camera"]: Calibration.from_json(c["calibration"]) for c in rig["cameras"]
                     if c["calibration"] is not None and not _is_of_other_field(rig, c["calibration"])}
     _refuse_unknown(matches, {c["camera"] for c in rig["cameras"]})
     titles = {c["camera"]: c["title"] for c in rig["cameras"]}
-    couples, pairs = list(combinations(calibrations, 2)), []
+    couples = list(combinations(calibrations, 2))
+    pairs: list[RigPair] = []
     for number, (a, b) in enumerate(couples):
         part = subprogress(progress, number / len(couples), (number + 1) / len(couples),
                            say("progress.pair", "{a} and {b}:", a=titles[a], b=titles[b]))
         part(0.0, say("progress.comparing", "Comparing"))
-        pairs.append({"a": a, "b": b, **_pair(rig, titles, (a, b), calibrations, pictures,
-                                              _matches_of(matches, a, b), part)})
+        pairs.append(_pair(rig, titles, (a, b), calibrations, pictures, _matches_of(matches, a, b), part))
     for camera in status["cameras"]:
         name = camera["camera"]
         if name in calibrations:
@@ -79,8 +134,7 @@ def check(rig: Mapping[str, Any], pictures: Mapping[str, Pixels], matches: Seque
     return {**status, "pairs": pairs, "verdict": rig_verdict.of_rig(pairs, troubles)}
 
 
-def _of_accuracy(camera: Mapping[str, Any], calibration: Calibration, pixels: Pixels | None,
-                 ) -> Iterator[dict[str, Any]]:
+def _of_accuracy(camera: CameraOfRig, calibration: Calibration, pixels: Pixels | None) -> Iterator[RigTrouble]:
     """Yield what its report and the lines in its picture say against a calibration, also where no other looks."""
     own = own_accuracy(camera["title"], calibration.report)
     if own is not None:
@@ -95,14 +149,13 @@ def _of_accuracy(camera: Mapping[str, Any], calibration: Calibration, pixels: Pi
 
 def _pair(rig: Mapping[str, Any], titles: Mapping[str, str], names: tuple[str, str],
           calibrations: Mapping[str, Calibration], pictures: Mapping[str, Pixels],
-          given: Mapping[str, Any] | None, progress: Progress) -> dict[str, Any]:
+          given: Mapping[str, Any] | None, progress: Progress) -> RigPair:
     a, b = (calibrations[name] for name in names)
     models = model_of(a), model_of(b)
     cameras = ray_cameras(*models)
-    answer: dict[str, Any] = {"fundamental": None if cameras is None else geometry(*cameras), "matches": None,
-                              "agreement": None, "from": None, "verdict": None, "notes": [], "failed": None}
-    if given is not None:
-        answer["matches"] = _crosscheck(a, b, given)
+    answer: RigPair = {"a": names[0], "b": names[1], "fundamental": None if cameras is None else geometry(*cameras),
+                       "matches": None if given is None else _crosscheck(a, b, given), "agreement": None, "from": None,
+                       "verdict": None, "notes": [], "failed": None}
     try:
         evidence, source, notes = _evidence(rig, names, (a, b), models, pictures, given, progress)
         found = agreement(models[0], a.image_size, models[1], b.image_size, field_from_json(rig["field"]), evidence)
@@ -112,17 +165,17 @@ def _pair(rig: Mapping[str, Any], titles: Mapping[str, str], names: tuple[str, s
     return {**answer, "agreement": found, "from": source, "notes": notes, "verdict": verdict}
 
 
-def _crosscheck(a: Calibration, b: Calibration, given: Mapping[str, Any]) -> dict[str, Any]:
+def _crosscheck(a: Calibration, b: Calibration, given: Mapping[str, Any]) -> PairReport | UselessMatches:
     """Evaluate the matches by themselves and against the calibrations, as POST /pairs does."""
     try:
         return evaluate_pair(given["points_a"], given["points_b"], a, b, given["z_mm"])
     except FitFailed as refusal:
-        return {"failed": [{"part": "all", **refusal.to_json()}]}
+        return {"failed": [{**refusal.to_json(), "part": "all"}]}
 
 
 def _evidence(rig: Mapping[str, Any], names: tuple[str, str], both: tuple[Calibration, Calibration],
               models: tuple[CameraModel, CameraModel], pictures: Mapping[str, Pixels],
-              given: Mapping[str, Any] | None, progress: Progress) -> tuple[OffsetMeasurements, str, list[str]]:
+              given: Mapping[str, Any] | None, progress: Progress) -> tuple[OffsetMeasurements, Source, list[str]]:
     """Return the best evidence there is: matches, else pictures, else the clicks of the calibrations."""
     field, (a, b) = field_from_json(rig["field"]), both
     if given is not None:
@@ -146,13 +199,12 @@ def _evidence(rig: Mapping[str, Any], names: tuple[str, str], both: tuple[Calibr
                        observations_from_json(b.observations), field.region(b.region, b.rotate), field), "clicks", notes
 
 
-def rig_status(rig: Mapping[str, Any]) -> dict[str, Any]:
-    """{"rectangles", "rectangles_from", "cameras": […, each with its "troubles"]}; plain JSON."""
+def rig_status(rig: Mapping[str, Any]) -> RigStatus:
     given, cameras = Rectangles.of_rig(rig["rectangles"]), rig["cameras"]
     own = {c["camera"]: Rectangles.of_parameters(c["calibration"]["model"]["parameters"]) for c in cameras
            if c["calibration"] is not None}
     wanted = given or most_common([one for one in own.values() if one is not None])
-    status = []
+    status: list[CameraOfRig] = []
     for camera in cameras:
         mine = own.get(camera["camera"])
         status.append({"camera": camera["camera"], "title": camera["title"], "region": camera["region"],
@@ -167,10 +219,10 @@ def rig_status(rig: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _troubles(rig: Mapping[str, Any], camera: Mapping[str, Any], mine: Rectangles | None,
-              wanted: Rectangles | None) -> Iterator[dict[str, Any]]:
+              wanted: Rectangles | None) -> Iterator[RigTrouble]:
     calibration, title = camera["calibration"], camera["title"]
 
-    def trouble(reason: str, text: str, fix: str) -> dict[str, Any]:
+    def trouble(reason: str, text: str, fix: str) -> RigTrouble:
         return camera_trouble(camera["camera"], reason, text, fix)
 
     if calibration is None:
@@ -201,9 +253,8 @@ def _troubles(rig: Mapping[str, Any], camera: Mapping[str, Any], mine: Rectangle
                           "activate the new version.", camera=title))
 
 
-def camera_trouble(camera: str, reason: str, text: str, fix: str, level: str | None = None) -> dict[str, Any]:
-    """Return what is wrong with a camera of a rig, as JSON."""
-    return stated({"camera": camera, "reason": reason, "text": text, "fix": fix, "level": level})
+def camera_trouble(camera: str, reason: str, text: str, fix: str, level: Level | None = None) -> RigTrouble:
+    return stated(RigTrouble(camera=camera, reason=reason, text=text, fix=fix, level=level))
 
 
 def _grid(rectangles: Rectangles) -> Sentence:

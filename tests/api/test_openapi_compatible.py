@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from app.core.statements import STATEMENTS
 from app.main import create_app
 from app.settings import Settings
 from tests.support.paths import ROOT
@@ -49,7 +50,13 @@ class Comparison:
             for key in old.keys() - (set() if prose else PROSE):
                 if key == "additionalProperties" and old[key] is True and (is_response or key not in new):
                     continue  # where nothing is said of them, they are allowed as well
-                if key not in new:
+                if is_response and key not in new and key == "additionalProperties":  # their names are told now
+                    for name in new["properties"].keys() - old.get("properties", {}).keys() - {STATEMENTS}:
+                        yield from self.of(old[key], new["properties"][name], f"{at}/{name}")
+                elif is_response and key not in new and key == "anyOf":  # one of what it may have been
+                    if all(list(self.of(one, new, at)) for one in old[key]):
+                        yield f"{at}/{key} is gone"
+                elif key not in new:
                     yield f"{at}/{key} is gone"
                 else:
                     yield from self.of(old[key], new[key], f"{at}/{key}", prose=key in ("properties", "paths"))

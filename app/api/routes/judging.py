@@ -23,7 +23,7 @@ from app.services.container import Services
 from app.services.forms import HeightForm, Name, Number, Pair, Size, Strict
 from app.workflows import calibration as workflow
 from app.workflows.calibration_types import Uncertainty
-from app.workflows.pair import lines_by_calibrations, lines_by_matrix, run_pair
+from app.workflows.pair import PairLines, PairReport, lines_by_calibrations, lines_by_matrix, run_pair
 
 router = APIRouter(tags=["judging"])
 
@@ -133,7 +133,7 @@ class PairLinesRequest(Strict):
     z_mm: HeightForm | None = Field(0.0, description="height of the points, mm; null where it is unknown")
 
 
-@router.post("/pairs", response_model=responses.Pair)
+@router.post("/pairs", response_model=PairReport)
 async def judge_pair(request: Request, services: ServicesDep, body: PairRequest) -> Response:
     """Return the fundamental matrix of matched points, the pose between two lenses, and the cameras' agreement in mm.
 
@@ -146,7 +146,7 @@ async def judge_pair(request: Request, services: ServicesDep, body: PairRequest)
     return await finished_or_queued(request, services, "pair", run_pair, spec, as_job=False)
 
 
-@router.post("/pairs/lines", response_model=responses.PairLines)
+@router.post("/pairs/lines", response_model=PairLines)
 @in_thread
 def epipolar_lines(services: ServicesDep, body: PairLinesRequest) -> Json:
     """Return epipolar lines of points, each in the other image, and the same position there at `z_mm`.

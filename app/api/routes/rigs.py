@@ -19,11 +19,14 @@ from app.core.errors import BadInput, Conflict, Unavailable
 from app.core.geometry import ImageSize
 from app.core.progress import Progress
 from app.core.statements import say
+from app.evaluate.cameras.rig_verdict import RigTrouble
+from app.imaging.mosaic import StitchedView
 from app.live.track_fusion import TrackFusion
 from app.services import rigs
 from app.services.container import Services
+from app.services.rigs import RigJson
 from app.workflows.refit import run_refit
-from app.workflows.rig import refuse_other_sizes, run_check
+from app.workflows.rig import RigReport, refuse_other_sizes, run_check
 
 router = APIRouter(prefix="/rigs", tags=["rigs"])
 
@@ -42,7 +45,7 @@ def list_rigs(services: ServicesDep) -> Json:
     return page(rigs.rig_json(services, rig) for rig in services.store.rigs.all())
 
 
-@router.get("/{name}", response_model=responses.Rig)
+@router.get("/{name}", response_model=RigJson)
 @in_thread
 def read_rig(services: ServicesDep, name: Id) -> Json:
     """Return one rig; its ETag goes into the next PUT's If-Match."""
@@ -50,7 +53,7 @@ def read_rig(services: ServicesDep, name: Id) -> Json:
     return versioned(rigs.rig_json(services, rig), rig.etag)
 
 
-@router.put("/{name}", response_model=responses.Rig, responses={201: {"model": responses.Rig}})
+@router.put("/{name}", response_model=RigJson, responses={201: {"model": RigJson}})
 @in_thread
 def save_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schemas.RigBody,
              if_match: IfMatch = None) -> Response:
@@ -73,7 +76,7 @@ def remove_rig(services: ServicesDep, name: Id, if_match: IfMatch = None) -> Non
     services.store.rigs.delete(name, if_match)
 
 
-@router.get("/{name}/stitched.json", response_model=responses.StitchedView)
+@router.get("/{name}/stitched.json", response_model=StitchedView)
 async def describe_stitched(request: Request, services: ServicesDep, name: Id, width: Width = 1200) -> Json:
     """Describe the image of that width: the field lines in its pixels, each camera's share, what no camera covers."""
     return await services.process_picture(ImageSize(width, width), partial(_describe_stitched, services, name, width),
@@ -83,12 +86,7 @@ async def describe_stitched(request: Request, services: ServicesDep, name: Id, w
 def _describe_stitched(services: Services, name: str, width: int, progress: Progress) -> Json:
     rig = rigs.rig_spec(services, services.store.rigs.get(name))
     stitcher, cameras = rigs.stitcher_for(services, rig, [c["camera"] for c in rig["cameras"]], width, progress)
-    view = stitcher.view
-    return Json({"width": view.size.width, "height": view.size.height, "px_per_mm": view.px_per_mm,
-                 "corner": view.field_from_view_corner(), "overlay": view.overlay(),
-                 "unseen": stitcher.unseen_summary(),
-                 "cameras": [{"camera": camera, "share": share}
-                             for camera, share in zip(cameras, stitcher.shown_share, strict=True)]})
+    return Json(stitcher.description(cameras))
 
 
 @router.get("/{name}/stitched.{format}", response_class=Response, responses=PICTURE)
@@ -117,7 +115,7 @@ async def show_stitched(request: Request, services: ServicesDep, name: Id, forma
     return await services.process_picture(ImageSize(width, width), draw, request.is_disconnected)
 
 
-@router.post("/{name}/check", response_model=responses.RigCheck, responses=ACCEPTED)
+@router.post("/{name}/check", response_model=RigReport, responses=ACCEPTED)
 async def check_rig(request: Request, services: ServicesDep, name: Id, body: schemas.RigCheck,
                     job: AsJob = False) -> Response:
     """Compare its cameras where two see the same carpet: mm map, largest, mean, p95, max, there and at
@@ -131,7 +129,7 @@ async def check_rig(request: Request, services: ServicesDep, name: Id, body: sch
         raise BadInput(f"The rig has no camera called {sorted(unknown)[0]!r}.", f"Use {', '.join(cameras)}.",
                        reason="unknown-camera")
     pictures = {camera: services.store.snapshots.for_job(id) for camera, id in body.snapshots.items()}
-    missing: list[dict[str, Any]] = []
+    missing: list[RigTrouble] = []
     if body.pictures == "live":
         others = [c for c in cameras if c not in pictures and services.store.calibrations.active(c) is not None]
         frames, missing = await rigs.take_frames(services, others)

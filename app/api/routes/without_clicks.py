@@ -18,7 +18,7 @@ from app.jobs import Job
 from app.services.container import Services
 from app.services.forms import Name, Note, OptionValues, Rotate, Strict
 from app.workflows.automatic_request import AutomaticRequest, run_auto
-from app.workflows.check import run_check
+from app.workflows.check import CalibrationCheck, run_check
 from app.workflows.reregister import run_register
 
 router = APIRouter()
@@ -83,7 +83,7 @@ class CheckRequest(PictureChoice):
     frames: Annotated[int, Field(ge=1, le=MAX_PICTURES)] = Field(1, description="how many it takes")
 
 
-@router.post("/calibrations/{id}/check", tags=["calibrations"], response_model=responses.CalibrationCheck,
+@router.post("/calibrations/{id}/check", tags=["calibrations"], response_model=CalibrationCheck,
              responses=ACCEPTED)
 async def check_calibration(request: Request, services: ServicesDep, id: Id, body: CheckRequest,
                             job: AsJob = False) -> Response:

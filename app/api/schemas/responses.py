@@ -14,6 +14,7 @@ from app.evaluate.fit.report_types import SavedReport
 from app.league.config import PublishingConfig
 from app.services import events
 from app.services.fields import PlayingField
+from app.services.rigs import RigJson
 from app.services.snapping import SnappedPoint
 from app.store import snapshots
 from app.workflows.calibration_types import ModelParameters, Polyline
@@ -66,27 +67,6 @@ CalibrationReport = response("CalibrationReport", format=Literal["touchline-repo
     calibration=JsonObject, field=JsonObject, model=JsonObject, picture=JsonObject, verdict=JsonObject,
     figures=dict[str, JsonObject], distortion=JsonObject, per_feature=list[JsonObject], outliers=list[JsonObject],
     uncertainty=JsonObject, warnings=list[JsonObject])
-CheckVerdict = response("CheckVerdict", says=True, level=described(Level, "null: inconclusive"), sentence=str,
-    fix=str, reason=described(str, "`holds`, `moved`, `lens`, `lines-missing`, `as-made`, `elsewhere` or `not-seen`"))
-# mm is across the marking on the carpet, and null where nothing was found
-CheckedLine = response("CheckedLine", feature=str, places=int, found=int, found_share=float, mean_mm=float | None,
-    rms_mm=float | None, worst_mm=float | None, rms_px=float | None)
-CheckedPlace = response("CheckedPlace", feature=str, expected=described(Point, "raw px, where the calibration has it"),
-    found=described(Point, "raw px"), off_mm=float)
-# how far the field's lines are today from where the calibration has them
-CalibrationCheck = response("CalibrationCheck", calibration=str, version=int | None, camera=str | None, snapshot=str,
-    model=str, field=str, region=str, image_size=list[int], verdict=CheckVerdict, lines=list_of(CheckedLine),
-    found_share=described(float, "of the length of the lines that should be visible"), lines_found=int,
-    others_share=described(float, "length of other long lines, as a share of the visible length; 0 if most of that "
-                                  "was detected"),
-    missing=described(list[str], "markings that should be visible, are not covered, and were not detected"),
-    missing_share=described(float, "of the expected length"),
-    missing_inside=described(float, "of the expected length inside the region's borders"),
-    own_mm=described(float | None, "the largest error of its own report when it was made"), rms_mm=float | None,
-    p95_mm=float | None, rms_px=float | None,
-    left_mm=described(float | None, "rms that no camera movement explains"),
-    carpet=described(JsonObject | None, "z_mm, mean_mm, p95_mm, max_mm, where, and the map"), hat=JsonObject | None,
-    points=list_of(CheckedPlace))
 
 # --- lenses without a field: from boards, straight edges, or two cameras that see the same
 LensSummary = response("LensSummary", id=str, created_at=str, camera=str | None, note=str, model=str,
@@ -96,10 +76,6 @@ Lenses = page_of("Lenses", LensSummary)
 Straightness = response("Straightness", says=True, lens=JsonObject, sigma=dict[str, float],
     straightness_px=dict[str, float], bow=JsonObject, distortion=Literal["significant", "none", "unknown"],
     sentence=str, lines=list[JsonObject], lines_used=int, objects=int, pictures=list[str], cannot_see=str)
-Pair = response("Pair", fundamental=JsonObject | None, pose=JsonObject | None, calibrated=JsonObject | None,
-    agreement=JsonObject | None, matches=int, failed=list[JsonObject])
-PairLines = response("PairLines", in_a=list[Points | None] | None, in_b=list[Points | None] | None,
-    place_in_a=Points | None, place_in_b=Points | None)
 
 # --- cameras and their pictures
 Snapshot = response("Snapshot", record=snapshots.Snapshot)
@@ -145,29 +121,7 @@ FrameDetections = response("FrameDetections", seq=int, time_s=float, items=list[
 Tracks = response("Tracks", time_s=float, items=list[JsonObject], seams=JsonObject, cameras=list[JsonObject])
 
 # --- rigs
-RigTrouble = response("RigTrouble", says=True, camera=str, reason=str, text=str, fix=str,
-    level=described(Level, "lower limit of the error of the rig; null if the accuracy is unknown"))
-CameraOfRig = response("CameraOfRig", camera=str, title=str, region=str | None, rotate=int | None,
-    calibration=described(str | None, "its active one"), version=int | None, model=str | None,
-    rectangles=JsonObject | None, troubles=list_of(RigTrouble))
-RigVerdict = response("RigVerdict", says=True, level=Level, sentence=str, fix=str)
-CheckedRig = response("CheckedRig", at=str, verdict=RigVerdict,
-    p95_mm=described(float | None, "of the two cameras that are farthest apart; null where none could be compared"))
-Rig = response("Rig", name=str, title=str, field=str, w_max_rectangle_px=float | None, h_max_rectangle_px=float | None,
-    n_rectangles_x=int | None, n_rectangles_y=int | None, rectangles=described(JsonObject | None, "the common ones"),
-    rectangles_from=Literal["rig", "cameras"] | None, cameras=list_of(CameraOfRig),
-    checked=described(CheckedRig | None, "newest check since the server start; null if there is none, or the rig or a "
-                                         "calibration has changed since then"),
-    updated_at=str, updated_by=str)
-Rigs = page_of("Rigs", Rig)
-# fundamental: predicted by the calibrations, in ideal pixels
-RigPair = response("RigPair", a=str, b=str, agreement=JsonObject | None, fundamental=JsonObject | None,
-    matches=JsonObject | None, verdict=RigVerdict | None, notes=list[str], failed=Texts | None)
-RigCheck = response("RigCheck", cameras=list_of(CameraOfRig), rectangles=JsonObject | None, pairs=list_of(RigPair),
-    verdict=RigVerdict, missing=described(list_of(RigTrouble), "cameras that delivered no image"))
-# where things lie in stitched.jpg of that width
-StitchedView = response("StitchedView", width=int, height=int, px_per_mm=float, overlay=list[JsonObject], corner=Points,
-    unseen=JsonObject, cameras=list[JsonObject])
+Rigs = page_of("Rigs", RigJson)
 
 # --- the network
 PublishedCamera = response("PublishedCamera", camera=str, calibration=str, version=int, model=str, field=str,

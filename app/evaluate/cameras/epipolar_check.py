@@ -5,9 +5,8 @@
 Lenses bend epipolar lines, so there is no such matrix of raw pixels; for a lens without terms both are the same.
 """
 
-from typing import Any
-
 import numpy as np
+from typing_extensions import TypedDict
 
 from app.core.geometry import Array
 from app.fitting.two_view.relative_pose import RelativePoseParameters, pose_between
@@ -16,8 +15,16 @@ from app.models.ray_camera import RayCamera
 APART_MM = 1.0  # nearer, two cameras stand at one place and there is no such geometry
 
 
-def geometry(a: RayCamera, b: RayCamera) -> dict[str, Any] | None:
-    """{"matrix", "baseline_mm", "angle_deg"}; None for two cameras at one place."""
+class PredictedGeometry(TypedDict):
+    """The fundamental matrix in ideal pixels, the distance of the cameras, and by how much one is turned."""
+
+    matrix: list[list[float]]
+    baseline_mm: float
+    angle_deg: float
+
+
+def geometry(a: RayCamera, b: RayCamera) -> PredictedGeometry | None:
+    """Predict it by two calibrations; None for two cameras at one place."""
     rotation, centre = pose_between(a, b)
     baseline = float(np.linalg.norm(centre))
     if not baseline > APART_MM:

@@ -4,14 +4,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from app.core.statements import say
-
-LEVELS = ("good", "fair", "poor")
+from app.evaluate.fit.report_types import Level
+from app.evaluate.fit.verdict import LEVELS
 
 
 class OwnAccuracy(NamedTuple):
     """The best level that a verdict with this camera in it may have, why, and what to do."""
 
-    level: str
+    level: Level
     reason: str
     text: str
     fix: str
@@ -35,6 +35,6 @@ def own_accuracy(title: str, report: Mapping[str, Any]) -> OwnAccuracy | None:
     return None
 
 
-def capped_level(level: str, caps: Sequence[str | None]) -> str:
+def capped_level(level: Level, caps: Sequence[Level | None]) -> Level:
     """Return the worst of them; None caps nothing."""
     return max([level, *(cap for cap in caps if cap is not None)], key=LEVELS.index)

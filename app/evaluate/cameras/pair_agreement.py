@@ -8,21 +8,35 @@ It cannot see an error that both share, such as a field measured wrongly.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from typing_extensions import TypedDict
 
 from app.core.errors import FitFailed
 from app.core.field import Field, Landmark, Line, Region
 from app.core.geometry import Array, Indices, Points
-from app.core.json_values import nullable
+from app.core.json_values import PointJson
 from app.core.records import Observations
 from app.evaluate.cameras.evidence import along_line, on_carpet, placed_matches, same_line
-from app.evaluate.cameras.shared_area import SharedArea
+from app.evaluate.cameras.shared_area import AreaMap, SharedArea
 from app.models import CameraModel, field_from_raw
 
 CELLS = 24  # along the longer side of the map
 MIN_POINTS = 2  # on a line, in each picture
+
+
+class AgreementFigures(TypedDict):
+    """where: the place of the largest; shift_mm: of both together; covered: of the shared area, what the map knows."""
+
+    n: int
+    median_mm: float
+    rms_mm: float
+    max_mm: float
+    where: PointJson
+    shift_mm: PointJson
+    overlap_m2: float
+    covered: float
+    map: AreaMap
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +54,7 @@ class PointAgreement:
     def apart_mm(self) -> Array:
         return np.linalg.norm(self.offset_mm, axis=1)
 
-    def to_json(self, shared: SharedArea) -> dict[str, Any]:
-        """Median, rms, worst and where, common shift, and a map over the shared area; plain JSON."""
+    def to_json(self, shared: SharedArea) -> AgreementFigures:
         apart = self.apart_mm
         worst = int(np.argmax(apart))
         cells = shared.filled(self.places, apart)
@@ -50,7 +63,7 @@ class PointAgreement:
         return {"n": len(apart), "median_mm": float(np.median(apart)), "rms_mm": float(np.sqrt(np.mean(apart**2))),
                 "max_mm": float(apart[worst]), "where": self.places[worst].tolist(), "shift_mm": shift.tolist(),
                 "overlap_m2": shared.area_m2, "covered": float(known.sum() / max(shared.both.sum(), 1)),
-                "map": {"x": shared.x.tolist(), "y": shared.y.tolist(), "mm": nullable(cells)}}
+                "map": shared.map_json(cells)}
 
 
 def from_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Points,

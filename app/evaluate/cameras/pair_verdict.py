@@ -1,7 +1,6 @@
 """Verdicts on the figures of a pair: a level, a sentence, and what to do."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -10,7 +9,8 @@ from app.core.statements import Sentence, join, say, stated
 from app.core.text_format import format_mm
 from app.evaluate.cameras.own_accuracy import OwnAccuracy, capped_level
 from app.evaluate.cameras.pair_agreement import PointAgreement
-from app.evaluate.cameras.rig_verdict import add_matches
+from app.evaluate.cameras.rig_verdict import PairVerdict, add_matches
+from app.evaluate.fit.report_types import Level
 from app.evaluate.fit.verdict import FAIR_MM, level_of
 
 GOOD_PX, FAIR_PX = 1.0, 3.0  # a careful click is good to half a pixel, and two of them meet
@@ -27,8 +27,8 @@ WORDS = {"good": say("pair.good", "The two cameras agree."),
          "poor": say("pair.poor", "The two cameras do not agree.")}
 
 
-def of_agreement(found: PointAgreement, covered: float, against: Sequence[OwnAccuracy] = ()) -> dict[str, Any]:
-    """{"level", "sentence", "fix"}. covered: the share of the common part that lies near a measured place.
+def of_agreement(found: PointAgreement, covered: float, against: Sequence[OwnAccuracy] = ()) -> PairVerdict:
+    """covered: the share of the common part that lies near a measured place.
 
     against: what the calibrations' own reports say against them.
     """
@@ -37,11 +37,11 @@ def of_agreement(found: PointAgreement, covered: float, against: Sequence[OwnAcc
     if level == agreed["level"]:
         return agreed
     worst = [own for own in against if own.level == level]
-    return stated({"level": level, "sentence": join(*(own.text for own in worst), agreed["sentence"]),
-                   "fix": join(*(own.fix for own in worst), agreed["fix"])})
+    return _verdict(level, join(*(own.text for own in worst), agreed["sentence"]),
+                    join(*(own.fix for own in worst), agreed["fix"]))
 
 
-def _agreement_alone(found: PointAgreement, covered: float) -> dict[str, Any]:
+def _agreement_alone(found: PointAgreement, covered: float) -> PairVerdict:
     apart = found.apart_mm
     median, worst = float(np.median(apart)), float(apart.max())
     usual = apart[apart <= max(STANDS_OUT * median, FAIR_MM)]  # a mistaken match says nothing about the cameras
@@ -53,13 +53,13 @@ def _agreement_alone(found: PointAgreement, covered: float) -> dict[str, Any]:
         x, y = found.places[int(np.argmax(apart))]
         outliers = (say("pair.outlier", "1 of {all} is an outlier.", all=len(apart)) if few == 1 else
                     say("pair.outliers", "{n} of {all} are outliers.", n=few, all=len(apart)))
-        return stated({"level": "fair" if level == "good" else level, "sentence": join(sentence, outliers), "fix": say(
+        return _verdict("fair" if level == "good" else level, join(sentence, outliers), say(
             "pair.outliers.fix", "Check the largest difference, at ({x:.0f}, {y:.0f}) mm: is it the same point in both "
-            "images, and is its height correct? If so, add points near it and calibrate again.", x=x, y=y)})
+            "images, and is its height correct? If so, add points near it and calibrate again.", x=x, y=y))
     if level == "good":
         fix = add_matches() if len(apart) < FEW_PLACES or covered < 0.25 else ""
-        return stated({"level": level, "sentence": sentence, "fix": fix})
-    return stated({"level": level, "sentence": sentence, "fix": _cure(found)})
+        return _verdict(level, sentence, fix)
+    return _verdict(level, sentence, _cure(found))
 
 
 def _cure(found: PointAgreement) -> Sentence:
@@ -76,19 +76,19 @@ def _cure(found: PointAgreement) -> Sentence:
                "both cameras, add points on lines inside the shared area, and compare the lens models.")
 
 
-def of_fundamental(epipolar_px: Array, good: Mask, which: Indices) -> dict[str, Any]:
-    """{"level", "sentence", "fix"} of a geometry that was found from matches; all (n,), which: as they are counted."""
+def of_fundamental(epipolar_px: Array, good: Mask, which: Indices) -> PairVerdict:
+    """Judge a geometry that was found from matches; all (n,), which: as they are counted."""
     rms, wrong = float(np.sqrt(np.mean(epipolar_px[good] ** 2))), which[~good]
-    level = "poor" if rms > FAIR_PX else "fair" if rms > GOOD_PX or len(wrong) else "good"
+    level = capped_level(_level_of_px(rms), ["fair"] if len(wrong) else [])
     agreed = say("pair.geometry", "{n} of {all} matches agree with one geometry, within {px:.2f} px.",
                  n=int(good.sum()), all=len(good), px=rms)
     if len(wrong):
-        return stated({"level": level, "sentence": join(agreed, _mistaken(wrong)), "fix": say(
-            "pair.mistaken.fix", "Check whether they show the same point in both images. Move or remove them.")})
+        return _verdict(level, join(agreed, _mistaken(wrong)), say(
+            "pair.mistaken.fix", "Check whether they show the same point in both images. Move or remove them."))
     few = int(good.sum()) < FEW_MATCHES
-    return stated({"level": level, "sentence": agreed, "fix": say(
+    return _verdict(level, agreed, say(
         "pair.untested.fix", "Add matches. These are too few to test the geometry that was fitted to them.")
-        if few else ""})
+        if few else "")
 
 
 def _mistaken(wrong: Indices) -> Sentence:
@@ -101,32 +101,39 @@ def _mistaken(wrong: Indices) -> Sentence:
     return say("pair.mistaken", "Matches {matches} and {last} do not.", matches=numbers[:-1], last=numbers[-1])
 
 
-def of_calibrated(epipolar_px: Array, which: Indices) -> dict[str, Any]:
-    """{"level", "sentence", "fix"} of matches beside the lines that two calibrations foretell; (n,) px, NaN unseen."""
+def of_calibrated(epipolar_px: Array, which: Indices) -> PairVerdict:
+    """Judge matches beside the lines that two calibrations foretell; (n,) px, NaN unseen."""
     known = epipolar_px[np.isfinite(epipolar_px)]
     median, worst = float(np.median(known)), int(np.nanargmax(epipolar_px))
-    level = "good" if median <= GOOD_PX else "fair" if median <= FAIR_PX else "poor"
+    level = _level_of_px(median)
     sentence = say("pair.predicted", "The matches are {px:.2f} px (median) from the position predicted by the two "
                                      "calibrations.", px=median)
     if epipolar_px[worst] > max(STANDS_OUT * median, FAIR_PX):
-        return stated({"level": "fair" if level == "good" else level, "sentence": sentence, "fix": say(
+        return _verdict("fair" if level == "good" else level, sentence, say(
             "pair.predicted-one.fix", "Check match {match}, which is {px:.1f} px off: is it the same point in both "
-            "images?", match=int(which[worst]) + 1, px=epipolar_px[worst])})
+            "images?", match=int(which[worst]) + 1, px=epipolar_px[worst]))
     fix = "" if level == "good" else say(
         "pair.predicted.fix", "One camera was moved after its calibration, or a lens model is wrong. Calibrate again, "
         "starting with the camera whose lines no longer fit.")
-    return stated({"level": level, "sentence": sentence, "fix": fix})
+    return _verdict(level, sentence, fix)
 
 
-def of_pose(rotation_apart_deg: float, rotation_sigma_deg: float) -> dict[str, Any]:
-    """{"level", "sentence", "fix"} of a rotation from matches beside that of two calibrations."""
+def of_pose(rotation_apart_deg: float, rotation_sigma_deg: float) -> PairVerdict:
+    """Judge a rotation from matches beside that of two calibrations."""
     sure = rotation_apart_deg > max(SURE_SIGMAS * rotation_sigma_deg, TURNED_DEG)
     sentence = say("pair.rotation", "The rotation between the cameras differs by {deg:.2f}° (± {sigma:.2f}°) between "
                    "the matches and the calibrations.", deg=rotation_apart_deg, sigma=rotation_sigma_deg)
     if sure:
-        return stated({
-            "level": "poor", "sentence": join(sentence, say(
-                "pair.rotated", "A camera was rotated, or a lens model is wrong.")),
-            "fix": say("pair.rotated.fix", "Calibrate again, starting with the camera whose lines no longer fit.")})
-    return stated({"level": "good", "fix": "", "sentence": join(sentence, say(
-        "pair.rotation-alike", "This is within the uncertainty of the matches."))})
+        return _verdict("poor", join(sentence, say(
+            "pair.rotated", "A camera was rotated, or a lens model is wrong.")),
+            say("pair.rotated.fix", "Calibrate again, starting with the camera whose lines no longer fit."))
+    return _verdict("good", join(sentence, say(
+        "pair.rotation-alike", "This is within the uncertainty of the matches.")), "")
+
+
+def _level_of_px(px: float) -> Level:
+    return "good" if px <= GOOD_PX else "fair" if px <= FAIR_PX else "poor"
+
+
+def _verdict(level: Level, sentence: str, fix: str) -> PairVerdict:
+    return stated(PairVerdict(level=level, sentence=sentence, fix=fix))

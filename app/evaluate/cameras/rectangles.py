@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
+from typing_extensions import TypedDict
 
 from app.core.errors import BadInput
 from app.core.field import Region
@@ -18,6 +19,15 @@ from app.fitting.corrected_rectangle import RECTANGLE_OPTIONS, corrected_rectang
 
 NAMES = ("w_max_rectangle_px", "h_max_rectangle_px", "n_rectangles_x", "n_rectangles_y")
 SAME = 1e-6  # relative: what a product and a quotient of doubles leave
+
+
+class RectangleOptions(TypedDict):
+    """As a fit takes them."""
+
+    w_max_rectangle_px: float
+    h_max_rectangle_px: float
+    n_rectangles_x: int
+    n_rectangles_y: int
 
 
 @dataclass(frozen=True)
@@ -54,16 +64,13 @@ class Rectangles:
         """BadInput where they make no corrected picture."""
         corrected_rectangle(self.options(), region, image_size)
 
-    def options(self) -> dict[str, Any]:
-        """As a fit takes them."""
-        return dict(zip(NAMES, (self.w_max_px, self.h_max_px, self.n_x, self.n_y), strict=True))
+    def options(self) -> RectangleOptions:
+        return {"w_max_rectangle_px": self.w_max_px, "h_max_rectangle_px": self.h_max_px, "n_rectangles_x": self.n_x,
+                "n_rectangles_y": self.n_y}
 
     def same_as(self, other: "Rectangles") -> bool:
         return (self.n_x, self.n_y) == (other.n_x, other.n_y) and bool(np.allclose(
             (self.w_max_px, self.h_max_px), (other.w_max_px, other.h_max_px), rtol=SAME, atol=0))
-
-    def words(self) -> str:
-        return f"{self.n_x} × {self.n_y} rectangles of {self.w_max_px:.4g} × {self.h_max_px:.4g} px"
 
 
 def most_common(each: Sequence[Rectangles]) -> Rectangles | None:

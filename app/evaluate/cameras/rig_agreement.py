@@ -6,29 +6,63 @@ the hat where that ray meets the height. Exact for a camera that was turned; one
 height / camera height too small.
 """
 
-from typing import Any
-
 import numpy as np
+from typing_extensions import TypedDict
 
 from app.core.errors import FitFailed
 from app.core.field import Field
 from app.core.geometry import Array, ImageSize, inside_picture, with_z
-from app.core.json_values import nullable
+from app.core.json_values import PointJson
 from app.evaluate.cameras.evidence import OffsetMeasurements
 from app.evaluate.cameras.offsets import OffsetField, fit_offset_field
-from app.evaluate.cameras.shared_area import SharedArea, shared_area
+from app.evaluate.cameras.shared_area import AreaMap, SharedArea, shared_area
+from app.evaluate.fit.residuals import rms
 from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
 
 NEAR_MM = 400.0  # so far from a measure the map rests on it
 TWO = 2  # directions of the carpet
 
 
-def agreement(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, field: Field,
-              evidence: OffsetMeasurements, found: OffsetField | None = None) -> dict[str, Any]:
-    """Plain JSON: "carpet" and "hat" (None without rays) with map, mean, p95, max and where; what it rests on.
+class PlaneDifference(TypedDict):
+    """How far two cameras are apart in the plane at z_mm; where: the place of the largest difference."""
 
-    found: the field of offsets, where it is fitted already.
+    z_mm: float
+    mean_mm: float
+    p95_mm: float
+    max_mm: float
+    where: PointJson
+    map: AreaMap
+
+
+class OwnErrors(TypedDict):
+    """How far each camera alone is from the field's lines, rms mm."""
+
+    a: float | None
+    b: float | None
+
+
+class RigAgreement(TypedDict):
+    """Of two cameras, by n measurements; covered: of the area both see, the share that is near one of them.
+
+    noise_mm: rms of the measurements beside the smooth difference, whose degree that is; shift_mm: from a to b, mean.
     """
+
+    n: int
+    believed: int
+    noise_mm: float
+    degree: int
+    both_directions: bool
+    overlap_m2: float
+    covered: float
+    own_mm: OwnErrors
+    shift_mm: PointJson
+    carpet: PlaneDifference
+    hat: PlaneDifference | None  # None without rays
+
+
+def agreement(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, field: Field,
+              evidence: OffsetMeasurements, found: OffsetField | None = None) -> RigAgreement:
+    """found: the field of offsets, where it is fitted already."""
     shared = shared_area(a, size_a, b, size_b, field)
     found = found or fit_offset_field(evidence)
     places = np.where(shared.both[..., None], shared.places, np.nan)
@@ -42,14 +76,14 @@ def agreement(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSi
     return {"n": len(evidence), "believed": int(found.good.sum()), "noise_mm": found.residual_mm,
             "degree": found.degree, "both_directions": bool(np.median(directions[known]) == TWO),
             "overlap_m2": shared.area_m2, "covered": float((near & known).sum() / max(shared.both.sum(), 1)),
-            "own_mm": {"a": _rms(evidence.own_a_mm[found.good]), "b": _rms(evidence.own_b_mm[found.good])},
+            "own_mm": {"a": rms(evidence.own_a_mm[found.good]), "b": rms(evidence.own_b_mm[found.good])},
             "shift_mm": [float(v) for v in np.mean(found.at(evidence.places)[0], axis=0)],
             "carpet": _map_json(shared, carpet, 0.0),
             "hat": _hat(a, size_a, b, size_b, field.hat_height_mm, shared, found)}
 
 
 def _hat(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, z_mm: float, shared: SharedArea,
-         found: OffsetField) -> dict[str, Any] | None:
+         found: OffsetField) -> PlaneDifference | None:
     if not (isinstance(a, RayModel) and isinstance(b, RayModel)):
         return None
     hats = with_z(shared.places, z_mm)
@@ -63,14 +97,9 @@ def _hat(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, z
     return _map_json(shared, apart, z_mm) if np.isfinite(apart).any() else None
 
 
-def _map_json(shared: SharedArea, mm: Array, z_mm: float) -> dict[str, Any]:
+def _map_json(shared: SharedArea, mm: Array, z_mm: float) -> PlaneDifference:
     worst = np.unravel_index(np.nanargmax(mm), mm.shape)
     values = mm[np.isfinite(mm)]
     return {"z_mm": z_mm, "mean_mm": float(values.mean()), "p95_mm": float(np.percentile(values, 95)),
             "max_mm": float(values.max()), "where": [float(shared.x[worst[1]]), float(shared.y[worst[0]])],
-            "map": {"x": shared.x.tolist(), "y": shared.y.tolist(), "mm": nullable(mm)}}
-
-
-def _rms(values: Array) -> float | None:
-    values = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(values**2))) if values.size else None
+            "map": shared.map_json(mm)}

@@ -1,16 +1,21 @@
 """Verdicts on the figures of a rig: a level, a sentence for each pair, and what to do."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from typing import Literal
 
-from app.core.statements import Sentence, join, say, stated
+from typing_extensions import TypedDict
+
+from app.core.statements import Sentence, Stated, join, say, stated
 from app.core.text_format import format_mm
-from app.evaluate.cameras.own_accuracy import LEVELS, capped_level
-from app.evaluate.fit.verdict import GOOD_MM, level_of
+from app.evaluate.cameras.own_accuracy import capped_level
+from app.evaluate.cameras.rig_agreement import RigAgreement
+from app.evaluate.fit.report_types import Level
+from app.evaluate.fit.verdict import GOOD_MM, LEVELS, level_of
 
 STANDS_OUT = 2.5  # times the other's error: then it is this camera
 COVERED = 0.25  # of the shared part: less near a measure speaks for a small piece of it
-FROM = {"pictures": "", "matches": "", "clicks": say(
+Source = Literal["pictures", "matches", "clicks"]  # what two cameras are compared by
+FROM: dict[Source, str] = {"pictures": "", "matches": "", "clicks": say(
     "rig.from-points", "This compares the points of the calibrations. Movement since then is not detected. Check with "
                        "current images.")}
 WORDS = {"good": say("rig.good", "The cameras agree."),
@@ -19,8 +24,39 @@ WORDS = {"good": say("rig.good", "The cameras agree."),
          "poor": say("rig.poor", "The cameras do not agree.")}
 
 
-def of_pair(a: str, b: str, found: Mapping[str, Any], source: str) -> dict[str, Any]:
-    """{"level", "sentence", "fix"} of two cameras called a and b. source: what it was measured by."""
+class PairVerdict(Stated):
+    level: Level
+    sentence: str
+    fix: str
+
+
+class RigVerdict(Stated):
+    level: Level | None  # None: nothing could be compared
+    sentence: str
+    fix: str
+
+
+class RigTrouble(Stated):
+    """What is wrong with a camera of a rig; level: the best that the rig's verdict may be, null if it is unknown."""
+
+    camera: str
+    reason: str
+    text: str
+    fix: str
+    level: Level | None
+
+
+class ComparedPair(TypedDict):
+    """Cameras a and b; null where they could not be compared."""
+
+    a: str
+    b: str
+    agreement: RigAgreement | None
+    verdict: PairVerdict | None
+
+
+def of_pair(a: str, b: str, found: RigAgreement, source: Source) -> PairVerdict:
+    """Judge two cameras called a and b."""
     carpet, hat = found["carpet"], found["hat"]
     worst = max(carpet["p95_mm"], hat["p95_mm"] if hat else 0.0)
     level = level_of(worst)
@@ -39,7 +75,7 @@ def of_pair(a: str, b: str, found: Mapping[str, Any], source: str) -> dict[str, 
         fixes.append(say("rig.one-direction.fix", "Mark lines that cross in both images, or add matches."))
     elif found["covered"] < COVERED:
         fixes.append(add_matches())
-    return stated({"level": level, "sentence": sentence, "fix": join(*fixes, FROM[source])})
+    return stated(PairVerdict(level=level, sentence=sentence, fix=join(*fixes, FROM[source])))
 
 
 def add_matches() -> Sentence:
@@ -47,7 +83,7 @@ def add_matches() -> Sentence:
     return say("pair.few-matches.fix", "Add matches all over the shared area. These cover only a small part of it.")
 
 
-def _cure(a: str, b: str, found: Mapping[str, Any]) -> Sentence:
+def _cure(a: str, b: str, found: RigAgreement) -> Sentence:
     own_a, own_b = found["own_mm"]["a"], found["own_mm"]["b"]
     if own_a is not None and own_b is not None:
         for name, own, other in ((a, own_a, own_b), (b, own_b, own_a)):
@@ -60,23 +96,21 @@ def _cure(a: str, b: str, found: Mapping[str, Any]) -> Sentence:
                a=a, b=b, x=x, y=y)
 
 
-def of_rig(pairs: Sequence[Mapping[str, Any]], troubles: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """{"level", "sentence", "fix"} of all pairs and of what is wrong with single cameras; level None if unknown.
+def of_rig(pairs: Sequence[ComparedPair], troubles: Sequence[RigTrouble]) -> RigVerdict:
+    """Judge all pairs, and what is wrong with single cameras.
 
     Cameras that agree can be wrong alike, or where only one of them looks: a trouble with a level caps the rig's.
     """
-    judged = [pair for pair in pairs if pair.get("verdict")]
+    judged = [(pair["verdict"], pair["agreement"]["carpet"]["max_mm"]) for pair in pairs
+              if pair["verdict"] is not None and pair["agreement"] is not None]
     if not judged:
         fix = troubles[0]["fix"] if troubles else say(
             "rig.no-pair.fix", "Calibrate each camera, and make sure that the images overlap.")
-        return stated({"level": None, "fix": fix, "sentence": say(
-            "rig.no-pair", "No two cameras of this rig can be compared.")})
-    worst = max(judged, key=lambda p: (LEVELS.index(p["verdict"]["level"]), p["agreement"]["carpet"]["max_mm"]))
-    level = worst["verdict"]["level"]
-    sentence = join(WORDS[level], say("rig.largest", "Largest difference: {pair}", pair=worst["verdict"]["sentence"]))
-    capped = capped_level(level, [trouble["level"] for trouble in troubles])
-    if capped != level:
-        sentence = join(*(trouble["text"] for trouble in troubles if trouble["level"] == capped), sentence)
-        level = capped
-    return stated({"level": level, "sentence": sentence,
-                   "fix": join(worst["verdict"]["fix"], *(t["fix"] for t in troubles[:2]))})
+        return stated(RigVerdict(level=None, fix=fix, sentence=say(
+            "rig.no-pair", "No two cameras of this rig can be compared.")))
+    worst, _ = max(judged, key=lambda pair: (LEVELS.index(pair[0]["level"]), pair[1]))
+    sentence = join(WORDS[worst["level"]], say("rig.largest", "Largest difference: {pair}", pair=worst["sentence"]))
+    level = capped_level(worst["level"], [trouble["level"] for trouble in troubles])
+    if level != worst["level"]:
+        sentence = join(*(trouble["text"] for trouble in troubles if trouble["level"] == level), sentence)
+    return stated(RigVerdict(level=level, sentence=sentence, fix=join(worst["fix"], *(t["fix"] for t in troubles[:2]))))

@@ -3,14 +3,24 @@
 from dataclasses import dataclass
 
 import numpy as np
+from typing_extensions import TypedDict
 
 from app.core.errors import FitFailed
 from app.core.field import Field
 from app.core.geometry import Array, ImageSize, Mask, Points, inside_picture
+from app.core.json_values import nullable
 from app.models import CameraModel, raw_from_field
 
 COARSE, FINE = 96, 40  # cells along the longer side: to find the shared part, and to draw it
 NEAR_CELLS = 2.0  # how far from a measured place a cell still counts as measured
+
+
+class AreaMap(TypedDict):
+    """x (columns,), y (rows,) mm; mm (rows, columns): a length at each place, null where it is not known."""
+
+    x: list[float]
+    y: list[float]
+    mm: list[list[float | None]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +42,9 @@ class SharedArea:
     @property
     def area_m2(self) -> float:
         return float(self.both.sum() * self.cell[0] * self.cell[1]) / 1e6
+
+    def map_json(self, mm: Array) -> AreaMap:
+        return {"x": self.x.tolist(), "y": self.y.tolist(), "mm": nullable(mm)}
 
     def filled(self, places: Points, values: Array) -> Array:
         """(h, w): at each shared cell the mean of the values near it, NaN where none is."""

@@ -7,18 +7,19 @@ there while others are is looked for by itself, further off: a model that was ne
 borders where they are, and nothing else.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Self
 
 import numpy as np
+from typing_extensions import TypedDict
 
 from app.core.field import Field, Region
 from app.core.geometry import Array, ImageSize, Indices, Mask, Pixels, Points, inside_picture
 from app.evaluate.cameras.evidence import OffsetMeasurements
 from app.evaluate.cameras.offsets import OffsetField, fit_offset_field
 from app.evaluate.drift.expected import expected_lines
+from app.evaluate.fit.residuals import rms
 from app.evaluate.fit.verification import MARKING_FOUND
 from app.fitting.field_lines.line_samples import LineSamples, fine_pattern
 from app.fitting.field_lines.pattern import FieldPattern
@@ -220,9 +221,11 @@ class _Search:
         return ((places > low + BORDER_MM) & (places < high - BORDER_MM)).all(axis=1)
 
 
-@dataclass(frozen=True)
-class LineDeviation:
-    """One marking: places looked at and found, and how far beside it lies; mean_mm is signed, to its left."""
+class LineDeviation(TypedDict):
+    """One marking: places looked at and found, and how far beside it lies; mean_mm is signed, to its left.
+
+    Lengths in mm are across it on the carpet; None where nothing was found.
+    """
 
     feature: str
     places: int
@@ -234,8 +237,9 @@ class LineDeviation:
     rms_px: float | None
 
 
-def line_deviations(measured: LineMeasurements) -> Iterator[LineDeviation]:
-    """Yield the deviation of every marking that the picture should show, in the field's order."""
+def line_deviations(measured: LineMeasurements) -> list[LineDeviation]:
+    """Return the deviation of every marking that the picture should show, in the field's order."""
+    deviations: list[LineDeviation] = []
     for number, name in enumerate(measured.names):
         of = measured.marking == number
         if not of.any():
@@ -243,6 +247,7 @@ def line_deviations(measured: LineMeasurements) -> Iterator[LineDeviation]:
         hits = of & measured.found
         share = float(measured.stands_for_px[hits].sum() / max(measured.stands_for_px[of].sum(), 1e-9))
         mm, px = measured.off_mm[hits], measured.off_px[hits]
-        figures = (None,) * 4 if not len(mm) else (float(mm.mean()), float(np.sqrt(np.mean(mm**2))),
-                                                   float(np.abs(mm).max()), float(np.sqrt(np.mean(px**2))))
-        yield LineDeviation(name, int(of.sum()), int(hits.sum()), share, *figures)
+        deviations.append({"feature": name, "places": int(of.sum()), "found": int(hits.sum()), "found_share": share,
+                           "mean_mm": float(mm.mean()) if len(mm) else None, "rms_mm": rms(mm),
+                           "worst_mm": float(np.abs(mm).max()) if len(mm) else None, "rms_px": rms(px)})
+    return deviations

@@ -29,7 +29,7 @@ const modelAddress = (it) => (it.snapshot ? `#/calibrate/${it.snapshot}/model` :
 /** @param {Calibration} it @param {...string} reasons */
 const warningOf = (it, ...reasons) => it.report.warnings.find((w) => reasons.includes(w.reason));
 
-/** @param {Calibration} it @param {import("./types").LinesAnswer} answer */
+/** @param {Calibration} it @param {import("./types").CalibrationCheck} answer */
 export function linesFinding(it, { found_share, lines_found, missing, lines, verdict: { level, reason } }) {
   const length = t("verify.lines.found", {
       found: lines_found,

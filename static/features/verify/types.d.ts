@@ -2,15 +2,11 @@
 
 import type { Point } from "../../core/types";
 
+export type { CalibrationCheck } from "../../core/rest";
+
 export type CheckState = "running" | "ok" | "note" | "bad" | "unknown";
 /** One line of the checklist. value: the figure at the right. href: where the fix is done. */
 export interface Check { id: string; state: CheckState; title: string; value: string; text: string; fix: string; href: string }
-/** POST /calibrations/{id}/check, of what the checklist needs. */
-export interface LinesAnswer {
-  found_share: number; lines_found: number; missing: string[]; p95_mm: number | null;
-  lines: { feature: string; found_share: number; worst_mm: number | null }[];
-  verdict: { level: "good" | "fair" | "poor" | null; sentence: string; fix: string; reason: string };
-}
 /** GET /calibrations/{former}/difference/{id}.json. mm_vector: on the floor, from the former version to this one. */
 export interface Difference {
   median_mm: number | null; max_mm: number | null; worst_place: Point | null;
