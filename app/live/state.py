@@ -28,7 +28,8 @@ class ProcessStatus:
     def initial(cls, now: float) -> Self:
         """Return the status of a process that has sent none yet."""
         return cls({"state": "connecting", "problem": None, "since_s": 0.0, "seq": 0, "interval_s": 0.0,
-                    "identity": None, "reopened": 0, "age_s": None, "size": None, "encoded": 0}, now)
+                    "identity": None, "reopened": 0, "age_s": None, "size": None, "encoded": 0,
+                    "failures": {"count": 0, "newest": None}}, now)
 
     def frame_age_s(self, now: float) -> float | None:
         age_s = self.values["age_s"]
