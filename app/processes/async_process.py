@@ -64,7 +64,7 @@ class AsyncProcess:
         return self._writer.transport.get_write_buffer_size() > 0
 
     async def receive(self) -> Message:
-        """Return the next message; IncompleteReadError or ConnectionResetError when the process has gone, or sends no JSON.
+        """Return the next message; IncompleteReadError or ConnectionResetError when it has gone or sends no JSON.
 
         An ANSWER is handed to whoever waits for it, too.
         """

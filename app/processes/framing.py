@@ -11,7 +11,7 @@ import socket
 import struct
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, overload
 
 HEADER = struct.Struct("<BII")
@@ -28,7 +28,7 @@ class Message(NamedTuple):
     body: Any
 
 
-def encode_body(head: dict[str, Any], payload: bytes = b"", members: bytes = b"") -> bytes:
+def encode_body(head: Mapping[str, Any], payload: bytes = b"", members: bytes = b"") -> bytes:
     """Return a body. members: JSON text of further members, ready made, such as b'"overlays":{…}'."""
     text = json.dumps(head, allow_nan=False, separators=(",", ":")).encode("ascii")
     if members:
