@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Self
 
+from typing_extensions import TypedDict
+
 from app.core.errors import BadInput
 from app.core.statements import Sentence, named
 
@@ -27,6 +29,20 @@ NAMES = {  # how each colour usually looks (BGR), until it is clicked
 _FORM = "Give a profile that touchline detect --save-colours wrote."
 
 
+class ColourSampleJson(TypedDict):
+    rgb: list[float]
+    spread: float
+
+
+class ProfileJson(TypedDict):
+    name: str
+    colours: dict[str, list[ColourSampleJson]]
+    background: list[ColourSampleJson]
+    light: list[float] | None
+    reach: float
+    margin: float
+
+
 @dataclass(frozen=True)
 class ColourSample:
     """A colour as it was seen, and how much it varied there: standard deviation of its chroma."""
@@ -34,7 +50,7 @@ class ColourSample:
     bgr: Bgr
     spread: float = 0.0
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> ColourSampleJson:
         return {"rgb": [round(v, 1) for v in self.bgr[::-1]], "spread": round(self.spread, 4)}
 
 
@@ -55,7 +71,7 @@ class ColourProfile:
     margin: float = 0.7
     notes: tuple[str, ...] = ()
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> ProfileJson:
         return {"name": self.name, "colours": {name: [s.to_json() for s in samples]
                                                for name, samples in self.colours.items()},
                 "background": [s.to_json() for s in self.background],

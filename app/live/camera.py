@@ -6,17 +6,18 @@ The server never touches a pixel and never waits for a camera: its process is wa
 import asyncio
 import contextlib
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 from app.core.common_sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED, OPEN_AGAIN
-from app.core.errors import Conflict, Unavailable
+from app.core.errors import Conflict, ProblemJson, Unavailable
 from app.core.records import Calibration
-from app.core.statements import say, stated
+from app.core.statements import say
 from app.live import messages
 from app.live.detection_feed import DetectionFeed, Publish
 from app.live.failures import failure_words
-from app.live.state import calibration_mismatch, frozen_reason, stall_reason
+from app.live.state import calibration_mismatch, camera_problem, frozen_reason, stall_reason
+from app.live.status_types import CameraState, CameraStatus, FailuresJson, PictureQuality, ProcessValues
 from app.live.stream_spec import VIEWS, StreamSpec
 from app.live.streams import Streams
 from app.live.supervisor import POLL_S, CameraSupervisor
@@ -25,7 +26,7 @@ from app.processes.framing import Message
 from app.processes.problems import error_from_json
 from app.sources import Identity
 
-PASSED_ON = ("seq", "identity", "reopened", "encoded")  # of the process' status, as they come
+UNKNOWN_QUALITY: PictureQuality = {"unchanged_s": 0.0, "light": None, "sharpness": None, "flicker": None, "words": []}
 log = logging.getLogger("touchline")
 Trust = Callable[[Calibration, Identity], None]
 
@@ -70,12 +71,11 @@ class LiveCamera:
         process = self._supervisor.status
         return process.identity if process else None
 
-    def status(self) -> dict[str, Any]:
-        """Return its state, with what is wrong and what to do about it; plain JSON."""
+    def status(self) -> CameraStatus:
         process, now = self._supervisor.status, asyncio.get_running_loop().time()
         state, problem = self._state(now)
-        values = process.values if process else {}
-        quality = values.get("quality") or {}
+        values: ProcessValues = process.values if process else {}
+        quality = values.get("quality") or UNKNOWN_QUALITY
         size = process.size if process else None
         drift = values.get("drift") if state == "live" and self._applied else None
         interval_s = values.get("interval_s", 0)
@@ -85,10 +85,11 @@ class LiveCamera:
                 "reconnects": self._supervisor.restarts + max(0, values.get("reopened", 0) - 1),
                 "viewers": self._streams.viewer_count, "calibration_applied": self._applied,
                 "active_calibration": self.calibration.id if self.calibration else None,
-                **{name: quality.get(name) for name in ("light", "sharpness", "flicker")},
-                "words": [*failure_words(values.get("failures")), *quality.get("words", [])],
-                "drift": drift, "drift_px": drift["px"] if drift else None,
-                **{name: values.get(name) for name in PASSED_ON}}
+                "light": quality["light"], "sharpness": quality["sharpness"], "flicker": quality["flicker"],
+                "words": [*failure_words(values.get("failures")), *quality["words"]],
+                "drift": drift, "drift_px": drift["px"] if drift else None, "seq": values.get("seq"),
+                "identity": values.get("identity"), "reopened": values.get("reopened"),
+                "encoded": values.get("encoded")}
 
     def require_view(self, view: str) -> None:
         """Raise Conflict, with what to do, where that view cannot be had now."""
@@ -102,26 +103,26 @@ class LiveCamera:
         if mismatch := self._mismatch():
             raise Conflict(mismatch["what"], mismatch["fix"], reason=mismatch["reason"])
 
-    def _state(self, now: float) -> tuple[str, Mapping[str, Any] | None]:
+    def _state(self, now: float) -> tuple[CameraState, ProblemJson | None]:
         process = self._supervisor.status
         if not self._supervisor.started:
             return "idle", None
         if process is None:
             return ("offline", self._supervisor.problem) if self._supervisor.problem else ("connecting", None)
         if why := stall_reason(process, now):
-            return "stalled", stated({"reason": "stalled", "what": why, "fix": say(
+            return "stalled", camera_problem("stalled", why, say(
                 "camera.reconnects", "Check its cable, its power and the network. Touchline reconnects "
-                "automatically.")})
+                "automatically."))
         if process.values["state"] != "live":
             return process.values["state"], process.values["problem"]
         if why := frozen_reason(process, self.spec["source"].partition(":")[0]):
-            return "stalled", stated({"reason": "frozen", "what": why, "fix": say(
-                "camera.restart", "Restart the camera, or the device that sends its images.")})
+            return "stalled", camera_problem("frozen", why, say(
+                "camera.restart", "Restart the camera, or the device that sends its images."))
         if mismatch := self._mismatch():
             return "mismatch", mismatch
         return "live", None
 
-    def _mismatch(self) -> dict[str, Any] | None:
+    def _mismatch(self) -> ProblemJson | None:
         size, process = self.calibration.image_size if self.calibration else None, self._supervisor.status
         return calibration_mismatch(process, self._confirmed, size) if process else None
 
@@ -204,12 +205,12 @@ class LiveCamera:
             if self._applied != self._may_apply():
                 self._send_calibration()
 
-    def _log_failures(self, failures: dict[str, Any]) -> None:
+    def _log_failures(self, failures: FailuresJson) -> None:
         """Log the first failure of a process, and whenever there are twice as many."""
         count, newest = failures["count"], failures["newest"]
         if count < self._failures_logged:
             self._failures_logged = 0  # of the process before
-        if count >= max(2 * self._failures_logged, 1):
+        if newest is not None and count >= max(2 * self._failures_logged, 1):
             self._failures_logged = count
             log.warning("camera %s: %s: %s (failure %d)", self.id, newest["what"], newest["error"], count)
 

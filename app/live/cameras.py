@@ -10,6 +10,7 @@ from app.core.errors import TouchlineError
 from app.core.records import Calibration
 from app.live.camera import LiveCamera, Trust
 from app.live.detection_feed import OFF, Publish
+from app.live.status_types import CameraStatus
 from app.sources import Identity
 
 SpecOf = Callable[[str], dict[str, Any]]
@@ -54,7 +55,7 @@ class LiveCameras:
         """The ids of those that were started."""
         return tuple(self._live)
 
-    def status(self, id: str) -> dict[str, Any]:
+    def status(self, id: str) -> CameraStatus:
         """Return one camera's status now, without starting it: its state is "idle" where it was not started."""
         return (self._live.get(id) or LiveCamera(id, {})).status()
 

@@ -13,16 +13,17 @@ import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from app.core.common_sentences import CHECK_STATE_TRY_AGAIN, SENDS_NO_FRAMES
-from app.core.errors import TouchlineError, Unavailable
+from app.core.errors import ProblemJson, TouchlineError, Unavailable
 from app.core.records import Frame
 from app.core.statements import say
+from app.live.status_types import CaptureStatus, SourceState
 from app.processes.limits import return_memory
 from app.processes.problems import problem_json
-from app.sources import Control, Source, SourceContext, source_from_url
+from app.sources import Control, IdentityJson, Source, SourceContext, source_from_url
 
 RETRY_S, MAX_RETRY_S = 0.5, 5.0
 ENDED = "source-ended"
@@ -51,17 +52,17 @@ class FrameCapture:
         self._newest: CapturedFrame | None = None
         self._seq = 0
         self._moments: deque[float] = deque(maxlen=RATE_FRAMES + 1)
-        self._state = "connecting"
-        self._problem: dict[str, Any] | None = None
+        self._state: SourceState = "connecting"
+        self._problem: ProblemJson | None = None
         self._since = time.monotonic()
-        self._identity: dict[str, Any] | None = None
+        self._identity: IdentityJson | None = None
         self._reopened = 0
         self._watched_s = REST_S
         self._can_rest = False
         self._awake_until = 0.0
         self._actions: deque[tuple[Callable[[Source], Any], Future[Any]]] = deque()
 
-    def status(self) -> dict[str, Any]:
+    def status(self) -> CaptureStatus:
         """Return what the server needs to judge it by; ages in s on this process' clock."""
         now = time.monotonic()
         with self._changed:
@@ -160,7 +161,7 @@ class FrameCapture:
         came = False
         try:
             with self._changed:
-                self._identity, self._reopened = asdict(source.identity()), self._reopened + 1
+                self._identity, self._reopened = source.identity().to_json(), self._reopened + 1
                 self._can_rest = source.CAN_REST
                 self._wake()
             while True:

@@ -8,9 +8,11 @@ import contextlib
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from app.core.colour_profile import ProfileJson
 from app.core.common_sentences import use_one_of
 from app.core.errors import Conflict, NotFound, TouchlineError
 from app.core.statements import say
+from app.live.status_types import ProcessValues
 from app.live.stream_spec import DETECTIONS, StreamSpec
 from app.live.viewer import Viewer
 from app.processes.framing import split_body
@@ -29,7 +31,7 @@ class DetectionFeed:
     def __init__(self, changed: Callable[[], None], publish: Publish = lambda _packet: None) -> None:
         self._changed, self._publish = changed, publish
         self.request: Mapping[str, Any] = OFF
-        self.learned: dict[str, Any] | None = None
+        self.learned: ProfileJson | None = None
         self.packets = 0
         self.problem: TouchlineError | None = None
         self._viewers: set[Viewer] = set()
@@ -83,9 +85,9 @@ class DetectionFeed:
             self.problem = self._publish(bytes(packet))
             self.packets += self.problem is None
 
-    def update_status(self, status: Mapping[str, Any]) -> None:
+    def update_status(self, status: ProcessValues) -> None:
         """Note the colours that the process found in the picture."""
-        self.learned = (status.get("detector") or {}).get("learned") if self.request["profile"] is None else None
+        self.learned = status["detector"]["learned"] if self.request["profile"] is None else None
 
     def end(self, why: TouchlineError) -> None:
         """End all listening."""

@@ -25,6 +25,7 @@ from app.live.failures import Failures
 from app.live.picture import AppliedCalibration
 from app.live.ssl_detection import detection_packet
 from app.live.stage_renderer import StageRenderer
+from app.live.status_types import DetectorStatus
 from app.live.stream_spec import StreamSpec
 from app.processes.framing import encode_body
 from app.vision.stage_pipeline import FrameResult, StageConfig, StagePipeline
@@ -61,7 +62,7 @@ class LiveDetector:
         self._streams: dict[int, tuple[StreamSpec, float]] = {}
         self._state: DetectorState | None = None
         self._moments: deque[float] = deque(maxlen=RATE_FRAMES + 1)
-        self.status: dict[str, Any] = {"learned": None}
+        self.status: DetectorStatus = {"learned": None}
 
     def follow(self, request: Mapping[str, Any]) -> None:
         """Detect this from now on, as DetectionFeed.message says it. A mere switching makes no stage forget."""

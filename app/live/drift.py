@@ -7,7 +7,7 @@ the server was off, is seen too; where there is none, or none that shows them, f
 import contextlib
 import threading
 import time
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from app.images import ImageLimits, decode_in_process
 from app.live.capture import FrameCapture
 from app.live.failures import Failures
 from app.live.picture import AppliedCalibration
+from app.live.status_types import CameraDrift
 from app.processes.limits import give_way
 from app.store.files import read_checked
 
@@ -42,7 +43,7 @@ class CameraDriftMonitor:
         self._limits = limits
         self._target: tuple[AppliedCalibration, dict[str, Any] | None] | None = None
         self._changed = threading.Event()
-        self.newest: dict[str, Any] | None = None
+        self.newest: CameraDrift | None = None
 
     def apply(self, calibration: AppliedCalibration | None, picture: dict[str, Any] | None) -> None:
         """Follow this calibration's lines from now on. picture: {"name", "path", "sha256"} of the one it came from."""
@@ -72,13 +73,13 @@ class CameraDriftMonitor:
         applied, picture = target
         watch, calibration, seq = DriftWatch(time.time()), applied.record, 0
 
-        def report(source: str | None, took_s: float = 0.0) -> None:
+        def report(source: Literal["calibration", "start"] | None, took_s: float = 0.0) -> None:
             if self._target is target:
                 self.newest = {**watch.status.to_json(), "calibration": calibration.id, "reference": source,
                                "took_ms": round(1000 * took_s, 1)}
         report(None)
         reference = self._reference_of_picture(applied, picture)
-        source = "calibration" if reference is not None else "start"
+        source: Literal["calibration", "start"] = "calibration" if reference is not None else "start"
         again_s = RETRY_S
         while reference is None:
             if (reference := self._learnt(applied)) is None:

@@ -4,9 +4,10 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 from app.core.statements import say, sentence_in, stated
+from app.live.status_types import Failure, FailuresJson
+from app.vision.quality.zones import Advice, message
 
 RECENT_S = 5.0  # longer ago, it is over
 RESTART_OR_REPORT = say("camera-failure.restart-or-report", "Restart the camera or free memory on the server. If the "
@@ -34,21 +35,20 @@ class Failures:
             self._count += 1
             self._newest = what, type(error).__name__, time.monotonic()
 
-    def to_json(self) -> dict[str, Any]:
-        """Return {"count", "newest": {"what", "error", "is_recent"} | null}."""
+    def to_json(self) -> FailuresJson:
         with self._lock:
             count, newest = self._count, self._newest
         if newest is None:
             return {"count": count, "newest": None}
         what, error, at_s = newest
-        return {"count": count, "newest": stated({"what": what, "error": error,
-                                                  "is_recent": time.monotonic() - at_s < RECENT_S})}
+        return {"count": count, "newest": stated(Failure(what=what, error=error,
+                                                         is_recent=time.monotonic() - at_s < RECENT_S))}
 
 
-def failure_words(failures: dict[str, Any] | None) -> list[dict[str, Any]]:
+def failure_words(failures: FailuresJson | None) -> list[Advice]:
     """Return what the camera says of a failure that still goes on: as light and focus are said."""
     newest = failures and failures["newest"]
     if not newest or not newest["is_recent"]:
         return []
-    return [stated({"severity": "warning", "fix": RESTART_OR_REPORT, "text": say(
-        "camera-failure.said", "{failure}: {error}.", failure=sentence_in(newest, "what"), error=newest["error"])})]
+    return [message(say("camera-failure.said", "{failure}: {error}.", failure=sentence_in(newest, "what"),
+                        error=newest["error"]), RESTART_OR_REPORT, True)]

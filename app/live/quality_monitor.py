@@ -4,7 +4,6 @@ Flicker needs frames that follow each other: every FLICKER_EVERY_S a burst of th
 """
 
 import time
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from app.core.statements import say
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.encoder import Encoder
 from app.live.failures import Failures
+from app.live.status_types import PictureQuality
 from app.vision.quality import flicker, light, sharpness
 
 EVERY_S = 0.5
@@ -35,7 +35,7 @@ class QualityMonitor:
         self._same_since = 0.0
         self._flicker: flicker.Flicker | None = None
         self._mask: tuple[str, ImageSize, NDArray[np.bool_]] | None = None
-        self.newest: dict[str, Any] | None = None
+        self.newest: PictureQuality | None = None
 
     def run(self) -> None:
         """Work until the process ends, on a thread of its own."""
@@ -51,7 +51,7 @@ class QualityMonitor:
                     self.newest = self._look(opencv.shrink_to_width(taken.frame.pixels, WIDTH_PX), taken)
             time.sleep(EVERY_S)
 
-    def _look(self, small: NDArray[np.uint8], taken: CapturedFrame) -> dict[str, Any]:
+    def _look(self, small: NDArray[np.uint8], taken: CapturedFrame) -> PictureQuality:
         if self._before is None or self._before.shape != small.shape or not np.array_equal(self._before, small):
             self._same_since = taken.moment
         self._before = small

@@ -4,8 +4,10 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 from app.core.common_sentences import SET_RESOLUTION
+from app.core.errors import ProblemJson
 from app.core.geometry import ImageSize
 from app.core.statements import Sentence, say, stated
+from app.live.status_types import ProcessValues
 from app.sources import Identity
 
 STALL_S = 1.5  # without a frame; a slow camera gets four of its own intervals
@@ -21,14 +23,19 @@ STATIC_SOURCES = ("picture", "folder", "video", "sim")  # sources whose pictures
 class ProcessStatus:
     """The last status that a camera's process sent, and when it came on the server's clock."""
 
-    values: dict[str, Any]
+    values: ProcessValues
     received_s: float
 
     @classmethod
     def initial(cls, now: float) -> Self:
         """Return the status of a process that has sent none yet."""
         return cls({"state": "connecting", "problem": None, "since_s": 0.0, "seq": 0, "interval_s": 0.0,
-                    "identity": None, "reopened": 0, "age_s": None, "size": None, "encoded": 0}, now)
+                    "identity": None, "reopened": 0, "age_s": None, "size": None, "encoded": 0, "quality": None,
+                    "drift": None, "detector": {"learned": None}, "failures": {"count": 0, "newest": None}}, now)
+
+    def updated(self, values: Any, now: float) -> "ProcessStatus":
+        """Return what it is by the newest report, as JSON."""
+        return ProcessStatus({**self.values, **values}, now)
 
     def frame_age_s(self, now: float) -> float | None:
         age_s = self.values["age_s"]
@@ -63,26 +70,31 @@ def stall_reason(status: ProcessStatus, now: float, grace_s: float = 0.0) -> Sen
 
 def frozen_reason(status: ProcessStatus, scheme: str) -> Sentence | None:
     """Say why it counts as showing an old picture again and again; None where it does not."""
-    unchanged_s = (status.values.get("quality") or {}).get("unchanged_s", 0.0)
+    quality = status.values["quality"]
+    unchanged_s = quality["unchanged_s"] if quality else 0.0
     if scheme in STATIC_SOURCES or unchanged_s < FROZEN_S:
         return None
     return say("camera.picture-frozen", "The picture has not changed for {seconds:.0f} s.", seconds=unchanged_s)
 
 
 def calibration_mismatch(status: ProcessStatus, confirmed: Identity | None,
-                         image_size: ImageSize | None) -> dict[str, Any] | None:
+                         image_size: ImageSize | None) -> ProblemJson | None:
     """Return the problem where the calibration belongs to another camera or another size; None where it fits."""
     size, identity = status.size, status.identity
     if size is not None and image_size is not None and size != image_size:
-        return stated({"reason": "other-size", "fix": SET_RESOLUTION, "what": say(
+        return camera_problem("other-size", say(
             "camera.other-size", "The camera sends {size}; its calibration is for {wanted}.", size=size,
-            wanted=image_size)})
+            wanted=image_size), SET_RESOLUTION)
     if image_size is None or confirmed is None or identity is None:
         return None
     difference = identity.differs_from(confirmed)
-    return None if difference is None else stated({
-        "reason": "other-camera",
-        "what": say("camera.other-camera", "This may not be the camera that was calibrated: {difference}.",
-                    difference=difference),
-        "fix": say("camera.confirm-or-calibrate", "Check the picture. Confirm it if it is the same camera in the same "
-                   "position, or calibrate it again.")})
+    return None if difference is None else camera_problem(
+        "other-camera",
+        say("camera.other-camera", "This may not be the camera that was calibrated: {difference}.",
+            difference=difference),
+        say("camera.confirm-or-calibrate", "Check the picture. Confirm it if it is the same camera in the same "
+            "position, or calibrate it again."))
+
+
+def camera_problem(reason: str, what: str, fix: str) -> ProblemJson:
+    return stated(ProblemJson(reason=reason, what=what, fix=fix))

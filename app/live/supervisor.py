@@ -90,7 +90,7 @@ class CameraSupervisor:
             wait_s = min(2 * wait_s, MAX_RETRY_S)
 
     async def _follow(self, process: CameraProcess) -> bool:
-        """Receive until the process dies or has to be killed; return whether a frame came from it."""
+        """Receive until the process dies, sends no JSON or has to be killed; return whether a frame came from it."""
         self._process = process
         self.status = ProcessStatus.initial(asyncio.get_running_loop().time())
         watchdog = asyncio.create_task(self._kill_when_stalled(process))
@@ -99,7 +99,8 @@ class CameraSupervisor:
             while True:
                 message = await process.receive()
                 if message.kind == messages.STATUS:
-                    self.status = ProcessStatus(decode_body(message.body)[0], asyncio.get_running_loop().time())
+                    self.status = self.status.updated(decode_body(message.body)[0],
+                                                      asyncio.get_running_loop().time())
                 self._on_message(message)
         except (asyncio.IncompleteReadError, OSError):
             return self.status.values["seq"] > 0

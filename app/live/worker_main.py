@@ -25,6 +25,7 @@ from app.live.picture import AppliedCalibration
 from app.live.quality_monitor import QualityMonitor
 from app.live.rolls import RollMonitor
 from app.live.snapshot import take_still
+from app.live.status_types import ProcessValues
 from app.live.stream_spec import StreamSpec
 from app.processes.framing import START, Connection, decode_body, encode_body
 from app.processes.problems import answer
@@ -90,9 +91,10 @@ class CameraWorker:
     def _report(self) -> None:
         with contextlib.suppress(OSError):  # the server is gone
             while True:
-                status = self._capture.status() | {
-                    "encoded": self._encoder.encoded, "quality": self._quality.newest, "drift": self._drift.newest,
-                    "detector": self._detector.status, "failures": self._failures.to_json()}
+                status: ProcessValues = {
+                    **self._capture.status(), "encoded": self._encoder.encoded, "quality": self._quality.newest,
+                    "drift": self._drift.newest, "detector": self._detector.status,
+                    "failures": self._failures.to_json()}
                 self._connection.send(messages.STATUS, 0, encode_body(status))
                 time.sleep(STATUS_S)
 

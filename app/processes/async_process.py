@@ -64,7 +64,7 @@ class AsyncProcess:
         return self._writer.transport.get_write_buffer_size() > 0
 
     async def receive(self) -> Message:
-        """Return the next message; IncompleteReadError or ConnectionResetError when the process has gone.
+        """Return the next message; IncompleteReadError or ConnectionResetError when it has gone or sends no JSON.
 
         An ANSWER is handed to whoever waits for it, too.
         """
@@ -115,10 +115,10 @@ class AsyncProcess:
         self._requests.clear()
 
     def _resolve(self, number: int, body: bytes) -> None:
+        head, payload = decode_body(body)
         future = self._requests.pop(number, None)
         if future is None or future.done():
             return
-        head, payload = decode_body(body)
         if problem := head.get("problem"):
             future.set_exception(error_from_json(problem))
         else:

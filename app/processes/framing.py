@@ -37,13 +37,21 @@ def encode_body(head: Mapping[str, Any], payload: bytes = b"", members: bytes = 
 
 
 def decode_body(body: bytes) -> tuple[dict[str, Any], memoryview]:
-    """Return a body's JSON and its payload."""
+    """Return a body's JSON and its payload; ConnectionResetError for one that is broken."""
     text, payload = split_body(body)
-    return json.loads(bytes(text)), payload
+    try:
+        head = json.loads(bytes(text))
+    except (ValueError, RecursionError):
+        head = None
+    if not isinstance(head, dict):
+        raise ConnectionResetError
+    return head, payload
 
 
 def split_body(body: bytes) -> tuple[memoryview, memoryview]:
-    """Return a body's JSON, not parsed, and its payload; without a copy."""
+    """Return a body's JSON, not parsed, and its payload, without a copy; ConnectionResetError for one too short."""
+    if len(body) < LENGTH.size:
+        raise ConnectionResetError
     (length,) = LENGTH.unpack_from(body)
     view = memoryview(body)[LENGTH.size:]
     return view[:length], view[length:]

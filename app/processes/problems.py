@@ -3,14 +3,18 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
+from app.core.errors import BadInput, NotFound, ProblemJson, TouchlineError, Unavailable
 from app.core.statements import sentence_in
 from app.processes.framing import ANSWER, Connection, encode_body
 
 KINDS: dict[str, type[TouchlineError]] = {kind.__name__: kind for kind in (BadInput, NotFound, Unavailable)}
 
 
-def problem_json(error: TouchlineError) -> dict[str, Any]:
+class CrossingProblem(ProblemJson):
+    kind: str
+
+
+def problem_json(error: TouchlineError) -> CrossingProblem:
     return {"kind": type(error).__name__, **error.to_json()}
 
 

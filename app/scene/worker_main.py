@@ -40,8 +40,8 @@ class SceneWorker:
             messages.PICTURE: lambda _, head, jpeg: self._show_picture(head["key"], jpeg),
             messages.DETECTIONS: lambda _, head, __: view.show_detections(head["key"], head["things"]),
         }
-        while (message := self._connection.receive()) is not None:  # without a time limit it is always whole
-            kind, number, body = message
+        while True:
+            kind, number, body = self._connection.receive()
             head, payload = decode_body(body)
             actions[kind](number, head, bytes(payload))
 

@@ -13,6 +13,7 @@ from app.core.statements import say
 from app.evaluate.fit.report import expected_figures
 from app.images import ImageLimits
 from app.live.camera import LiveCamera
+from app.live.status_types import CameraStatus
 from app.settings import CameraSettings, Settings
 from app.sources import SOURCES, Identity, SourceContext, read_query, split_address, without_password
 from app.store.fields import FieldRepository
@@ -93,7 +94,7 @@ class CameraService:
         """Return what a camera's process must know, as plain JSON."""
         return self._process_spec(self.get(id).source)
 
-    async def try_source(self, source: str) -> tuple[dict[str, Any], bytes]:
+    async def try_source(self, source: str) -> tuple[CameraStatus, bytes]:
         """Open a source in a process of its own; return its status and one frame as PNG, or raise what it refuses."""
         camera = LiveCamera("test", self._process_spec(source))
         camera.start()

@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from app.core.colour_profile import ColourProfile
+from app.core.colour_profile import ColourProfile, ProfileJson
 from app.core.errors import Conflict, NotFound, Stale, TouchlineError
 from app.core.field import Field
 from app.core.field_json import field_from_json
@@ -75,7 +75,7 @@ class DetectionService:
         """Return a saved profile; NotFound."""
         return ColourProfile.from_json(self._store.colour_profiles.get(name).body)
 
-    def profile(self, settings: Mapping[str, Any]) -> dict[str, Any] | None:
+    def profile(self, settings: Mapping[str, Any]) -> ProfileJson | None:
         """Return the camera's own colours, or those it names; None where it finds them itself."""
         if settings["profile"] is not None:
             return settings["profile"]

@@ -12,6 +12,7 @@ from typing import Any, Literal
 from app.core.statements import Sentence, say, stated
 from app.core.text_format import format_mm
 from app.live.cameras import LiveCameras
+from app.live.status_types import CameraStatus
 from app.live.supervisor import LATE_S
 from app.services.cameras import CameraService
 from app.store.repository import timestamp, utc_now
@@ -75,7 +76,7 @@ class CameraEvents:
         finally:
             task.cancel()
 
-    def note(self, statuses: Mapping[str, Mapping[str, Any]]) -> None:
+    def note(self, statuses: Mapping[str, CameraStatus]) -> None:
         """Note what has changed since the last call. statuses: of every camera that runs; others are forgotten."""
         self._known = {id: self._compare(id, self._known.get(id, _Known()), status) for id, status in statuses.items()}
 
@@ -87,7 +88,7 @@ class CameraEvents:
             if loop.time() - slept < POLL_S + LATE_S:  # else we were held up, and what cameras have sent lies unread
                 self.note({id: live.status(id) for id in live.running})
 
-    def _compare(self, id: str, known: _Known, status: Mapping[str, Any]) -> _Known:
+    def _compare(self, id: str, known: _Known, status: CameraStatus) -> _Known:
         works = WORKS.get(status["state"], known.works)
         if works is not known.works and (works is False or known.works is False):
             self._add(id, "back" if works else "offline", BACK if works else OFFLINE)

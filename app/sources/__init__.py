@@ -20,6 +20,8 @@ from dataclasses import field as member
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
+from typing_extensions import TypedDict
+
 from app.core.common_sentences import unknown_field, use_one_of
 from app.core.errors import NotFound
 from app.core.field import Field
@@ -55,6 +57,13 @@ class SourceContext:
     read: Callable[[bytes], Frame] | None = None
 
 
+class IdentityJson(TypedDict):
+    address: str
+    serial: str
+    port: str
+    model: str
+
+
 @dataclass(frozen=True)
 class Identity:
     """What distinguishes one camera from another; "" where the source does not know.
@@ -67,6 +76,9 @@ class Identity:
     serial: str = ""
     port: str = ""
     model: str = ""
+
+    def to_json(self) -> IdentityJson:
+        return {"address": self.address, "serial": self.serial, "port": self.port, "model": self.model}
 
     def differs_from(self, other: "Identity") -> Sentence | None:
         """Return in words why this may be another camera; None where the evidence agrees."""

@@ -5,7 +5,7 @@ import type {
 } from "./rest"; // generated from the API's description
 
 export type {
-  ArcJson as Arc, LineJson as Line, Model, ObservationJson as Observation, OptionJson as Option, Preview, RankedModel as Ranked, Ranking,
+  ArcJson as Arc, CameraDrift as Drift, CameraStatus, LineJson as Line, Model, ObservationJson as Observation, OptionJson as Option, Preview, RankedModel as Ranked, Ranking,
   RegionJson as Region, ResidualRow as Residual, Sag as Distortion, SavedReport as Report, SnappedPoint as SnapAnswer, WarningJson as Warning,
 } from "./rest";
 /** What is drawn over a picture: a marking of the field, or a line of a grid. */
@@ -39,19 +39,6 @@ export interface ActiveVersion {
   id: string; version: number; created_at: string; verdict: { mm?: number; level?: "good" | "fair" | "poor" | "unknown"; sentence?: string };
   expected_mm: number | null; expected_hat_mm: number | null; hat_height_mm: number | null;
   field: string; field_changes: string[];
-}
-/** GET /cameras/{id}/status. words: light and focus, what is wrong with them first. */
-export interface CameraStatus {
-  state: "idle" | "connecting" | "live" | "stalled" | "offline" | "mismatch"; problem: { reason: string; what: string; fix: string } | null;
-  fps: number; width: number | null; height: number | null; frame_age_s: number | null; reconnects: number; viewers: number; calibration_applied: boolean;
-  active_calibration: string | null; identity: Record<string, string> | null; words: { text: string; fix: string; severity: string }[];
-  light: { mean: number; clipped_low: number; clipped_high: number; evenness: number | null } | null; drift: Drift | null;
-}
-/** Whether it stands as it did; px and mm are not exceeded by 95 % of its region. since: unix, s. */
-export interface Drift {
-  state: "learning" | "unfollowed" | "steady" | "misplaced" | "knocked" | "out-of-focus" | "replaced" | "covered" | "dark"; alarm: boolean; since: number;
-  px: number | null; mm: number | null; sigma_px: number | null; sigma_mm: number | null; softer_px: number | null; seen: number;
-  sentence: string; fix: string; calibration: string; reference: "calibration" | "start" | null;
 }
 /** What comes with each frame of a stream. */
 export interface LiveHead {

@@ -15,6 +15,7 @@ from app.core.common_sentences import NOT_CALIBRATED
 from app.core.errors import Busy, Conflict
 from app.core.statements import named, say, stated
 from app.images import encode
+from app.live.status_types import CameraStatus
 from app.settings import CameraSettings
 from app.sources import SOURCES
 from app.sources.discover import discover_cameras
@@ -109,7 +110,7 @@ async def remove_camera(services: ServicesDep, id: Id, if_match: IfMatch = None)
     await services.live.forget(id)
 
 
-@router.get("/{id}/status", response_model=responses.CameraStatus)
+@router.get("/{id}/status", response_model=CameraStatus)
 async def camera_status(services: ServicesDep, id: Id) -> Json:
     """Return the camera's state now, what is wrong and what to do; the first request starts it."""
     return Json(services.live.get(id).status())
@@ -128,7 +129,7 @@ async def set_controls(services: ServicesDep, id: Id, body: requests.ControlChan
     return Json({"items": [await camera.set_control(name, value) for name, value in body.controls.items()]})
 
 
-@router.post("/{id}/confirm", response_model=responses.CameraStatus)
+@router.post("/{id}/confirm", response_model=CameraStatus)
 async def confirm_camera(services: ServicesDep, by: OperatorDep, id: Id) -> Json:
     """Confirm that this is the calibrated camera, although it looks like another: apply its calibration again."""
     camera = services.live.get(id)

@@ -12,6 +12,7 @@ from app.core.options import OptionJson
 from app.core.records import ObservationJson
 from app.evaluate.fit.report_types import SavedReport
 from app.league.config import PublishingConfig
+from app.live.status_types import ListedCameraStatus
 from app.services import events
 from app.services.fields import PlayingField
 from app.services.rigs import RigJson
@@ -91,12 +92,7 @@ CameraTest = response("CameraTest", width=int, height=int, fps=float, identity=T
 FoundCameras = response("FoundCameras", items=list[JsonObject])
 Sources = response("Sources", items=list[JsonObject])
 Controls = response("Controls", items=list[JsonObject])
-CameraStatus = response("CameraStatus", state=Literal["connecting", "live", "stalled", "offline", "mismatch"],
-    problem=JsonObject | None, fps=float, width=int | None, height=int | None, frame_age_s=float | None, reconnects=int,
-    light=JsonObject | None, sharpness=Any, active_calibration=str | None, drift_px=float | None,
-    drift=JsonObject | None)
-CameraStatuses = response("CameraStatuses", items=list_of(response("ListedCameraStatus", CameraStatus, id=str,
-    state=Literal["idle", "connecting", "live", "stalled", "offline", "mismatch"])),
+CameraStatuses = response("CameraStatuses", items=list[ListedCameraStatus],
     fields=described(str, "a different revision after each change of a field"))
 # version, by: of activations, null of others
 Event = response("Event", says=True, at=str, kind=events.Kind, camera=described(str | None, "null: images from files"),

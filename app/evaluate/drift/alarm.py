@@ -1,9 +1,9 @@
 """The drift status of a camera that is sampled each second: steady, or an alarm that two samples in a row confirm."""
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
-from app.core.statements import Sentence, say, stated
+from app.core.statements import Sentence, Stated, say, stated
 from app.evaluate.drift.monitor import DriftSample
 
 State = Literal["learning", "unfollowed", "steady", "misplaced", "knocked", "out-of-focus", "replaced", "covered",
@@ -54,6 +54,22 @@ def state_of(sample: DriftSample, was_knocked: bool = False) -> State:
     return states[sample.kind]
 
 
+class DriftJson(Stated):
+    """Whether a camera stands as it did; px and mm are not exceeded by 95 % of its region. since: unix, s."""
+
+    state: State
+    alarm: bool
+    since: float
+    px: float | None
+    mm: float | None
+    sigma_px: float | None
+    sigma_mm: float | None
+    softer_px: float | None
+    seen: int
+    sentence: str
+    fix: str
+
+
 @dataclass(frozen=True)
 class DriftStatus:
     """The state, since when (unix, s), and the newest sample that showed it.
@@ -81,17 +97,17 @@ class DriftStatus:
     def alarm(self) -> bool:
         return self.state in ALARMS
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> DriftJson:
         judged = self.sample.judged if self.sample else None
-        return stated({
-            "state": self.state, "alarm": self.alarm, "since": round(self.since, 3),
-            "px": _rounded(judged.px if judged else None), "mm": _rounded(judged.mm if judged else None),
-            "sigma_px": _rounded(judged.sigma_px if judged else None),
-            "sigma_mm": _rounded(judged.sigma_mm if judged else None),
-            "softer_px": self.sample.softer_px if self.sample else None,
-            "seen": self.sample.seen if self.sample else 0,
-            "sentence": self.misplaced if self.state == "misplaced" else sentence(self.state, self.worded),
-            "fix": FIXES[self.state]})
+        return stated(DriftJson(
+            state=self.state, alarm=self.alarm, since=round(self.since, 3),
+            px=_rounded(judged.px if judged else None), mm=_rounded(judged.mm if judged else None),
+            sigma_px=_rounded(judged.sigma_px if judged else None),
+            sigma_mm=_rounded(judged.sigma_mm if judged else None),
+            softer_px=self.sample.softer_px if self.sample else None,
+            seen=self.sample.seen if self.sample else 0,
+            sentence=self.misplaced if self.state == "misplaced" else sentence(self.state, self.worded),
+            fix=FIXES[self.state]))
 
 
 class DriftWatch:

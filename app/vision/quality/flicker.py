@@ -6,15 +6,15 @@ of 100 Hz lamps at 25 frames a second, stands still: it looks like uneven light,
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
 from app.core.statements import join, say
-from app.vision.quality.zones import message
+from app.vision.quality.zones import Advice, message
 
 MAINS_HZ = (100.0, 120.0)
 MIN_FRAMES = 12
@@ -23,6 +23,16 @@ SEEN_PCT, MUCH_PCT = 1.0, 4.0  # moving robots make up to half a per cent
 _PURE = 0.5  # of the variance must be one frequency's, for it to be named
 _TURNS = 24.0  # bands: as many per picture at most
 _SLOW = 0.5  # and at least so many, less is a change of the light's place
+
+
+class FlickerJson(TypedDict):
+    amplitude_pct: float
+    beat_hz: float | None
+    bands_pct: float
+    bands: float | None
+    lamp_hz: float | None
+    drift_pct: float
+    frames: int
 
 
 @dataclass(frozen=True)
@@ -40,8 +50,9 @@ class Flicker:
     drift_pct: float
     frames: int
 
-    def to_json(self) -> dict[str, Any]:
-        return asdict(self)
+    def to_json(self) -> FlickerJson:
+        return {"amplitude_pct": self.amplitude_pct, "beat_hz": self.beat_hz, "bands_pct": self.bands_pct,
+                "bands": self.bands, "lamp_hz": self.lamp_hz, "drift_pct": self.drift_pct, "frames": self.frames}
 
 
 def row_means(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -114,8 +125,7 @@ def _lamp(beat: float | None, times: NDArray) -> float | None:
     return fits[0] if len(fits) == 1 else None
 
 
-def advice(flicker: Flicker | None) -> list[dict[str, Any]]:
-    """Return advice on flicker: text, fix, severity ("warning" or "note")."""
+def advice(flicker: Flicker | None) -> list[Advice]:
     if flicker is None or max(flicker.amplitude_pct, flicker.bands_pct) < SEEN_PCT:
         return []
     light = (say("flicker.seen", "Light flickers:") if flicker.lamp_hz is None else

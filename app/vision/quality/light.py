@@ -5,18 +5,19 @@ are few beside it and of other colours. Grey levels are taken as the picture has
 shows less of a difference than there is.
 """
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
 from app.core.statements import say
 from app.vision.quality.zones import (
     MIDDLE,
     WHOLE,
     ZONES,
+    Advice,
     field_mask,
     first_capital,
     message,
@@ -37,6 +38,16 @@ _SHARE = 0.1  # of a zone must be carpet
 _DIGITS = 4
 
 
+class LightJson(TypedDict):
+    mean: float
+    bright: float
+    clipped_low: float
+    clipped_high: float
+    evenness: float | None
+    carpet: list[float | None]
+    burnt: list[float]
+
+
 @dataclass(frozen=True)
 class Light:
     """clipped_low, clipped_high: shares of the field's pixels. mean, bright: grey levels; bright is what only one pixel
@@ -52,8 +63,10 @@ class Light:
     carpet: tuple[float | None, ...]
     burnt: tuple[float, ...]
 
-    def to_json(self) -> dict[str, Any]:
-        return {**asdict(self), "carpet": list(self.carpet), "burnt": list(self.burnt)}
+    def to_json(self) -> LightJson:
+        return {"mean": self.mean, "bright": self.bright, "clipped_low": self.clipped_low,
+                "clipped_high": self.clipped_high, "evenness": self.evenness, "carpet": list(self.carpet),
+                "burnt": list(self.burnt)}
 
 
 def measure_light(picture: NDArray[np.uint8], field: NDArray | None = None) -> Light:
@@ -112,8 +125,8 @@ def _carpet(picture: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tuple
     return tuple(found)
 
 
-def advice(light: Light) -> list[dict[str, Any]]:
-    """Return advice on the light, worst first: text, fix, severity ("warning" or "note")."""
+def advice(light: Light) -> list[Advice]:
+    """Return advice on the light, worst first."""
     messages = []
     if light.clipped_high >= CLIPPED_HIGH:
         where = [i for i, share in enumerate(light.burnt) if share >= max(0.3 * max(light.burnt), CLIPPED_HIGH)]
@@ -140,7 +153,7 @@ def advice(light: Light) -> list[dict[str, Any]]:
     return sorted(messages, key=lambda s: s["severity"] != "warning")
 
 
-def _unevenness(light: Light) -> list[dict[str, Any]]:
+def _unevenness(light: Light) -> list[Advice]:
     known = {i: level for i, level in enumerate(light.carpet) if level is not None}
     if light.evenness is None or light.evenness >= DIM:
         return []

@@ -10,17 +10,17 @@ is not faint: blur spreads an edge but keeps contrast times width, so what is bo
 as the mirror image of a lamp. A zone without edges says nothing.
 """
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
 from app.core.geometry import Points
 from app.core.opencv import to_grey
 from app.core.statements import say
-from app.vision.quality.zones import field_mask, first_capital, message, zone_names, zone_slices
+from app.vision.quality.zones import Advice, field_mask, first_capital, message, zone_names, zone_slices
 
 SEARCH_WIDTH_PX = 640  # px: edges are looked for in a picture this wide
 BLOCK = 16  # px of it: no two edge points are nearer than a block or so
@@ -40,6 +40,12 @@ SOFT_PX, VERY_SOFT_PX = 2.5, 5.0
 WORSE = 1.6  # times as wide as the picture's best zones
 
 
+class SharpnessJson(TypedDict):
+    best_px: float | None
+    width_px: list[float | None]
+    edges: list[int]
+
+
 @dataclass(frozen=True)
 class Sharpness:
     """width_px: of the edges, for each of the nine ZONES; None where there are none. edges: how many were measured.
@@ -51,8 +57,8 @@ class Sharpness:
     width_px: tuple[float | None, ...]
     edges: tuple[int, ...]
 
-    def to_json(self) -> dict[str, Any]:
-        return {**asdict(self), "width_px": list(self.width_px), "edges": list(self.edges)}
+    def to_json(self) -> SharpnessJson:
+        return {"best_px": self.best_px, "width_px": list(self.width_px), "edges": list(self.edges)}
 
 
 def measure_sharpness(picture: NDArray[np.uint8], field: NDArray | None = None) -> Sharpness:
@@ -178,8 +184,7 @@ def _until_high(values: NDArray) -> NDArray[np.float64]:
     return np.where(there.any(axis=1), np.maximum(i - 1, 0) + part, np.nan)
 
 
-def advice(sharpness: Sharpness) -> list[dict[str, Any]]:
-    """Return advice on focus: text, fix, severity ("warning" or "note")."""
+def advice(sharpness: Sharpness) -> list[Advice]:
     known = {i: w for i, w in enumerate(sharpness.width_px) if w is not None}
     best = sharpness.best_px
     if best is None:

@@ -1,14 +1,14 @@
 """The nine zones of a picture, three by three, and what they are called."""
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Literal
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import BadInput
-from app.core.statements import Sentence, capitalised, say, stated
+from app.core.statements import Sentence, Stated, capitalised, say, stated
 
 ZONES = (say("zone.top-left", "top left"), say("zone.top", "top"), say("zone.top-right", "top right"),
          say("zone.left", "left"), say("zone.middle", "middle"), say("zone.right", "right"),
@@ -45,9 +45,16 @@ def first_capital(names: list[Sentence]) -> list[Sentence]:
     return [capitalised(names[0]), *names[1:]]
 
 
-def message(text: str, fix: str, bad: bool) -> dict[str, Any]:
-    """Return advice on a picture as JSON."""
-    return stated({"text": text, "fix": fix, "severity": "warning" if bad else "note"})
+class Advice(Stated):
+    """What should be done about a picture."""
+
+    text: str
+    fix: str
+    severity: Literal["warning", "note"]
+
+
+def message(text: str, fix: str, bad: bool) -> Advice:
+    return stated(Advice(text=text, fix=fix, severity="warning" if bad else "note"))
 
 
 def field_mask(field: NDArray | None, height: int, width: int) -> NDArray[np.bool_] | None:

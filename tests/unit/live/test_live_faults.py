@@ -6,12 +6,15 @@ import random
 import threading
 import time
 from contextlib import contextmanager
+from itertools import product
 
 import pytest
 
-from app.live import state
+from app.live import messages, state, supervisor
+from app.live.camera import LiveCamera
 from app.live.stream_spec import StreamSpec
-from app.processes.framing import decode_body
+from app.live.supervisor import CameraProcess
+from app.processes.framing import ANSWER, Message, decode_body, encode_body
 from tests.support.live_cameras import SIM, live, pid_of
 from tests.support.mjpeg_camera import MjpegCamera, coded
 from tests.support.pictures import jpeg_of_many_scans, jpeg_with_size, png_bomb
@@ -197,3 +200,41 @@ def test_many_unpluggings_leave_nothing_behind(times):
         pid, after_pid, before, after = asyncio.run(asyncio.wait_for(story(far), 110))
     assert pid == after_pid
     assert after[0] <= before[0] + 6 and after[2][0] <= before[2][0] + 1 and after[2][1] <= before[2][1] + 1
+
+
+@pytest.mark.parametrize(("kind", "body"), [(messages.DETECTIONS, b""), *product((messages.STATUS, ANSWER), (
+    b"", b"\x09\0\0\0{", b"\x01\0\0\0\xff", encode_body([])))])
+def test_a_process_that_sends_no_json_is_ended_and_another_started(monkeypatch, kind, body):
+    started = []
+
+    class Broken(CameraProcess):
+        def __init__(self):
+            started.append(self)
+            self.ended = False
+            self._requests = {0: asyncio.get_running_loop().create_future()}
+
+        async def receive(self):
+            await asyncio.sleep(0.01)
+            if kind == ANSWER:
+                self._resolve(0, body)
+            return Message(kind, 0, body)
+
+        def send(self, kind, head, payload=b"", number=0):
+            pass
+
+        async def end(self):
+            self.ended = True
+
+    async def start(spec):
+        return Broken()
+
+    monkeypatch.setattr(CameraProcess, "start", start)
+    monkeypatch.setattr(supervisor, "RETRY_S", 0.01)
+
+    async def story():
+        camera = LiveCamera("test", {"source": SIM})
+        camera.start()
+        await until_async(lambda: len(started) > 2 and started[0].ended)
+        assert camera.status()["state"] == "connecting"
+        await camera.stop()
+    asyncio.run(story())
