@@ -50,8 +50,9 @@ class Comparison:
             for key in old.keys() - (set() if prose else PROSE):
                 if key == "additionalProperties" and old[key] is True and (is_response or key not in new):
                     continue  # where nothing is said of them, they are allowed as well
-                if is_response and key not in new and key == "additionalProperties":  # their names are told now
-                    for name in new["properties"].keys() - old.get("properties", {}).keys() - {STATEMENTS}:
+                if is_response and key == "additionalProperties" and key not in new and "properties" in new:
+                    named = new["properties"].keys() - old.get("properties", {}).keys() - {STATEMENTS}
+                    for name in named:  # what was any name
                         yield from self.of(old[key], new["properties"][name], f"{at}/{name}")
                 elif is_response and key not in new and key == "anyOf":  # one of what it may have been
                     if all(list(self.of(one, new, at)) for one in old[key]):
