@@ -50,7 +50,7 @@ class Comparison:
             for key in old.keys() - (set() if prose else PROSE):
                 if key == "additionalProperties" and old[key] is True and (is_response or key not in new):
                     continue  # where nothing is said of them, they are allowed as well
-                if is_response and key == "additionalProperties" and key not in new and "properties" in new:
+                if is_response and key == "additionalProperties" and new.get(key, True) is True and "properties" in new:
                     named = new["properties"].keys() - old.get("properties", {}).keys() - {STATEMENTS}
                     for name in named:  # what was any name
                         yield from self.of(old[key], new["properties"][name], f"{at}/{name}")
