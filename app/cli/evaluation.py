@@ -1,7 +1,6 @@
 """compare, difference and uncertainty: which model, how far two calibrations are apart, how far to trust one."""
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,7 +11,6 @@ from rich.table import Table
 
 from app.cli import files, requests
 from app.cli.progress import progress_bar
-from app.core.errors import FitFailed
 from app.models.restored import Restored, model_of
 from app.workflows import calibration as workflow
 
@@ -49,10 +47,11 @@ def difference(one: Annotated[Path, typer.Argument(metavar="A.json", help="A cal
     model, _, region = Restored.of(a)
     found = workflow.difference(model, model_of(b), region)
     if png is not None:
-        files.write_picture(png, workflow.error_map_image(_grid(found, "mm"), region, f"{other.stem} from {one.stem}"))
+        values = workflow.difference_grid(found)["mm"]
+        files.write_picture(png, workflow.error_map_image(values, region, f"{other.stem} from {one.stem}"))
     if as_json:
         print(json.dumps(found, allow_nan=False))
-    elif found["max_mm"] is None:
+    elif found["worst_place"] is None:
         print("The two calibrations have no part of the region in common.")
     else:
         x, y = found["worst_place"]
@@ -72,20 +71,13 @@ def uncertainty(
     found = workflow.uncertainty(model, known.covariance, region, z_mm)
     if png is not None:
         title = f"expected error at z = {z_mm:g} mm"
-        files.write_picture(png, workflow.error_map_image(_grid(found, "sigma_mm"), region, title))
+        files.write_picture(png, workflow.error_map_image(found["grid"]["sigma_mm"], region, title))
     if as_json:
         print(json.dumps(found, allow_nan=False))
     else:
         x, y = found["worst_place"]
         print(f"At z = {z_mm:g} mm the expected error is {found['rms']:.2f} mm rms over the region, "
               f"median {found['median']:.2f} mm, {found['max']:.2f} mm at most, at ({x:.0f}, {y:.0f}) mm.")
-
-
-def _grid(found: Mapping[str, Any], name: str) -> Any:
-    if found["grid"] is None:
-        raise FitFailed("The two calibrations have no part of the region in common.",
-                        "Choose two calibrations of one camera.", reason="no-overlap")
-    return found["grid"][name]
 
 
 def _show_ranking(found: dict[str, Any]) -> None:

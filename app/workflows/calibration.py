@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.common_sentences import CALIBRATE_THIS_SIZE, other_image_size
-from app.core.errors import BadInput, Conflict
+from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field import BORDERS, Arc, Field, Line, Region
 from app.core.geometry import ImageSize, Points, as_points
 from app.core.json_values import nullable, nullable_points
@@ -19,7 +19,7 @@ from app.evaluate.fit import residual_vectors as vectors
 from app.evaluate.fit.contradiction import bends_otherwise, contradiction, freer_lens
 from app.evaluate.fit.covariance_json import covariance_from_json
 from app.evaluate.fit.cross_validation import held_out_mm
-from app.evaluate.fit.difference import difference_report
+from app.evaluate.fit.difference import Difference, DifferenceGrid, difference_report
 from app.evaluate.fit.distortion import distortion_kind, sag_pct
 from app.evaluate.fit.report import report
 from app.evaluate.fit.report_types import ErrorFigures, FitReport
@@ -30,7 +30,7 @@ from app.imaging.correction import CorrectedView, correction_map
 from app.imaging.heat_map import heat_map
 from app.models import CameraModel, RayModel, raw_from_field
 from app.models.border_curve import MAX_DEGREE
-from app.workflows.calibration_types import BorderFit, Marking, Polyline, Uncertainty
+from app.workflows.calibration_types import BorderFit, Marking, Polyline, ResidualArrows, Uncertainty
 
 Space = Literal["image", "corrected", "field"]
 SPACES = ("image", "corrected", "field")
@@ -101,12 +101,20 @@ def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float
     return {**figures, "grid": {"places": sigma.places.tolist(), "sigma_mm": nullable(sigma.sigma_mm)}}
 
 
-def difference(one: CameraModel, other: CameraModel, region: Region) -> dict[str, Any]:
+def difference(one: CameraModel, other: CameraModel, region: Region) -> Difference:
     """How far two calibrations of one picture are apart over the region, in mm and px, as plain JSON."""
     if tuple(one.image_size) != tuple(other.image_size):
         raise Conflict("The two calibrations are for images of different sizes.",
                        "Compare calibrations of one camera at one resolution.", reason="size-mismatch")
     return difference_report(one, other, region)
+
+
+def difference_grid(found: Difference) -> DifferenceGrid:
+    """Return its grid; FitFailed where there is none."""
+    if found["grid"] is None:
+        raise FitFailed("The two calibrations have no part of the region in common.",
+                        "Choose two calibrations of one camera.", reason="no-overlap")
+    return found["grid"]
 
 
 def error_map_image(values: Sequence[Sequence[float | None]], region: Region, title: str) -> NDArray[np.uint8]:
@@ -222,8 +230,8 @@ def _seen(model: CameraModel, field_points: Points, frame: str, view: CorrectedV
 
 def residual_vectors(model: CameraModel, observations: Observations, field: Field, region: Region,
                      strays: Sequence[NDArray[np.bool_]], frame: Literal["raw", "corrected"] = "raw",
-                     view: CorrectedView = CorrectedView()) -> dict[str, Any]:  # noqa: B008
-    """Residuals as vectors in raw pixels or in those of a corrected view; plain JSON."""
+                     view: CorrectedView = CorrectedView()) -> ResidualArrows:  # noqa: B008
+    """Residuals as vectors in raw pixels or in those of a corrected view."""
     def seen(raw: Points) -> Points:
         return raw if frame == "raw" else view.view_from_corrected(model, model.corrected_from_raw(raw))
-    return {"frame": frame, **vectors.residual_vectors(model, observations, field, region, strays, seen)}
+    return {**vectors.residual_vectors(model, observations, field, region, strays, seen), "frame": frame}

@@ -8,6 +8,7 @@ from typing_extensions import TypedDict
 from app.core.json_values import PointJson, PointsJson, SizeJson
 from app.core.statements import Stated
 from app.evaluate.fit.report_types import ErrorFigures, FitReport
+from app.evaluate.fit.residual_vectors import ResidualVectors
 from app.imaging.correction_mesh import MeshHeader
 
 Marking = Literal["border", "line", "arc", "landmark"]
@@ -57,6 +58,10 @@ class Attempt(TypedDict):
 
     preview: Preview | None
     refusal: dict[str, Any] | None
+
+
+class ResidualArrows(ResidualVectors):
+    frame: Literal["raw", "corrected"]
 
 
 class ErrorGrid(TypedDict):

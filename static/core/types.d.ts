@@ -1,12 +1,12 @@
 // The shapes that cross the page: what the server sends (REST contract) and what the operator edits.
 
 import type {
-  BorderFit, Calibration as SavedCalibration, FieldJson, ObservationJson, Polyline, PreviewMesh, ResidualRow,
+  ActiveVersion as SavedActive, BorderFit, Calibration as SavedCalibration, Camera as SavedCamera, FieldJson, ObservationJson, Polyline, PreviewMesh, Verdict,
 } from "./rest"; // generated from the API's description
 
 export type {
-  ArcJson as Arc, CameraDrift as Drift, CameraStatus, LineJson as Line, Model, ObservationJson as Observation, OptionJson as Option, Preview, RankedModel as Ranked, Ranking,
-  RegionJson as Region, ResidualRow as Residual, Sag as Distortion, SavedReport as Report, SnappedPoint as SnapAnswer, WarningJson as Warning,
+  ArcJson as Arc, Arrow, CameraDrift as Drift, CameraStatus, LineJson as Line, Model, ObservationJson as Observation, OptionJson as Option, Preview, RankedModel as Ranked, Ranking,
+  RegionJson as Region, ResidualArrows as Arrows, ResidualRow as Residual, Sag as Distortion, SavedReport as Report, Snapshot, SnappedPoint as SnapAnswer, WarningJson as Warning,
 } from "./rest";
 /** What is drawn over a picture: a marking of the field, or a line of a grid. */
 export type Feature = Omit<Polyline, "kind"> & { kind: string };
@@ -30,16 +30,9 @@ export interface Doc {
 /** One clicked point: which border, line, arc or landmark, and which of its points. */
 export interface Pick { feature: string; index: number }
 
-export interface Snapshot { id: string; width: number; height: number; camera: string | null; taken_at: string; sha256: string }
-export interface Camera {
-  id: string; name: string; field: string | null; region: string | null; active_calibration: string | null; active: ActiveVersion | null; source: string; editable: boolean;
-  updated_at: string | null;
-}
-export interface ActiveVersion {
-  id: string; version: number; created_at: string; verdict: { mm?: number; level?: "good" | "fair" | "poor" | "unknown"; sentence?: string };
-  expected_mm: number | null; expected_hat_mm: number | null; hat_height_mm: number | null;
-  field: string; field_changes: string[];
-}
+/** An imported version may have no verdict. */
+export type ActiveVersion = Omit<SavedActive, "verdict"> & { verdict: Partial<Verdict> };
+export type Camera = Omit<SavedCamera, "active"> & { active: ActiveVersion | null };
 /** What comes with each frame of a stream. */
 export interface LiveHead {
   seq: number; time: number; width: number; height: number; view: string; calibration: string | null; overlays?: { field: Polyline[] };
@@ -55,9 +48,6 @@ export interface SourceKind { scheme: string; title: string; help: string; targe
 export interface Statement { code?: string; values?: Record<string, StatedValue>; text?: string }
 export type StatedValue = string | number | Statement | StatedValue[];
 export interface Refusal { detail: string; fix: string; title?: string; reason?: string; feature?: string | null; index?: number | null; entry?: string }
-export interface Arrow extends ResidualRow { feature: string | Point; index: number }
-/** GET residuals.json. mm_per_px: what a pixel is worth at the clicks, median. */
-export interface Arrows { mm_per_px: number | null; arrows: Arrow[] }
 /** A lens from a board, in short. */
 export interface Lens {
   id: string; created_at: string; camera: string | null; note: string; model: string; image_size: Point; views: number; rms_px: number | null;

@@ -1,5 +1,7 @@
 """REST of judging: expected error, differences between versions, heights and held lenses."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,17 @@ def test_a_model_without_common_parameters_says_what_to_do(known_field):
     refusal = known_field.get(f"/api/v1/calibrations/{id}/uncertainty.json")
     assert refusal.status_code == 409 and refusal.json()["fix"]
     assert refusal.json()["type"].endswith("no-covariance")
+
+
+def test_a_picture_of_the_difference_from_a_camera_that_sees_no_carpet_is_refused(known_field):
+    one = made(known_field)["id"]
+    record = known_field.get(f"/api/v1/calibrations/{one}/export/json").json()
+    record["model"]["parameters"]["rotation"] = [0.0, 0.0, 0.0]  # it looks up
+    imported = known_field.post("/api/v1/calibrations/import", files={"file": ("up.json", json.dumps(record))})
+    other = imported.json()["id"]
+    assert known_field.get(f"/api/v1/calibrations/{one}/difference/{other}.json").json()["grid"] is None
+    refusal = known_field.get(f"/api/v1/calibrations/{one}/difference/{other}.png")
+    assert refusal.status_code == 422 and refusal.json()["fix"] and refusal.json()["type"].endswith("no-overlap")
 
 
 def test_two_versions_are_compared_as_numbers_and_as_a_picture(known_field):

@@ -17,6 +17,7 @@ from app.api.schemas.requests import Id
 from app.core.errors import BadInput, NotFound
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
+from app.evaluate.fit.difference import Difference
 from app.models.restored import Restored, model_of
 from app.report.page import POLICY
 from app.services.container import Services
@@ -47,7 +48,7 @@ def uncertainty_picture(services: ServicesDep, id: Id, z_mm: HeightMm = 0.0) -> 
     return _heat_map(grid["sigma_mm"], calibration, f"expected error at z = {z_mm:g} mm")
 
 
-@router.get("/calibrations/{id}/difference/{other}.json", response_model=responses.Difference)
+@router.get("/calibrations/{id}/difference/{other}.json", response_model=Difference)
 @in_thread
 def difference_between(services: ServicesDep, id: Id, other: Id) -> Json:
     """Return the difference of two calibrations of one image over the region: mm on the carpet and px in it."""
@@ -59,7 +60,8 @@ def difference_between(services: ServicesDep, id: Id, other: Id) -> Json:
 def difference_picture(services: ServicesDep, id: Id, other: Id) -> Response:
     """Draw the same as a heat map with a scale in mm."""
     a, b = services.store.calibrations.get(id), services.store.calibrations.get(other)
-    return _heat_map(_difference(a, b)["grid"]["mm"], a, f"version {b.version} from version {a.version}")
+    grid = workflow.difference_grid(_difference(a, b))
+    return _heat_map(grid["mm"], a, f"version {b.version} from version {a.version}")
 
 
 def _uncertainty(calibration: Calibration, z_mm: float) -> Uncertainty:
@@ -67,7 +69,7 @@ def _uncertainty(calibration: Calibration, z_mm: float) -> Uncertainty:
     return workflow.uncertainty(model, calibration.covariance, region, z_mm)
 
 
-def _difference(a: Calibration, b: Calibration) -> dict[str, Any]:
+def _difference(a: Calibration, b: Calibration) -> Difference:
     model, _, region = Restored.of(a)
     return workflow.difference(model, model_of(b), region)
 

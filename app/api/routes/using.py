@@ -24,6 +24,7 @@ from app.models.restored import Restored, model_of
 from app.processes.framing import encode_body
 from app.services.container import Services
 from app.workflows import calibration as workflow
+from app.workflows.calibration_types import ResidualArrows
 
 router = APIRouter(prefix="/calibrations/{id}", tags=["using a calibration"])
 
@@ -123,7 +124,7 @@ def draw_field(services: ServicesDep, id: Id, frame: Literal["raw", "corrected"]
     return Json({"features": workflow.overlay(*described, frame, CorrectedView(margin_px, width))})
 
 
-@router.get("/residuals.json", response_model=responses.Arrows)
+@router.get("/residuals.json", response_model=ResidualArrows)
 @in_thread
 def draw_residuals(services: ServicesDep, id: Id, frame: Literal["raw", "corrected"] = "raw", margin_px: MarginPx = 0,
                    width: WidthPx = None) -> Json:

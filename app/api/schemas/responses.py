@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from app import jobs
-from app.api.schemas.base import JsonObject, Point, Points, Texts, list_of, page_of, response
+from app.api.schemas.base import JsonObject, Points, Texts, list_of, page_of, response
 from app.core.jobs import INTERNAL
 from app.core.json_values import SizeJson
 from app.core.options import OptionJson
@@ -43,7 +43,6 @@ Models = page_of("Models", Model)
 Draft = response("Draft", says=True, field=str | None, region=str | None, rotate=int | None, model=str | None,
     options=JsonObject, observations=list[ObservationJson], updated_at=str | None)
 Overlay = response("Overlay", features=list[Polyline])
-Arrows = response("Arrows", frame=Literal["raw", "corrected"], mm_per_px=float | None, arrows=list[JsonObject])
 SnappedPoints = response("SnappedPoints", points=list[SnappedPoint])
 
 # --- calibrations
@@ -60,10 +59,6 @@ Format = response("Format", format=str, title=str, holds=str, suffix=str, reads=
     loss=JsonObject | None, problem=JsonObject | None)
 Formats = response("Formats", items=list_of(Format))
 Transformed = response("Transformed", points=Points)
-Difference = response("Difference", rms_mm=float | None, median_mm=float | None, max_mm=float | None,
-    worst_place=Point | None, rms_px=float | None, max_px=float | None,
-    grid=described(JsonObject | None, "places, mm, px, and mm_vector"),
-    lens=described(JsonObject | None, "focal_ratio; max_px: how far pixels move where the lenses may be turned"))
 CalibrationReport = response("CalibrationReport", format=Literal["touchline-report"], format_version=Literal[1],
     calibration=JsonObject, field=JsonObject, model=JsonObject, picture=JsonObject, verdict=JsonObject,
     figures=dict[str, JsonObject], distortion=JsonObject, per_feature=list[JsonObject], outliers=list[JsonObject],

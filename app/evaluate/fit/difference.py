@@ -1,12 +1,11 @@
 """How far two calibrations of one picture are apart: over the picture in mm, over the field in px."""
 
-from typing import Any
-
 import numpy as np
+from typing_extensions import TypedDict
 
 from app.core.field import Region
 from app.core.geometry import Points
-from app.core.json_values import nullable
+from app.core.json_values import PointJson, nullable
 from app.evaluate.board.lens_difference import lens_difference
 from app.evaluate.fit.residuals import rms
 from app.evaluate.fit.uncertainty import grid_over
@@ -15,6 +14,33 @@ from app.models import CameraModel, field_from_raw, raw_from_field
 from app.models.ray_camera import RayCamera
 
 GRID = (25, 19)  # columns, rows over the region
+
+
+class DifferenceGrid(TypedDict):
+    """By rows and columns: places in field mm, and how far apart the two have them, None out of reach."""
+
+    places: list[list[PointJson]]
+    mm: list[list[float | None]]
+    mm_vector: list[list[list[float | None]]]
+    px: list[list[float | None]]
+
+
+class LensDifference(TypedDict):
+    """The ratio of focal lengths, and how far pixels move where either lens may be turned."""
+
+    focal_ratio: float
+    max_px: float | None
+
+
+class Difference(TypedDict):
+    rms_mm: float | None
+    median_mm: float | None
+    max_mm: float | None
+    worst_place: PointJson | None
+    rms_px: float | None
+    max_px: float | None
+    grid: DifferenceGrid | None  # None where neither reaches what the other sees
+    lens: LensDifference | None  # None without two lenses
 
 
 def difference_vectors(one: CameraModel, other: CameraModel, region: Region) -> tuple[Points, Points, np.ndarray]:
@@ -35,8 +61,8 @@ def difference_mm(one: CameraModel, other: CameraModel, region: Region) -> tuple
     return places, np.linalg.norm(vectors, axis=-1), px
 
 
-def difference_report(one: CameraModel, other: CameraModel, region: Region) -> dict[str, Any]:
-    """The map as plain JSON, with its rms, median, largest, and where that is; and how the lenses themselves differ."""
+def difference_report(one: CameraModel, other: CameraModel, region: Region) -> Difference:
+    """Return the map with its rms, median, largest, and where that is; and how the lenses themselves differ."""
     places, vectors, px = difference_vectors(one, other, region)
     mm, lens = np.linalg.norm(vectors, axis=-1), _lens_json(one, other)
     if not np.isfinite(mm).any():
@@ -49,8 +75,7 @@ def difference_report(one: CameraModel, other: CameraModel, region: Region) -> d
             "lens": lens}
 
 
-def _lens_json(one: CameraModel, other: CameraModel) -> dict[str, float | None] | None:
-    """The focal lengths' ratio, and how far pixels move where either lens may be turned; None without two lenses."""
+def _lens_json(one: CameraModel, other: CameraModel) -> LensDifference | None:
     if not (isinstance(one, RayCamera) and isinstance(other, RayCamera)):
         return None
     px = np.linalg.norm(lens_difference(camera_intrinsics(one), camera_intrinsics(other)), axis=-1)

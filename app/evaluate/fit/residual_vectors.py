@@ -4,26 +4,40 @@ A vector ends at the nearest place of the point's line or arc, or at its landmar
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
 from app.core.field import Field, Region
 from app.core.geometry import Points
+from app.core.json_values import PointJson
 from app.core.records import Observations
+from app.evaluate.fit.report_types import ResidualRow
 from app.evaluate.fit.residuals import feature_residuals, mm_per_px, residual_rows
 from app.models import CameraModel
 
 
+class Arrow(ResidualRow):
+    feature: str | PointJson
+    index: int
+
+
+class ResidualVectors(TypedDict):
+    """mm_per_px: what a pixel is worth at the points, median."""
+
+    mm_per_px: float | None
+    arrows: list[Arrow]
+
+
 def residual_vectors(model: CameraModel, observations: Observations, field: Field, region: Region,
-                     strays: Sequence[NDArray[np.bool_]], seen: Callable[[Points], Points]) -> dict[str, Any]:
-    """Every point's arrow as plain JSON, null where the model does not reach, and what a pixel is worth in mm.
+                     strays: Sequence[NDArray[np.bool_]], seen: Callable[[Points], Points]) -> ResidualVectors:
+    """Return every point's arrow, None where the model does not reach.
 
     strays: for each observation, which of its points (n,) the fit left out. seen: raw pixels (n, 2) to those of the
     picture that is drawn on. px: an arrow's length there. mm_vector: the same in field mm.
     """
-    arrows: list[dict[str, Any]] = []
+    arrows: list[Arrow] = []
     px, mm = [], []
     for observation, out in zip(observations, strays, strict=True):
         residuals = feature_residuals(model, observation, field, region)
