@@ -62,7 +62,7 @@ class QualityMonitor:
         words.sort(key=lambda word: word["severity"] != "warning")
         return {"unchanged_s": round(taken.moment - self._same_since, 2), "light": found_light.to_json(),
                 "sharpness": found_sharpness.to_json(), "words": words,
-                "flicker": self._flicker.to_json() if self._flicker else None}
+                "flicker": self._flicker}
 
     def _burst(self, seq: int) -> flicker.Flicker | None:
         times, rows = list[float](), list[NDArray[np.float32]]()

@@ -9,7 +9,7 @@ from app.core.errors import ProblemJson
 from app.core.statements import Stated
 from app.evaluate.drift.alarm import DriftJson
 from app.sources import IdentityJson
-from app.vision.quality.flicker import FlickerJson
+from app.vision.quality.flicker import Flicker
 from app.vision.quality.light import LightJson
 from app.vision.quality.sharpness import SharpnessJson
 from app.vision.quality.zones import Advice
@@ -38,7 +38,7 @@ class PictureQuality(TypedDict):
     unchanged_s: float
     light: LightJson | None
     sharpness: SharpnessJson | None
-    flicker: FlickerJson | None
+    flicker: Flicker | None
     words: list[Advice]
 
 
@@ -95,7 +95,7 @@ class CameraStatus(TypedDict):
     active_calibration: str | None
     light: LightJson | None
     sharpness: SharpnessJson | None
-    flicker: FlickerJson | None
+    flicker: Flicker | None
     words: list[Advice]
     drift: CameraDrift | None
     drift_px: float | None

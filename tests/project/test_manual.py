@@ -51,6 +51,7 @@ def warnings_made() -> set[str]:
 def refusals_made() -> set[str]:
     return {word.value.value for source, node in calls()
             if source.relative_to(ROOT / "app").parts[0] in FITTING
+            if not any(word.arg == "sentence" for word in node.keywords)  # of a verdict
             for word in node.keywords if word.arg == "reason" and isinstance(word.value, ast.Constant)}
 
 

@@ -15,7 +15,7 @@ from app.evaluate.fit.folds import whole_lines
 from app.evaluate.fit.next_click import next_best_click
 from app.evaluate.fit.observability import observability_warnings
 from app.evaluate.fit.reach import reach_warnings
-from app.evaluate.fit.report_types import CameraPose, ExpectedFigures, FeatureRow, FitReport, ReportedNotes
+from app.evaluate.fit.report_types import ExpectedFigures, FeatureRow, FitReport, ReportedNotes, ReportedPose
 from app.evaluate.fit.residuals import FeatureResiduals, feature_residuals, mm_per_px, residual_rows, rms
 from app.evaluate.fit.uncertainty import knows_its_error, sigma_report
 from app.evaluate.fit.verdict import GOOD_MM, FitAccuracy, fit_verdict
@@ -100,7 +100,7 @@ def _reported(notes: Mapping[str, Any]) -> ReportedNotes:
     return found
 
 
-def _camera_json(model: CameraModel) -> CameraPose | None:
+def _camera_json(model: CameraModel) -> ReportedPose | None:
     """Return how high the camera is and how far it looks from straight down; None for a model without rays."""
     if not isinstance(model, RayCamera):
         return None

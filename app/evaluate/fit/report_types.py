@@ -105,7 +105,7 @@ class FeatureRow(TypedDict):
     residuals: list[ResidualRow]
 
 
-class CameraPose(TypedDict):
+class ReportedPose(TypedDict):
     height_mm: float
     tilt_deg: float
 
@@ -150,7 +150,7 @@ class FitReport(ReportedNotes):
     verdict: Verdict
     next_click: NotRequired[NextClick | None]
     warnings: list[WarningJson]
-    camera: NotRequired[CameraPose | None]  # None: a model without rays; absent: an older version
+    camera: NotRequired[ReportedPose | None]  # None: a model without rays; absent: an older version
     covariance: NotRequired[CovarianceJson | None]
 
 

@@ -6,7 +6,6 @@ of 100 Hz lamps at 25 frames a second, stands still: it looks like uneven light,
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -25,18 +24,7 @@ _TURNS = 24.0  # bands: as many per picture at most
 _SLOW = 0.5  # and at least so many, less is a change of the light's place
 
 
-class FlickerJson(TypedDict):
-    amplitude_pct: float
-    beat_hz: float | None
-    bands_pct: float
-    bands: float | None
-    lamp_hz: float | None
-    drift_pct: float
-    frames: int
-
-
-@dataclass(frozen=True)
-class Flicker:
+class Flicker(TypedDict):
     """amplitude_pct: of the whole picture's brightness, up and down. beat_hz: how often, as the camera sees it; None
     where no one frequency stands out. bands_pct: of the rows beside each other; bands: how many in the picture.
     lamp_hz: 100 or 120 where the beat fits just one of them. drift_pct: slow change over the whole series.
@@ -49,10 +37,6 @@ class Flicker:
     lamp_hz: float | None
     drift_pct: float
     frames: int
-
-    def to_json(self) -> FlickerJson:
-        return {"amplitude_pct": self.amplitude_pct, "beat_hz": self.beat_hz, "bands_pct": self.bands_pct,
-                "bands": self.bands, "lamp_hz": self.lamp_hz, "drift_pct": self.drift_pct, "frames": self.frames}
 
 
 def row_means(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -78,8 +62,9 @@ def measure_flicker(times_s: Sequence[float], rows: Sequence[NDArray]) -> Flicke
     if max(100 * amplitude, bands_pct) < SEEN_PCT:
         beat = bands = band_beat = None
     named = band_beat if bands_pct > 100 * amplitude else beat
-    return Flicker(round(100 * amplitude, 2), None if beat is None else round(beat, 2), round(bands_pct, 2), bands,
-                   _lamp(named, times), round(float(100 * slope * times[-1]), 2), len(times))
+    return {"amplitude_pct": round(100 * amplitude, 2), "beat_hz": None if beat is None else round(beat, 2),
+            "bands_pct": round(bands_pct, 2), "bands": bands, "lamp_hz": _lamp(named, times),
+            "drift_pct": round(float(100 * slope * times[-1]), 2), "frames": len(times)}
 
 
 def _frequencies(times: NDArray) -> NDArray:
@@ -126,24 +111,25 @@ def _lamp(beat: float | None, times: NDArray) -> float | None:
 
 
 def advice(flicker: Flicker | None) -> list[Advice]:
-    if flicker is None or max(flicker.amplitude_pct, flicker.bands_pct) < SEEN_PCT:
+    if flicker is None or max(flicker["amplitude_pct"], flicker["bands_pct"]) < SEEN_PCT:
         return []
-    light = (say("flicker.seen", "Light flickers:") if flicker.lamp_hz is None else
-             say("flicker.seen-as-lamps", "Light flickers as lamps do at {hz:.0f} Hz:", hz=flicker.lamp_hz))
-    periods = [1000 / hz for hz in ([flicker.lamp_hz] if flicker.lamp_hz else MAINS_HZ)]
+    light = (say("flicker.seen", "Light flickers:") if flicker["lamp_hz"] is None else
+             say("flicker.seen-as-lamps", "Light flickers as lamps do at {hz:.0f} Hz:", hz=flicker["lamp_hz"]))
+    periods = [1000 / hz for hz in ([flicker["lamp_hz"]] if flicker["lamp_hz"] else MAINS_HZ)]
     fix = (say("flicker.set-exposure", "Set the exposure to {ms:.3g} ms or a whole multiple of it, or light the field "
                "with lamps that do not flicker.", ms=periods[0]) if len(periods) == 1 else
            say("flicker.set-one-exposure", "Set the exposure to {ms:.3g} ms or {other_ms:.3g} ms or a whole multiple "
                "of it, or light the field with lamps that do not flicker.", ms=periods[0], other_ms=periods[1]))
-    if flicker.bands_pct > flicker.amplitude_pct:
+    if flicker["bands_pct"] > flicker["amplitude_pct"]:
         what = (say("flicker.some-bands", "{bands:.2g} bands of {percent:.1f} % move through the picture.",
-                    bands=flicker.bands, percent=flicker.bands_pct) if (flicker.bands or 0) > 1 else
-                say("flicker.bands", "bands of {percent:.1f} % move through the picture.", percent=flicker.bands_pct))
-        bad = flicker.bands_pct >= MUCH_PCT
+                    bands=flicker["bands"], percent=flicker["bands_pct"]) if (flicker["bands"] or 0) > 1 else
+                say("flicker.bands", "bands of {percent:.1f} % move through the picture.",
+                    percent=flicker["bands_pct"]))
+        bad = flicker["bands_pct"] >= MUCH_PCT
     else:
-        what = (say("flicker.varies", "the brightness varies by {percent:.1f} %.", percent=flicker.amplitude_pct)
-                if flicker.beat_hz is None else
+        what = (say("flicker.varies", "the brightness varies by {percent:.1f} %.", percent=flicker["amplitude_pct"])
+                if flicker["beat_hz"] is None else
                 say("flicker.beats", "the brightness varies by {percent:.1f} %, {hz:.1f} times a second in the "
-                    "picture.", percent=flicker.amplitude_pct, hz=flicker.beat_hz))
-        bad = flicker.amplitude_pct >= MUCH_PCT
+                    "picture.", percent=flicker["amplitude_pct"], hz=flicker["beat_hz"]))
+        bad = flicker["amplitude_pct"] >= MUCH_PCT
     return [message(join(light, what), fix, bad)]
