@@ -9,7 +9,8 @@ import typer
 from app.cli import files
 from app.cli.progress import progress_bar
 from app.cli.requests import AsJson
-from app.workflows.pair import PairReport, evaluate_pair
+from app.workflows.pair import evaluate_pair
+from app.workflows.pair_types import PairReport
 
 
 def pair(

@@ -16,8 +16,9 @@ from app.core.field_json import field_from_json
 from app.evaluate.cameras.rectangles import NAMES
 from app.imaging.mosaic import FieldView, stitcher_of
 from app.store.fields import FieldRepository
-from app.workflows.rig import RigCheck, refuse_other_sizes
 from app.workflows.rig import check as check_rig
+from app.workflows.rig import refuse_other_sizes
+from app.workflows.rig_types import RigCheck
 
 rig = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
                   help="Cameras that share a field: compare them, or join their images.")

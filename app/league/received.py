@@ -62,9 +62,9 @@ def source_name(source: int) -> str:
 
 def _camera(sent: CameraCalibration, field: Field, ours: PublishedCamera | None) -> dict[str, Any]:
     found = {"camera_id": sent.camera_id, "image_size": None, "position_mm": None,
-                             "focal_px": sent.focal_length, "distortion": sent.distortion, "problem": None,
-                             "ours": None if ours is None else ours.name,
-                             "contradicts": ours is not None and ours.sent is not None and not _same(ours.sent, sent)}
+             "focal_px": sent.focal_length, "distortion": sent.distortion, "problem": None,
+             "ours": None if ours is None else ours.name,
+             "contradicts": ours is not None and ours.sent is not None and not _same(ours.sent, sent)}
     try:
         file = camera_from_wire(sent, field)
     except TouchlineError as error:

@@ -9,7 +9,7 @@ from typing_extensions import TypedDict
 from app.evaluate.cameras.rig_verdict import RigVerdict
 from app.services.cache import LruCache
 from app.store.repository import timestamp, utc_now
-from app.workflows.rig import RigReport
+from app.workflows.rig_types import RigReport
 
 MAX_CHECKS = 200
 

@@ -16,7 +16,8 @@ from app.services.container import Services
 from app.services.live import TakenFrame, take_frame
 from app.services.rig_checks import CheckedRig
 from app.store.documents import Document
-from app.workflows.rig import RigStatus, camera_trouble, rig_status
+from app.workflows.rig import camera_trouble, rig_status
+from app.workflows.rig_types import RigStatus
 
 Pictures = Mapping[str, Mapping[str, Any]]
 

@@ -33,7 +33,7 @@ class SnappedPoint(TypedDict):
 
 def snap_clicks(services: Services, snapshot: str, points: list[list[float]], reach_px: float, width_px: float | None,
                 direction_deg: float | None, feature: str | None, fit: Any) -> list[SnappedPoint]:
-    """Snap each click. fit: model, field, region and rotate."""
+    """Return each click on its line, or where it is. fit: model, field, region and rotate."""
     frame = services.frame(snapshot)
     clicks = as_points(points, "The points").reshape(-1, 2)
     angle = None if direction_deg is None else math.radians(direction_deg)

@@ -7,13 +7,12 @@ job in another process needs; the command line makes the same of files.
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
-from typing import Any, Literal, final
+from typing import Any
 
 import numpy as np
-from typing_extensions import TypedDict
 
 from app.core.common_sentences import CALIBRATE_AGAIN_FOR_SIZE, camera_not_calibrated
-from app.core.errors import BadInput, Conflict, FitFailed, ProblemJson
+from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field_changes import FIELD_CHANGED_FIX, changes_in_words, field_changes
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize, Pixels
@@ -21,13 +20,13 @@ from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
 from app.core.statements import Sentence, join, say, stated
 from app.evaluate.cameras import rig_verdict
-from app.evaluate.cameras.epipolar_check import PredictedGeometry, geometry
+from app.evaluate.cameras.epipolar_check import geometry
 from app.evaluate.cameras.evidence import OffsetMeasurements, from_clicks, from_matches
 from app.evaluate.cameras.image_evidence import from_pictures
 from app.evaluate.cameras.own_accuracy import own_accuracy
-from app.evaluate.cameras.rectangles import RectangleOptions, Rectangles, most_common
+from app.evaluate.cameras.rectangles import Rectangles, most_common
 from app.evaluate.cameras.rig_agreement import agreement
-from app.evaluate.cameras.rig_verdict import ComparedPair, RigTrouble, RigVerdict, Source
+from app.evaluate.cameras.rig_verdict import RigTrouble, Source
 from app.evaluate.drift.check_verdict import verdict_in
 from app.evaluate.fit.report_types import Level
 from app.images import ImageDecoder
@@ -35,63 +34,13 @@ from app.models import CameraModel
 from app.models.restored import Restored, model_of
 from app.store.files import read_checked
 from app.workflows.calibration import subprogress
-from app.workflows.pair import PairReport, evaluate_pair, ray_cameras
+from app.workflows.pair import evaluate_pair, ray_cameras
+from app.workflows.pair_types import PairReport
+from app.workflows.rig_types import CameraOfRig, RigCheck, RigPair, RigReport, RigStatus, UselessMatches
 
 READING = 0.2  # of a check with pictures
 MIN_MEASURES = 6  # measures in pictures: fewer are chance
 MAX_CAMERAS = 16
-
-
-class CameraOfRig(TypedDict):
-    camera: str
-    title: str
-    region: str | None
-    rotate: int | None
-    calibration: str | None
-    version: int | None
-    model: str | None
-    rectangles: RectangleOptions | None
-    troubles: list[RigTrouble]
-
-
-class RigStatus(TypedDict):
-    """rectangles: those that all cameras should have; calibration: the active one."""
-
-    rectangles: RectangleOptions | None
-    rectangles_from: Literal["rig", "cameras"] | None
-    cameras: list[CameraOfRig]
-
-
-class FailedMatches(ProblemJson):
-    part: Literal["all"]
-
-
-@final
-class UselessMatches(TypedDict):
-    failed: list[FailedMatches]
-
-
-_PairSource = TypedDict("_PairSource", {"from": Source | None})
-
-
-class RigPair(ComparedPair, _PairSource):
-    """fundamental: predicted by the calibrations, in ideal pixels; matches: evaluated by themselves."""
-
-    fundamental: PredictedGeometry | None
-    matches: PairReport | UselessMatches | None
-    notes: list[str]
-    failed: ProblemJson | None
-
-
-class RigCheck(RigStatus):
-    pairs: list[RigPair]
-    verdict: RigVerdict
-
-
-class RigReport(RigCheck):
-    """missing: cameras that delivered no image."""
-
-    missing: list[RigTrouble]
 
 
 def run_check(spec: Any, progress: Progress) -> RigReport:

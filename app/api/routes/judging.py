@@ -24,7 +24,8 @@ from app.services.container import Services
 from app.services.forms import HeightForm, Name, Number, Pair, Size, Strict
 from app.workflows import calibration as workflow
 from app.workflows.calibration_types import Uncertainty
-from app.workflows.pair import PairLines, PairReport, lines_by_calibrations, lines_by_matrix, run_pair
+from app.workflows.pair import lines_by_calibrations, lines_by_matrix, run_pair
+from app.workflows.pair_types import PairLines, PairReport
 
 router = APIRouter(tags=["judging"])
 

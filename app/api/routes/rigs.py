@@ -26,7 +26,8 @@ from app.services import rigs
 from app.services.container import Services
 from app.services.rigs import RigJson
 from app.workflows.refit import run_refit
-from app.workflows.rig import RigReport, refuse_other_sizes, run_check
+from app.workflows.rig import refuse_other_sizes, run_check
+from app.workflows.rig_types import RigReport
 
 router = APIRouter(prefix="/rigs", tags=["rigs"])
 

@@ -10,8 +10,6 @@ from typing import Any, get_type_hints
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
 JsonObject = dict[str, Any]
-Point = list[float]
-Points = list[Point | None]  # null: out of reach
 
 
 class Texts(BaseModel):

@@ -5,9 +5,9 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from app import jobs
-from app.api.schemas.base import JsonObject, Points, Texts, list_of, page_of, response
+from app.api.schemas.base import JsonObject, Texts, list_of, page_of, response
 from app.core.jobs import INTERNAL
-from app.core.json_values import SizeJson
+from app.core.json_values import PointsJson, SizeJson
 from app.core.options import OptionJson
 from app.core.records import ObservationJson
 from app.evaluate.fit.report_types import SavedReport
@@ -19,8 +19,6 @@ from app.services.rigs import RigJson
 from app.services.snapping import SnappedPoint
 from app.store import snapshots
 from app.workflows.calibration_types import ModelParameters, Polyline
-
-Level = Literal["good", "fair", "poor"] | None
 
 
 def described(type: Any, description: str) -> Any:
@@ -58,7 +56,7 @@ Activations = response("Activations", items=list_of(Activation))
 Format = response("Format", format=str, title=str, holds=str, suffix=str, reads=bool, exact=bool,
     loss=JsonObject | None, problem=JsonObject | None)
 Formats = response("Formats", items=list_of(Format))
-Transformed = response("Transformed", points=Points)
+Transformed = response("Transformed", points=PointsJson)
 CalibrationReport = response("CalibrationReport", format=Literal["touchline-report"], format_version=Literal[1],
     calibration=JsonObject, field=JsonObject, model=JsonObject, picture=JsonObject, verdict=JsonObject,
     figures=dict[str, JsonObject], distortion=JsonObject, per_feature=list[JsonObject], outliers=list[JsonObject],
