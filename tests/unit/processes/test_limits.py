@@ -8,6 +8,7 @@ import pytest
 
 from app.processes.child_process import ChildProcess
 from app.processes.start import Program
+from tests.support.waiting import until
 
 # Many pieces too small to be the system's own mappings, freed but for the last, which holds the heap's end.
 STORY = """
@@ -36,6 +37,8 @@ def test_what_was_freed_goes_back_to_the_system():
 def test_the_threads_of_a_child_have_one_arena_of_which_all_can_be_returned():
     child = ChildProcess(Program("app.live.worker_main:main"), {})
     try:
-        assert b"MALLOC_ARENA_MAX=1\0" in Path(f"/proc/{child.pid}/environ").read_bytes()
+        # empty for a moment, after the program was loaded and before the kernel has laid its memory out
+        environment = until(Path(f"/proc/{child.pid}/environ").read_bytes)
+        assert b"MALLOC_ARENA_MAX=1\0" in environment
     finally:
         child.close()
