@@ -10,8 +10,7 @@ from typing import Any
 
 from app import __version__
 from app.core.errors import BadInput
-from app.report.markup import Html, element
-from app.report.style import CSS
+from app.report.page import render
 
 Row = dict[str, Any]  # COLUMNS and nothing else
 FORMAT, FORMAT_VERSION = "touchline-batch", 1
@@ -37,8 +36,6 @@ COLUMNS: dict[str, tuple[type, str]] = {  # what is in it, and its head on the p
 BETWEEN = " | "  # warnings within a cell
 FORMULA = ("=", "+", "-", "@", "\t")  # a spreadsheet would run a cell that begins so
 DATA = re.compile(rb'<script type="application/json" id="table">(.*?)</script>', re.DOTALL)
-TABLE_CSS = "body { max-width: none; } td { font-size: 8.5pt; } td code { font-size: 6.5pt; word-break: break-all; }"
-POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 
 
 def row_of(**values: Any) -> Row:
@@ -117,29 +114,14 @@ def _json(rows: list[Row]) -> str:
 
 def _html(rows: list[Row]) -> str:
     counts = ", ".join(f"{count} {level}" for level, count in count_verdicts(rows).items()) or "no images"
-    heads = [element("th", head) for _, head in COLUMNS.values()]
-    body = [element("tr", *(_cell_html(name, row[name]) for name in COLUMNS)) for row in rows]
-    head = element("head", element("meta", charset="utf-8"),
-                   element("meta", http_equiv="Content-Security-Policy", content=POLICY),
-                   element("title", f"Touchline batch: {counts}"), element("style", Html(CSS + TABLE_CSS)))
-    data = element("script", Html(_json(rows).replace("<", "\\u003c")), type="application/json", id="table")
-    page = element("body", element("h1", f"{len(rows)} images: {counts}"),
-                   element("table", element("thead", element("tr", heads)), element("tbody", body)), data)
-    return f"<!doctype html>\n{element('html', head, page, lang='en')}\n"
+    return render("batch.html", rows=rows, counts=counts, heads=[head for _, head in COLUMNS.values()],
+                  data=_json(rows).replace("<", "\\u003c"))
 
 
 def count_verdicts(rows: Iterable[Row]) -> dict[str, int]:
     """Count the pictures of each verdict, the best first."""
     levels = [row["verdict"] for row in rows]
     return {level: levels.count(level) for level in ("good", "fair", "poor", "unknown", "failed") if level in levels}
-
-
-def _cell_html(name: str, value: Any) -> Html:
-    if isinstance(value, list):
-        return element("td", element("ul", [element("li", item) for item in value]) if value else None)
-    if COLUMNS[name][0] is float:
-        return element("td", "" if value is None else f"{value:.2f}", class_="number")
-    return element("td", element("code", value[:12]) if name in ("sha256", "inputs") else value)
 
 
 WRITERS = {".csv": _csv, ".json": _json, ".html": _html}

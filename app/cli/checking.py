@@ -14,13 +14,13 @@ from app.cli.progress import progress_bar
 from app.cli.requests import AsJson
 from app.core.geometry import Pixels
 from app.core.marking_names import marking_names
+from app.evaluate.fit.verdict import level_of
 from app.workflows.automatic_request import median_frame
 from app.workflows.calibration import subprogress
 from app.workflows.check import Check
 from app.workflows.check import check as check_calibration
 
 GOOD_COLOUR, POOR_COLOUR, EXPECTED_COLOUR = (80, 220, 80), (60, 60, 255), (255, 255, 255)  # BGR
-POOR_MM = 15.0
 
 
 def check(
@@ -66,7 +66,7 @@ def _draw(pixels: Pixels, found: Check) -> Pixels:
     for point in found["points"]:
         expected, actual = (tuple(np.round(px).astype(int).tolist()) for px in (point["expected"], point["found"]))
         cv2.circle(canvas, expected, 2, EXPECTED_COLOUR, -1, cv2.LINE_AA)
-        colour = GOOD_COLOUR if abs(point["off_mm"]) <= POOR_MM else POOR_COLOUR
+        colour = POOR_COLOUR if level_of(abs(point["off_mm"])) == "poor" else GOOD_COLOUR
         cv2.line(canvas, expected, actual, colour, 1, cv2.LINE_AA)
         cv2.circle(canvas, actual, 2, colour, -1, cv2.LINE_AA)
     return canvas

@@ -3,7 +3,7 @@
     contents.py   all of the report as plain JSON: the page and report.json are both made of it
     figures.py    the numbers that head it, each with its unit and how to read it in half a sentence
     drawing.py    the pictures: as it was taken, corrected, and maps of expected error
-    page.py       the page; markup.py escapes whatever goes into it, style.py dresses it
+    page.py       the page, from templates/report.html; whatever goes into it is escaped
 
     data = contents(calibration, ReportPicture(frame))
     html = page(data, draw(calibration, ReportPicture(frame), data))

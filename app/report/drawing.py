@@ -21,7 +21,6 @@ from app.imaging.correction import CorrectedView
 from app.imaging.heat_map import heat_map, round_up
 from app.models.restored import Restored
 from app.report.contents import ReportPicture
-from app.report.markup import Html, element
 from app.workflows import calibration as workflow
 
 MAX_SIDE_PX = 1600  # an A4 page is 190 mm wide: 210 dots an inch
@@ -33,15 +32,36 @@ MAP_PX = 270  # the longer side of an error map: two stand beside each other, th
 INK, PAPER = (34, 26, 20), (255, 255, 255)
 # Okabe and Ito's palette, as on the page: told apart by colour-blind eyes
 BORDER_COLOURS = {"left": "#56b4e9", "right": "#e69f00", "top": "#cc79a7", "bottom": "#f0e442"}
-LINE_COLOUR, OTHER_CLICKS = "#7fe0b0", "#ffffff"
+LINE_COLOUR, OTHER_CLICKS, SEAM = "#7fe0b0", "#ffffff", "#10201a80"
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """path: as SVG has it, in the picture's pixels. is_dot: it has round ends."""
+
+    path: str
+    colour: str
+    width_px: float
+    is_dot: bool = False
+
+
+@dataclass(frozen=True)
+class Photograph:
+    """A picture of that size, px, as a data address, with strokes over it from the centre of its top-left pixel."""
+
+    title: str
+    width: int
+    height: int
+    address: str
+    strokes: tuple[Stroke, ...]
 
 
 @dataclass(frozen=True)
 class ReportDrawings:
-    """before, after: SVG, None where there is no picture. maps: by "carpet" and "hat", as data addresses."""
+    """before, after: None where there is no picture. maps: by "carpet" and "hat", as data addresses."""
 
-    before: Html | None
-    after: Html | None
+    before: Photograph | None
+    after: Photograph | None
     maps: Mapping[str, str]
     after_why: str | None = None  # why there is no corrected picture although there is one as it was taken
 
@@ -90,16 +110,12 @@ def _view(size: ImageSize) -> CorrectedView:
     return CorrectedView(margin, max(16, round(width * scale)) if scale < 1 else None)
 
 
-def _picture(pixels: NDArray[np.uint8], over: Sequence[Html], title: str) -> Html:
-    """A photograph with drawings over it, in its own pixels: their origin is the centre of the top-left one."""
+def _picture(pixels: NDArray[np.uint8], strokes: Iterable[Stroke], title: str) -> Photograph:
     height, width = pixels.shape[:2]
-    photograph = element("image", href=data_address(_jpeg(pixels), "jpeg"), x=-0.5, y=-0.5, width=width,
-                         height=height, preserveAspectRatio="none")
-    return element("svg", photograph, list(over), viewBox=f"-0.5 -0.5 {width} {height}", role="img",
-                   aria_label=title, class_="photograph")
+    return Photograph(title, width, height, data_address(_jpeg(pixels), "jpeg"), tuple(strokes))
 
 
-def _lines(lines: Iterable[Mapping[str, Any]], size: ImageSize) -> list[Html]:
+def _lines(lines: Iterable[Mapping[str, Any]], size: ImageSize) -> list[Stroke]:
     """The field's lines as one path, each border as one of its own, over a dark seam that parts them from carpet."""
     unit = max(size) / 800
     left = MAX_POINTS
@@ -113,9 +129,7 @@ def _lines(lines: Iterable[Mapping[str, Any]], size: ImageSize) -> list[Html]:
     for name in ("", *BORDERS):
         d = "".join(paths.get(name, ()))
         if d:
-            drawn += [element("path", d=d, fill="none", stroke="#10201a", stroke_opacity=0.5, stroke_width=2.6 * unit),
-                      element("path", d=d, fill="none", stroke=BORDER_COLOURS.get(name, LINE_COLOUR),
-                              stroke_width=1.3 * unit)]
+            drawn += [Stroke(d, SEAM, 2.6 * unit), Stroke(d, BORDER_COLOURS.get(name, LINE_COLOUR), 1.3 * unit)]
     return drawn
 
 
@@ -132,7 +146,7 @@ def _path(points: Sequence[Sequence[float] | None], size: ImageSize) -> str:
     return "".join(words)
 
 
-def _clicks(observations: Observations, outliers: Sequence[NDArray[np.bool_]], size: ImageSize) -> list[Html]:
+def _clicks(observations: Observations, outliers: Sequence[NDArray[np.bool_]], size: ImageSize) -> list[Stroke]:
     """A dot for each click in its border's colour, a red cross for each stray."""
     unit = max(size) / 800
     dots: dict[str, list[str]] = {}
@@ -147,12 +161,10 @@ def _clicks(observations: Observations, outliers: Sequence[NDArray[np.bool_]], s
     drawn = []
     for colour, spots in dots.items():
         d = "".join(spots)
-        drawn += [element("path", d=d, stroke="#10201a", stroke_width=7 * unit, stroke_linecap="round", fill="none"),
-                  element("path", d=d, stroke=colour, stroke_width=4.6 * unit, stroke_linecap="round", fill="none")]
+        drawn += [Stroke(d, "#10201a", 7 * unit, is_dot=True), Stroke(d, colour, 4.6 * unit, is_dot=True)]
     cross = "".join(crosses)
     return drawn if not cross else [
-        *drawn, element("path", d=cross, stroke="#ffffff", stroke_width=4 * unit, fill="none"),
-        element("path", d=cross, stroke="#d00000", stroke_width=2 * unit, fill="none")]
+        *drawn, Stroke(cross, "#ffffff", 4 * unit), Stroke(cross, "#d00000", 2 * unit)]
 
 
 def _maps(uncertainty: Mapping[str, Any], region: Region) -> dict[str, str]:

@@ -215,8 +215,8 @@ def _agreement(a: Calibration, b: Calibration, model_a: CameraModel, model_b: Ca
         apart = matches.in_given_order(placed)
     else:
         seen = [observations_from_json(c.observations) for c in (a, b)]
-        found = from_observations(model_a, seen[0], model_b, seen[1], field, field.region(a.region, a.rotate),
-                                  field.region(b.region, b.rotate))
+        found = from_observations(model_a, seen[0], field.region(a.region, a.rotate), model_b, seen[1],
+                                  field.region(b.region, b.rotate), field)
     result = found.to_json(shared)
     against = [own for own in (own_accuracy(a.camera or "The first camera", a.report),
                                own_accuracy(b.camera or "The second camera", b.report)) if own is not None]

@@ -205,7 +205,8 @@ def test_the_wheel_carries_the_page_with_its_libraries_and_the_configs(built, tm
     assert {f"app/_static/{name}" for name in (
         "built/index.html", "built/page/main.js", "built/SOURCES.json")} <= inside
     assert {"app/_static/index.html", "app/_static/main.js", "app/_configs/touchline.yaml",
-            "app/_configs/fields/ssl-div-b.yaml", "app/workflows/calibration.py"} <= inside
+            "app/_configs/fields/ssl-div-b.yaml", "app/workflows/calibration.py", "app/api/templates/login.html",
+            "app/report/templates/report.html", "app/report/templates/report.css"} <= inside
     assert not any("node_modules" in name or "/tests/" in name for name in inside)
 
 

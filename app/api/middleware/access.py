@@ -13,12 +13,14 @@ import logging
 import time
 from collections import deque
 from http.cookies import CookieError, SimpleCookie
+from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
 from fastapi import APIRouter, Request
 from starlette.datastructures import Headers
-from starlette.responses import HTMLResponse, RedirectResponse, Response
+from starlette.responses import RedirectResponse, Response
+from starlette.templating import Jinja2Templates
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from app.api.middleware.problems import framework_problem, problem
@@ -32,15 +34,7 @@ MAX_ADDRESSES = 1000
 EMBEDDED = ("object", "embed")  # a navigation within another site's page
 log = logging.getLogger("touchline")
 
-LOGIN_PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Touchline: sign in</title>
-<meta name="viewport" content="width=device-width">
-<style>body{{font:16px system-ui;background:#11151a;color:#dfe5ea;display:grid;place-items:center;min-height:90vh}}
-form{{display:grid;gap:12px;width:22rem}}
-input,button{{font:inherit;padding:.5rem .7rem;border-radius:6px;border:1px solid #445}}
-button{{background:#2f81f7;color:#fff;border:0}}p{{margin:0;color:#f0b45b}}</style>
-<form method="post" action="/login"><h1>Touchline</h1><label for="token">Access token (printed by the server)</label>
-<input id="token" name="token" type="password" autocomplete="current-password" required autofocus>
-<p role="alert">{message}</p><button>Sign in</button></form></html>"""
+TEMPLATES = Jinja2Templates(Path(__file__).parents[1] / "templates")
 
 
 def cookie_of(token: str) -> str:
@@ -171,8 +165,10 @@ def login_router(token: str | None) -> APIRouter:
     wrong = WrongTokens()
 
     @router.get("/login")
-    def page() -> Response:
-        return HTMLResponse(LOGIN_PAGE.format(message="")) if token else RedirectResponse("/", 303)
+    def page(request: Request) -> Response:
+        if token is None:
+            return RedirectResponse("/", 303)
+        return TEMPLATES.TemplateResponse(request, "login.html", {"message": ""})
 
     @router.post("/login")
     async def login(request: Request) -> Response:
@@ -185,7 +181,7 @@ def login_router(token: str | None) -> APIRouter:
             return answer
         if wrong.too_many(_address(request.scope)):
             return too_many_tokens()
-        return HTMLResponse(LOGIN_PAGE.format(message="The access token is wrong."), 401)
+        return TEMPLATES.TemplateResponse(request, "login.html", {"message": "The access token is wrong."}, 401)
 
     @router.post("/logout")
     def logout(request: Request) -> Response:

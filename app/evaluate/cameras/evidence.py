@@ -16,7 +16,7 @@ import numpy as np
 from app.core.errors import FitFailed
 from app.core.field import Arc, Field, Landmark, Line, Region
 from app.core.geometry import Array, Points
-from app.core.records import Observation, Observations
+from app.core.records import Observations
 from app.fitting.two_view.fundamental_matrix import as_matches
 from app.models import CameraModel, RayModel, field_from_raw
 
@@ -100,29 +100,40 @@ def from_clicks(a: CameraModel, seen_a: Observations, region_a: Region, b: Camer
     It rests on the clicks that the calibrations were made from: what has moved since, it cannot see.
     """
     parts = []
-    for one, other in on_carpet(seen_a, seen_b):
-        here, there = field.feature(one.feature, region_a), field.feature(other.feature, region_b)
-        places_a, places_b = (p[np.isfinite(p).all(axis=1)] for p in (field_from_raw(a, one.points),
-                                                                      field_from_raw(b, other.points)))
-        if not (len(places_a) and len(places_b)):
-            continue
-        if isinstance(here, Landmark) and isinstance(there, Landmark):
-            if np.allclose(here.position, there.position, atol=SAME_MM):
-                at_a, at_b = (places.mean(axis=0, keepdims=True) for places in (places_a, places_b))
-                parts.append(OffsetMeasurements.of_places(at_a, at_b, np.array([here.position])))
-        elif isinstance(here, Line) and isinstance(there, Line) and same_line(here, there):
-            parts.append(along_line(here, places_a, places_b))
-        elif isinstance(here, Arc) and here == there:
-            parts.append(_along_arc(here, places_a, places_b))
+    for feature, places_a, places_b in shared_clicks(a, seen_a, region_a, b, seen_b, region_b, field):
+        if isinstance(feature, Landmark):
+            at_a, at_b = (places.mean(axis=0, keepdims=True) for places in (places_a, places_b))
+            parts.append(OffsetMeasurements.of_places(at_a, at_b, np.array([feature.position])))
+        else:
+            parts.append(along_marking(feature, places_a, places_b))
     return OffsetMeasurements.together(parts)
 
 
-def on_carpet(seen_a: Observations, seen_b: Observations) -> Iterator[tuple[Observation, Observation]]:
-    """Yield every two observations of the two cameras, without those above the carpet."""
+def shared_clicks(a: CameraModel, seen_a: Observations, region_a: Region, b: CameraModel, seen_b: Observations,
+                  region_b: Region, field: Field) -> Iterator[tuple[Landmark | Line | Arc, Points, Points]]:
+    """Yield what was clicked on the carpet in both pictures, and where each camera places its clicks, (n, 2) mm each.
+
+    A region's borders count as the field's lines they lie on, whatever each camera calls them. Clicks that a camera
+    cannot place are left out.
+    """
     for one in seen_a:
         for other in seen_b:
-            if not (one.z_mm or other.z_mm):
-                yield one, other
+            if one.z_mm or other.z_mm:
+                continue
+            here, there = field.feature(one.feature, region_a), field.feature(other.feature, region_b)
+            places_a, places_b = (places[np.isfinite(places).all(axis=1)] for places in (
+                field_from_raw(a, one.points), field_from_raw(b, other.points)))
+            if len(places_a) and len(places_b) and _is_same(here, there):
+                yield here, places_a, places_b
+
+
+def _is_same(one: Landmark | Line | Arc, other: Landmark | Line | Arc) -> bool:
+    """Whether two names mean one thing of the field."""
+    if isinstance(one, Landmark) and isinstance(other, Landmark):
+        return np.allclose(one.position, other.position, atol=SAME_MM)
+    if isinstance(one, Line) and isinstance(other, Line):
+        return same_line(one, other)
+    return isinstance(one, Arc) and one == other
 
 
 def same_line(one: Line, other: Line) -> bool:
@@ -131,8 +142,13 @@ def same_line(one: Line, other: Line) -> bool:
     return bool(np.linalg.norm(one.nearest(ends) - ends, axis=1).max() < SAME_MM)
 
 
-def along_line(line: Line, places_a: Points, places_b: Points) -> OffsetMeasurements:
-    """Measure both cameras' distances from a line where both have clicks along it, (n, 2) mm each."""
+def along_marking(marking: Line | Arc, places_a: Points, places_b: Points) -> OffsetMeasurements:
+    """Measure both cameras' distances from a marking where both have clicks along it, (n, 2) mm each."""
+    return (_along_line(marking, places_a, places_b) if isinstance(marking, Line)
+            else _along_arc(marking, places_a, places_b))
+
+
+def _along_line(line: Line, places_a: Points, places_b: Points) -> OffsetMeasurements:
     start = np.array(line.start)
     along = (np.array(line.end) - start) / line.length_mm
     across = np.array([-along[1], along[0]])

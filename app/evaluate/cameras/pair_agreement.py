@@ -1,8 +1,8 @@
 """Whether two calibrated cameras put the same thing at the same place, in mm, where both see the carpet.
 
 Each model alone agrees with itself everywhere; only things seen by both can tell. Those are matches (a robot, a ball,
-a mark), or lines and landmarks of the field clicked in both pictures: along a line each camera has its own distance
-from the line, and the difference of the two, where both have clicks, is what a robot would jump by.
+a mark), or lines, arcs and landmarks of the field clicked in both pictures: along a line each camera has its own
+distance from the line, and the difference of the two, where both have clicks, is what a robot would jump by.
 
 It cannot see an error that both share, such as a field measured wrongly.
 """
@@ -13,16 +13,15 @@ import numpy as np
 from typing_extensions import TypedDict
 
 from app.core.errors import FitFailed
-from app.core.field import Field, Landmark, Line, Region
+from app.core.field import Field, Landmark, Region
 from app.core.geometry import Array, Indices, Points
 from app.core.json_values import PointJson
 from app.core.records import Observations
-from app.evaluate.cameras.evidence import along_line, on_carpet, placed_matches, same_line
+from app.evaluate.cameras.evidence import along_marking, placed_matches, shared_clicks
 from app.evaluate.cameras.shared_area import AreaMap, SharedArea
-from app.models import CameraModel, field_from_raw
+from app.models import CameraModel
 
 CELLS = 24  # along the longer side of the map
-MIN_POINTS = 2  # on a line, in each picture
 
 
 class AgreementFigures(TypedDict):
@@ -76,28 +75,18 @@ def from_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Poi
     return _agreement(*placed_matches(a, b, pixels_a, pixels_b, z_mm))
 
 
-def from_observations(a: CameraModel, seen_a: Observations, b: CameraModel, seen_b: Observations, field: Field,
-                      region_a: Region, region_b: Region) -> PointAgreement:
-    """Agreement on lines and landmarks that were clicked in both pictures, on the carpet.
-
-    A region's borders count as the field's lines they lie on, whatever each camera calls them.
-    """
+def from_observations(a: CameraModel, seen_a: Observations, region_a: Region, b: CameraModel, seen_b: Observations,
+                      region_b: Region, field: Field) -> PointAgreement:
+    """Agreement on lines, arcs and landmarks that were clicked in both pictures, on the carpet."""
     at_a, at_b = [np.empty((0, 2))], [np.empty((0, 2))]
-    for one, other in on_carpet(seen_a, seen_b):
-        if not (len(one.points) and len(other.points)):
-            continue
-        here, there = field.feature(one.feature, region_a), field.feature(other.feature, region_b)
-        places_a, places_b = field_from_raw(a, one.points), field_from_raw(b, other.points)
-        if isinstance(here, Landmark) and isinstance(there, Landmark):
-            if np.allclose(here.position, there.position):
-                at_a.append(places_a.mean(axis=0, keepdims=True))
-                at_b.append(places_b.mean(axis=0, keepdims=True))
-        elif isinstance(here, Line) and isinstance(there, Line) and same_line(here, there):
-            places_a, places_b = (places[np.isfinite(places).all(axis=1)] for places in (places_a, places_b))
-            if min(len(places_a), len(places_b)) >= MIN_POINTS:
-                found = along_line(here, places_a, places_b)
-                at_a.append(found.places + found.own_a_mm[:, None] * found.normals)
-                at_b.append(found.places + found.own_b_mm[:, None] * found.normals)
+    for feature, places_a, places_b in shared_clicks(a, seen_a, region_a, b, seen_b, region_b, field):
+        if isinstance(feature, Landmark):
+            at_a.append(places_a.mean(axis=0, keepdims=True))
+            at_b.append(places_b.mean(axis=0, keepdims=True))
+        else:
+            found = along_marking(feature, places_a, places_b)
+            at_a.append(found.places + found.own_a_mm[:, None] * found.normals)
+            at_b.append(found.places + found.own_b_mm[:, None] * found.normals)
     return _agreement(np.concatenate(at_a), np.concatenate(at_b))
 
 

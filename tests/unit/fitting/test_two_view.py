@@ -277,13 +277,35 @@ def test_lines_and_landmarks_clicked_in_both_pictures_tell_as_much():
     def seen(model, names, count):
         return tuple(Observation(n, "line", raw_from_field(model, FIELD.feature(n, FULL).sample(count))) for n in names)
     found = from_observations(
-        pair.camera_a, (*seen(pair.camera_a, ("at-x-1", "at-y-2"), 7), spot(pair.camera_a)),
-        moved, (*seen(pair.camera_b, ("at-x-1", "at-y-2"), 5), spot(pair.camera_b)), FIELD, FULL, FULL)
+        pair.camera_a, (*seen(pair.camera_a, ("at-x-1", "at-y-2"), 7), spot(pair.camera_a)), FULL,
+        moved, (*seen(pair.camera_b, ("at-x-1", "at-y-2"), 5), spot(pair.camera_b)), FULL, FIELD)
     across_x = np.abs(found.places[:, 0] + 800) < 20
     np.testing.assert_allclose(found.offset_mm[across_x], [[12.0, 0.0]] * across_x.sum(), atol=1e-3)
     along_x = np.abs(found.places[:, 1]) < 1e-3
     assert found.apart_mm[along_x & ~across_x].min() < 1e-3  # the shift runs along that line: it cannot be seen there
     np.testing.assert_allclose(found.offset_mm[-1], [12.0, 0.0], atol=1e-3)
+
+
+def test_arcs_clicked_in_both_pictures_tell_as_much():
+    pair, _, _ = agreeing()
+    x, y, z = pair.camera_b.position_mm
+    moved = replace(pair.camera_b, position_mm=(x + 12.0, y, z))
+    circle = FIELD.arcs["circle"]
+
+    def seen(model, count):
+        return (Observation("circle", "line", raw_from_field(model, circle.sample(count)[:-1])),)
+    found = from_observations(pair.camera_a, seen(pair.camera_a, 23), FULL, moved, seen(pair.camera_b, 17), FULL, FIELD)
+    radial = (found.places - np.array(circle.centre)) / circle.radius_mm
+    np.testing.assert_allclose(found.offset_mm, 12.0 * radial[:, :1] * radial, atol=1.0)  # straight between clicks
+    assert found.apart_mm.max() > 11
+
+
+def test_landmarks_a_millimetre_apart_are_one():
+    """Two files of a field may have a spot at 0 and at 0.4 mm, as the check of a rig allows."""
+    pair, _, _ = agreeing()
+    other = Observation((0.4, 0.0), "landmark", raw_from_field(pair.camera_b, np.array([[0.0, 0.0]])))
+    found = from_observations(pair.camera_a, (spot(pair.camera_a),), FULL, pair.camera_b, (other,), FULL, FIELD)
+    assert len(found.places) == 1 and found.apart_mm[0] < 1e-3
 
 
 def spot(model):
@@ -295,7 +317,7 @@ def test_nothing_shared_is_said():
     one = (Observation("at-x-1", "line", np.array([[600.0, 300.0], [600.0, 500.0]])),)
     other = (Observation("at-x-3", "line", np.array([[600.0, 300.0], [600.0, 500.0]])),)
     with pytest.raises(FitFailed) as refusal:
-        from_observations(pair.camera_a, one, pair.camera_b, other, FIELD, FULL, FULL)
+        from_observations(pair.camera_a, one, FULL, pair.camera_b, other, FULL, FIELD)
     assert refusal.value.reason == "nothing-shared"
     x, y, z = pair.camera_b.position_mm
     away = replace(pair.camera_b, position_mm=(x + 50_000.0, y, z))
