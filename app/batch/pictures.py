@@ -1,16 +1,16 @@
 """Which pictures a folder holds, and where the clicks in each are written."""
 
-import re
 from pathlib import Path
 
-SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".webp")
+from app.sources.local.files import by_name
+from app.sources.local.folder import SUFFIXES
 
 
 def pictures_in(folder: Path) -> list[Path]:
     """List its pictures in the order of their names, 2 before 10. Links may lead nowhere: their rows will say so."""
     found = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES and not path.name.startswith(".")
              and (path.is_file() or (path.is_symlink() and not path.exists()))]  # what is a pipe would never end
-    return sorted(found, key=_by_name)
+    return sorted(found, key=by_name)
 
 
 def clicks_of(picture: Path, points: Path | None) -> Path | None:
@@ -23,8 +23,3 @@ def clicks_of(picture: Path, points: Path | None) -> Path | None:
     folder = points or picture.parent
     return next((path for path in (folder / f"{picture.name}.json", folder / f"{picture.stem}.json")
                  if path.is_file()), None)
-
-
-def _by_name(path: Path) -> tuple[list[tuple[int, str]], str]:
-    parts = re.findall(r"\d+|\D+", path.name.lower())
-    return [(int(part), "") if part.isdecimal() and part.isascii() else (-1, part) for part in parts], path.name

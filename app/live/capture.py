@@ -20,6 +20,7 @@ from app.core.common_sentences import CHECK_STATE_TRY_AGAIN, SENDS_NO_FRAMES
 from app.core.errors import ProblemJson, TouchlineError, Unavailable
 from app.core.records import Frame
 from app.core.statements import say
+from app.live.rate import MeasuredRate
 from app.live.status_types import CaptureStatus, SourceState
 from app.processes.limits import return_memory
 from app.processes.problems import problem_json
@@ -27,7 +28,6 @@ from app.sources import Control, IdentityJson, Source, SourceContext, source_fro
 
 RETRY_S, MAX_RETRY_S = 0.5, 5.0
 ENDED = "source-ended"
-RATE_FRAMES = 20  # frames from which the rate is computed
 REST_S = 1.0  # between two frames that nobody needs
 RESTS_AFTER_S = 10.0  # not all needed for so long: whoever comes back soon finds it awake
 
@@ -51,7 +51,7 @@ class FrameCapture:
         self._changed = threading.Condition()
         self._newest: CapturedFrame | None = None
         self._seq = 0
-        self._moments: deque[float] = deque(maxlen=RATE_FRAMES + 1)
+        self._rate = MeasuredRate()
         self._state: SourceState = "connecting"
         self._problem: ProblemJson | None = None
         self._since = time.monotonic()
@@ -68,7 +68,7 @@ class FrameCapture:
         with self._changed:
             newest = self._newest
             return {"state": self._state, "problem": self._problem, "since_s": now - self._since, "seq": self._seq,
-                    "interval_s": max(self._interval_s(), self._pace_s), "identity": self._identity,
+                    "interval_s": max(self._rate.interval_s, self._pace_s), "identity": self._identity,
                     "reopened": self._reopened, "age_s": now - newest.moment if newest else None,
                     "size": list(newest.frame.size) if newest else None}
 
@@ -99,7 +99,7 @@ class FrameCapture:
 
     def _forget_rate(self) -> None:
         """Begin a faster one at once: the rate while it rested is not the camera's."""
-        self._moments.clear()
+        self._rate.clear()
         self._changed.notify_all()
 
     def after(self, seq: int, timeout_s: float, in_passing: bool = False) -> CapturedFrame | None:
@@ -192,23 +192,18 @@ class FrameCapture:
     def _keep(self, frame: Frame) -> None:
         now = time.monotonic()
         with self._changed:
-            self._moments.append(now)
+            self._rate.add(now)
             self._seq += 1
             self._newest = CapturedFrame(frame, self._seq, time.time(), now)
             if self._state != "live":
                 self._state, self._problem, self._since = "live", None, now
             self._changed.notify_all()
 
-    def _interval_s(self) -> float:
-        """Return the mean time between the newest frames; 0 before the second."""
-        count = len(self._moments) - 1
-        return (self._moments[-1] - self._moments[0]) / count if count > 0 else 0.0
-
     def _fail(self, error: TouchlineError) -> None:
         with self._changed:
             if self._state != "offline":
                 self._since = time.monotonic()
-            self._moments.clear()
+            self._rate.clear()
             self._state = "offline"
             self._problem = problem_json(error)
 

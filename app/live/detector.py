@@ -9,7 +9,6 @@ one before it is being processed is left out: the newest wins, nothing waits.
 
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -23,6 +22,7 @@ from app.live import messages
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.failures import Failures
 from app.live.picture import AppliedCalibration
+from app.live.rate import MeasuredRate
 from app.live.ssl_detection import detection_packet
 from app.live.stage_renderer import StageRenderer
 from app.live.status_types import DetectorStatus
@@ -34,7 +34,6 @@ from app.workflows.rectified_detection import RectifiedDetector
 
 IDLE_S = 0.5
 RETRY_S = 1.0  # after a picture that could not be processed
-RATE_FRAMES = 30  # frames from which the rate is computed
 DIGITS = 4  # in the JSON: a ten-thousandth of a pixel or millimetre
 NO_POSITIONS = say("note.no-positions", "This camera has no active calibration. Sizes are estimated from its field, "
                    "and positions are not available.")
@@ -61,7 +60,7 @@ class LiveDetector:
         self._calibration: AppliedCalibration | None = None
         self._streams: dict[int, tuple[StreamSpec, float]] = {}
         self._state: DetectorState | None = None
-        self._moments: deque[float] = deque(maxlen=RATE_FRAMES + 1)
+        self._rate = MeasuredRate()
         self.status: DetectorStatus = {"learned": None}
 
     def follow(self, request: Mapping[str, Any]) -> None:
@@ -84,7 +83,7 @@ class LiveDetector:
         while True:
             request, streams = self._request, self._streams
             if request is None or not (request["run"] or streams):
-                self._moments.clear()
+                self._rate.clear()
                 self._changed.wait(IDLE_S)
                 self._changed.clear()
                 continue
@@ -115,7 +114,7 @@ class LiveDetector:
         stages = {spec.stage for spec in due.values() if spec.stage is not None}
         result = state.pipeline.process(taken.frame.pixels, clock=time.thread_time, pictures=stages, frame=taken.seq,
                                  time_s=taken.time)
-        self._moments.append(time.monotonic())
+        self._rate.add(time.monotonic())
         self._send_result(taken, request, result, state.notes)
         if due:
             self._renderer.offer(taken, result, due, state.pipeline.context.view)
@@ -132,22 +131,20 @@ class LiveDetector:
             scale = None if calibration else request["extent_mm"] / (size.width**2 + size.height**2) ** 0.5
             state = self._state = DetectorState(key, pipeline_for(plan, size, profile, calibration, scale), calibration,
                                                 notes)
-            self._moments.clear()
+            self._rate.clear()
             self.status = {"learned": None if given else replace(profile, name="found").to_json()}
         return state
 
     def _send_result(self, taken: CapturedFrame, request: Mapping[str, Any], result: FrameResult | None,
                      notes: tuple[str, ...]) -> None:
         calibration = None if self._state is None else self._state.calibration
-        head = detection_json(result, taken.seq, taken.time, taken.frame.size, calibration, notes, self._fps())
+        interval_s = self._rate.interval_s
+        head = detection_json(result, taken.seq, taken.time, taken.frame.size, calibration, notes,
+                              1 / interval_s if interval_s else 0.0)
         packet = b""
         if request["publish"] and result is not None and calibration is not None:
             packet = detection_packet(result.detections, request["camera_number"], time.time())
         self._send(messages.DETECTIONS, 0, encode_body(head, packet))
-
-    def _fps(self) -> float:
-        count = len(self._moments) - 1
-        return count / max(self._moments[-1] - self._moments[0], 1e-6) if count > 0 else 0.0
 
 
 def detection_json(result: FrameResult | None, seq: int, time_s: float, size: ImageSize,

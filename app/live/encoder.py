@@ -15,11 +15,11 @@ from app.live import messages
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.failures import Failures
 from app.live.picture import AppliedCalibration, described, passed_on, render
+from app.live.rate import Rate
 from app.live.stream_spec import StreamSpec
 from app.processes.framing import encode_body
 
 IDLE_S = 0.5
-EARLY_SHARE = 0.25  # of a stream's interval: a frame so much too early is still taken, or every second would be lost
 
 
 class Encoder:
@@ -30,7 +30,7 @@ class Encoder:
         self._send = send
         self._failures = failures
         self._watched: dict[int, tuple[StreamSpec, float]] = {}  # number → stream, interval s (0: every frame)
-        self._due: dict[int, float] = {}
+        self._rates: dict[int, Rate] = {}
         self.calibration: AppliedCalibration | None = None
         self._changed = threading.Event()
         self.encoded = 0
@@ -58,21 +58,13 @@ class Encoder:
             taken = self._capture.after(seq - 1 if fresh else seq, IDLE_S, in_passing=True)  # watch() said how often
             if taken is None:
                 continue
-            for number in self._due.keys() - watched.keys():
-                del self._due[number]
+            self._rates = {number: self._rates.get(number) or Rate() for number in watched}
             for number, (spec, interval_s) in watched.items():
                 # A new stream is sent the newest frame at once; the others have had it.
-                if number not in done or (taken.seq > seq and self._is_due(number, taken, interval_s)):
+                if number not in done or (taken.seq > seq and self._rates[number].is_due(taken.moment, interval_s)):
                     with self._failures.surviving("A picture could not be encoded"):
                         self._encode(number, spec, taken)
             seq, done = taken.seq, set(watched)
-
-    def _is_due(self, number: int, taken: CapturedFrame, interval_s: float) -> bool:
-        due = self._due.get(number, 0.0)
-        if taken.moment < due - EARLY_SHARE * interval_s:
-            return False
-        self._due[number] = max(due, taken.moment - interval_s) + interval_s
-        return True
 
     def _encode(self, number: int, spec: StreamSpec, taken: CapturedFrame) -> None:
         begin = time.monotonic()

@@ -19,6 +19,7 @@ from app.core.geometry import ImageSize
 from app.core.statements import say
 from app.live.capture import CapturedFrame, FrameCapture, no_frames
 from app.live.failures import Failures
+from app.live.rate import Rate
 from app.processes.limits import give_way
 
 MAX_S = 30.0
@@ -28,7 +29,6 @@ QUALITY = 92
 IDLE_S = 0.5
 SILENT_S = 3.0
 NICE = 10  # niceness: the picture and the detections go first
-EARLY_SHARE = 0.25  # of the interval
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class FrameBuffer:
     def run(self) -> None:
         """Work until the process ends, on a thread of its own."""
         give_way(NICE)
-        seq, due = 0, 0.0
+        seq, rate = 0, Rate()
         while True:
             with self._changed:
                 if not (self._watched or self._requests):
@@ -106,8 +106,7 @@ class FrameBuffer:
             if taken is None:
                 continue
             seq = taken.seq
-            if taken.moment >= due - EARLY_SHARE / FPS:
-                due = max(due, taken.moment - 1 / FPS) + 1 / FPS
+            if rate.is_due(taken.moment, 1 / FPS):
                 with self._failures.surviving("A frame could not be recorded"):
                     self._keep(taken)
 

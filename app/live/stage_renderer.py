@@ -11,6 +11,7 @@ from app.live import messages
 from app.live.capture import CapturedFrame
 from app.live.failures import Failures
 from app.live.picture import scaled_down
+from app.live.rate import Rate
 from app.live.stream_spec import StreamSpec
 from app.processes.framing import encode_body
 from app.vision.stage_pipeline import FrameResult
@@ -18,7 +19,6 @@ from app.vision.stages.localisation import FieldLocator
 from app.workflows.detection import detections_image
 
 MIN_INTERVAL_S = 1 / 15  # between two pictures of a stream: drawing costs as much as detecting
-EARLY_SHARE = 0.25  # of that: a frame so much too early is still taken
 
 
 class StageRenderer:
@@ -26,23 +26,17 @@ class StageRenderer:
 
     def __init__(self, send: Callable[[int, int, bytes], None], failures: Failures) -> None:
         self._send, self._failures = send, failures
-        self._due: dict[int, float] = {}
+        self._rates: dict[int, Rate] = {}
         self._came = threading.Event()
         self._work: tuple[CapturedFrame, FrameResult, Mapping[int, StreamSpec], FieldLocator] | None = None
 
     def due(self, streams: Mapping[int, tuple[StreamSpec, float]], taken: CapturedFrame) -> dict[int, StreamSpec]:
         """Return which of these a frame is to be drawn for; none while another is being drawn."""
-        self._due = {number: at for number, at in self._due.items() if number in streams}
+        self._rates = {number: self._rates.get(number) or Rate() for number in streams}
         if self._work is not None:
             return {}
-        due = {}
-        for number, (spec, interval_s) in streams.items():
-            interval_s = max(interval_s, MIN_INTERVAL_S)
-            at = self._due.get(number, 0.0)
-            if taken.moment >= at - EARLY_SHARE * interval_s:
-                self._due[number] = max(at, taken.moment - interval_s) + interval_s
-                due[number] = spec
-        return due
+        return {number: spec for number, (spec, interval_s) in streams.items()
+                if self._rates[number].is_due(taken.moment, max(interval_s, MIN_INTERVAL_S))}
 
     def offer(self, taken: CapturedFrame, result: FrameResult, streams: Mapping[int, StreamSpec],
               view: FieldLocator) -> None:

@@ -3,7 +3,7 @@
 import asyncio
 from typing import Self
 
-EARLY_SHARE = 0.25  # of the interval: so much too early a frame is still taken
+from app.live.rate import Rate
 
 
 class Viewer:
@@ -14,7 +14,7 @@ class Viewer:
 
     def __init__(self, max_fps: float | None = None) -> None:
         self.interval_s = 1 / max_fps if max_fps else 0.0
-        self._due = 0.0
+        self._rate = Rate()
         self._newest: bytes | None = None
         self._came = asyncio.Event()
         self._ended: Exception | None = None
@@ -23,9 +23,8 @@ class Viewer:
 
     def offer(self, message: bytes, now: float) -> None:
         """Give it a new message; the one before it is forgotten if it was not taken yet."""
-        if now < self._due - EARLY_SHARE * self.interval_s:
+        if not self._rate.is_due(now, self.interval_s):
             return
-        self._due = max(self._due, now - self.interval_s) + self.interval_s
         if self._newest is not None:
             self.missed += 1
         self._newest = message

@@ -16,7 +16,7 @@ from tests.support.refusals import API, refusal
 from tests.support.sim_clicks import border_observations
 from tests.support.tiers import long
 
-NAUGHTY = "<script>alert(1)</script>\"'><img src=http://evil.example/x onerror=alert(2)> & ${7*7} {{7*7}} \u202e \U0001f600"
+NAUGHTY = "<script>alert(1)</script>\"'><img src=http://evil.example/x onerror=alert(2)> & {{7*7}} \u202e \U0001f600"
 MB = 1_000_000
 ALLOWED = {"a", "html", "head", "meta", "title", "style", "body", "h1", "h2", "p", "b", "div", "span", "data", "table",
            "thead", "tbody", "tr", "th", "td", "ul", "li", "figure", "figcaption", "svg", "image", "path", "img",

@@ -9,6 +9,7 @@ import pytest
 
 from app.core.registry import Registry
 from app.live import capture as module
+from app.live import rate
 from app.live.capture import REST_S
 from app.live.encoder import Encoder
 from app.live.failures import Failures
@@ -24,7 +25,7 @@ CARD_S = 0.2  # between two pictures of a thumbnail
 @pytest.fixture
 def capture(monkeypatch):
     monkeypatch.setattr(module, "RESTS_AFTER_S", 0.3)
-    monkeypatch.setattr(module, "RATE_FRAMES", 2)
+    monkeypatch.setattr(rate, "RATE_FRAMES", 2)
     with capturing(SIM) as capture:
         yield capture
 
