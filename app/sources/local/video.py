@@ -1,20 +1,16 @@
 """video://NAME: a video file as if it were a camera, in real time or as fast as it can be read."""
 
-import math
 import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
-
-import cv2
-import numpy as np
 
 from app.core.errors import BadInput, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
 from app.core.statements import say
 from app.sources import BaseSource, SourceContext
-from app.sources.ffmpeg import open_capture
+from app.sources.ffmpeg import VideoDecoder
 from app.sources.lifecycle import require_open
 from app.sources.local.files import file_within, pictures_folder
 
@@ -41,7 +37,7 @@ class VideoSource(BaseSource):
 
     def __init__(self, path: Path, options: Mapping[str, Any]) -> None:
         self._path, self._options = path, options
-        self._capture: cv2.VideoCapture | None = None
+        self._decoder: VideoDecoder | None = None
         self._pending: Frame | None = None
         self._pace = _Pace()
         self._rounds_s = 0.0  # how long the rounds so far were
@@ -66,8 +62,8 @@ class VideoSource(BaseSource):
         return opened
 
     def read(self) -> Frame:
-        capture = require_open(self._capture, "video")
-        frame, self._pending = self._pending or self._decoded(capture), None
+        decoder = require_open(self._decoder, "video")
+        frame, self._pending = self._pending or self._decoded(decoder), None
         if frame is None and self._options["loop"]:
             self._rounds_s += self._moment_s + self._interval_s
             frame = self._decoded(self._begin())
@@ -84,35 +80,33 @@ class VideoSource(BaseSource):
         return self._rounds_s + self._moment_s
 
     def close(self) -> None:
-        if self._capture is not None:
-            self._capture.release()
-        self._capture = self._pending = None
+        if self._decoder is not None:
+            self._decoder.close()
+        self._decoder = self._pending = None
 
-    def _begin(self) -> cv2.VideoCapture:
+    def _begin(self) -> VideoDecoder:
         """Open the decoder at the first frame; close the one before."""
         self.close()
-        self._capture = capture = open_capture(str(self._path))
-        if capture is None:
+        self._decoder = decoder = VideoDecoder.open(str(self._path))
+        if decoder is None:
             raise BadInput(say("video.cannot-decode", "The video {name!r} cannot be decoded.", name=self._path.name),
                            say("video.convert", "Convert it to MP4 with H.264."), reason="undecodable-video")
-        fps = self._options["fps"] or capture.get(cv2.CAP_PROP_FPS)
-        self._interval_s = 1 / fps if math.isfinite(fps) and 0.1 <= fps <= 1000 else 0.04
+        stated_s, fps = decoder.interval_s, self._options["fps"]
+        self._interval_s = 1 / fps if fps else stated_s if stated_s and 0.001 <= stated_s <= 10 else 0.04
         self._index = 0
         if self._options["start_s"]:
-            capture.set(cv2.CAP_PROP_POS_MSEC, self._options["start_s"] * 1000)
-        return capture
+            decoder.start_at(self._options["start_s"])
+        return decoder
 
-    def _decoded(self, capture: cv2.VideoCapture) -> Frame | None:
-        came, pixels = capture.read()
-        if not came:
+    def _decoded(self, decoder: VideoDecoder) -> Frame | None:
+        frame = decoder.read()
+        if frame is None:
             return None
-        stated_s = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000 - self._options["start_s"]
-        counted_s = self._index * self._interval_s
-        believable = self._options["fps"] is None and math.isfinite(stated_s) and (stated_s > 0 or self._index == 0)
-        self._moment_s = max(0.0, stated_s) if believable else counted_s
+        stated_s = None if decoder.moment_s is None else decoder.moment_s - self._options["start_s"]
+        believable = self._options["fps"] is None and stated_s is not None and (stated_s > 0 or self._index == 0)
+        self._moment_s = max(0.0, stated_s or 0.0) if believable else self._index * self._interval_s
         self._index += 1
-        pixels.setflags(write=False)
-        return Frame(np.asarray(pixels, np.uint8))
+        return frame
 
 
 class _Pace:

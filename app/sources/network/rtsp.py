@@ -1,18 +1,15 @@
-"""rtsp://host/path: a network camera's stream, decoded by OpenCV's FFmpeg, reached through our own relay."""
+"""rtsp://host/path: a network camera's stream, decoded by FFmpeg, reached through our own relay."""
 
 import time
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self
-
-import cv2
-import numpy as np
 
 from app.core.errors import Unavailable
 from app.core.options import Option
 from app.core.records import Frame
 from app.core.statements import say
 from app.sources import BaseSource, SourceContext
-from app.sources.ffmpeg import open_capture
+from app.sources.ffmpeg import VideoDecoder
 from app.sources.lifecycle import require_open
 from app.sources.network.camera_errors import silent
 from app.sources.network.endpoint import Endpoint, connect, hardware_address
@@ -22,7 +19,7 @@ READ_S = 1.5
 
 
 class RtspSource(BaseSource):
-    """Follows a change of size by opening the stream anew, where the codec shows it (rtp_sizes.py)."""
+    """Each frame has its own size."""
 
     TITLE: ClassVar = "Network camera, RTSP"
     HELP: ClassVar = "A stream of H.264, H.265 or MJPEG, supported by most network cameras."
@@ -35,7 +32,7 @@ class RtspSource(BaseSource):
     def __init__(self, endpoint: Endpoint, options: Mapping[str, Any], hosts: tuple[str, ...]) -> None:
         self._endpoint, self._open_s, self._hosts = endpoint, options["open_s"], hosts
         self._relay: RtspRelay | None = None
-        self._capture: cv2.VideoCapture | None = None
+        self._decoder: VideoDecoder | None = None
 
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
@@ -44,36 +41,30 @@ class RtspSource(BaseSource):
         return opened
 
     def read(self) -> Frame:
-        capture, relay = require_open(self._capture), require_open(self._relay)
-        came, pixels = capture.read()
-        if not came and relay.changed:
-            capture, relay = self._connect()
-            came, pixels = capture.read()
-        if not came:
+        decoder, relay = require_open(self._decoder), require_open(self._relay)
+        frame = decoder.read()
+        if frame is None:
             raise relay.problem or silent()
-        pixels.setflags(write=False)
-        return Frame(np.asarray(pixels, np.uint8))
+        return frame
 
     def close(self) -> None:
-        if self._capture is not None:
-            self._capture.release()
+        if self._decoder is not None:
+            self._decoder.close()
         if self._relay is not None:
             self._relay.close()
-        self._relay = self._capture = None
+        self._relay = self._decoder = None
 
-    def _connect(self) -> tuple[cv2.VideoCapture, RtspRelay]:
-        self.close()
+    def _connect(self) -> None:
         deadline = time.monotonic() + self._open_s
         line = connect(self._endpoint, self._hosts, deadline)
         self._hardware = hardware_address(line)
         self._relay = relay = RtspRelay(line, self._endpoint, stall_s=READ_S)
         # A camera may take as long to its first whole picture as to open; later the relay is the stricter one.
-        self._capture = capture = open_capture(relay.url, open_s=max(0.1, deadline - time.monotonic()),
-                                               read_s=max(READ_S, self._open_s - 0.5), threads=1)
-        if capture is None:
+        self._decoder = VideoDecoder.open(relay.url, open_s=max(0.1, deadline - time.monotonic()),
+                                          read_s=max(READ_S, self._open_s - 0.5), threads=1)
+        if self._decoder is None:
             problem = relay.problem
             self.close()
             raise problem or Unavailable(say("network.no-stream-in-time", "The camera did not send a stream in time."),
                                          say("network.check-path", "Check its path, or allow more time: #open_s=5."),
                                          reason="camera-silent")
-        return capture, relay

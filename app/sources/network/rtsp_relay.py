@@ -1,8 +1,8 @@
 """A relay between FFmpeg and an RTSP camera: FFmpeg connects to this machine only, and we see every packet first.
 
-FFmpeg follows a camera's redirections to wherever they lead, keeps the first size of a picture for good, and knows the
-password. Here the connection is already made and pinned; requests get the camera's own name and the login put in;
-redirections end it; packets that begin another size are held back. Only RTP interleaved in the RTSP connection passes.
+FFmpeg follows a camera's redirections to wherever they lead, and would know the password. Here the connection is
+already made and pinned; requests get the camera's own name and the login put in; redirections end it. Only RTP
+interleaved in the RTSP connection passes.
 """
 
 import contextlib
@@ -18,19 +18,16 @@ from app.core.statements import say
 from app.sources.network.authentication import Login
 from app.sources.network.camera_errors import CHECK_SWITCHED_ON, connection_lost, silent, status_error
 from app.sources.network.endpoint import Endpoint
-from app.sources.network.rtp_sizes import SizeMonitor
 
 MAX_TEXT = 256 * 1024  # of one request or reply with its body
 READ_BYTES = 1 << 18
-CODEC = re.compile(r"^a=rtpmap:\s*\d+\s+(JPEG|H264|H265)/", re.IGNORECASE | re.MULTILINE)
 LENGTH = re.compile(rb"^Content-Length:\s*(\d{1,9})", re.IGNORECASE | re.MULTILINE)
-STATIC_JPEG = re.compile(r"^m=video \d+ \S+ 26\b", re.MULTILINE)
 
 
 class RtspRelay:
     """Relays one connection of FFmpeg. Its thread ends when either side does, or on close().
 
-    problem: why it ended, where it was the camera's doing; changed: it ended because another size begins.
+    problem: why it ended, where it was the camera's doing.
     """
 
     def __init__(self, camera: socket.socket, endpoint: Endpoint, stall_s: float) -> None:
@@ -45,11 +42,9 @@ class RtspRelay:
         self._from_camera, self._from_ffmpeg = bytearray(), bytearray()
         self._pending: dict[int, tuple[str, str, bytes, int]] = {}  # by our number: method, URI, rest, FFmpeg's number
         self._number = 0
-        self.monitor = SizeMonitor("")
         self._playing = False
         self._closing = False
         self.problem: TouchlineError | None = None
-        self.changed = False
         self._thread = threading.Thread(target=self._run, name="rtsp relay", daemon=True)
         self._thread.start()
 
@@ -105,8 +100,6 @@ class RtspRelay:
                 self._from_camera += data
                 if self._packets(ffmpeg):
                     last_packet_s = time.monotonic()
-                if self.changed:
-                    return
             elif self._playing and time.monotonic() - last_packet_s > self._stall_s:
                 raise silent()
 
@@ -117,9 +110,6 @@ class RtspRelay:
             if data[at] == 0x24:  # "$": channel, length, an RTP packet
                 end = at + 4 + int.from_bytes(data[at + 2:at + 4], "big")
                 if len(data) < max(end, at + 4):
-                    break
-                if data[at + 1] % 2 == 0 and self.monitor.changed(bytes(data[at + 4:end])):
-                    self.changed = True
                     break
                 at = end
                 continue
@@ -191,10 +181,6 @@ class RtspRelay:
             return
         if 300 <= code <= 401 or (code > 401 and request[0] in ("DESCRIBE", "SETUP", "PLAY")):
             raise status_error(code, "rtsp")
-        if request[0] == "DESCRIBE":
-            sdp = body.decode("utf-8", "replace")
-            codec = CODEC.search(sdp)
-            self.monitor = SizeMonitor(codec[1] if codec else "JPEG" if STATIC_JPEG.search(sdp) else "")
         self._playing = self._playing or request[0] == "PLAY"
         head = re.sub(r"(?mi)^CSeq:[^\r\n]*", f"CSeq: {request[3]}", head)
         ffmpeg.sendall(head.encode() + b"\r\n\r\n" + body)

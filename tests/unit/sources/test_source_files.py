@@ -2,7 +2,9 @@
 
 import shutil
 import time
+from fractions import Fraction
 
+import av
 import cv2
 import numpy as np
 import pytest
@@ -129,6 +131,34 @@ def test_a_film_begins_where_it_is_told(around):
     assert refused.value.reason == "undecodable-video"
 
 
+def film_of(path, pictures) -> None:
+    """A film of JPEGs, each of its own size."""
+    with av.open(str(path), "w") as made:
+        stream = made.add_stream("mjpeg", rate=20)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuvj420p"
+        for n, pixels in enumerate(pictures):
+            packet = av.Packet(cv2.imencode(".jpg", pixels)[1].tobytes())
+            packet.stream, packet.pts, packet.dts, packet.time_base = stream, n, n, Fraction(1, 20)
+            made.mux(packet)
+
+
+def test_a_film_may_change_its_size(around):
+    """A recorder that goes on after the camera was set to another resolution writes such a film."""
+    sizes = [(64, 48)] * 3 + [(96, 72)] * 3
+    film_of(around.pictures / "film.avi", (np.full((h, w, 3), 20 * n, np.uint8) for n, (w, h) in enumerate(sizes)))
+    source = source_from_url("video://film.avi?pace=fast", around)
+    seen = [source.read() for _ in sizes]
+    assert [tuple(frame.size) for frame in seen] == sizes
+    assert [round(frame.pixels.mean() / 20) for frame in seen] == list(range(6))
+
+
+def test_a_frame_with_more_pixels_than_are_decoded_is_left_out(around):
+    sides = (64, 7200, 96)  # the second has 52 million pixels in 300 kB
+    film_of(around.pictures / "film.avi", (np.full((side, side), 100, np.uint8) for side in sides))
+    source = source_from_url("video://film.avi?pace=fast", around)
+    assert [source.read().size.width for _ in range(3)] == [64, 96, 64]
+
+
 def test_a_film_is_shown_at_its_own_pace_over_its_loops_too(around):
     film(around.pictures / "film.avi")  # half a second
     source = source_from_url("video://film.avi", around)
@@ -192,18 +222,18 @@ def test_a_playlist_that_calls_itself_a_film_opens_nothing(around):
 
 
 def test_ffmpeg_itself_opens_no_playlist(tmp_path):
-    from app.sources.ffmpeg import open_capture
+    from app.sources.ffmpeg import VideoDecoder
 
     real = tmp_path / "film.avi"
     film(real)
     for name, text in (("list.ffconcat", f"ffconcat version 1.0\nfile '{real}'\n"),
                        ("list.m3u8", f"#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\nfile://{real}\n")):
         (tmp_path / name).write_text(text)
-        assert open_capture(str(tmp_path / name)) is None
-    assert open_capture(f"concat:{real}") is None
-    capture = open_capture(str(real))
-    assert capture is not None
-    capture.release()
+        assert VideoDecoder.open(str(tmp_path / name)) is None
+    assert VideoDecoder.open(f"concat:{real}") is None
+    decoder = VideoDecoder.open(str(real))
+    assert decoder is not None and decoder.read() is not None
+    decoder.close()
 
 
 def traversals(root) -> list[str]:
