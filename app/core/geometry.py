@@ -123,6 +123,11 @@ def homogeneous(points: Points) -> Array:
     return with_z(points, 1.0)
 
 
+def root_mean_square(values: Array) -> float:
+    """Return the root of the mean square; NaN of none."""
+    return float(np.sqrt(np.mean(np.square(values)))) if np.size(values) else float("nan")
+
+
 def unreachable_where(bad: Mask, points: Points) -> Points:
     """The points, with NaN in both coordinates where bad (...) is true or either coordinate is not finite."""
     bad = bad | ~np.isfinite(points).all(axis=-1)

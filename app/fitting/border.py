@@ -10,7 +10,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from app.core.errors import FitFailed
-from app.core.geometry import Array, Indices, Mask
+from app.core.geometry import Array, Indices, Mask, root_mean_square
 from app.core.marking_names import the_border
 from app.core.statements import Sentence, capitalised, say
 from app.fitting.clicks import first_of_each_place
@@ -44,12 +44,12 @@ class CurveFit:
 
     @property
     def rms(self) -> float:
-        return float(np.sqrt(np.mean(self.residuals[self.inliers] ** 2)))
+        return root_mean_square(self.residuals[self.inliers])
 
     @property
     def held_out_rms(self) -> float | None:
         errors = self.held_out[self.inliers]
-        return float(np.sqrt(np.mean(errors**2))) if np.isfinite(errors).all() else None
+        return root_mean_square(errors) if np.isfinite(errors).all() else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,16 +199,16 @@ def _choose_degree(t: Array, value: Array, robust: bool) -> tuple[int, Sentence,
         missed = np.full(t.size, MISS_PX)
         missed[inliers] = _held_out(_solve(t[inliers], value[inliers], degree))
         errors_px[degree], outliers[degree] = np.nan_to_num(missed, nan=MISS_PX), inliers
-    rms = {d: float(np.sqrt(np.mean(m**2))) for d, m in errors_px.items()}
-    best = min(rms, key=rms.__getitem__)
-    alike = rms[best] * (1 + 1 / np.sqrt(2 * t.size)) + SAME_PX  # an rms of n values is known no better
+    rms_px = {d: root_mean_square(m) for d, m in errors_px.items()}
+    best = min(rms_px, key=rms_px.__getitem__)
+    alike = rms_px[best] * (1 + 1 / np.sqrt(2 * t.size)) + SAME_PX  # an rms of n values is known no better
 
     def as_good(d: int) -> bool:
         worse = errors_px[d] ** 2 - errors_px[best] ** 2
-        return rms[d] <= alike or worse.mean() <= CHANCE_ERRORS * worse.std() / np.sqrt(worse.size)
+        return rms_px[d] <= alike or worse.mean() <= CHANCE_ERRORS * worse.std() / np.sqrt(worse.size)
 
-    degree = next(d for d in rms if d == best or as_good(d))
-    listed = [say("degree.error", "degree {degree} {px:.2f} px", degree=d, px=error) for d, error in rms.items()
+    degree = next(d for d in rms_px if d == best or as_good(d))
+    listed = [say("degree.error", "degree {degree} {px:.2f} px", degree=d, px=error) for d, error in rms_px.items()
               if abs(d - degree) <= 1 or d == best]
     return degree, say("degree.automatic", "Chosen: the lowest degree whose leave-one-out error is not significantly "
                        "worse than the best ({errors}).", errors=listed), outliers[degree]

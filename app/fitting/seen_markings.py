@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.core.field import Arc, Field, Line, Point
-from app.core.geometry import Array, Points
+from app.core.geometry import Array, Points, root_mean_square
 
 OFF_MM = 6.0  # rms of a piece about its line or circle: a lens's error, and a line's own
 BESIDE_MM = 25.0  # so near, two pieces are of one line
@@ -142,7 +142,7 @@ def _circle(places: Points) -> Arc | None:
     (x, y, power), *_ = np.linalg.lstsq(design, np.sum(places**2, axis=1), rcond=None)
     radius = float(np.sqrt(max(power + x * x + y * y, 0.0)))
     arms = places - (x, y)
-    if float(np.sqrt(np.mean((np.linalg.norm(arms, axis=1) - radius) ** 2))) > OFF_MM:
+    if root_mean_square(np.linalg.norm(arms, axis=1) - radius) > OFF_MM:
         return None
     angles = np.sort(np.degrees(np.arctan2(arms[:, 1], arms[:, 0])) % 360)
     gaps = np.diff(np.append(angles, angles[0] + 360))

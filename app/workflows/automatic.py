@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from app.core import opencv
 from app.core.errors import FitFailed
 from app.core.field import Field, Region
-from app.core.geometry import Array, ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points, root_mean_square
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observation, Observations
 from app.core.statements import say
@@ -139,7 +139,7 @@ def _measured(seen: DetectedLines, state: RayCameraParameters, field: Field, reg
             observations.append(Observation(field.observed_name(marking.name, region), "line", points[of]))
         else:
             hits = hits & ~of
-    rms_px = float(np.sqrt(np.mean(profiles.middle[hits] ** 2))) if hits.any() else np.inf
+    rms_px = root_mean_square(profiles.middle[hits]) if hits.any() else np.inf
     if not observations:
         return None
     return LineAssignment(tuple(observations), state, searched, places, hits, pattern, rms_px, profiles.widths)

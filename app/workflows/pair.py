@@ -12,7 +12,7 @@ import numpy as np
 
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field_json import field_from_json
-from app.core.geometry import Array, ImageSize, Indices, Mask, Points, inside_picture
+from app.core.geometry import Array, ImageSize, Indices, Mask, Points, inside_picture, root_mean_square
 from app.core.json_values import PointsJson, nullable, nullable_points
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
@@ -176,7 +176,7 @@ def _pose(model_a: RayCamera, model_b: RayCamera, matches: _Matches) -> PoseJson
             "direction_sigma_deg": found.direction_sigma_deg,
             "from_calibrations_deg": {"rotation": apart_deg, "direction": None if cosine is None else float(
                 np.degrees(np.arccos(np.clip(cosine, -1, 1))))},
-            "essential": found.essential.tolist(), "rms_px": float(np.sqrt(np.mean(good**2))),
+            "essential": found.essential.tolist(), "rms_px": root_mean_square(good),
             "epipolar_px": matches.in_given_order(found.epipolar_px), "outliers": matches.numbers(~found.good),
             "verdict": pair_verdict.of_pose(apart_deg, found.rotation_sigma_deg)}
 
@@ -198,7 +198,7 @@ def _calibrated(model_a: RayCamera, model_b: RayCamera, matches: _Matches) -> Ca
                         say("pair.check-points", "Check that the points belong to these cameras."),
                         reason="nothing-shared")
     rotation, centre = pose_between(model_a, model_b)
-    return {"median_px": float(np.median(seen)), "rms_px": float(np.sqrt(np.mean(seen**2))),
+    return {"median_px": float(np.median(seen)), "rms_px": root_mean_square(seen),
             "epipolar_px": matches.in_given_order(found), **_turn(rotation), "translation_mm": centre.tolist(),
             "distance_mm": float(np.linalg.norm(centre)), "verdict": pair_verdict.of_calibrated(found, matches.which)}
 

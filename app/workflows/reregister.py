@@ -16,7 +16,7 @@ from app.core.common_sentences import DETECTING_FIELD_LINES, SET_RESOLUTION, oth
 from app.core.errors import Conflict, FitFailed, TouchlineError
 from app.core.field import Field, Region
 from app.core.field_json import field_from_json
-from app.core.geometry import Array, ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points, root_mean_square
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Frame, Observation, Observations, observations_from_json
 from app.core.statements import join, say, stated
@@ -125,7 +125,7 @@ def _off_px(model: CameraModel, found: TrackedLines, field: Field) -> float:
     feet = np.stack([marking.nearest(point) for marking, point in zip(markings, on_field, strict=True)])
     off = np.linalg.norm(raw_from_field(model, feet) - found.points, axis=1)
     off = np.sort(off[np.isfinite(off)])
-    return float(np.sqrt(np.mean(off[:max(1, int(0.9 * len(off)))] ** 2))) if len(off) else np.inf
+    return root_mean_square(off[:max(1, int(0.9 * len(off)))]) if len(off) else np.inf
 
 
 def _summary(calibration: Calibration, before: CameraModel, done: CalibrationResult, found: TrackedLines,

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.core.geometry import Array, Mask, Points
+from app.core.geometry import Array, Mask, Points, root_mean_square
 from app.evaluate.cameras.evidence import OffsetMeasurements
 
 PRIOR_MM = 300.0  # one standard deviation of any disagreement
@@ -99,5 +99,5 @@ def _fitted(at: Points, evidence: OffsetMeasurements, degree: int) -> tuple[floa
     leverage = np.einsum("ij,jk,ik->i", rows, covariance, rows) * weight / scale**2
     out = np.abs(residual) / np.maximum(1 - leverage, 0.05)
     good = weight > 0
-    error = float(np.sqrt(np.mean(np.minimum(out, CUT * scale) ** 2)))
-    return error, found, covariance, good, float(np.sqrt(np.mean(residual[good] ** 2))) if good.any() else error
+    error = root_mean_square(np.minimum(out, CUT * scale))
+    return error, found, covariance, good, root_mean_square(residual[good]) if good.any() else error

@@ -14,7 +14,7 @@ from typing_extensions import TypedDict
 
 from app.core.errors import FitFailed
 from app.core.field import Field, Landmark, Region
-from app.core.geometry import Array, Indices, Points
+from app.core.geometry import Array, Indices, Points, root_mean_square
 from app.core.json_values import PointJson
 from app.core.records import Observations
 from app.evaluate.cameras.evidence import along_marking, placed_matches, shared_clicks
@@ -59,7 +59,7 @@ class PointAgreement:
         cells = shared.filled(self.places, apart)
         known = np.isfinite(cells)
         shift = np.median(self.offset_mm, axis=0)
-        return {"n": len(apart), "median_mm": float(np.median(apart)), "rms_mm": float(np.sqrt(np.mean(apart**2))),
+        return {"n": len(apart), "median_mm": float(np.median(apart)), "rms_mm": root_mean_square(apart),
                 "max_mm": float(apart[worst]), "where": self.places[worst].tolist(), "shift_mm": shift.tolist(),
                 "overlap_m2": shared.area_m2, "covered": float(known.sum() / max(shared.both.sum(), 1)),
                 "map": shared.map_json(cells)}

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from app.core.geometry import Array, Indices, Mask
+from app.core.geometry import Array, Indices, Mask, root_mean_square
 from app.core.statements import Sentence, join, say, stated
 from app.core.text_format import format_mm
 from app.evaluate.cameras.own_accuracy import OwnAccuracy, capped_level
@@ -45,8 +45,7 @@ def _agreement_alone(found: PointAgreement, covered: float) -> PairVerdict:
     apart = found.apart_mm
     median, worst = float(np.median(apart)), float(apart.max())
     usual = apart[apart <= max(STANDS_OUT * median, FAIR_MM)]  # a mistaken match says nothing about the cameras
-    size = float(np.sqrt(np.mean(usual**2)))
-    level = level_of(size)
+    level = level_of(root_mean_square(usual))
     sentence = join(WORDS[level], say("pair.differ", "Median difference {median}, largest {most}.",
                                       median=format_mm(median), most=format_mm(worst)))
     if few := len(apart) - len(usual):
@@ -64,7 +63,7 @@ def _agreement_alone(found: PointAgreement, covered: float) -> PairVerdict:
 
 def _cure(found: PointAgreement) -> Sentence:
     shift = np.median(found.offset_mm, axis=0)
-    spread = float(np.sqrt(np.mean(np.sum((found.offset_mm - shift) ** 2, axis=1))))
+    spread = root_mean_square(np.linalg.norm(found.offset_mm - shift, axis=1))
     if len(found.places) < FEW_PLACES:
         return say("pair.few-places.fix", "Check these matches and their heights. Then add matches all over the shared "
                                           "area.")
@@ -78,10 +77,10 @@ def _cure(found: PointAgreement) -> Sentence:
 
 def of_fundamental(epipolar_px: Array, good: Mask, which: Indices) -> PairVerdict:
     """Judge a geometry that was found from matches; all (n,), which: as they are counted."""
-    rms, wrong = float(np.sqrt(np.mean(epipolar_px[good] ** 2))), which[~good]
-    level = capped_level(_level_of_px(rms), ["fair"] if len(wrong) else [])
+    rms_px, wrong = root_mean_square(epipolar_px[good]), which[~good]
+    level = capped_level(_level_of_px(rms_px), ["fair"] if len(wrong) else [])
     agreed = say("pair.geometry", "{n} of {all} matches agree with one geometry, within {px:.2f} px.",
-                 n=int(good.sum()), all=len(good), px=rms)
+                 n=int(good.sum()), all=len(good), px=rms_px)
     if len(wrong):
         return _verdict(level, join(agreed, _mistaken(wrong)), say(
             "pair.mistaken.fix", "Check whether they show the same point in both images. Move or remove them."))

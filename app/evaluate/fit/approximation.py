@@ -14,7 +14,7 @@ import numpy as np
 
 from app.core.errors import Conflict, FitFailed
 from app.core.field import Region
-from app.core.geometry import Array, Points, inside_picture, with_z
+from app.core.geometry import Array, Points, inside_picture, root_mean_square, with_z
 from app.fitting.least_squares import Minimum, minimise
 from app.fitting.linear import Incidences, focal_from_vanishing_points, homography_from_lines, pose_from_homography
 from app.fitting.ray_camera.fit import lens_fitter
@@ -67,9 +67,10 @@ def approximation_error(model: CameraModel, other: RayCamera, region: Region,
     if isinstance(model, RayModel):
         hat_places, hat_pixels = _seen(model, region, GRID, hat_height_mm)
         hat = _length(other.unproject(hat_pixels, hat_height_mm) - hat_places)
-        hat_rms, hat_worst = _rms(hat), float(hat.max(initial=0.0))
+        hat_rms, hat_worst = root_mean_square(hat), float(hat.max(initial=0.0))
     x_mm, y_mm = places[worst].tolist()
-    return ApproximationError(_rms(errors), float(errors[worst]), (x_mm, y_mm), hat_rms, hat_worst, hat_height_mm)
+    return ApproximationError(root_mean_square(errors), float(errors[worst]), (x_mm, y_mm), hat_rms, hat_worst,
+                              hat_height_mm)
 
 
 def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple[str, ...], region: Region,
@@ -203,7 +204,3 @@ def _grid(low: Array, high: Array, grid: tuple[int, int]) -> Points:
 def _length(vectors: Points) -> Array:
     length = np.linalg.norm(vectors, axis=-1)
     return np.where(np.isfinite(length), length, np.inf)
-
-
-def _rms(errors: Array) -> float:
-    return float(np.sqrt(np.mean(errors**2)))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.field import Field, Region
-from app.core.geometry import Array, Points, with_z
+from app.core.geometry import Array, Points, root_mean_square, with_z
 from app.core.json_values import nullable, nullable_points
 from app.core.records import Observation
 from app.evaluate.fit.report_types import ResidualRow
@@ -90,4 +90,4 @@ def mm_per_px(px: NDArray[np.float64], mm: NDArray[np.float64]) -> float | None:
 def rms(values: NDArray[np.float64]) -> float | None:
     """Root mean square of the finite values; None when there are none."""
     finite = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(finite**2))) if finite.size else None
+    return root_mean_square(finite) if finite.size else None

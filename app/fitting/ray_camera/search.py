@@ -7,7 +7,7 @@ from typing import Any, Generic
 import numpy as np
 
 from app.core.errors import FitFailed
-from app.core.geometry import Array, Indices, Mask
+from app.core.geometry import Array, Indices, Mask, root_mean_square
 from app.core.statements import say
 from app.fitting.least_squares import Minimum, minimise
 from app.fitting.linear import CHECK_LINES
@@ -105,7 +105,7 @@ class RayFitResult(Generic[State]):
 
     @property
     def rms_px(self) -> float:
-        return float(np.sqrt(np.mean(self.pixels[self.inliers] ** 2)))
+        return root_mean_square(self.pixels[self.inliers])
 
     @property
     def parameters(self) -> int:

@@ -11,7 +11,7 @@ from math import lgamma, log
 import numpy as np
 
 from app.core.errors import BadInput, FitFailed
-from app.core.geometry import Array, Indices, Mask, Points, as_points, homogeneous
+from app.core.geometry import Array, Indices, Mask, Points, as_points, homogeneous, root_mean_square
 from app.fitting.two_view.consensus import PARAMETERS, Consensus, consensus
 from app.fitting.two_view.epipolar import FundamentalParameters, epipolar_px, normaliser, sampson_px
 
@@ -43,7 +43,7 @@ class TwoViews:
     @property
     def rms_px(self) -> float:
         """Return the rms of the good matches."""
-        return float(np.sqrt(np.mean(self.epipolar_px[self.good] ** 2)))
+        return root_mean_square(self.epipolar_px[self.good])
 
     @property
     def epipoles(self) -> tuple[Array, Array]:

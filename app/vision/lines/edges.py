@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core import opencv
-from app.core.geometry import Points
+from app.core.geometry import Points, root_mean_square
 from app.vision.lines.edge_joining import Piece, chord, joined, nearest_neighbours, off_cubic
 
 BLUR_PX = 1.2  # sharper follows the noise, softer lets neighbouring edges push each other
@@ -110,7 +110,7 @@ def _smooth(line: Piece, least: float) -> list[Piece]:
             cut = min(max(worst, 2 * TRIM), len(off) - 2 * TRIM)
             waiting += [piece.part(0, cut), piece.part(cut, None)]
             continue
-        calm = np.sqrt(np.mean(off**2)) < RAGGED_PX and bow < BENT * chord(piece.points)
+        calm = root_mean_square(off) < RAGGED_PX and bow < BENT * chord(piece.points)
         if calm and np.median(piece.strength) >= CLEAR:
             smooth.append(piece)
     return smooth

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.geometry import Points
+from app.core.geometry import Points, root_mean_square
 
 MIN_POINTS = 8
 MIN_LENGTH = 0.05  # of the picture's diagonal: shorter ones say nothing about its lens
@@ -148,5 +148,5 @@ def _run(frames: NDArray[np.int64], points: Points) -> StraightRun | None:
     if not (arc.fits and arc.forwards):
         return None
     _, v, _ = _turned(points)
-    return StraightRun(frames, points, arc.length_px, arc.sag_px, arc.sag_sigma_px, float(np.sqrt(np.mean(arc.off**2))),
-                       float(np.sqrt(np.mean((v - v.mean()) ** 2))))
+    return StraightRun(frames, points, arc.length_px, arc.sag_px, arc.sag_sigma_px, root_mean_square(arc.off),
+                       float(np.std(v)))
