@@ -13,8 +13,8 @@ from app.core.errors import TouchlineError, Unavailable
 from app.core.statements import say
 from app.evaluate.motion.object_tracks import ObjectTracker, seams_of
 from app.live.camera import LiveCamera
-from app.live.detection_feed import json_text
 from app.live.viewer import Viewer
+from app.processes.framing import decode_body
 
 INPUT_FPS = 20.0  # of each camera that go in: the server's own thread reads them
 INTERVAL_S = 0.05
@@ -68,10 +68,10 @@ class TrackFusion:
             try:
                 with self._camera(name).detections.listening(INPUT_FPS) as viewer:
                     while True:
-                        self._add(name, json.loads(json_text(await viewer.next(SILENT_S))))
+                        self._add(name, decode_body(await viewer.next(SILENT_S))[0])
             except TouchlineError as error:
                 self._problems[name] = error
-            except TimeoutError:
+            except (TimeoutError, ConnectionResetError, KeyError, TypeError):  # nothing, or nothing that can be read
                 self._problems[name] = Unavailable(SENDS_NO_FRAMES, say("advice.check-state", "Check its state."),
                                                    reason="camera-silent")
             await asyncio.sleep(RETRY_S)
