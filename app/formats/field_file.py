@@ -8,8 +8,8 @@ from app.core.field_json import field_from_json, refuse
 from app.formats import ssl_vision
 from app.formats.numbers import format_error
 from app.formats.ssl_field import field_from_wire, field_to_wire
-from app.ssl_protocol.messages import Geometry, Sender, WrapperPacket
 from app.ssl_protocol.protobuf import decode, encode
+from app.ssl_protocol.ssl_vision_pb2 import SSL_GeometryData, SSL_Source, SSL_WrapperPacket
 
 FIX = "Use a field exported as JSON, or a geometry packet of the league."
 
@@ -19,7 +19,7 @@ def write_field(field: Field, format: str) -> tuple[bytes, str, str]:
     if format == "json":
         text = json.dumps(field.to_json(), indent=1, allow_nan=False, ensure_ascii=False)
         return text.encode(), "application/json", ".json"
-    packet = WrapperPacket(geometry=Geometry(field_to_wire(field), ()), source=int(Sender.OTHER))
+    packet = SSL_WrapperPacket(geometry=SSL_GeometryData(field=field_to_wire(field)), source=SSL_Source.OTHER)
     return encode(packet), ssl_vision.FORMAT.media_type, ssl_vision.FORMAT.suffix
 
 
@@ -29,10 +29,10 @@ def read_field(data: bytes, known: Iterable[Field] = ()) -> Field:
     known: a packet with just their lines is one of these, with its landmarks and regions.
     """
     if ssl_vision.recognises(data):
-        geometry = decode(WrapperPacket, data).geometry
-        if geometry is None:
+        packet = decode(SSL_WrapperPacket, data)
+        if not packet.HasField("geometry"):
             raise format_error("The packet contains no field.", FIX)
-        return field_from_wire(geometry.field, known)
+        return field_from_wire(packet.geometry.field, known)
     try:
         value = json.loads(data)
     except (ValueError, RecursionError):

@@ -3,8 +3,9 @@
 The league has its own names of lines; a line without one is sent under our name.
 """
 
+import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,39 +14,46 @@ from app.core.errors import BadInput
 from app.core.field import Arc, Field, Line
 from app.core.field_json import field_from_json
 from app.formats.numbers import format_error
-from app.ssl_protocol.messages import FieldArc, FieldLine, FieldSize, Shape, Vector2f
+from app.ssl_protocol.protobuf import build
+from app.ssl_protocol.ssl_vision_pb2 import (
+    SSL_FieldCircularArc,
+    SSL_FieldLineSegment,
+    SSL_GeometryFieldSize,
+    Vector2f,
+)
 
-NAMES = {  # ours: theirs
-    "touch-line-top": ("TopTouchLine", Shape.TOP_TOUCH_LINE),
-    "touch-line-bottom": ("BottomTouchLine", Shape.BOTTOM_TOUCH_LINE),
-    "goal-line-left": ("LeftGoalLine", Shape.LEFT_GOAL_LINE),
-    "goal-line-right": ("RightGoalLine", Shape.RIGHT_GOAL_LINE),
-    "halfway-line": ("HalfwayLine", Shape.HALFWAY_LINE),
-    "centre-line": ("CenterLine", Shape.CENTER_LINE),
-    "defence-left-front": ("LeftPenaltyStretch", Shape.LEFT_PENALTY_STRETCH),
-    "defence-right-front": ("RightPenaltyStretch", Shape.RIGHT_PENALTY_STRETCH),
-    "defence-left-bottom": ("LeftFieldLeftPenaltyStretch", Shape.LEFT_FIELD_LEFT_PENALTY_STRETCH),
-    "defence-left-top": ("LeftFieldRightPenaltyStretch", Shape.LEFT_FIELD_RIGHT_PENALTY_STRETCH),
-    "defence-right-bottom": ("RightFieldLeftPenaltyStretch", Shape.RIGHT_FIELD_LEFT_PENALTY_STRETCH),
-    "defence-right-top": ("RightFieldRightPenaltyStretch", Shape.RIGHT_FIELD_RIGHT_PENALTY_STRETCH),
-    "centre-circle": ("CenterCircle", Shape.CENTER_CIRCLE),
+NAMES = {  # ours: theirs, which names its shape as well
+    "touch-line-top": "TopTouchLine",
+    "touch-line-bottom": "BottomTouchLine",
+    "goal-line-left": "LeftGoalLine",
+    "goal-line-right": "RightGoalLine",
+    "halfway-line": "HalfwayLine",
+    "centre-line": "CenterLine",
+    "defence-left-front": "LeftPenaltyStretch",
+    "defence-right-front": "RightPenaltyStretch",
+    "defence-left-bottom": "LeftFieldLeftPenaltyStretch",
+    "defence-left-top": "LeftFieldRightPenaltyStretch",
+    "defence-right-bottom": "RightFieldLeftPenaltyStretch",
+    "defence-right-top": "RightFieldRightPenaltyStretch",
+    "centre-circle": "CenterCircle",
 }
-OURS = {theirs: ours for ours, (theirs, _) in NAMES.items()}
+OURS = {theirs: ours for ours, theirs in NAMES.items()}
 SAME_MM = 0.5  # they send whole millimetres
 GOAL_MM = {"width_mm": 1000, "depth_mm": 180, "height_mm": 160}  # where a field has none: required on the wire
 
 
-def field_to_wire(field: Field) -> FieldSize:
+def field_to_wire(field: Field) -> SSL_GeometryFieldSize:
     """Encode a field with all lines and arcs; lengths that must be whole are rounded."""
     extras = field.extras
     goal, boundary = {**GOAL_MM, **extras.get("goal", {})}, extras.get("boundary", {"touch_mm": 0, "goal_mm": 0})
     front = field.lines.get("defence-left-front")
     circle, mark = field.arcs.get("centre-circle"), field.landmarks.get("penalty-mark-left")
     widths = [line.width_mm for line in field.lines.values()]
-    return FieldSize(
-        round(field.length_mm), round(field.width_mm), round(goal["width_mm"]), round(goal["depth_mm"]),
-        round(boundary["touch_mm"]), tuple(_line(line) for line in field.lines.values()),
-        tuple(_arc(arc) for arc in field.arcs.values()),
+    return build(
+        SSL_GeometryFieldSize, field_length=round(field.length_mm), field_width=round(field.width_mm),
+        goal_width=round(goal["width_mm"]), goal_depth=round(goal["depth_mm"]),
+        boundary_width=round(boundary["touch_mm"]), field_lines=[_line(line) for line in field.lines.values()],
+        field_arcs=[_arc(arc) for arc in field.arcs.values()],
         penalty_area_depth=None if front is None else round(field.length_mm / 2 - abs(front.start[0])),
         penalty_area_width=None if front is None else round(abs(front.end[1] - front.start[1])),
         center_circle_radius=None if circle is None else round(circle.radius_mm),
@@ -57,7 +65,7 @@ def field_to_wire(field: Field) -> FieldSize:
         boundary_width_goal_line=round(boundary["goal_mm"]))
 
 
-def field_from_wire(sent: FieldSize, known: Iterable[Field] = ()) -> Field:
+def field_from_wire(sent: SSL_GeometryFieldSize, known: Iterable[Field] = ()) -> Field:
     """Return the known field that matches the message, or one made of it; BadInput where it is no field."""
     for field in known:
         ours = field_to_wire(field)
@@ -94,18 +102,24 @@ def field_from_wire(sent: FieldSize, known: Iterable[Field] = ()) -> Field:
                            "Enter the field by name.") from None
 
 
-def _line(line: Line) -> FieldLine:
-    name, shape = NAMES.get(line.name, (line.name, Shape.UNDEFINED))
-    return FieldLine(name, Vector2f(*line.start), Vector2f(*line.end), line.width_mm, int(shape))
+def _line(line: Line) -> SSL_FieldLineSegment:
+    theirs = NAMES.get(line.name)
+    return SSL_FieldLineSegment(name=theirs or line.name, p1=_point(line.start), p2=_point(line.end),
+                                thickness=line.width_mm, type=theirs or "Undefined")
 
 
-def _arc(arc: Arc) -> FieldArc:
-    name, shape = NAMES.get(arc.name, (arc.name, Shape.UNDEFINED))
-    return FieldArc(name, Vector2f(*arc.centre), arc.radius_mm, float(np.radians(arc.start_deg)),
-                    float(np.radians(arc.end_deg)), arc.width_mm, int(shape))
+def _arc(arc: Arc) -> SSL_FieldCircularArc:
+    theirs = NAMES.get(arc.name)
+    return SSL_FieldCircularArc(name=theirs or arc.name, center=_point(arc.centre), radius=arc.radius_mm,
+                                a1=math.radians(arc.start_deg), a2=math.radians(arc.end_deg), thickness=arc.width_mm,
+                                type=theirs or "Undefined")
 
 
-def _same_lines(ours: FieldSize, sent: FieldSize) -> bool:
+def _point(place: Sequence[float]) -> Vector2f:
+    return Vector2f(x=place[0], y=place[1])
+
+
+def _same_lines(ours: SSL_GeometryFieldSize, sent: SSL_GeometryFieldSize) -> bool:
     """Tell whether every line that both name is at the same place, in either direction."""
     there = {line.name: line for line in sent.field_lines}
     for line in ours.field_lines:

@@ -14,25 +14,27 @@ from app.formats.metadata import checked_pose
 from app.formats.numbers import format_error
 from app.models.ray_camera import RayCamera
 from app.models.rotation import vector_from_matrix
-from app.ssl_protocol.messages import CameraCalibration
+from app.ssl_protocol.protobuf import build
+from app.ssl_protocol.ssl_vision_pb2 import SSL_GeometryCameraCalibration
 
 
-def camera_to_wire(camera: RayCamera, camera_id: int) -> CameraCalibration:
+def camera_to_wire(camera: RayCamera, camera_id: int) -> SSL_GeometryCameraCalibration:
     """Encode an Ssl camera; its numbers become floats of four bytes."""
     translation = translation_of(camera)
     x, y, z, w = quaternion(np.array(camera.rotation))
     width, height = camera.image_size
-    return CameraCalibration(
-        camera_id=camera_id, focal_length=camera.focal_px, principal_point_x=camera.centre_px[0],
-        principal_point_y=camera.centre_px[1], distortion=camera.lens_terms[0], q0=x, q1=y, q2=z, q3=w,
+    return build(
+        SSL_GeometryCameraCalibration, camera_id=camera_id, focal_length=camera.focal_px,
+        principal_point_x=camera.centre_px[0], principal_point_y=camera.centre_px[1],
+        distortion=camera.lens_terms[0], q0=x, q1=y, q2=z, q3=w,
         tx=float(translation[0]), ty=float(translation[1]), tz=float(translation[2]),
         derived_camera_world_tx=camera.position_mm[0], derived_camera_world_ty=camera.position_mm[1],
         derived_camera_world_tz=camera.position_mm[2], pixel_image_width=width, pixel_image_height=height)
 
 
-def camera_from_wire(sent: CameraCalibration, field: Field) -> CameraFile:
+def camera_from_wire(sent: SSL_GeometryCameraCalibration, field: Field) -> CameraFile:
     """Decode a camera over this field. The position is that of q and t: the derived one only repeats it."""
-    sized = sent.pixel_image_width is not None and sent.pixel_image_height is not None
+    sized = sent.HasField("pixel_image_width") and sent.HasField("pixel_image_height")
     size = checked_size(sent.pixel_image_width, sent.pixel_image_height) if sized else None
     q = np.array([sent.q0, sent.q1, sent.q2, sent.q3])
     length = float(np.linalg.norm(q))

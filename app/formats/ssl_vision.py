@@ -12,15 +12,15 @@ from app.formats.numbers import format_error
 from app.formats.ssl_field import field_from_wire, field_to_wire
 from app.formats.ssl_geometry import camera_from_wire, camera_number, camera_to_wire
 from app.models.restored import Restored
-from app.ssl_protocol.messages import Geometry, Sender, WrapperPacket
 from app.ssl_protocol.protobuf import decode, encode
+from app.ssl_protocol.ssl_vision_pb2 import SSL_GeometryData, SSL_Source, SSL_WrapperPacket
 
 
 def write(calibration: Calibration, export: ExportCamera) -> bytes:
     _, field, region = Restored.of(calibration)
     number = camera_number(field, region) if export.camera_id is None else export.camera_id
-    return encode(WrapperPacket(geometry=Geometry(field_to_wire(field), (camera_to_wire(export.camera, number),)),
-                                source=int(Sender.OTHER)))
+    geometry = SSL_GeometryData(field=field_to_wire(field), calib=[camera_to_wire(export.camera, number)])
+    return encode(SSL_WrapperPacket(geometry=geometry, source=SSL_Source.OTHER))
 
 
 def recognises(data: bytes) -> bool:
@@ -30,8 +30,8 @@ def recognises(data: bytes) -> bool:
 
 def read(data: bytes, camera_id: int | None = None) -> CameraFile:
     """Read the camera with this id, or the only one."""
-    geometry = decode(WrapperPacket, data).geometry
-    if geometry is None or not geometry.calib:
+    geometry = decode(SSL_WrapperPacket, data).geometry
+    if not geometry.calib:
         raise format_error("The packet contains no camera calibration.", "Use a geometry packet with calib.")
     ids = [camera.camera_id for camera in geometry.calib]
     if camera_id is None and len(ids) > 1:

@@ -15,8 +15,8 @@ from app.core.errors import BadInput, TouchlineError, Unavailable
 from app.core.statements import say
 from app.league.multicast_address import MulticastAddress
 from app.league.multicast_receiver import Datagram, MulticastReceiver
-from app.ssl_protocol.messages import Geometry
-from app.ssl_protocol.protobuf import decode, optional
+from app.ssl_protocol.protobuf import decode
+from app.ssl_protocol.ssl_vision_pb2 import GeometryPacket, SSL_GeometryData
 
 log = logging.getLogger("touchline")
 MAX_SENDERS = 32
@@ -28,14 +28,6 @@ CPU_SHARE, CPU_SHARE_PER_SENDER = 0.2, 0.05  # of one core's time for decoding: 
 PAUSE_S = 0.002  # between packets that are skipped: a flood must not occupy the process
 FORGET_S = 600.0
 JOIN_S = 5.0
-
-
-@dataclass(frozen=True)
-class _Packet:
-    """The part of an SSL_WrapperPacket that matters here: detections are passed over unread."""
-
-    geometry: Geometry | None = optional(2, Geometry)  # noqa: RUF009 — only describes a field
-    source: int | None = optional(3, "enum")
 
 
 @dataclass(frozen=True)
@@ -51,7 +43,7 @@ class RemotePublisher:
     why: str = ""  # the newest packet was refused
     skipped: int = 0
     source: int = 0
-    geometry: Geometry | None = None
+    geometry: SSL_GeometryData | None = None
     data: bytes = b""
     geometry_s: float = 0.0
     geometry_at: float = 0.0  # unix s, for people
@@ -167,9 +159,9 @@ class GeometryListener:
             if not data:
                 raise BadInput(say("packet.empty", "The packet is empty."), say("packet.send", "Send a packet."),
                                reason="bad-protobuf")
-            packet = decode(_Packet, data)
-            if packet.geometry is None:
-                return replace(sender, source=sender.source if packet.source is None else packet.source)
+            packet = decode(GeometryPacket, data)
+            if not packet.HasField("geometry"):
+                return replace(sender, source=packet.source if packet.HasField("source") else sender.source)
             if len(packet.geometry.calib) > MAX_CAMERAS:
                 raise BadInput(say("packet.too-many-cameras", "The packet has {cameras} cameras, which is too many.",
                                    cameras=len(packet.geometry.calib)),
@@ -177,7 +169,7 @@ class GeometryListener:
         except BadInput as refused:
             return replace(sender, refused=sender.refused + 1, why=refused.what)
         return replace(sender, geometries=sender.geometries + 1, geometry=packet.geometry, data=data,
-                       source=packet.source or 0, geometry_s=time.monotonic(), geometry_at=time.time())
+                       source=packet.source, geometry_s=time.monotonic(), geometry_at=time.time())
 
     def _add(self, key: tuple[str, int], now: float) -> RemotePublisher:
         """Add a sender; evict the silent, else those without geometry, else who was silent longest."""

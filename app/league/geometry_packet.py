@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,8 +21,13 @@ from app.formats.ssl_vision import FORMAT as SSL_VISION
 from app.league.config import PublishingConfig
 from app.models.restored import Restored
 from app.models.top_view import RECTANGLE_FIELDS
-from app.ssl_protocol.messages import CameraCalibration, Geometry, Sender, WrapperPacket
 from app.ssl_protocol.protobuf import decode, encode
+from app.ssl_protocol.ssl_vision_pb2 import (
+    SSL_GeometryCameraCalibration,
+    SSL_GeometryData,
+    SSL_Source,
+    SSL_WrapperPacket,
+)
 
 NO_FIELDS: Mapping[str, Field] = {}
 
@@ -34,7 +40,7 @@ class WireCamera:
     league's own, so that only the rounding to four bytes is lost.
     """
 
-    sent: CameraCalibration
+    sent: SSL_GeometryCameraCalibration
     loss: ApproximationError
     exact: bool
 
@@ -53,11 +59,13 @@ class PublishedCamera:
         return self.calibration.camera or self.calibration.id
 
     @property
-    def sent(self) -> CameraCalibration | None:
+    def sent(self) -> SSL_GeometryCameraCalibration | None:
         """The message in the packet; None where the camera is left out."""
         if self.wire is None or self.problem is not None:
             return None
-        return replace(self.wire.sent, camera_id=self.number)
+        sent = deepcopy(self.wire.sent)
+        sent.camera_id = self.number
+        return sent
 
     def to_json(self) -> dict[str, Any]:
         c, wire, problem = self.calibration, self.wire, self.problem
@@ -91,7 +99,7 @@ def wire_camera(calibration: Calibration) -> WireCamera | TouchlineError:
         model, field, region = Restored.of(calibration)
         camera = export_camera(calibration, SSL_VISION, approximate=True)
         sent = camera_to_wire(camera.camera, camera_number(field, region))
-        read = camera_from_wire(decode(CameraCalibration, encode(sent)), field)
+        read = camera_from_wire(decode(SSL_GeometryCameraCalibration, encode(sent)), field)
         back = read.camera({name: getattr(camera.camera, name) for name in RECTANGLE_FIELDS})
         return WireCamera(sent, approximation_error(model, back, region, field.hat_height_mm), camera.loss is None)
     except TouchlineError as refused:
@@ -126,8 +134,8 @@ def geometry_packet(candidates: Iterable[PublishedCamera], fields: Mapping[str, 
         return None
     newest = max((calibration for calibration, _ in cameras), key=lambda one: one.created_at).field
     field = fields[newest["name"]] if newest["name"] in fields else field_from_json(newest)
-    geometry = Geometry(field_to_wire(field), tuple(sent for _, sent in cameras))
-    return encode(WrapperPacket(geometry=geometry, source=int(Sender.OTHER)))
+    geometry = SSL_GeometryData(field=field_to_wire(field), calib=[sent for _, sent in cameras])
+    return encode(SSL_WrapperPacket(geometry=geometry, source=SSL_Source.OTHER))
 
 
 def _field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str | None:

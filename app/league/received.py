@@ -2,8 +2,7 @@
 
 import hashlib
 import time
-from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from app.core.errors import TouchlineError
@@ -12,10 +11,12 @@ from app.formats.ssl_field import field_from_wire
 from app.formats.ssl_geometry import camera_from_wire
 from app.league.geometry_listener import RemotePublisher
 from app.league.geometry_packet import PublishedCamera
-from app.ssl_protocol.messages import CameraCalibration, Sender
 from app.ssl_protocol.protobuf import decode, encode
+from app.ssl_protocol.ssl_vision_pb2 import SSL_GeometryCameraCalibration, SSL_Source
 
 STALE_S = 30.0  # geometry older than this contradicts nobody any more
+DERIVED = ("derived_camera_world_tx", "derived_camera_world_ty", "derived_camera_world_tz", "pixel_image_width",
+           "pixel_image_height")  # of a calibration: they add nothing to it
 
 
 def received_json(publisher: RemotePublisher, fields: Iterable[Field], ours: Iterable[PublishedCamera],
@@ -49,7 +50,7 @@ def contradictions(publishers: Iterable[RemotePublisher], ours: Iterable[Publish
             if one.sent is not None and one.number == sent.camera_id and not _same(one.sent, sent)]
 
 
-def _current_cameras(publisher: RemotePublisher) -> tuple[CameraCalibration, ...]:
+def _current_cameras(publisher: RemotePublisher) -> Sequence[SSL_GeometryCameraCalibration]:
     """Return the cameras of geometry that is not stale."""
     geometry = publisher.geometry
     return () if geometry is None or time.monotonic() - publisher.geometry_s > STALE_S else geometry.calib
@@ -57,10 +58,10 @@ def _current_cameras(publisher: RemotePublisher) -> tuple[CameraCalibration, ...
 
 def source_name(source: int) -> str:
     """Write SSL_Source in lower case: "ssl-vision"; "unknown" for a number that is not assigned."""
-    return Sender(source).name.lower().replace("_", "-") if source in set(Sender) else "unknown"
+    return SSL_Source.Name(source).lower().replace("_", "-") if source in SSL_Source.values() else "unknown"
 
 
-def _camera(sent: CameraCalibration, field: Field, ours: PublishedCamera | None) -> dict[str, Any]:
+def _camera(sent: SSL_GeometryCameraCalibration, field: Field, ours: PublishedCamera | None) -> dict[str, Any]:
     found = {"camera_id": sent.camera_id, "image_size": None, "position_mm": None,
              "focal_px": sent.focal_length, "distortion": sent.distortion, "problem": None,
              "ours": None if ours is None else ours.name,
@@ -73,11 +74,10 @@ def _camera(sent: CameraCalibration, field: Field, ours: PublishedCamera | None)
             "image_size": None if file.image_size is None else list(file.image_size)}
 
 
-def _same(ours: CameraCalibration, theirs: CameraCalibration) -> bool:
+def _same(ours: SSL_GeometryCameraCalibration, theirs: SSL_GeometryCameraCalibration) -> bool:
     """Tell whether they only repeat ours: vision software that took our calibration over sends it on."""
-    return _bare(decode(CameraCalibration, encode(ours))) == _bare(theirs)
+    return _values(decode(SSL_GeometryCameraCalibration, encode(ours))) == _values(theirs)
 
 
-def _bare(sent: CameraCalibration) -> CameraCalibration:
-    return replace(sent, derived_camera_world_tx=None, derived_camera_world_ty=None, derived_camera_world_tz=None,
-                   pixel_image_width=None, pixel_image_height=None)
+def _values(sent: SSL_GeometryCameraCalibration) -> dict[str, object]:
+    return {field.name: value for field, value in sent.ListFields() if field.name not in DERIVED}

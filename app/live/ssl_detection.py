@@ -5,8 +5,14 @@ league has not, is left out; a robot whose pattern cannot be told goes without a
 """
 
 from app.core.detections import Detection, Detections
-from app.ssl_protocol.messages import DetectedBall, DetectedRobot, DetectionFrame, Sender, WrapperPacket
-from app.ssl_protocol.protobuf import encode
+from app.ssl_protocol.protobuf import build, encode
+from app.ssl_protocol.ssl_vision_pb2 import (
+    SSL_DetectionBall,
+    SSL_DetectionFrame,
+    SSL_DetectionRobot,
+    SSL_Source,
+    SSL_WrapperPacket,
+)
 
 MAX_PER_KIND = 100  # of a kind: a datagram must hold them
 
@@ -15,21 +21,20 @@ def detection_packet(detections: Detections, camera_number: int, sent_s: float) 
     """Return the datagram. sent_s: now, unix; frame and time_s of the detections must be known."""
     placed = [(item, item.x_mm, item.y_mm) for item in detections.items
               if item.x_mm is not None and item.y_mm is not None]
-    robots = {team: tuple(_robot(*at) for at in placed if at[0].kind == "robot" and at[0].team == team)[:MAX_PER_KIND]
+    robots = {team: [_robot(*at) for at in placed if at[0].kind == "robot" and at[0].team == team][:MAX_PER_KIND]
               for team in ("yellow", "blue")}
-    balls = tuple(_ball(*at) for at in placed if at[0].kind == "ball")[:MAX_PER_KIND]
-    frame = DetectionFrame(frame_number=(detections.frame or 0) % 2**32, t_capture=detections.time_s or sent_s,
-                           t_sent=sent_s, camera_id=camera_number, balls=balls, robots_yellow=robots["yellow"],
-                           robots_blue=robots["blue"])
-    return encode(WrapperPacket(detection=frame, source=int(Sender.OTHER)))
+    balls = [_ball(*at) for at in placed if at[0].kind == "ball"][:MAX_PER_KIND]
+    frame = build(SSL_DetectionFrame, frame_number=(detections.frame or 0) % 2**32,
+                  t_capture=detections.time_s or sent_s, t_sent=sent_s, camera_id=camera_number, balls=balls,
+                  robots_yellow=robots["yellow"], robots_blue=robots["blue"])
+    return encode(SSL_WrapperPacket(detection=frame, source=SSL_Source.OTHER))
 
 
-def _ball(item: Detection, x_mm: float, y_mm: float) -> DetectedBall:
-    return DetectedBall(confidence=item.confidence, area=max(0, round(item.area_px)), x=x_mm, y=y_mm,
-                        z=item.z_mm, pixel_x=item.pixel[0], pixel_y=item.pixel[1])
+def _ball(item: Detection, x_mm: float, y_mm: float) -> SSL_DetectionBall:
+    return build(SSL_DetectionBall, confidence=item.confidence, area=max(0, round(item.area_px)), x=x_mm, y=y_mm,
+                 z=item.z_mm, pixel_x=item.pixel[0], pixel_y=item.pixel[1])
 
 
-def _robot(item: Detection, x_mm: float, y_mm: float) -> DetectedRobot:
-    return DetectedRobot(confidence=item.confidence, robot_id=item.id, x=x_mm, y=y_mm,
-                         orientation=item.orientation_rad, pixel_x=item.pixel[0], pixel_y=item.pixel[1],
-                         height=item.z_mm)
+def _robot(item: Detection, x_mm: float, y_mm: float) -> SSL_DetectionRobot:
+    return build(SSL_DetectionRobot, confidence=item.confidence, robot_id=item.id, x=x_mm, y=y_mm,
+                 orientation=item.orientation_rad, pixel_x=item.pixel[0], pixel_y=item.pixel[1], height=item.z_mm)

@@ -1,8 +1,5 @@
-"""Messages of other people's protocols: what stands in them, as frozen records, and their bytes.
+"""The Small Size League's messages, with Google's Protocol Buffers.
 
-    protobuf.py       a record's fields say their numbers and kinds; encode and decode walk them
-    messages.py       the Small Size League's geometry and detections
-
-Written by hand rather than with Google's package: a dozen small messages need neither a compiler nor a dependency, and
-a stranger's datagram is read under limits of our own. The tests hold both against Google's implementation.
+    ssl_vision.proto       what stands in them; ssl_vision_pb2.py and its types are generated from it
+    protobuf.py            build, encode and decode a message strictly: a stranger's bytes are checked before use
 """

@@ -12,7 +12,6 @@ import sys
 import tempfile
 import time
 from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,14 +24,15 @@ from app.league.config import PublishingConfig
 from app.league.geometry_listener import GeometryListener
 from app.league.geometry_packet import geometry_packet, published_cameras
 from app.league.multicast_address import MulticastAddress
-from app.ssl_protocol.messages import DetectedRobot, DetectionFrame, Geometry, WrapperPacket
 from app.ssl_protocol.protobuf import decode, encode
+from app.ssl_protocol.ssl_vision_pb2 import SSL_DetectionFrame, SSL_DetectionRobot, SSL_GeometryData, SSL_WrapperPacket
 from app.store.fields import load_fields
 from app.workflows import interchange
 from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said
 from tests.support.servers import Line, form, served
 from tests.support.ssl_listener import Packet
+from tests.support.ssl_messages import changed
 from tests.support.waiting import until
 
 TIMES = 100
@@ -65,18 +65,20 @@ def focal(data: bytes) -> float:
 
 
 def weights() -> None:
-    (calib,) = decode(WrapperPacket, geometry_packet(
+    (calib,) = decode(SSL_WrapperPacket, geometry_packet(
         published_cameras([example("ssl", 0)], PublishingConfig()))).geometry.calib
     for name in ("ssl-div-a", "ssl-div-b"):
         for cameras in (1, 4, 8):
-            calibs = tuple(replace(calib, camera_id=i) for i in range(cameras))
-            data = encode(WrapperPacket(geometry=Geometry(field_to_wire(load_fields()[name]), calibs)))
+            calibs = [changed(calib, camera_id=i) for i in range(cameras)]
+            geometry = SSL_GeometryData(field=field_to_wire(load_fields()[name]), calib=calibs)
+            data = encode(SSL_WrapperPacket(geometry=geometry))
             print(f"{name}, {cameras} cameras: {len(data)} bytes")
 
 
 def listening() -> None:
-    way, robot = free_group(), DetectedRobot(confidence=1, robot_id=3, x=1, y=2, orientation=0.5, pixel_x=5, pixel_y=6)
-    frame = encode(WrapperPacket(detection=DetectionFrame(
+    way, robot = free_group(), SSL_DetectionRobot(confidence=1, robot_id=3, x=1, y=2, orientation=0.5, pixel_x=5,
+                                                 pixel_y=6)
+    frame = encode(SSL_WrapperPacket(detection=SSL_DetectionFrame(
         frame_number=1, t_capture=1, t_sent=1, camera_id=0, robots_yellow=(robot,) * 11, robots_blue=(robot,) * 11)))
     listener = GeometryListener(MulticastAddress(**way))
     listener.joined.wait(20)

@@ -27,7 +27,7 @@ def imported_by(*words):
 @pytest.mark.parametrize("word", ["--help", "--version"])
 def test_help_and_version_import_no_command(word):
     loaded = imported_by(word)
-    assert not {"cv2", "numpy", "fastapi", "sqlalchemy"} & loaded
+    assert not {"cv2", "numpy", "fastapi", "sqlalchemy", "google.protobuf"} & loaded
     assert not {f"app.cli.{target.partition(':')[0]}" for target, _ in COMMANDS.values()} & loaded
 
 

@@ -30,7 +30,7 @@ PLANTED = {
     "services.result_savers": "save_new_version(name, name, name)",
     "settings": "load_settings(name)",
     "sources": "source_from_url(mm, app.sources.SourceContext())",
-    "ssl_protocol.messages": "CameraCalibration(mm, name)",
+    "ssl_protocol.ssl_vision_pb2": "SSL_GeometryCameraCalibration(mm, name)",
     "store.checksummed": "json_text({}, maybe_name)",
     "vision.quality.sharpness": "measure_sharpness(points)",
     "workflows.detection": "field_area(name, name)",

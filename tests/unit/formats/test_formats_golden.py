@@ -9,8 +9,8 @@ import pytest
 from app.core.records import Calibration
 from app.formats import FORMATS
 from app.models.top_view import RECTANGLE_FIELDS
-from app.ssl_protocol.messages import WrapperPacket
 from app.ssl_protocol.protobuf import decode
+from app.ssl_protocol.ssl_vision_pb2 import SSL_WrapperPacket
 from app.workflows import interchange
 from tests.golden.make import cases, path
 from tests.support.exported import LENS_FORMATS, example, model_of, seen_places
@@ -31,10 +31,10 @@ def test_it_is_written_as_it_was(format, name, index):
     """Word by word; numbers to what another processor's cosine may change."""
     now, then = interchange.export(example(name, index), format).data, path(format, name, index).read_bytes()
     if format == "ssl-vision":
-        ours, theirs = decode(WrapperPacket, now).geometry, decode(WrapperPacket, then).geometry
+        ours, theirs = decode(SSL_WrapperPacket, now).geometry, decode(SSL_WrapperPacket, then).geometry
         assert ours.field == theirs.field
-        for field, value in vars(ours.calib[0]).items():
-            assert value == pytest.approx(vars(theirs.calib[0])[field], rel=1e-6, abs=1e-9)
+        now, then = ({f.name: value for f, value in one.calib[0].ListFields()} for one in (ours, theirs))
+        assert now == pytest.approx(then, rel=1e-6, abs=1e-9)
         return
     ours, theirs = now.decode(), then.decode()
     assert NUMBER.sub("#", ours) == NUMBER.sub("#", theirs)

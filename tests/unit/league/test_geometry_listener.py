@@ -7,6 +7,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 from dataclasses import replace
 
 import pytest
@@ -19,13 +20,14 @@ from app.league.geometry_listener import MAX_CAMERAS, MAX_SENDERS, GeometryListe
 from app.league.geometry_packet import geometry_packet, published_cameras, wire_camera
 from app.league.multicast_address import MulticastAddress
 from app.league.publisher import Publisher
-from app.league.received import received_json, source_name
-from app.ssl_protocol.messages import DetectionFrame, Geometry, Sender, WrapperPacket
+from app.league.received import contradictions, received_json, source_name
 from app.ssl_protocol.protobuf import decode, encode
+from app.ssl_protocol.ssl_vision_pb2 import SSL_DetectionFrame, SSL_GeometryData, SSL_Source, SSL_WrapperPacket
 from app.store.fields import load_fields
 from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said
 from tests.support.paths import ROOT
+from tests.support.ssl_messages import changed
 from tests.support.tiers import long
 from tests.support.waiting import until
 
@@ -45,6 +47,7 @@ def float_bytes(value: float) -> bytes:
 
 
 GOOD = packet()
+SENT = decode(SSL_WrapperPacket, GOOD).geometry
 WRONG = {
     "empty": b"", "text": b"GET / HTTP/1.1\r\n\r\n", "zeros": bytes(500), "ones": b"\xff" * 500,
     "cut off": GOOD[:-3], "cut in half": GOOD[:len(GOOD) // 2], "the longest": os.urandom(65_507),
@@ -52,8 +55,7 @@ WRONG = {
     "nan": GOOD.replace(float_bytes(model_of("ssl", 0).focal_px), float_bytes(float("nan"))),
     "inf": GOOD.replace(float_bytes(model_of("ssl", 0).focal_px), float_bytes(float("inf"))),
     "no field": b"\x12\x00", "nested": b"\x12\x03\x0a\x01\x0a",
-    "too many cameras": encode(replace(decode(WrapperPacket, GOOD), geometry=replace(
-        decode(WrapperPacket, GOOD).geometry, calib=decode(WrapperPacket, GOOD).geometry.calib * (MAX_CAMERAS + 1)))),
+    "too many cameras": encode(SSL_WrapperPacket(geometry=changed(SENT, calib=[*SENT.calib] * (MAX_CAMERAS + 1)))),
 }
 
 
@@ -82,7 +84,7 @@ def test_two_senders_are_told_apart_and_the_newest_whole_packet_of_each_is_kept(
     one, other = (listener.get(f"127.0.0.1-{port}") for port in (port_a, port_b))
     assert (one.data, other.data) == (GOOD, packet(2))
     assert (one.packets, one.geometries, one.refused) == (3, 2, 1) and other.refused == 0
-    assert one.source == Sender.OTHER and "ends within" in one.why
+    assert one.source == SSL_Source.OTHER and "ends within" in one.why
 
 
 @pytest.mark.parametrize("kind", WRONG)
@@ -116,8 +118,8 @@ def test_any_bytes_are_told_as_they_are_or_refused(examples):
 
 def test_detections_are_counted_and_passed_over(there):
     told, listener = there
-    frame = encode(WrapperPacket(detection=DetectionFrame(frame_number=1, t_capture=1, t_sent=1, camera_id=0),
-                                 source=int(Sender.GRSIM)))
+    frame = encode(SSL_WrapperPacket(source=SSL_Source.GRSIM, detection=SSL_DetectionFrame(
+        frame_number=1, t_capture=1, t_sent=1, camera_id=0)))
     said(frame, **told)
     (found,) = until(lambda: listener.publishers)
     assert (found.packets, found.geometries, found.refused) == (1, 0, 0)
@@ -149,19 +151,29 @@ def test_another_calibration_for_our_number_contradicts_and_an_echo_of_ours_does
         (cameras[name],) = received_json(found, FIELDS.values(), ours)["cameras"]
     assert {name: (one["ours"], one["contradicts"]) for name, one in cameras.items()} == {
         "echo": ("north", False), "other": ("north", True), "elsewhere": (None, False)}
-    found = replace(found, data=packet(1), geometry=decode(WrapperPacket, packet(1)).geometry,
+    found = replace(found, data=packet(1), geometry=decode(SSL_WrapperPacket, packet(1)).geometry,
                     geometry_s=found.geometry_s - 3600)
     assert not received_json(found, FIELDS.values(), ours)["cameras"][0]["contradicts"]  # long silent
+
+
+def test_an_echo_with_a_zero_of_another_sign_or_a_field_of_tomorrow_contradicts_nobody():
+    (one,) = published_cameras([example("ssl", 0)], PublishingConfig())
+    zero = replace(one, wire=replace(one.wire, sent=changed(one.wire.sent, distortion=-0.0)))
+    calib = encode(changed(zero.sent, distortion=0.0)) + b"\xd0\x3e\x01"
+    echo = changed(SENT, calib=[type(zero.sent).FromString(calib)])
+    sender = RemotePublisher("127.0.0.1", 1, 0.0, geometry=echo, geometry_s=time.monotonic())
+    assert contradictions([sender], [zero]) == []
+    echo.calib[0].distortion = 0.01
+    assert contradictions([sender], [zero]) == [(sender, zero)]
 
 
 def test_the_field_that_is_sent_is_found_among_those_known_here(there):
     told, listener = there
     from app.formats.ssl_field import field_to_wire
 
-    geometry = decode(WrapperPacket, GOOD).geometry
     for field, known in (("ssl-div-b", True), (None, False)):
-        sent = geometry if field is None else replace(geometry, field=field_to_wire(FIELDS[field]))
-        port = said(encode(WrapperPacket(geometry=sent)), **told)
+        sent = SENT if field is None else changed(SENT, field=field_to_wire(FIELDS[field]))
+        port = said(encode(SSL_WrapperPacket(geometry=sent)), **told)
         found = until(lambda port=port: (one := listener.get(f"127.0.0.1-{port}")) and one.geometry and one)
         one = received_json(found, FIELDS.values(), ())
         assert one["field"]["known"] is known and (field is None or one["field"]["name"] == field)
@@ -170,13 +182,12 @@ def test_the_field_that_is_sent_is_found_among_those_known_here(there):
 
 def test_a_field_or_a_camera_that_cannot_be_is_told_and_harms_nobody(there):
     told, listener = there
-    geometry = decode(WrapperPacket, GOOD).geometry
-    (calib,) = geometry.calib
-    flat = replace(geometry, field=replace(geometry.field, field_length=-5))
-    odd = replace(geometry, calib=(replace(calib, q0=0.0, q1=0.0, q2=0.0, q3=0.0), replace(calib, camera_id=1)))
+    (calib,) = SENT.calib
+    flat = changed(SENT, field=changed(SENT.field, field_length=-5))
+    odd = changed(SENT, calib=[changed(calib, q0=0.0, q1=0.0, q2=0.0, q3=0.0), changed(calib, camera_id=1)])
     for sent, check in ((flat, lambda one: one["problem"]["fix"] and one["field"] is None),
                         (odd, lambda one: [c["problem"] is None for c in one["cameras"]] == [False, True])):
-        port = said(encode(WrapperPacket(geometry=sent)), **told)
+        port = said(encode(SSL_WrapperPacket(geometry=sent)), **told)
         found = until(lambda port=port: (one := listener.get(f"127.0.0.1-{port}")) and one.geometry and one)
         assert check(received_json(found, FIELDS.values(), ()))
 
@@ -209,9 +220,8 @@ def test_a_flood_is_read_sparingly_and_the_league_is_heard_through_it(there, mon
     league = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     id = f"127.0.0.1-{said(GOOD, **told, sock=league)}"
     until(lambda: (found := listener.get(id)) and found.geometries)
-    wide = replace(decode(WrapperPacket, GOOD).geometry, calib=decode(WrapperPacket, GOOD).geometry.calib * 64)
-    heavy = encode(WrapperPacket(geometry=Geometry(replace(
-        wide.field, field_lines=tuple(wide.field.field_lines[:1] * 900)), wide.calib)))
+    field = changed(SENT.field, field_lines=[SENT.field.field_lines[0]] * 900)
+    heavy = encode(SSL_WrapperPacket(geometry=SSL_GeometryData(field=field, calib=[*SENT.calib] * 64)))
     assert 40_000 < len(heavy) < 65_507
     flooders = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(2)]
     try:

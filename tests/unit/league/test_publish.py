@@ -16,8 +16,8 @@ from app.league.multicast_address import MulticastAddress, NetworkError, is_here
 from app.league.multicast_sender import MulticastSender
 from app.league.publisher import Publisher
 from app.models import MODELS, RayModel
-from app.ssl_protocol.messages import DetectionFrame, Vector2f, WrapperPacket
 from app.ssl_protocol.protobuf import MAX_BYTES, decode, encode
+from app.ssl_protocol.ssl_vision_pb2 import SSL_DetectionFrame, SSL_WrapperPacket, Vector2f
 from tests.support import ssl_listener as listener
 from tests.support.exported import example, field_around, model_of, of_model, places
 from tests.support.fields import plain_field
@@ -137,14 +137,14 @@ def test_a_calibration_made_before_its_field_was_changed_is_not_sent_with_the_ne
     told = published_cameras([old, new], PublishingConfig(numbers={"b": 1}), fields={now.name: now})
     assert [(one.name, one.sent is not None) for one in told] == [("a", False), ("b", True)]
     assert told[0].problem.reason == "field-changed" and marking_name(line.name) in told[0].problem.what
-    packet = decode(WrapperPacket, geometry_packet(told, {now.name: now}))
+    packet = decode(SSL_WrapperPacket, geometry_packet(told, {now.name: now}))
     sent = {one.name: (one.p1, one.p2) for one in packet.geometry.field.field_lines}
     for name in (line.name, "added"):
         assert sent[name] == (packet_point(now.lines[name].start), packet_point(now.lines[name].end))
 
 
 def packet_point(point):
-    return decode(Vector2f, encode(Vector2f(*point)))
+    return Vector2f(x=point[0], y=point[1])
 
 
 def test_a_calibration_that_cannot_be_a_camera_is_left_out_and_the_others_are_sent():
@@ -181,7 +181,8 @@ def test_ttl_and_interface_are_those_that_were_set():
 
 def test_other_packets_go_by_the_same_socket(way):
     told, config = way
-    frame = encode(WrapperPacket(detection=DetectionFrame(frame_number=7, t_capture=1.5, t_sent=1.6, camera_id=0)))
+    frame = encode(SSL_WrapperPacket(detection=SSL_DetectionFrame(frame_number=7, t_capture=1.5, t_sent=1.6,
+                                                                    camera_id=0)))
     publisher = Publisher(config, lambda: [example("ssl", 0)], wire_camera)
     with Listener(**told) as ear:
         try:
@@ -315,5 +316,5 @@ def test_whoever_listens_shares_the_port():
 
 def test_the_packet_we_send_is_one_that_we_would_take():
     told = published_cameras([example("ssl", 0)], PublishingConfig())
-    geometry = decode(WrapperPacket, geometry_packet(told)).geometry
+    geometry = decode(SSL_WrapperPacket, geometry_packet(told)).geometry
     assert [camera.camera_id for camera in geometry.calib] == [0]
