@@ -60,33 +60,39 @@ def restore_backup(database: Database, backups: Backups, quarantine: Quarantine,
     seen: the numbers of backup and database that somebody has agreed to; Conflict if there are others by now.
     """
     path = backups.source
-    with _good_copy(backups) as (backup, copy), database.closed() as changes, translate_disk_errors("The database"):
+    with (_good_copy(backups, seen) as (backup, copy), database.closed() as changes,
+          translate_disk_errors("The database")):
         if seen not in (None, (backup.changes, changes)):
             raise Conflict(say("backup.changed-meanwhile", "Something was saved meanwhile."),
                            say("backup.look-again", "Check again what would be lost, then restore the backup."),
                            reason="changed-meanwhile")
         with closing(sqlite3.connect(copy, isolation_level=None)) as connection:
+            connection.execute("PRAGMA journal_mode=DELETE")  # one file, without a log beside it
             connection.execute("UPDATE ledger SET changes = ?", [changes + 1])
         kept = quarantine.add_copy("database", path)
         remove_database(path, LOG_ENDINGS)
         replace_synced(copy, path)
     done = Restoration(backup.changes, changes, backup.made_at, kept.file)
-    note = f"The backup of change {done.backup} was restored. This file is the database from before, with {done.lost} "
-    quarantine.note(kept, note + "newer changes.")
+    note = f"The backup of change {done.backup} was restored."
+    quarantine.note(kept, f"{note} This file is the database from before, with {done.lost} newer changes.")
     for damage in quarantine.all():
         if damage.restorable:
-            quarantine.note(damage, f"The backup of change {done.backup} was restored, in which this was intact.")
+            quarantine.note(damage, f"{note} If this was newer, it is missing.")
     log.warning("the backup of change %s was restored; the database from before is %s", done.backup, kept.file)
     return done
 
 
 @contextmanager
-def _good_copy(backups: Backups) -> Iterator[tuple[Backup, Path]]:
-    """Hold the backups, and yield the newest good one with a copy of it that has the newest schema."""
+def _good_copy(backups: Backups, seen: tuple[int, int] | None = None) -> Iterator[tuple[Backup, Path]]:
+    """Hold the backups, and yield the newest good one with a copy of it that has the newest schema.
+
+    seen: as above; newer backups were found to be damaged then.
+    """
     copy = backups.source.with_name(UNFINISHED)
     with backups.held:
         try:
-            backup = next((one for one in backups.all() if _is_good(one, copy)), None)
+            backup = next((one for one in backups.all()
+                           if (seen is None or one.changes <= seen[0]) and _is_good(one, copy)), None)
             if backup is None:
                 raise Conflict(say("backup.none-good", "There is no backup in which all data is intact."),
                                say("backup.restore-archive", "Restore an archive to an empty folder with touchline "

@@ -59,7 +59,7 @@ def test_the_newest_backup_without_damage_is_restored_and_the_database_from_befo
         assert store.calibrations.get(damaged.kept.id) == damaged.kept and notes(store) == {"kept"}
         assert store.calibrations.active("north").id == damaged.kept.id
         assert {damage.kind: damage.note for damage in store.damaged} == {
-            "calibrations": f"The backup of change {done.backup} was restored, in which this was intact.",
+            "calibrations": f"The backup of change {done.backup} was restored. If this was newer, it is missing.",
             "database": f"The backup of change {done.backup} was restored. This file is the database from before, with "
                         f"{done.lost} newer changes."}
         with closing(sqlite3.connect(damaged.folder / done.file)) as before:
