@@ -1,5 +1,7 @@
 """REST of going back to the newest good backup: what it would cost, doing it while the server runs, and refusals."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 
 from app.store.tables import CalibrationRow
@@ -55,6 +57,16 @@ def test_the_backup_is_named_then_restored_and_the_server_goes_on_with_it(client
     assert not any(one["restorable"] for one in told) and all("was restored" in one["note"] for one in told)
     refusal(client.post(RESTORE, json=agreed), 409, "changed-meanwhile")
     assert client.post(f"{API}/cameras", json=EAST).status_code == 201, "and it saves again"
+
+
+def test_of_two_operators_at_once_one_restores_and_the_other_is_told(client, store, damaged):
+    offer = client.post(RESTORE, json={}).json()
+    agreed = {name: offer[name] for name in ("backup", "database")}
+    with ThreadPoolExecutor(2) as both:
+        answers = sorted(both.map(lambda _: client.post(RESTORE, json=agreed), range(2)),
+                         key=lambda answer: answer.status_code)
+    assert answers[0].status_code == 200 and store.restored == 1
+    refusal(answers[1], 409, "changed-meanwhile")
 
 
 def test_without_a_good_backup_it_is_refused(client, store, damaged):

@@ -171,8 +171,11 @@ def test_the_restored_backup_is_named_and_what_is_newer_is_only_in_the_quarantin
         fill(store, 2)
     for backup in set((folder / "backups").iterdir()) - before:
         backup.unlink()
+    with closing(sqlite3.connect(folder / FILE)) as source:
+        query = "SELECT rootpage FROM sqlite_master WHERE name = 'ix_calibrations_camera'"
+        (page,) = source.execute(query).fetchone()
     data = bytearray((folder / FILE).read_bytes())
-    data[28:32] = b"\0\0\0\1"  # the header's size of the file: the check fails, and much can still be read
+    data[(page - 1) * PAGE:page * PAGE] = bytes(PAGE)  # an index: the check fails, and every row can still be read
     (folder / FILE).write_bytes(data)
     with Store(folder) as store:
         (damage,) = store.damaged
