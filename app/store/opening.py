@@ -137,20 +137,15 @@ def _restore(path: Path, damage: str, backups: Backups, quarantine: Quarantine) 
     shutil.copyfile(backup.path, restored)
     note = (f"The database was damaged ({damage}). The backup of change {backup.changes} was restored. Changes after "
             "it are only in this file, as far as it can be read.")
-    _quarantine_database(path, quarantine, damage, note)
+    if not path.exists():
+        write_atomically(path, b"")  # so that its loss has a name in the quarantine
+    moved = quarantine.move(path, damage, kind="database", note=note).damage
+    log_file = path.with_name(f"{FILE}-wal")
+    if log_file.exists():
+        os.replace(log_file, path.parent / f"{moved.file}-wal")
     remove_database(path, LOG_ENDINGS)
     replace_synced(restored, path)
     log.error("%s: %s", path, note)
-
-
-def _quarantine_database(path: Path, quarantine: Quarantine, damage: str, note: str) -> None:
-    """Move the damaged database with its log to the quarantine."""
-    if not path.exists():
-        write_atomically(path, b"")  # so that its loss has a name in the quarantine
-    place = quarantine.move(path, damage, kind="database", note=note).damage
-    log_file = path.with_name(f"{FILE}-wal")
-    if log_file.exists():
-        os.replace(log_file, path.parent / "quarantine" / place.kind / f"{place.name}-wal")
 
 
 def _check_rows(database: Database, quarantine: Quarantine) -> None:
