@@ -13,7 +13,8 @@ from app.store.files import make_folder, move_durably, replace_synced, write_ato
 
 log = logging.getLogger("touchline")
 ROW = ".json"  # in the names of what is left of rows
-RESTORE_BACKUP = say("quarantine.restore-backup", "Restore the newest good backup of the database, or create it again.")
+RESTORE_BACKUP = say("quarantine.restore-backup",
+                     "Restore the newest good backup of the database, or create again what was damaged.")
 RESTORE_OR_CREATE = say("quarantine.restore", "Restore it from a backup, or create it again.")
 NOTE = ".note"
 COMPANIONS = (NOTE, "-wal", "-shm")  # endings of files that belong to a damaged one
