@@ -26,6 +26,8 @@ COMMANDS = {  # name: (module:function in this package, the first line of its he
     "demo": ("server:demo", "Serve a simulated field camera behind a real lens model, ready to calibrate."),
     "archive": ("archive:archive", "Write all saved data to one zip file."),
     "restore": ("archive:restore", "Restore an archive to an empty folder and an empty database."),
+    "restore-backup": ("archive:restore_backup", "Restore the newest backup without damage. The current database "
+                                                 "moves to quarantine."),
     "calibrate": ("calibration:calibrate", "Calibrate one image from points."),
     "correct": ("calibration:correct", "Correct one image."),
     "compare": ("evaluation:compare", "Fit every camera model to the same points and recommend one."),

@@ -1,4 +1,4 @@
-"""archive and restore: everything in a data folder as one file, and a data folder made of it."""
+"""archive, restore, restore-backup: everything as one file, a data folder made of it, and a way back to a backup."""
 
 from pathlib import Path
 from typing import Annotated
@@ -33,3 +33,11 @@ def restore(file: Annotated[Path, typer.Argument(metavar="FILE", help="A zip fil
     counts = restore_into(file, settings.data, database)
     say(f"{settings.data}: {counts['calibrations']} calibrations, {counts['snapshots']} images, "
         f"{counts['drafts']} drafts, {counts['lenses']} lenses, {counts['cameras']} cameras")
+
+
+def restore_backup(data: FromOption = None, config: ConfigOption = None) -> None:
+    """Restore the newest backup without damage. The current database moves to quarantine."""
+    with stored(data, config) as (store, settings):
+        done = store.restore_backup()
+    say(f"{settings.data}: the backup of {done.made_at} (change {done.backup}) was restored. {done.lost} newer changes "
+        f"are only in {done.file}.")

@@ -12,8 +12,8 @@ from app.core.errors import TouchlineError
 UNEXPECTED, USAGE, REFUSED, FILE, POOR = 1, 2, 3, 4, 5
 FILE_REASONS = ("port-taken", "data-folder", "data-folder-in-use", "not-saved", "disk-full", "no-settings-file",
                 "database-damaged", "database-missing", "database-away", "newer-database", "folder-not-empty",
-                "database-not-empty", "restore-unfinished", "no-archive", "no-interface", "no-route", "forbidden",
-                "network")
+                "database-not-empty", "restore-unfinished", "no-archive", "no-good-backup", "no-own-backups",
+                "no-interface", "no-route", "forbidden", "network")
 EXIT_CODES = ("Exit codes: 0 done; 1 internal error; 2 wrong command line; 3 the input was refused (points, image, "
               "field, settings); 4 a file, folder, port or network cannot be used; 5 report, rig check: the verdict "
               "is below --enough. batch: 1 some images have a bad verdict or failed; "

@@ -3,15 +3,16 @@
 import logging
 import queue
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from itertools import count
 from math import inf
-from threading import Lock, Thread
+from threading import RLock, Thread
 from typing import Any, Self
 
 from app.core.common_sentences import SHUTTING_DOWN, TRY_WHEN_BACK
-from app.core.errors import BadInput, Busy, TouchlineError, Unavailable
+from app.core.errors import BadInput, Busy, Conflict, TouchlineError, Unavailable
 from app.core.jobs import Job, JobSpec, problem_of
 from app.core.progress import Progress
 from app.core.statements import say
@@ -60,11 +61,14 @@ class JobEngine:
             cluster = DaskCluster(engine)
             self._runners = [DaskRunner(cluster) for _ in range(workers)]
         self._threads: list[Thread] = []
-        self._lock = Lock()
+        self._lock = RLock()
         self.closed = False  # then nothing will change any more
 
     def open(self, table: JobTable) -> None:
-        """Store jobs in this table from now on, and go on with those in it that have not ended."""
+        """Store jobs in this table from now on, and go on with those in it that have not ended.
+
+        Those of a table before are forgotten.
+        """
         with self._lock:
             for job, spec in self._registry.open(table):
                 if job.attempt > MAX_ATTEMPTS:
@@ -76,6 +80,16 @@ class JobEngine:
                     self._put(0, (job.id, spec))
             if not self._queue.empty():
                 self._start_threads()
+
+    @contextmanager
+    def idle(self) -> Iterator[None]:
+        """Hold new jobs back while the block exchanges their table; Conflict while any has not ended."""
+        with self._lock:
+            if any(not job.ended for job in self._registry.all()):
+                raise Conflict(say("job.under-way", "Jobs are still running or waiting."),
+                               say("job.wait-or-cancel-all", "Wait until they have ended, or cancel them."),
+                               reason="jobs-under-way")
+            yield
 
     def start(self, kind: str, run: Run, spec: Any, saver: str | None = None, context: Any = None, *,
               durable: bool = True, caller: str = "") -> Job:

@@ -59,10 +59,15 @@ class JobRegistry:
         self._changing = Lock()  # one change of state at a time; who has it may wait for the disk
 
     def open(self, table: JobTable) -> list[tuple[Job, JobSpec | None]]:
-        """Know the jobs that are stored there; return those that have not ended, oldest first, each with its spec.
+        """Know the jobs that are stored there, and forget those of a table before.
 
-        None for a spec that cannot be read.
+        Returns those that have not ended, oldest first, each with its spec; None for a spec that cannot be read.
         """
+        with self._lock:
+            for id in self._written_s:
+                self._jobs.pop(id, None)
+                self._unlisted.pop(id, None)
+            self._written_s.clear()
         unfinished = []
         for stored in reversed(table.list(MAX_ROWS)):
             job = replace(stored, spec=None, attempt=max(1, stored.attempt))

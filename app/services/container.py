@@ -31,6 +31,7 @@ from app.services.publishing import PublishingService
 from app.services.result_savers import result_savers
 from app.services.rig_checks import RigChecks
 from app.settings import Settings
+from app.store.backup_restore import Restoration
 from app.store.fields import FieldRepository
 from app.store.snapshots import Snapshot
 from app.store.store import Store
@@ -101,6 +102,24 @@ class Services:
         if await is_abandoned():
             raise Cancelled("The request for this image was closed.", "Take the image again.")
         return await self.run_in_thread(frame.save, self.store, purpose)
+
+    async def restore_backup(self, seen: tuple[int, int]) -> Restoration:
+        """Put the newest good backup in the database's place, and let everything go on with what is in it."""
+        def restore() -> Restoration:
+            with self.jobs.idle():
+                done = self.store.restore_backup(seen)
+                self.jobs.open(self.store.jobs)
+            return done
+
+        before = {camera.id: camera for camera in await self.run_in_thread(self.cameras.all)}
+        done = await self.run_in_thread(restore)
+        after = {camera.id: camera for camera in await self.run_in_thread(self.cameras.all)}
+        for id in self.live.running:
+            if before.get(id) != after.get(id):
+                await self.live.forget(id)
+        for id in after:
+            self.live.refresh(id)
+        return done
 
     async def run_in_thread(self, work: Callable[Given, Result], *args: Given.args, **kwargs: Given.kwargs) -> Result:
         """Run work of a second or two on a worker thread; when all are busy it waits for its turn."""

@@ -15,7 +15,7 @@ has saved survives a killed process and a power cut. One process at a time opens
     database.py    one writer and many readers, on SQLite or PostgreSQL; tables.py: the rows, checksummed.py: checksums
     repository.py  what the repositories share: snapshots, drafts, calibrations, lenses, rolls; documents.py: named
                    JSON, such as cameras, rigs and presets; jobs.py has a table of its own kind, clips.py files
-    backups.py     copies of the database; recovery.py takes rows back from them
+    backups.py     copies of the database; backup_restore.py puts the newest good one in its place
     quota.py       how much of the disk pictures may take; disk_usage.py measures how much everything takes
     archive.py     everything as one zip, and back; restore.py fills an empty folder with it
     files.py, quarantine.py, lock.py    atomic files, what is damaged, one server a folder

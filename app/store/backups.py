@@ -11,13 +11,13 @@ Copying takes a tenth of the time at most, so that a large database is copied le
 import logging
 import re
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 from itertools import accumulate, compress, zip_longest
 from pathlib import Path
-from threading import Event, Thread
+from threading import Event, Lock, Thread
 from time import monotonic
 
 from app.core.records import Warning
@@ -44,16 +44,28 @@ class Backup:
     hour: str
     path: Path
 
+    @property
+    def made_at(self) -> str:
+        """Return when it was made, ISO 8601, UTC."""
+        return datetime.fromtimestamp(self.path.stat().st_mtime, UTC).isoformat(timespec="seconds")
+
 
 class Backups:
-    """Thread-safe. source: the database's file; limit_bytes: what all copies together may take."""
+    """Thread-safe. source: the database's file; limit_bytes: what all copies together may take.
 
-    def __init__(self, folder: Path, source: Path, limit_bytes: int = BACKUPS_BYTES,
-                 clock: Clock = utc_now) -> None:
+    is_damaged: whether rows of the database are damaged; while they are, older copies stay as long as they fit.
+    held: locked while a copy is made, and by who replaces the database.
+    """
+
+    def __init__(self, folder: Path, source: Path, limit_bytes: int = BACKUPS_BYTES, clock: Clock = utc_now,
+                 is_damaged: Callable[[], bool] = lambda: False) -> None:
         self._folder = make_folder(folder)
-        self._source = source
+        self.source = source
         self._clock = clock
         self.limit_bytes = limit_bytes
+        self.held = Lock()
+        self._is_damaged = is_damaged
+        self._spared: list[Backup] = []
         self._requested, self._ended = Event(), Event()
         self._took_s = 0.0
         self._failure: str | None = None
@@ -67,7 +79,7 @@ class Backups:
         return sorted(found, reverse=True)
 
     def newest_good(self) -> Backup | None:
-        """Return the newest that can be read and is intact."""
+        """Return the newest that is sound as a file."""
         return next((backup for backup in self.all() if find_damage(backup.path) is None), None)
 
     def start(self) -> None:
@@ -96,10 +108,10 @@ class Backups:
         """Copy the database now, check the copy, and only then give it its name."""
         unfinished = self._folder / ".unfinished.tmp"
         unfinished.unlink(missing_ok=True)
-        size_bytes = self._source.stat().st_size
+        size_bytes = self.source.stat().st_size
         if free_bytes(self._folder) < size_bytes + MIN_FREE_BYTES:
             raise OSError(say("backup.disk-nearly-full", "the disk is nearly full"))
-        with (closing(sqlite3.connect(self._source, timeout=5)) as source,
+        with (closing(sqlite3.connect(self.source, timeout=5)) as source,
               closing(sqlite3.connect(unfinished, isolation_level=None)) as copy):
             source.execute("PRAGMA query_only=ON")
             source.backup(copy)
@@ -127,7 +139,7 @@ class Backups:
             self._ended.wait(PAUSE_FACTOR * self._took_s)
 
     def _is_due(self) -> bool:
-        with suppress(sqlite3.Error), closing(sqlite3.connect(self._source, timeout=5)) as source:
+        with suppress(sqlite3.Error), closing(sqlite3.connect(self.source, timeout=5)) as source:
             newest = self.all()
             return not newest or newest[0].changes != count_changes(source)
         return False
@@ -135,8 +147,9 @@ class Backups:
     def _try(self) -> None:
         """Copy what has changed; a database without new changes is not copied over its own good copy."""
         try:
-            if self._is_due():
-                self.make()
+            with self.held:
+                if self._is_due():
+                    self.make()
             self._failure = None
         except (OSError, sqlite3.Error) as error:
             self._failure = error.args[0] if isinstance(error.args[0], Sentence) else str(error)
@@ -145,7 +158,9 @@ class Backups:
     def _thin(self) -> None:
         """Remove what is not worth its space."""
         backups = self.all()
-        ranked = list(dict.fromkeys(_by_worth(backups)))
+        self._spared = [] if not self._is_damaged() else self._spared or backups[1:]
+        spared = [backup for backup in self._spared if backup in backups]
+        ranked = list(dict.fromkeys([backups[0], *spared, *_by_worth(backups)]))
         sizes_bytes = [backup.path.stat().st_size for backup in ranked]
         space_bytes = min(self.limit_bytes, max(SMALL_BYTES, MAX_COPIES * sizes_bytes[0]))
         fit = [total <= space_bytes for total in accumulate(sizes_bytes)]

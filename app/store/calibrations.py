@@ -14,7 +14,7 @@ from sqlalchemy import ColumnElement, func, select
 from app.core.errors import Conflict
 from app.core.records import Calibration
 from app.core.statements import say
-from app.store.checksummed import checksummed, content, is_intact, json_text
+from app.store.checksummed import checksummed, content, json_text
 from app.store.precondition import check_etag, content_etag
 from app.store.repository import Page, Repository, column_text, new_id, timestamp
 from app.store.tables import ActivationRow, ActiveRow, CalibrationRow
@@ -37,7 +37,7 @@ def camera_key(camera: str | None) -> str:
 class CalibrationRepository(Repository):
     """The versions of every camera's calibration."""
 
-    table, kind, noun = CalibrationRow, "calibrations", "calibration"
+    table, noun = CalibrationRow, "calibration"
     listing = "List them with GET /api/v1/calibrations."
 
     def __init__(self, *args: Any) -> None:
@@ -176,14 +176,8 @@ class CalibrationRepository(Repository):
         query = select(ActiveRow).where(ActiveRow.damaged.is_(None))
         if key is not None:
             query = query.where(ActiveRow.camera_key == key)
-        return {row.calibration for row in self._find(query) if self._active_is_intact(row)}
-
-    def _active_is_intact(self, row: ActiveRow) -> bool:
-        """Report a choice that is damaged; then nothing is active, and the versions themselves are all there."""
-        if is_intact(row):
-            return True
-        self._quarantine_row(row, row.camera_key, "active")
-        return False
+        # A choice that is damaged is reported; then nothing is active, and the versions themselves are all there.
+        return set(self._intact(self._find(query), lambda row: str(self._checked(row).calibration)))
 
 
 def _shown(camera: str | None) -> Iterator[ColumnElement[bool]]:

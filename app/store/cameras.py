@@ -18,7 +18,7 @@ from app.store.tables import CameraRow, IdentityRow
 class CameraRepository(DocumentRepository):
     """Cameras in the order in which they were added; a document's name is the camera's id."""
 
-    table, kind, member = CameraRow, "cameras", "camera"
+    table, member = CameraRow, "camera"
     noun, word, plural = "camera", "camera", "cameras"
     listing = "List them with GET /api/v1/cameras."
     max_count = 10_000
@@ -43,14 +43,14 @@ class CameraRepository(DocumentRepository):
 class IdentityRepository(Repository):
     """Which physical camera an id was confirmed to be."""
 
-    table, kind = IdentityRow, "identities"
+    table = IdentityRow
 
     def get(self, camera: str) -> dict[str, Any] | None:
         """Return the evidence that was confirmed last; None before that, or if it was damaged."""
         with self._database.reading() as rows:
             row = rows.get(IdentityRow, camera) if is_name(camera) else None
         with suppress(DamagedFile):
-            return None if row is None else content(self._checked(row, camera))["evidence"]
+            return None if row is None else content(self._checked(row))["evidence"]
         return None
 
     def confirm(self, camera: str, evidence: Mapping[str, Any], by: str = "") -> None:

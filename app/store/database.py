@@ -10,7 +10,7 @@ writes. (SQLite before 3.51.3 can damage a database into which two connections w
 import errno
 import sqlite3
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from threading import RLock
 from typing import Any, Self
@@ -111,6 +111,24 @@ class Database:
         """Open a consistent view; Unavailable where the database does not answer."""
         with self._translated_errors(None), Session(self._reader) as rows:
             yield rows
+
+    @contextmanager
+    def closed(self) -> Iterator[int]:
+        """Close SQLite while the block replaces its file, which is whole without a log; yield its number of changes.
+
+        Whoever reads or saves meanwhile waits for the end of the block, and goes on with the file that is there then.
+        """
+        with self._lock, self._translated_errors(None), ExitStack() as undo:
+            changes = self.changes()
+            for engine, count in ((self._reader, READERS), (self._writer, 1)):
+                for _ in range(count):
+                    held = engine.raw_connection()
+                    undo.callback(held.invalidate)  # whoever has it next opens the file anew
+                    connection: Any = held.driver_connection
+                    if engine is self._writer and connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]:
+                        raise Busy(say("database.in-use", "Another program has the database open."), TRY_AGAIN)
+                    connection.close()
+            yield changes
 
     def close(self) -> None:
         """Readers first: the last connection that closes empties the log, and that must be the writer."""

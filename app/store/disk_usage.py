@@ -1,7 +1,6 @@
 """How much of the disk everything takes, and how old the newest backup is."""
 
 from contextlib import suppress
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +25,7 @@ def _of_backups(backups: Backups) -> dict[str, Any]:
     found = backups.all()
     newest_at = None
     with suppress(OSError, IndexError):
-        newest_at = datetime.fromtimestamp(found[0].path.stat().st_mtime, UTC).isoformat(timespec="seconds")
+        newest_at = found[0].made_at
     return {"count": len(found), "used_bytes": sum(_size(backup.path) for backup in found),
             "limit_bytes": backups.limit_bytes, "newest_at": newest_at}
 

@@ -141,7 +141,7 @@ class DocumentRepository(Repository):
 
     def _read(self, row: Any) -> Document:
         key = getattr(row, self._key.key)
-        record = content(self._checked(row, key.replace(":", "-")))
+        record = content(self._checked(row))
         return Document(key.rpartition(":")[2], record[self.member], self._etag(record), record["updated_at"],
                         record["updated_by"])
 
@@ -152,7 +152,7 @@ class DocumentRepository(Repository):
 class RigRepository(DocumentRepository):
     """Rigs, cameras that share a field, in the order in which they were made."""
 
-    table, kind, member = RigRow, "rigs", "rig"
+    table, member = RigRow, "rig"
     noun, word, plural = "rig", "rig", "rigs"
     listing = "List them with GET /api/v1/rigs."
     max_count = 200
@@ -161,7 +161,7 @@ class RigRepository(DocumentRepository):
 class PresetRepository(DocumentRepository):
     """The presets of one kind, by name."""
 
-    table, kind, member = PresetRow, "presets", "preset"
+    table, member = PresetRow, "preset"
     listing = say("document.existing-names", "Use one of the existing names.")
 
     def _key_of(self, name: str) -> str:

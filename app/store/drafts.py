@@ -52,7 +52,7 @@ class Draft:
 class DraftRepository(Repository):
     """Drafts by snapshot."""
 
-    table, kind = DraftRow, "drafts"
+    table = DraftRow
 
     def __init__(self, database: Database, quarantine: Quarantine, clock: Clock, snapshots: SnapshotRepository) -> None:
         super().__init__(database, quarantine, clock)
@@ -87,7 +87,7 @@ class DraftRepository(Repository):
         if row is None:
             return Draft(snapshot, EMPTY)
         try:
-            record = content(self._checked(row, snapshot))
+            record = content(self._checked(row))
         except DamagedFile as lost:
             place = lost.details["file"]
             return Draft(snapshot, EMPTY, notice=f"The saved draft was damaged and was moved to {place}.")

@@ -2,15 +2,18 @@
 
 import sqlite3
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from sqlalchemy import select
+from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
+from app.core.errors import TouchlineError
 from app.store.checksummed import is_intact
+from app.store.database import Database
+from app.store.quarantine import DamagedFile, Quarantine
 from app.store.tables import CHECKSUMMED_TABLES, Checksummed
 
 ROWS_AT_ONCE = 500
@@ -56,3 +59,19 @@ def find_damaged_rows(rows: Session) -> Iterator[tuple[type[Checksummed], Any]]:
         for row in rows.execute(query):
             if not is_intact(row, table):
                 yield table, row
+
+
+def is_whole(rows: Session) -> bool:
+    """Check that no row is damaged, whether it is marked or not."""
+    marked = (select(table.damaged).where(table.damaged.is_not(None)).limit(1) for table in CHECKSUMMED_TABLES)
+    return not any(map(rows.scalar, marked)) and next(find_damaged_rows(rows), None) is None
+
+
+def mark_damaged(database: Database, quarantine: Quarantine, table: type[Checksummed], row: Any) -> DamagedFile:
+    """Write what is left of a damaged row to the quarantine, and mark the row; return the error to raise."""
+    (key,) = table.__table__.primary_key
+    name = str(getattr(row, "id" if hasattr(row, "id") else key.key)).replace(":", "-")
+    damaged = quarantine.add_row(table.__tablename__, name, str(row.body))
+    with suppress(TouchlineError), database.writing("The mark of a damaged row") as rows:
+        rows.execute(update(table).where(key == getattr(row, key.key)).values(damaged=damaged.damage.name))
+    return damaged

@@ -107,6 +107,10 @@ class JobRepository:
         """Save what this thread saves within it together with the job's end, or not at all."""
         return self._database.writing("The result")
 
+    def lose_workers(self) -> None:
+        """Note that the table was exchanged: whoever runs a job there ran it in the table before."""
+        self._watch = new_id()
+
     def forget(self, ids: Sequence[str]) -> None:
         """Delete those of them that have ended."""
         with self._database.writing("The deletion") as rows:

@@ -13,7 +13,7 @@ from app.store.tables import LensRow
 class LensRepository(Repository):
     """Lenses as a board calibration answered them. A calibration that took one over has a copy of its own."""
 
-    table, kind, noun = LensRow, "lenses", "lens"
+    table, noun = LensRow, "lens"
     listing = "List them with GET /api/v1/lenses."
 
     def add(self, lens: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,9 +1,9 @@
 """Open the database: check it, restore a damaged one, refuse one that cannot be restored.
 
     new folder                      → a new database
-    sound                           → itself; single damaged rows are taken from a backup, or go to the quarantine
-    damaged, empty, gone, outdated  → to the quarantine; the newest good backup, and every intact row that was newer
-    damaged, and no good backup     → refused with a message, and nothing is touched
+    sound                           → itself; single damaged rows are marked, and what is left of them is reported
+    damaged, empty, gone, outdated  → to the quarantine; the newest backup that is sound takes its place
+    damaged, and no such backup     → refused with a message, and nothing is touched
 
 Nobody is ever given an empty database in place of a full one.
 """
@@ -21,21 +21,22 @@ from app.core.errors import Unavailable
 from app.store.backups import Backups
 from app.store.database import Database, postgresql_url
 from app.store.files import replace_synced, write_atomically
-from app.store.integrity import find_damage, find_damaged_rows
+from app.store.integrity import find_damage, find_damaged_rows, mark_damaged
 from app.store.postgres_lock import PostgresLock
 from app.store.quarantine import Quarantine
-from app.store.recovery import recover_row, salvage_rows
 from app.store.schema import HEAD, check_not_newer, schema_of, upgrade
 from app.store.tables import SnapshotRow
 
 log = logging.getLogger("touchline")
 FILE = "touchline.db"
+UNFINISHED = f"{FILE}.unfinished"  # what is to take its place
 LOG_ENDINGS = ("-wal", "-shm")
 
 
 def open_sqlite(folder: Path, backups: Backups, quarantine: Quarantine) -> Database:
     """Open the folder's own database, sound and of the newest schema; Unavailable if there is none."""
     path = folder / FILE
+    remove_database(path.with_name(UNFINISHED))
     known = backups.all()
     if not path.exists() and not known:
         _refuse_orphans(folder)
@@ -51,7 +52,7 @@ def open_sqlite(folder: Path, backups: Backups, quarantine: Quarantine) -> Datab
     if schema != HEAD:
         backups.make()  # an update that goes wrong can be taken back
         upgrade(database.engine)
-    _check_rows(database, backups, quarantine)
+    _check_rows(database, quarantine)
     return database
 
 
@@ -77,18 +78,22 @@ def open_postgresql(setting: str, folder: Path, quarantine: Quarantine) -> tuple
                               "Check that PostgreSQL is running, and check the setting `database`.",
                               reason="database-away") from None
         undo.pop_all()
-    _check_rows(database, None, quarantine)
+    _check_rows(database, quarantine)
     return database, lock
 
 
 def create_sqlite(path: Path) -> None:
     """Create a database under another name and move it: a kill leaves a whole one or none, never an empty file."""
-    unfinished = path.with_name(f"{FILE}.unfinished")
-    for old in (unfinished, *(unfinished.with_name(unfinished.name + more) for more in LOG_ENDINGS)):
-        old.unlink(missing_ok=True)
+    unfinished = path.with_name(UNFINISHED)
     with closing(Database.on_sqlite(unfinished)) as database:
         upgrade(database.engine)
     replace_synced(unfinished, path)
+
+
+def remove_database(path: Path, endings: tuple[str, ...] = ("", *LOG_ENDINGS)) -> None:
+    """Remove a database with its log, or its log alone, where they are there."""
+    for more in endings:
+        path.with_name(path.name + more).unlink(missing_ok=True)
 
 
 def _refuse_orphans(folder: Path) -> None:
@@ -128,47 +133,24 @@ def _restore(path: Path, damage: str, backups: Backups, quarantine: Quarantine) 
     for bad in backups.all():
         if bad.changes > backup.changes:
             quarantine.move(bad.path, "it cannot be read", kind="backups")
-    restored = path.with_name(f"{FILE}.unfinished")
+    restored = path.with_name(UNFINISHED)
     shutil.copyfile(backup.path, restored)
-    note = f"The database was damaged ({damage}). The backup of change {backup.changes} was restored."
-    moved = _quarantine_database(path, quarantine, damage, note)
-    for more in LOG_ENDINGS:
-        path.with_name(FILE + more).unlink(missing_ok=True)
+    note = (f"The database was damaged ({damage}). The backup of change {backup.changes} was restored. Changes after "
+            "it are only in this file, as far as it can be read.")
+    if not path.exists():
+        write_atomically(path, b"")  # so that its loss has a name in the quarantine
+    moved = quarantine.move(path, damage, kind="database", note=note).damage
+    log_file = path.with_name(f"{FILE}-wal")
+    if log_file.exists():
+        os.replace(log_file, path.parent / f"{moved.file}-wal")
+    remove_database(path, LOG_ENDINGS)
     replace_synced(restored, path)
-    if moved is not None and "older than its newest backup" not in damage:
-        with closing(Database.on_sqlite(path)) as database:
-            if schema_of(database.engine) != HEAD:  # a backup from before an update: newer rows need newer tables
-                upgrade(database.engine)
-            saved, lost = salvage_rows(moved, database)
-        if saved:
-            note += f" {saved} newer intact rows were recovered from the damaged database."
-        if lost:
-            note += " Some of it could not be read. Check that your newest work is there."
-        write_atomically(moved.with_name(moved.name + ".note"), note.encode())
     log.error("%s: %s", path, note)
 
 
-def _quarantine_database(path: Path, quarantine: Quarantine, damage: str, note: str) -> Path | None:
-    """Move the damaged database with its log to the quarantine; None where there was none at all."""
-    if not path.exists():
-        write_atomically(path, b"")  # so that its loss has a name in the quarantine
-    place = quarantine.move(path, damage, kind="database", note=note).damage
-    moved = path.parent / "quarantine" / place.kind / place.name
-    log_file = path.with_name(f"{FILE}-wal")
-    if log_file.exists():
-        os.replace(log_file, moved.with_name(f"{moved.name}-wal"))
-    return moved
-
-
-def _check_rows(database: Database, backups: Backups | None, quarantine: Quarantine) -> None:
-    """Find rows whose content was changed behind our back; recover each from a backup, or mark it."""
+def _check_rows(database: Database, quarantine: Quarantine) -> None:
+    """Mark the rows whose content was changed behind our back."""
     with database.reading() as rows:
         found = list(find_damaged_rows(rows))
     for table, row in found:
-        keys = [column.key for column in table.__table__.primary_key]
-        name = str(getattr(row, "id" if hasattr(row, "id") else keys[0]))
-        kind = table.__tablename__
-        damaged = quarantine.add_text(kind, f"{name}.json", str(row.body), "its checksum is wrong")
-        note = recover_row(database, backups, table, row, damaged.damage.name)
-        if note is not None:
-            quarantine.note(damaged.damage, note)
+        mark_damaged(database, quarantine, table, row)

@@ -1,15 +1,21 @@
 """Damaged files and rows are moved to the quarantine and named, never read as something else or silently missing."""
 
 import logging
+import shutil
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from app.core.errors import Unavailable
-from app.core.statements import say
-from app.store.files import make_folder, move_durably, write_atomically
+from app.core.statements import Sentence, say, stated
+from app.store.files import make_folder, move_durably, replace_synced, write_atomically
 
 log = logging.getLogger("touchline")
+ROW = ".json"  # in the names of what is left of rows
+RESTORE_BACKUP = say("quarantine.restore-backup",
+                     "Restore the newest good backup of the database, or create again what was damaged.")
+RESTORE_OR_CREATE = say("quarantine.restore", "Restore it from a backup, or create it again.")
 NOTE = ".note"
 COMPANIONS = (NOTE, "-wal", "-shm")  # endings of files that belong to a damaged one
 
@@ -22,18 +28,31 @@ class Damage:
     name: str
     note: str | None = None
 
-    def to_json(self) -> dict[str, str | None]:
-        return {"kind": self.kind, "file": f"quarantine/{self.kind}/{self.name}", "note": self.note}
+    @property
+    def file(self) -> str:
+        """Its path in the data folder."""
+        return f"quarantine/{self.kind}/{self.name}"
+
+    @property
+    def restorable(self) -> bool:
+        """Whether it was a row of the database as it is now, which a backup may have intact."""
+        return self.note is None and ROW in self.name
+
+    @property
+    def fix(self) -> Sentence:
+        return RESTORE_BACKUP if self.restorable else RESTORE_OR_CREATE
+
+    def to_json(self) -> dict[str, Any]:
+        return stated({"kind": self.kind, "file": self.file, "note": self.note, "fix": self.fix,
+                       "restorable": self.restorable})
 
 
 class DamagedFile(Unavailable):
     reason = "damaged-file"
 
     def __init__(self, damage: Damage) -> None:
-        place = damage.to_json()["file"]
         super().__init__(say("quarantine.moved", "A file of the data folder is damaged and was moved to {place}.",
-                             place=place),
-                         say("quarantine.restore", "Restore it from a backup, or create it again."), file=place)
+                             place=damage.file), damage.fix, file=damage.file)
         self.damage = damage
 
 
@@ -54,13 +73,25 @@ class Quarantine:
         log.error("%s/%s is damaged (%s); it was moved to %s", kind, path.name, why, target)
         return DamagedFile(Damage(kind, target.name, note))
 
-    def add_text(self, kind: str, name: str, content: str, why: str) -> DamagedFile:
+    def add_row(self, kind: str, name: str, body: str) -> DamagedFile:
         """Write what is left of a damaged row; return the error to raise, which says where that is."""
-        target = self._free_name(kind, name)
+        target = self._free_name(kind, name + ROW)
         with suppress(OSError):  # a full disk must not hide the damage
-            write_atomically(target, content.encode("utf-8", "surrogatepass"))
-        log.error("%s %s in the database is damaged (%s); what is left of it is %s", kind, name, why, target)
+            write_atomically(target, body.encode("utf-8", "surrogatepass"))
+        log.error("%s %s in the database is damaged (its checksum is wrong); what is left of it is %s. %s", kind, name,
+                  target, RESTORE_BACKUP)
         return DamagedFile(Damage(kind, target.name))
+
+    def add_copy(self, kind: str, path: Path) -> Damage:
+        """Copy a file here that another one is to replace."""
+        target = self._free_name(kind, path.name)
+        unfinished = self._folder / f".{path.name}"
+        try:
+            shutil.copyfile(path, unfinished)
+            replace_synced(unfinished, target)
+        finally:
+            unfinished.unlink(missing_ok=True)
+        return Damage(kind, target.name)
 
     def note(self, damage: Damage, note: str) -> None:
         """Write down what became of it."""

@@ -7,13 +7,14 @@ from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from sqlalchemy import ColumnElement, Select, inspect, select, update
+from sqlalchemy import ColumnElement, Select, select
 from sqlalchemy.orm import Session
 
-from app.core.errors import BadInput, NotFound, TouchlineError
+from app.core.errors import BadInput, NotFound
 from app.core.statements import say
 from app.store.checksummed import is_intact, update_checksum
 from app.store.database import Database
+from app.store.integrity import mark_damaged
 from app.store.quarantine import Damage, DamagedFile, Quarantine
 
 T = TypeVar("T")
@@ -54,12 +55,10 @@ class Page(NamedTuple, Generic[T]):
 class Repository:
     """The checksummed rows of one table. Thread-safe.
 
-    table: the ORM class. kind: the folder in the quarantine for its damaged rows. noun, listing: how errors call one
-    item and say where they are listed.
+    table: the ORM class. noun, listing: how errors call one item and say where they are listed.
     """
 
     table: Any
-    kind: str
     noun: str
     listing: str
 
@@ -72,21 +71,13 @@ class Repository:
         return NotFound(say(f"{self.noun}.unknown", f"There is no {self.noun} {{id!r}}.", id=id), self.listing,
                         reason=f"unknown-{self.noun}")
 
-    def _checked(self, row: Any, name: str) -> Any:
+    def _checked(self, row: Any) -> Any:
         """Return the row if it is intact; raise DamagedFile otherwise, also when it is read again."""
         if row.damaged is not None:
-            raise DamagedFile(Damage(self.kind, row.damaged))
+            raise DamagedFile(Damage(row.__tablename__, row.damaged))
         if is_intact(row):
             return row
-        raise self._quarantine_row(row, name)
-
-    def _quarantine_row(self, row: Any, name: str, kind: str | None = None) -> DamagedFile:
-        """Write what is left of a damaged row to the quarantine, and mark the row."""
-        damaged = self._quarantine.add_text(kind or self.kind, f"{name}.json", str(row.body), "its checksum is wrong")
-        key = inspect(type(row)).primary_key[0]
-        with suppress(TouchlineError), self._database.writing("The mark of a damaged row") as rows:
-            rows.execute(update(type(row)).where(key == getattr(row, key.key)).values(damaged=damaged.damage.name))
-        return damaged
+        raise mark_damaged(self._database, self._quarantine, type(row), row)
 
     def _row(self, id: str, *where: ColumnElement[bool]) -> Any:
         if not is_id(id):
@@ -95,7 +86,7 @@ class Repository:
             row = rows.scalar(select(self.table).where(self.table.id == id, *where))
         if row is None:
             raise self._unknown(id)
-        return self._checked(row, id)
+        return self._checked(row)
 
     @contextmanager
     def _changing(self, what: str, id: str, *where: ColumnElement[bool]) -> Iterator[tuple[Session, Any]]:
@@ -132,5 +123,5 @@ class Repository:
         if cursor is not None:
             query = query.where(self.table.sequence < int(cursor))
         found = self._find(query.order_by(self.table.sequence.desc()).limit(limit + 1))
-        items = self._intact(found[:limit], lambda row: read(self._checked(row, row.id)))
+        items = self._intact(found[:limit], lambda row: read(self._checked(row)))
         return Page(items, str(found[limit - 1].sequence) if len(found) > limit else None)

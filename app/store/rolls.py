@@ -15,7 +15,7 @@ MAX_ROLLS = 300  # of one camera: with more nothing is known better; the oldest 
 class RollRepository(Repository):
     """Rolls by camera. revision: another number after every change, by whomever."""
 
-    table, kind, noun = RollRow, "rolls", "roll"
+    table, noun = RollRow, "roll"
     listing = "List them with GET /api/v1/cameras/{id}/rolls."
     revision = 0
 
@@ -37,7 +37,7 @@ class RollRepository(Repository):
     def of(self, camera: str) -> tuple[dict[str, Any], ...]:
         """Return a camera's, oldest first, without damaged ones."""
         query = select(RollRow).where(RollRow.camera == camera, RollRow.damaged.is_(None)).order_by(RollRow.sequence)
-        return self._intact(self._find(query), lambda row: content(self._checked(row, row.id)))
+        return self._intact(self._find(query), lambda row: content(self._checked(row)))
 
     def leave_out(self, camera: str, id: str, left_out: bool) -> dict[str, Any]:
         """Save whether an operator wants it left out; NotFound."""

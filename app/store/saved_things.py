@@ -3,13 +3,13 @@
 from app.core.statements import Sentence, say
 
 CODES = {
-    "A restored row": "saved.a-restored-row", "The archive": "saved.archive", "The calibration": "saved.calibration",
-    "The camera": "saved.camera", "The camera's identity": "saved.camera-identity",
-    "The cancelling": "saved.cancelling", "The clip": "saved.clip", "The colour profile": "saved.colour-profile",
-    "The deletion": "saved.deletion", "The detection plan": "saved.detection-plan", "The draft": "saved.draft",
+    "The archive": "saved.archive", "The calibration": "saved.calibration", "The camera": "saved.camera",
+    "The camera's identity": "saved.camera-identity", "The cancelling": "saved.cancelling", "The clip": "saved.clip",
+    "The colour profile": "saved.colour-profile", "The database": "saved.database", "The deletion": "saved.deletion",
+    "The detection plan": "saved.detection-plan", "The draft": "saved.draft",
     "The field": "saved.field", "The job": "saved.job", "The lens": "saved.lens",
-    "The mark of a damaged row": "saved.mark", "The note": "saved.note", "The restored row": "saved.restored-row",
-    "The result": "saved.result", "The rig": "saved.rig", "The roll": "saved.roll", "The setting": "saved.setting",
+    "The mark of a damaged row": "saved.mark", "The note": "saved.note", "The result": "saved.result",
+    "The rig": "saved.rig", "The roll": "saved.roll", "The setting": "saved.setting",
     "The snapshot": "saved.snapshot", "The undoing of the deletion": "saved.undoing"}
 
 

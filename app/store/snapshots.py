@@ -56,7 +56,7 @@ class Snapshot:
 class SnapshotRepository(Repository):
     """Snapshots and their files. quota: how much of the disk the pictures may take."""
 
-    table, kind, noun = SnapshotRow, "snapshots", "snapshot"
+    table, noun = SnapshotRow, "snapshot"
     listing = "List them with GET /api/v1/snapshots, or send the image again."
 
     def __init__(self, database: Database, quarantine: Quarantine, clock: Clock, folder: Path,

@@ -5,9 +5,11 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Self
 
-from app.core.errors import Unavailable
+from app.core.errors import Conflict, Unavailable
 from app.core.records import Warning
+from app.core.statements import say
 from app.store.archive import archive_pieces
+from app.store.backup_restore import Restoration, find_restoration, restore_backup
 from app.store.backups import Backups
 from app.store.calibrations import CalibrationRepository
 from app.store.cameras import CameraRepository, IdentityRepository
@@ -42,6 +44,7 @@ class Store:
                  free: Callable[[Path], int] = free_bytes) -> None:
         self.folder = Path(folder).absolute()
         self._clock = clock
+        self.restored = 0  # how often a backup has taken the database's place since the store was opened
         self._backups: Backups | None = None
         self._database_lock: PostgresLock | None = None
         with _usable(self.folder), ExitStack() as undo:
@@ -52,7 +55,8 @@ class Store:
             self._quarantine = Quarantine(self.folder / "quarantine")
             self._quota = PictureQuota(self.folder, uploads_bytes, free)
             if database is None:
-                self._backups = Backups(self.folder / "backups", self.folder / FILE, backups_bytes)
+                self._backups = Backups(self.folder / "backups", self.folder / FILE, backups_bytes,
+                                        is_damaged=lambda: any(damage.restorable for damage in self.damaged))
                 self._database = open_sqlite(self.folder, self._backups, self._quarantine)
             else:
                 self._database, self._database_lock = open_postgresql(database, self.folder, self._quarantine)
@@ -92,6 +96,29 @@ class Store:
     def archive(self, fields: Path | None = None) -> Iterator[bytes]:
         """Yield everything as one zip, piece by piece. fields: the folder of the operator's own."""
         return archive_pieces(self._database, self.folder, fields, self._clock)
+
+    def find_restoration(self) -> Restoration:
+        """Return which backup restore_backup would restore, and what would be lost; Conflict where it cannot."""
+        return find_restoration(self._database, self._own_backups())
+
+    def restore_backup(self, seen: tuple[int, int] | None = None) -> Restoration:
+        """Put the newest good backup in the place of the database, which is kept; nothing may be running.
+
+        seen: as backup_restore.restore_backup takes it.
+        """
+        backups = self._own_backups()
+        done = restore_backup(self._database, backups, self._quarantine, seen)
+        self.jobs.lose_workers()
+        self.restored += 1
+        backups.request()
+        return done
+
+    def _own_backups(self) -> Backups:
+        if self._backups is None:
+            raise Conflict(say("backup.postgresql", "Touchline makes no backups of a PostgreSQL database."),
+                           say("backup.restore-yours", "Restore your own backup of it, for example with pg_restore."),
+                           reason="no-own-backups")
+        return self._backups
 
     @property
     def disk_usage(self) -> dict[str, Any]:

@@ -75,11 +75,12 @@ def list_sources() -> Json:
 async def list_statuses(services: ServicesDep) -> Json:
     """Return the status of every camera at once and start none: the state of one that does not run is `idle`.
 
-    fields: another revision whenever somebody has changed a field.
+    fields: another revision whenever somebody has changed a field. restored: how many backups were restored since the
+    server started: after each, what was read before may be gone.
     """
     cameras = await asyncio.to_thread(services.cameras.all)  # never behind work that fills the services' threads
     return Json({"items": [{"id": camera.id, **services.live.status(camera.id)} for camera in cameras],
-                 "fields": services.fields.revision})
+                 "fields": services.fields.revision, "restored": services.store.restored})
 
 
 @router.get("/{id}", response_model=responses.Camera)

@@ -1,8 +1,9 @@
-"""GET /health, /settings and /archive: the state of the server, its settings, and all that it has saved as one file."""
+"""/health, /settings, /restore-backup and /archive: the state of the server, its settings, and all it has saved."""
 
 import re
 import time
 from collections.abc import Iterator
+from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from app import __version__, shipped
 from app.api.dependencies import ServicesDep
 from app.api.file_headers import attachment
 from app.api.responses import NO_STORE, Json
-from app.api.schemas import responses
+from app.api.schemas import requests, responses
 from app.api.schemas.media import files
 from app.core.statements import named, stated
 from app.settings import Settings
@@ -93,6 +94,19 @@ def helps_in(text: str) -> dict[str, str]:
         elif not comment:
             comments = []
     return helps
+
+
+@router.post("/restore-backup", tags=["archive"], response_model=responses.Restoration)
+async def restore_backup(services: ServicesDep, body: requests.RestoreBackup) -> Json:
+    """Say which backup would replace the database and what would be lost; with those two numbers, replace it.
+
+    The backup is the newest without a damaged row. The database from before is kept in `file`, in the quarantine.
+    """
+    if body.backup is None or body.database is None:
+        found = await services.run_in_thread(services.store.find_restoration)
+    else:
+        found = await services.restore_backup((body.backup, body.database))
+    return Json({**asdict(found), "lost": found.lost})
 
 
 @router.get("/archive", tags=["archive"], response_class=StreamingResponse, responses=files("application/zip"))

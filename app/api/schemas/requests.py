@@ -85,6 +85,13 @@ class CameraTest(Strict):
     source: Address
 
 
+class RestoreBackup(Strict):
+    """The numbers of backup and database whose exchange somebody has agreed to; without both, nothing is exchanged."""
+
+    backup: int | None = None
+    database: int | None = None
+
+
 class ControlChanges(Strict):
     """New values by the control's name; "auto" hands it to the camera."""
 

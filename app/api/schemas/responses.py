@@ -17,7 +17,7 @@ from app.services import events
 from app.services.fields import PlayingField
 from app.services.rigs import RigJson
 from app.services.snapping import SnappedPoint
-from app.store import snapshots
+from app.store import backup_restore, snapshots
 from app.workflows.calibration_types import ModelParameters, Polyline
 
 
@@ -28,6 +28,8 @@ def described(type: Any, description: str) -> Any:
 # --- the server
 Health = response("Health", status=Literal["ok"], version=str, uptime_s=float, warnings=list[JsonObject],
     damaged=list[JsonObject])
+# lost: changes that only the database has; file: where that is now, null before it was replaced
+Restoration = response("Restoration", record=backup_restore.Restoration, lost=int)
 Job = response("Job", says=True, record=jobs.Job, without=INTERNAL)
 Jobs = page_of("Jobs", Job)
 # value: as it is now, "set" or null of a secret. change: null where only the settings file decides it
@@ -86,7 +88,8 @@ FoundCameras = response("FoundCameras", items=list[JsonObject])
 Sources = response("Sources", items=list[JsonObject])
 Controls = response("Controls", items=list[JsonObject])
 CameraStatuses = response("CameraStatuses", items=list[ListedCameraStatus],
-    fields=described(str, "a different revision after each change of a field"))
+    fields=described(str, "a different revision after each change of a field"),
+    restored=described(int, "how many backups were restored since the server started"))
 # version, by: of activations, null of others
 Event = response("Event", says=True, at=str, kind=events.Kind, camera=described(str | None, "null: images from files"),
     version=int | None, by=str | None, text=str)

@@ -21,7 +21,9 @@ const lookedAt = computed(() => {
   return view === "wall" ? cameras.value.map((c) => c.id).join(" ") : camera;
 });
 let timer = 0,
-  asking = false;
+  asking = false,
+  /** How many backups the server had restored. */
+  restored = Infinity;
 
 /** Keep all statuses fresh from now on, and at once where others are looked at: those are started. */
 export function startStatuses() {
@@ -45,7 +47,9 @@ async function look() {
   /** @type {(CameraStatus & { id: string })[]} */
   let items, revision;
   try {
-    ({ items, fields: revision } = await call("GET", "/cameras/status"));
+    const answer = await call("GET", "/cameras/status");
+    if (answer.restored > restored) location.reload(); // what was read before may be gone
+    ({ items, fields: revision, restored } = answer);
   } catch {
     statuses.value = Object.fromEntries(Object.entries(statuses.value).map(([id, it]) => [id, lost(it)]));
     return;

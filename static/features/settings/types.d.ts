@@ -5,4 +5,7 @@ export interface DiskUsage {
   backups: { count: number; used_bytes: number; limit_bytes: number; newest_at: string | null } | null;
 }
 export interface ServerSettings { version: string; items: Setting[]; storage: DiskUsage }
-export interface Health { version: string; uptime_s: number; warnings: { reason: string; text: string; fix: string }[]; damaged: { kind: string; file: string; note: string | null }[] }
+export interface Health { version: string; uptime_s: number; warnings: { reason: string; text: string; fix: string }[]; damaged: Damage[] }
+export interface Damage { kind: string; file: string; note: string | null; fix: string; restorable: boolean }
+// POST /restore-backup.
+export interface Restoration { backup: number; database: number; made_at: string; file: string | null; lost: number }

@@ -170,12 +170,12 @@ export const serverProblems = computed(() => [
   ...(health.value?.warnings ?? []).map(({ reason, text, fix }) =>
     problem({ id: reason, level: "warn", place: "system", text, fix, href: addressOf("server") }),
   ),
-  ...(health.value?.damaged ?? []).map(({ kind, file, note }) =>
+  ...(health.value?.damaged ?? []).map(({ kind, file, note, fix }) =>
     problem({
       id: `damaged-${file}`,
       place: "system",
       text: t("shell.problem.damaged", { kind, file }),
-      fix: note ?? t("shell.problem.damaged.fix"),
+      fix: note ?? fix,
       href: addressOf("server"),
     }),
   ),

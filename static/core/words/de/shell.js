@@ -84,7 +84,6 @@ export default /** @type {const} */ ({
   "shell.problem.contradiction": "{address} veröffentlicht eine andere Kalibrierung für Kamera {camera}.",
   "shell.problem.contradiction.fix": "Schalten Sie einen der beiden Sender ab.",
   "shell.problem.damaged": "Eine gespeicherte Datei war beschädigt ({kind}) und wurde nach {file} verschoben.",
-  "shell.problem.damaged.fix": "Stellen Sie sie aus einer Sicherung wieder her oder legen Sie sie neu an.",
   "shell.problem.field-changed": "Das Feld wurde nach der Kalibrierung von {camera} geändert: {changes}.",
   "shell.problem.field-changed.fix": "Kalibrieren Sie erneut aus den gespeicherten Punkten.",
   "shell.problem.jobs-failed": { one: "{count} Auftrag ist in der letzten Stunde fehlgeschlagen.", other: "{count} Aufträge sind in der letzten Stunde fehlgeschlagen." },

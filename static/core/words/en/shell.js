@@ -84,7 +84,6 @@ export default /** @type {const} */ ({
   "shell.problem.contradiction": "{address} publishes another calibration for camera {camera}.",
   "shell.problem.contradiction.fix": "Switch one of the two publishers off.",
   "shell.problem.damaged": "A saved file was damaged ({kind}) and was moved to {file}.",
-  "shell.problem.damaged.fix": "Restore it from a backup, or create it again.",
   "shell.problem.field-changed": "{camera} was calibrated before its field was changed: {changes}.",
   "shell.problem.field-changed.fix": "Calibrate again from the saved points.",
   "shell.problem.jobs-failed": { one: "{count} job failed in the last hour.", other: "{count} jobs failed in the last hour." },

@@ -18,6 +18,7 @@ import {
   operatorName,
   serverSettings,
 } from "../settings.js";
+import { RestoreBackup } from "./restore_backup.js";
 
 /** @typedef {import("../types").Setting} Setting */
 
@@ -60,6 +61,7 @@ function Health() {
           <b>${text}</b> ${fix}
         </li>`)}
       </ul>`}
+    <${RestoreBackup} />
   </section>`;
 }
 

@@ -1,0 +1,118 @@
+"""Put the newest good backup in the place of a database with damaged rows, which goes to the quarantine as a whole.
+
+Good is a backup in which every row is intact. It is looked for in copies, and the copy takes the database's place in
+one step: a power cut leaves the old database or the new one, and an error leaves the old one in use.
+
+The new one counts on from the old one's number of changes, so that no backup from before is newer than it.
+"""
+
+import logging
+import shutil
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from sqlalchemy.exc import DBAPIError
+
+from app.core.errors import Conflict, TouchlineError
+from app.core.statements import say
+from app.store.backups import Backup, Backups
+from app.store.database import Database
+from app.store.files import replace_synced, translate_disk_errors
+from app.store.integrity import find_damage, is_whole
+from app.store.opening import LOG_ENDINGS, UNFINISHED, remove_database
+from app.store.quarantine import Quarantine
+from app.store.schema import check_not_newer, schema_of, upgrade
+
+log = logging.getLogger("touchline")
+
+
+@dataclass(frozen=True)
+class Restoration:
+    """A backup in the place of the database. made_at: ISO 8601, UTC.
+
+    backup, database: how many changes each has saved. file: where the database from before is; None before it is done.
+    """
+
+    backup: int
+    database: int
+    made_at: str
+    file: str | None = None
+
+    @property
+    def lost(self) -> int:
+        """How many changes are newer than the backup."""
+        return self.database - self.backup
+
+
+def find_restoration(database: Database, backups: Backups) -> Restoration:
+    """Return what restore_backup would do; Conflict without a good backup."""
+    with _good_copy(backups) as (backup, _):
+        return Restoration(backup.changes, database.changes(), backup.made_at)
+
+
+def restore_backup(database: Database, backups: Backups, quarantine: Quarantine,
+                   seen: tuple[int, int] | None = None) -> Restoration:
+    """Replace the database under all who use it; Conflict without a good backup.
+
+    seen: the numbers of backup and database that somebody has agreed to; Conflict if there are others by now.
+    """
+    path = backups.source
+    with (_good_copy(backups, seen) as (backup, copy), database.closed() as changes,
+          translate_disk_errors("The database")):
+        if seen not in (None, (backup.changes, changes)):
+            raise Conflict(say("backup.changed-meanwhile", "Something was saved meanwhile."),
+                           say("backup.look-again", "Check again what would be lost, then restore the backup."),
+                           reason="changed-meanwhile")
+        with closing(sqlite3.connect(copy, isolation_level=None)) as connection:
+            connection.execute("PRAGMA journal_mode=DELETE")  # one file, without a log beside it
+            connection.execute("UPDATE ledger SET changes = ?", [changes + 1])
+        kept = quarantine.add_copy("database", path)
+        remove_database(path, LOG_ENDINGS)
+        replace_synced(copy, path)
+    done = Restoration(backup.changes, changes, backup.made_at, kept.file)
+    note = f"The backup of change {done.backup} was restored."
+    quarantine.note(kept, f"{note} This file is the database from before, with {done.lost} newer changes.")
+    for damage in quarantine.all():
+        if damage.restorable:
+            quarantine.note(damage, f"{note} If this was newer, it is missing.")
+    log.warning("the backup of change %s was restored; the database from before is %s", done.backup, kept.file)
+    return done
+
+
+@contextmanager
+def _good_copy(backups: Backups, seen: tuple[int, int] | None = None) -> Iterator[tuple[Backup, Path]]:
+    """Hold the backups, and yield the newest good one with a copy of it that has the newest schema.
+
+    seen: as above; newer backups were found to be damaged then.
+    """
+    copy = backups.source.with_name(UNFINISHED)
+    with backups.held:
+        try:
+            backup = next((one for one in backups.all()
+                           if (seen is None or one.changes <= seen[0]) and _is_good(one, copy)), None)
+            if backup is None:
+                raise Conflict(say("backup.none-good", "There is no backup in which all data is intact."),
+                               say("backup.restore-archive", "Restore an archive to an empty folder with touchline "
+                                   "restore, or create again what is damaged."), reason="no-good-backup")
+            yield backup, copy
+        finally:
+            remove_database(copy)
+
+
+def _is_good(backup: Backup, copy: Path) -> bool:
+    remove_database(copy)
+    with translate_disk_errors("The database"):
+        shutil.copyfile(backup.path, copy)
+    if find_damage(copy) is not None:
+        return False
+    with closing(Database.on_sqlite(copy)) as database:
+        try:
+            check_not_newer(schema_of(database.engine))
+            upgrade(database.engine)
+            with database.reading() as rows:
+                return is_whole(rows)
+        except (DBAPIError, TouchlineError):  # another version's, or not as its schema says
+            return False

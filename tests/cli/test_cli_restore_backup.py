@@ -1,0 +1,45 @@
+"""touchline restore-backup on data folders that are really damaged."""
+
+import shutil
+
+from app.store.store import Store
+from app.store.tables import CalibrationRow
+from tests.support.store_opener import damage_row
+from tests.support.store_writer import calibration
+
+
+def filled(folder):
+    with Store(folder) as store:
+        kept = store.calibrations.add(calibration("north", "kept"))
+    with Store(folder) as store:
+        damage_row(store, CalibrationRow, lambda text: text.replace("kept", "lept"), id=kept.id)
+        store.calibrations.add(calibration("north", "newer"))
+    return kept
+
+
+def test_the_newest_backup_without_damage_is_restored_and_what_it_lacks_is_named(touchline, tmp_path):
+    kept = filled(tmp_path / "data")
+    code, out, said = touchline("restore-backup", "--data", "data")
+    assert (code, out) == (0, "") and "newer changes are only in quarantine/database/touchline.db" in said
+    with Store(tmp_path / "data") as store:
+        assert [one.note for one in store.calibrations.list().items] == ["kept"]
+        assert store.calibrations.get(kept.id) == kept and not any(damage.restorable for damage in store.damaged)
+    assert (tmp_path / "data" / "quarantine" / "database" / "touchline.db").stat().st_size > 10_000
+
+
+def test_without_a_good_backup_or_a_folder_or_beside_a_server_it_is_refused(touchline, tmp_path):
+    filled(tmp_path / "data")
+    with Store(tmp_path / "data"):
+        code, _, said = touchline("restore-backup", "--data", "data")
+        assert code == 4 and "in use by another Touchline" in said
+    shutil.rmtree(tmp_path / "data" / "backups")
+    code, _, said = touchline("restore-backup", "--data", "data")
+    assert code == 4 and "no backup in which all data is intact" in said and "fix: " in said
+    assert touchline("restore-backup", "--data", "nowhere")[0] == 4 and not (tmp_path / "nowhere").exists()
+
+
+def test_on_postgresql_it_names_the_backups_that_there_are(touchline, tmp_path, postgres):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "settings.yaml").write_text(f"database: {postgres.database(tmp_path / 'data')}\n")
+    code, _, said = touchline("restore-backup", "--data", "data", "--config", "settings.yaml")
+    assert code == 4 and "pg_restore" in said
