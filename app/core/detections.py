@@ -85,17 +85,6 @@ class Detections:
         return {"camera": self.camera, "frame": self.frame, "time": self.time_s, "image_size": list(self.image_size),
                 "detections": [item.to_json() for item in self.items]}
 
-    @classmethod
-    def from_json(cls, value: Any) -> Self:
-        """Read what to_json wrote; BadInput for anything else."""
-        if (not isinstance(value, dict) or set(value) != {"camera", "frame", "time", "image_size", "detections"}
-                or not isinstance(value["detections"], list) or not isinstance(value["camera"], str | None)
-                or not (value["frame"] is None or (type(value["frame"]) is int and value["frame"] >= 0))):
-            raise _refused("These are not detections.")
-        items = tuple(Detection.from_json(item) for item in value["detections"])
-        return cls(items, ImageSize.of(value["image_size"]), value["camera"], value["frame"],
-                   _number(value["time"], most=1e12))
-
 
 def _degrees(angle: float | None) -> float | None:
     return None if angle is None else degrees(angle)
@@ -106,10 +95,10 @@ def _radians(value: Any) -> float | None:
     return None if angle is None else radians(angle)
 
 
-def _number(value: Any, maybe: bool = True, most: float = MAX_COORDINATE) -> Any:
+def _number(value: Any, maybe: bool = True) -> Any:
     if value is None and maybe:
         return None
-    if type(value) not in (int, float) or not isfinite(value) or abs(value) > most:
+    if type(value) not in (int, float) or not isfinite(value) or abs(value) > MAX_COORDINATE:
         raise _refused(f"{str(value)[:40]!r} is not a valid number of a detection.")
     return float(value)
 

@@ -31,6 +31,7 @@ class VideoDecoder:
 
     def __init__(self, container: InputContainer, stream: VideoStream) -> None:
         self._container, self._stream = container, stream
+        self._packets = container.demux(stream)
         self._frames = self._decode()
         self._from_s = 0.0
         self.interval_s = float(1 / stream.average_rate) if stream.average_rate else None
@@ -72,11 +73,22 @@ class VideoDecoder:
                     return Frame(np.asarray(pixels, np.uint8))
         return None
 
+    @property
+    def has_jpegs(self) -> bool:
+        """Whether each picture is a JPEG, so that read_jpeg() will do."""
+        return self._stream.codec_context.name == "mjpeg"
+
+    def read_jpeg(self) -> bytes | None:
+        """Return the next picture as it came; None at the stream's end, or where none comes in time."""
+        with suppress(av.FFmpegError):
+            return next((bytes(packet) for packet in self._packets if packet.size and not packet.is_corrupt), None)
+        return None
+
     def close(self) -> None:
         self._container.close()
 
     def _decode(self) -> Iterator[VideoFrame]:
-        for packet in self._container.demux(self._stream):
+        for packet in self._packets:
             try:
                 frames = self._stream.decode(packet)
             except av.FFmpegError:

@@ -1,13 +1,16 @@
-"""What sources share between open and close: a frame rate of their own, and the refusal to read when closed."""
+"""What sources share: a frame rate of their own, pictures as they come, and the refusal to read when closed."""
 
 import time
+from collections.abc import Callable
 from typing import TypeVar
 
 from app.core.common_sentences import OPEN_AGAIN
 from app.core.errors import Unavailable
+from app.core.records import Frame
 from app.core.statements import say
 
 T = TypeVar("T")
+TRY_S = 1.0  # between two pictures that are decoded to see what they are
 
 
 class Pacer:
@@ -20,6 +23,25 @@ class Pacer:
         """Wait until the next frame is due."""
         time.sleep(max(0.0, self._due_s - time.monotonic()))
         self._due_s = max(self._due_s + 1 / fps, time.monotonic())
+
+
+class PictureReader:
+    """Reads a camera's pictures as they come; one a second is decoded, to see whether they are pictures at all.
+
+    read_image: screens one, and decodes it when its pixels are wanted.
+    """
+
+    def __init__(self, read_image: Callable[[bytes], Frame]) -> None:
+        self._read_image = read_image
+        self._try_at_s = 0.0
+
+    def read(self, data: bytes) -> Frame:
+        """Return the picture. BadImage where it is none; after one that was none, each is tried until one is."""
+        frame = self._read_image(data)
+        if (now := time.monotonic()) >= self._try_at_s:
+            _ = frame.pixels
+            self._try_at_s = now + TRY_S
+        return frame
 
 
 def require_decoder(decode: T | None) -> T:

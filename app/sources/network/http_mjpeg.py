@@ -1,8 +1,7 @@
 """http://host/path: a network camera's MJPEG stream, or a single picture that is asked for again and again.
 
-We take the stream apart ourselves: FFmpeg would end it at the first odd part, and keep the first size for good. Each
-picture is screened on its own, so its size is its own header's, and decoded by whoever wants its pixels; here only one
-a second is, to see whether the camera sends pictures at all.
+We take the stream apart ourselves: FFmpeg would end it at the first odd part. Each picture is screened on its own, so
+its size is its own header's, and decoded by whoever wants its pixels.
 """
 
 import contextlib
@@ -15,7 +14,7 @@ from app.core.options import Option
 from app.core.records import Frame
 from app.core.statements import say
 from app.sources import BaseSource, SourceContext
-from app.sources.lifecycle import Pacer, require_decoder, require_open
+from app.sources.lifecycle import Pacer, PictureReader, require_decoder, require_open
 from app.sources.network.camera_errors import CHECK_SWITCHED_ON
 from app.sources.network.endpoint import Endpoint
 from app.sources.network.http_client import HttpConnection
@@ -23,7 +22,6 @@ from app.sources.network.multipart import MAX_PART, MultipartParser, PartTooLarg
 
 OPEN_S = 2.0
 READ_S = 1.5
-TRY_S = 1.0  # between two pictures that are decoded here
 MAX_BAD_PARTS = 30  # broken parts one after the other, then it is no stream of pictures
 
 
@@ -42,8 +40,7 @@ class HttpSource(BaseSource):
 
     def __init__(self, line: HttpConnection, fps: float, read_image: Callable[[bytes], Frame]) -> None:
         self._fps = fps
-        self._read_image = read_image
-        self._try_at_s = 0.0
+        self._pictures = PictureReader(read_image)
         self._line: HttpConnection | None = line
         self._parts: MultipartParser | None = None  # None: one picture at a time
         self._waiting: list[bytes] = []
@@ -104,18 +101,10 @@ class HttpSource(BaseSource):
             # Without a stated length the end of a part is marked only when the next one begins, a frame late.
             if not self._waiting and (maybe := parts.pending_jpeg()) is not None:
                 with contextlib.suppress(BadImage):
-                    frame = self._picture(maybe)
+                    frame = self._pictures.read(maybe)
                     parts.take_pending()
                     return frame
-        return self._picture(self._waiting.pop(0))
-
-    def _picture(self, data: bytes) -> Frame:
-        """BadImage where it is none; after one that was none, each is tried until one is."""
-        frame = self._read_image(data)
-        if (now := time.monotonic()) >= self._try_at_s:
-            _ = frame.pixels
-            self._try_at_s = now + TRY_S
-        return frame
+        return self._pictures.read(self._waiting.pop(0))
 
     def _single_picture(self, line: HttpConnection) -> Frame:
         """The picture of one answer, when it is due."""
@@ -128,7 +117,7 @@ class HttpSource(BaseSource):
         if len(data) > MAX_PART:
             line.close()
             raise PartTooLarge
-        return self._picture(data)
+        return self._pictures.read(data)
 
 
 class HttpsSource(HttpSource):

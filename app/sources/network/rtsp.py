@@ -1,16 +1,17 @@
-"""rtsp://host/path: a network camera's stream, decoded by FFmpeg, reached through our own relay."""
+"""rtsp://host/path: a network camera's stream, read by FFmpeg, reached through our own relay."""
 
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any, ClassVar, Self
 
-from app.core.errors import Unavailable
+from app.core.errors import BadImage, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
 from app.core.statements import say
 from app.sources import BaseSource, SourceContext
 from app.sources.ffmpeg import VideoDecoder
-from app.sources.lifecycle import require_open
+from app.sources.lifecycle import PictureReader, require_open
 from app.sources.network.camera_errors import silent
 from app.sources.network.endpoint import Endpoint, connect, hardware_address
 from app.sources.network.rtsp_relay import RtspRelay
@@ -19,7 +20,7 @@ READ_S = 1.5
 
 
 class RtspSource(BaseSource):
-    """Each frame has its own size."""
+    """Each frame has its own size; a JPEG is passed on as it came."""
 
     TITLE: ClassVar = "Network camera, RTSP"
     HELP: ClassVar = "A stream of H.264, H.265 or MJPEG, supported by most network cameras."
@@ -29,23 +30,30 @@ class RtspSource(BaseSource):
                                        "frame only every few seconds.", (0.5, 30), "s"),
     )
 
-    def __init__(self, endpoint: Endpoint, options: Mapping[str, Any], hosts: tuple[str, ...]) -> None:
-        self._endpoint, self._open_s, self._hosts = endpoint, options["open_s"], hosts
+    def __init__(self, endpoint: Endpoint, options: Mapping[str, Any], context: SourceContext) -> None:
+        self._endpoint, self._open_s, self._hosts = endpoint, options["open_s"], context.hosts
+        self._pictures = None if context.read is None else PictureReader(context.read)
         self._relay: RtspRelay | None = None
         self._decoder: VideoDecoder | None = None
 
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
-        opened = cls(Endpoint.of("rtsp", target), options, context.hosts)
+        opened = cls(Endpoint.of("rtsp", target), options, context)
         opened._connect()
         return opened
 
     def read(self) -> Frame:
         decoder, relay = require_open(self._decoder), require_open(self._relay)
-        frame = decoder.read()
-        if frame is None:
-            raise relay.problem or silent()
-        return frame
+        if self._pictures is None or not decoder.has_jpegs:
+            frame = decoder.read()
+            if frame is not None:
+                return frame
+        else:
+            until = time.monotonic() + READ_S
+            while time.monotonic() < until and (jpeg := decoder.read_jpeg()) is not None:
+                with suppress(BadImage):
+                    return self._pictures.read(jpeg)
+        raise relay.problem or silent()
 
     def close(self) -> None:
         if self._decoder is not None:

@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 from app.core.errors import Unavailable
+from app.images.in_process import read_in_process
+from app.images.jpeg_frame import JpegFrame
 from app.sources import SourceContext, source_from_url
 from app.sources.network.endpoint import Endpoint
 from app.sources.network.rtsp_relay import RtspRelay
@@ -21,7 +23,7 @@ from tests.support.rtsp_camera import RtspCamera, scene
 from tests.support.tiers import long
 from tests.support.waiting import LONG_S, until
 
-AROUND = SourceContext(hosts=("127.0.0.1",))
+AROUND = SourceContext(read=read_in_process, hosts=("127.0.0.1",))
 SEEN_S = 20.0  # generous, for a busy machine; the bench measures
 
 
@@ -186,11 +188,19 @@ def test_rubbish_from_a_camera_ends_in_a_refusal(said):
         server.shutdown()
 
 
-def test_pictures_that_no_decoder_understands_are_left_out(camera, source):
-    source.read()
-    camera.garbage = 10
-    seen = [source.read() for _ in range(40)]
-    assert camera.garbage == 0 and all(tuple(frame.size) == (320, 240) for frame in seen)
+@pytest.mark.parametrize("around", [AROUND, SourceContext(hosts=("127.0.0.1",))], ids=["passed on", "decoded"])
+def test_pictures_that_no_decoder_understands_are_left_out(camera, around):
+    with contextlib.closing(source_from_url(camera.url, around)) as source:
+        source.read()
+        camera.garbage = 10
+        seen = [source.read() for _ in range(40)]
+        assert camera.garbage == 0 and all(tuple(frame.size) == (320, 240) for frame in seen)
+
+
+def test_a_jpeg_is_passed_on_as_it_came_and_any_viewer_shows_it(source):
+    frame = source.read()
+    assert isinstance(frame, JpegFrame) and frame.is_plain
+    assert np.abs(frame.pixels.astype(int) - scene(int(np.argmax(frame.pixels[120, :, 0] > 140)) // 16)).mean() < 3
 
 
 def gst(codec: str, gop: int = 25):
