@@ -71,7 +71,7 @@ def test_a_picture_that_cannot_be_drawn_is_followed_by_the_next_one(monkeypatch,
         until(lambda: len(sent) > 2)
         drawing.watch({2: (StreamSpec("raw"), 0.01)})
         until(lambda: 2 in sent)
-        until(lambda: list(drawing._due) == [2])  # what was watched before is forgotten
+        until(lambda: list(drawing._rates) == [2])  # what was watched before is forgotten
 
 
 @pytest.mark.parametrize("error", [cv2.error("odd"), MemoryError()], ids=["OpenCV", "memory"])
