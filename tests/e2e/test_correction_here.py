@@ -207,7 +207,7 @@ def test_every_way_to_compare_is_drawn_without_a_request_and_as_the_server_would
     page.get_by_test_id("wipe").press("ArrowRight")
     page.get_by_test_id("do-zoom-in").click()
     page.get_by_test_id("do-zoom-fit").click()
-    assert [url for url in asked if not re.search(r"/status|/health|/jobs|/presence|/events", url)] == []
+    assert [url for url in asked if not re.search(r"/status|/health|/jobs|/presence|/events|/publishing", url)] == []
 
     here = page.url
     page.goto("about:blank")
