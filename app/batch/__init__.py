@@ -1,15 +1,14 @@
 """An archive of pictures, each calibrated or checked by a job of its own, and one table of what came out.
 
-    pictures.py      a folder → its pictures, and the clicks beside each
-    requests.py      a picture → what its job is given, or at once a row that says why there is none
+    requests.py      a folder → its pictures and the clicks beside each → what the job of each is given, or at once a
+                     row that says why there is none
     scheduler.py     jobs, never more at once than the engine lets wait; rows as they end
     tasks.py         what a job does: it calibrates, or verifies
     verification.py  how well a calibration holds on another picture
     table.py         rows → CSV, JSON or HTML, from which a later run takes over what is the same
 """
 
-from app.batch.pictures import pictures_in
-from app.batch.requests import BatchPlan
+from app.batch.requests import BatchPlan, pictures_in
 from app.batch.scheduler import run_requests
 from app.batch.table import SUFFIXES, Row, count_verdicts, encode_table, read_table
 

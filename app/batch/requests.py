@@ -1,4 +1,7 @@
-"""What each picture's job is given, looked up and checked before it takes a worker's time."""
+"""What each picture's job is given, looked up and checked before it takes a worker's time.
+
+Which pictures a folder holds, and where the clicks in each are written.
+"""
 
 import hashlib
 import json
@@ -8,18 +11,38 @@ from pathlib import Path
 from typing import Any
 
 from app import __version__
-from app.batch.pictures import clicks_of
 from app.batch.table import Row, row_of
 from app.batch.tasks import run_calibration, run_verification
 from app.core.errors import BadInput, Conflict, TouchlineError
 from app.core.geometry import ImageSize
 from app.core.records import Calibration, ObservationJson, observations_from_json
 from app.images import ImageLimits, screen
+from app.sources.local.files import by_name
+from app.sources.local.folder import SUFFIXES
 from app.workflows.calibration_request import CalibrationRequest
 
 ReadFile = Callable[[Path], bytes]
 # picture, its size, sha256 of its bytes, its clicks
 RequestOf = Callable[[Path, ImageSize, str, Path], CalibrationRequest]
+
+
+def pictures_in(folder: Path) -> list[Path]:
+    """List its pictures in the order of their names, 2 before 10. Links may lead nowhere: their rows will say so."""
+    found = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES and not path.name.startswith(".")
+             and (path.is_file() or (path.is_symlink() and not path.exists()))]  # what is a pipe would never end
+    return sorted(found, key=by_name)
+
+
+def clicks_of(picture: Path, points: Path | None) -> Path | None:
+    """Return the file of its clicks, or None: points itself, or in the folder points, or beside the picture.
+
+    There it is called as the picture is: north.png.json, or north.json.
+    """
+    if points is not None and not points.is_dir():
+        return points
+    folder = points or picture.parent
+    return next((path for path in (folder / f"{picture.name}.json", folder / f"{picture.stem}.json")
+                 if path.is_file()), None)
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,10 @@
 
 A command's module is imported when the command is run, and only then: COMMANDS names it, with its line in the help.
 
-    console.py    errors with their fix on stderr, exit codes
-    progress.py   the progress bar
+    console.py    errors with their fix on stderr, exit codes, the progress bar
     files.py      points, calibrations, lenses and pictures from files and to files
     requests.py   the options of a fit, shared by several commands
-    stored.py     settings, and the data folder of a server that does not run
+    archive.py    settings, and the data folder of a server that does not run
 """
 
 import signal
@@ -36,14 +35,14 @@ COMMANDS = {  # name: (module:function in this package, the first line of its he
     "uncertainty": ("evaluation:uncertainty", "Expected error over the region, in the plane at a height: the effect "
                                               "of the noise of the points."),
     "report": ("reports:report", "Show or write the report of one calibration. Exit code 0 if it is good enough."),
-    "scene": ("scenes:scene", "Write the 3-D scene of one calibration as an HTML page."),
+    "scene": ("reports:scene", "Write the 3-D scene of one calibration as an HTML page."),
     "export": ("exports:export", "Write a calibration in the format of another program."),
     "import": ("exports:import_file", "Read a file of another program."),
     "publish": ("network:publish", "Send field and cameras to the multicast group of the league."),
     "absorb": ("network:absorb", "Listen to the group and list the senders of geometry."),
-    "board": ("boards:board", "Calibrate a lens from images of a board, for calibrate --lens."),
-    "pair": ("pairs:pair", "Compare two cameras by matched points, by their calibrations, or by both."),
-    "straight": ("straight:straight", "Measure how straight the edges in images are, and fit the lens that "
+    "board": ("lenses:board", "Calibrate a lens from images of a board, for calibrate --lens."),
+    "pair": ("rigs:pair", "Compare two cameras by matched points, by their calibrations, or by both."),
+    "straight": ("lenses:straight", "Measure how straight the edges in images are, and fit the lens that "
                                       "straightens them."),
     "motion": ("motion:motion", "Track a ball or robot through a video and measure the curvature of its straight "
                                 "rolls."),

@@ -1,18 +1,37 @@
-"""archive, restore, restore-backup: everything as one file, a data folder made of it, and a way back to a backup."""
+"""archive, restore, restore-backup: everything as one file, a data folder made of it, and a way back to a backup.
 
+Other commands, too, read here what a server on this machine has stored, while it does not run.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from app.cli.console import say
-from app.cli.stored import ConfigOption, stored
-from app.settings import load_settings
+from app.cli.console import FileTrouble, say
+from app.services.open_store import open_store
+from app.settings import Settings, load_settings
 from app.store.restore import restore_into
+from app.store.store import Store
 
+ConfigOption = Annotated[Path | None, typer.Option("--config", metavar="FILE", help="Settings file, in the format of "
+                                                   "configs/touchline.yaml.")]
 FromOption = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="The data folder of a server that is "
                                                  "not running.")]
 ToOption = Annotated[Path, typer.Option("--data", metavar="DIR", help="An empty or new folder.")]
+
+
+@contextmanager
+def stored(data: Path | None, config: Path | None) -> Iterator[tuple[Store, Settings]]:
+    """Open the data folder of the options --data and --config; FileTrouble where there is none."""
+    settings = load_settings(config, data=data)
+    if not settings.data.is_dir():
+        raise FileTrouble(f"There is no data folder {settings.data}.",
+                          "Give the data folder of the server with --data.")
+    with open_store(settings) as store:
+        yield store, settings
 
 
 def archive(file: Annotated[Path, typer.Argument(metavar="FILE", help="The zip file to write.")],

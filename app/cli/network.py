@@ -16,8 +16,8 @@ from app.core.errors import TouchlineError
 from app.league.config import PublishingConfig
 from app.league.geometry_listener import GeometryListener
 from app.league.geometry_packet import geometry_packet, published_cameras
+from app.league.multicast import MulticastSender
 from app.league.multicast_address import GROUP, PORT, MulticastAddress
-from app.league.multicast_sender import MulticastSender
 from app.league.received import received_json
 
 GroupOption = Annotated[str, typer.Option("--group", help="The multicast group.")]

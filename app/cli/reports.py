@@ -1,7 +1,9 @@
-"""report: one calibration as a page to print or keep, as JSON, and as an exit code for scripts."""
+"""report and scene: one calibration as a page to print or keep, with an exit code for scripts; and as a page in 3-D."""
 
+import io
 import json
 import re
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,11 +11,13 @@ import typer
 
 from app import report as reporting
 from app.cli import files
+from app.cli.archive import ConfigOption, stored
 from app.cli.console import Enough, EnoughOption, exit_below
-from app.cli.stored import ConfigOption, stored
 from app.core.errors import Conflict
 from app.images import frame_from_bytes
-from app.report.figures import HEAD
+from app.report.contents import HEAD
+from app.scene.cameras import shrink
+from app.scene.export import scene_html
 
 ID = re.compile(r"[0-9a-f]{16}")
 
@@ -25,6 +29,10 @@ PictureFile = Annotated[Path | None, typer.Option("--picture", metavar="IMAGE", 
 OutFile = Annotated[Path | None, typer.Option("--out", "--output", "-o", metavar="REPORT.html", help="The page to "
                                               "write.")]
 DataFolder = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="Data folder of the server, for an ID.")]
+SceneFile = Annotated[Path, typer.Option("--out", "--output", "-o", metavar="SCENE.html", help="The page to write.")]
+Before = Annotated[Path | None, typer.Option("--before", metavar="CAL.json", help="An older version of the same "
+                                             "camera, to show the changes.")]
+Dark = Annotated[bool, typer.Option("--dark/--light", help="Background of the scene.")]
 
 
 def report(calibration: CalibrationOrId, picture: PictureFile = None, output: OutFile = None,
@@ -71,3 +79,18 @@ def _summary(contents: dict[str, Any], output: Path | None) -> str:
     if contents["picture"]["same"] is False:
         lines.append("Warning: This is not the calibration image: its sha256 differs.")
     return "\n".join([*lines, *([f"Saved as {output}."] if output else [])])
+
+
+def scene(calibration: CalibrationOrId, output: SceneFile, picture: PictureFile = None, before: Before = None,
+          dark: Dark = False, data: DataFolder = None, config: ConfigOption = None) -> None:
+    """Write the 3-D scene of one calibration as an HTML page."""
+    known, clicked = calibration_and_picture(calibration, picture, data, config)
+    older = files.read_calibration(before) if before is not None else None
+    name = clicked.camera_name or known.camera or known.field["name"]
+    given = {"cameras": [{"key": known.id or "camera", "title": name, "calibration": known.to_json(),
+                          "before": older.to_json() if older is not None else None}]}
+    pictures = {known.id or "camera": shrink(clicked.frame.pixels)} if clicked.frame is not None else {}
+    with redirect_stdout(io.StringIO()):  # viser says where it listens; it is for nobody
+        html = scene_html(given, pictures, dark=dark, title=f"Scene of {name}, version {known.version}")
+    files.write_bytes(output, html.encode("utf-8", "replace"))
+    print(f"Saved as {output}.")

@@ -1,4 +1,4 @@
-"""rig check, rig stitch: cameras that share a field, from files or from a data folder."""
+"""pair, rig check, rig stitch: whether cameras that see the same agree, from files or from a data folder."""
 
 import json
 from pathlib import Path
@@ -7,22 +7,22 @@ from typing import Annotated, Any
 import typer
 
 from app.cli import files
-from app.cli.console import Enough, EnoughOption, exit_below
-from app.cli.progress import progress_bar
+from app.cli.archive import ConfigOption, stored
+from app.cli.console import Enough, EnoughOption, exit_below, progress_bar
 from app.cli.requests import AsJson
-from app.cli.stored import ConfigOption, stored
 from app.core.errors import BadInput, Conflict
 from app.core.field_json import field_from_json
 from app.evaluate.cameras.rectangles import NAMES
 from app.imaging.mosaic import FieldView, stitcher_of
 from app.store.fields import FieldRepository
+from app.workflows.pair import evaluate_pair
+from app.workflows.pair_types import PairReport
 from app.workflows.rig import check as check_rig
 from app.workflows.rig import refuse_other_sizes
 from app.workflows.rig_types import RigCheck
 
 rig = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
                   help="Cameras that share a field: compare them, or join their images.")
-
 WhichRig = Annotated[list[str], typer.Argument(metavar="CAL.json… | NAME", help="Calibrations of cameras over one "
                                                "field; or the name of a rig in the data folder of a server that is "
                                                "not running.")]
@@ -30,6 +30,50 @@ PictureFiles = Annotated[list[Path] | None, typer.Option("--picture", metavar="I
                                                          "camera, in the order of the cameras. Repeat for each.")]
 DataFolder = Annotated[Path | None, typer.Option("--data", metavar="DIR",
                                                  help="Data folder of the server, for a NAME.")]
+
+
+def pair(
+    matches: Annotated[Path | None, typer.Argument(metavar="[MATCHES.json]", help='Matched points: {"points_a": [[x, '
+                                                   'y], …], "points_b": […]}, raw px.')] = None,
+    a: Annotated[Path | None, typer.Option("--a", metavar="CAL.json", help="The first camera's calibration.")] = None,
+    b: Annotated[Path | None, typer.Option("--b", metavar="CAL.json", help="The second camera's calibration.")] = None,
+    z_mm: Annotated[float, typer.Option("--z", min=0, max=5000, help="Height of the matched points, mm.")] = 0.0,
+    as_json: AsJson = False,
+) -> None:
+    """Compare two cameras by matched points, by their calibrations, or by both."""
+    given: dict[str, Any] = files.read_matches(matches) if matches is not None else {}
+    one, other = (files.read_calibration(path) if path is not None else None for path in (a, b))
+    with progress_bar("Comparing the cameras") as progress:
+        found = evaluate_pair(given.get("points_a"), given.get("points_b"), one, other, given.get("z_mm", z_mm),
+                              progress)
+    print(json.dumps(found, allow_nan=False) if as_json else _pair_summary(found))
+
+
+def _pair_summary(found: PairReport) -> str:
+    """Millimetres first: they are what play depends on."""
+    lines = []
+    if (agreed := found["agreement"]) is not None:
+        x, y = agreed["where"]
+        lines.append(f"The cameras agree within {agreed['median_mm']:.1f} mm (median), {agreed['rms_mm']:.1f} mm rms, "
+                     f"{agreed['max_mm']:.1f} mm at most, at ({x:.0f}, {y:.0f}) mm; both cover "
+                     f"{agreed['overlap_m2']:.2f} m² of the field.")
+    if (known := found["calibrated"]) is not None:
+        lines.append(f"The matches are {known['median_px']:.2f} px (median) from the positions predicted by the two "
+                     "calibrations.")
+    if (pose := found["pose"]) is not None:
+        lines.append(f"Relative camera pose from the matches alone: rotation ± "
+                     f"{pose['rotation_sigma_deg']:.2g}°, direction ± {pose['direction_sigma_deg']:.2g}°.")
+    if (between := found["fundamental"]) is not None:
+        rows = "\n".join("  " + " ".join(f"{v: .9e}" for v in row) for row in between["matrix"])
+        good = found["matches"] - len(between["outliers"])
+        lines.append(f"Fundamental matrix from {good} of {found['matches']} matches, "
+                     f"{between['rms_px']:.2f} px rms from the epipolar lines:\n{rows}")
+    for part in (found["agreement"], found["calibrated"], found["pose"], found["fundamental"]):
+        if part is not None:
+            verdict = part["verdict"]
+            lines.append(f"{verdict['level'].capitalize()}. {verdict['sentence']} {verdict['fix']}".rstrip())
+    lines += [f"No {failed['part']}: {failed['what']} {failed['fix']}" for failed in found["failed"]]
+    return "\n".join(lines)
 
 
 @rig.command()

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from app import main
-from app.cli.stored import ConfigOption
+from app.cli.archive import ConfigOption
 from app.settings import load_settings
 
 DataOption = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="Folder for all saved data.")]

@@ -10,9 +10,8 @@ from app.core.errors import Unavailable
 from app.core.statements import say
 from app.images import decoder_worker
 from app.images.limits import DeclaredImage, ImageLimits
-from app.processes.child_process import ChildProcess
 from app.processes.framing import Message
-from app.processes.start import Program
+from app.processes.start import ChildProcess, Program
 
 START_S = 30.0  # importing OpenCV takes 0.2 s, on a busy small machine some seconds
 PROGRAM = Program("app.images.decoder_worker:main")  # it limits itself, once its codecs are loaded

@@ -8,9 +8,8 @@ from typing import Any
 from app.core.statements import sentence_in
 from app.jobs import worker_main
 from app.jobs.runner import JobFailed, JobStopped, JobTimeout, Report, WorkerDied
-from app.processes.child_process import ChildProcess
 from app.processes.framing import Message, decode_body, encode_body
-from app.processes.start import Program
+from app.processes.start import ChildProcess, Program
 
 START_S = 30.0  # importing OpenCV takes 0.3 s, on a busy small machine some seconds
 STOP_S = 1.0  # a cancelled job has so long to stop by itself

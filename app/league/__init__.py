@@ -1,8 +1,8 @@
 """The league's geometry over UDP multicast: publish ours, and receive what others publish.
 
     multicast_address.py    group, port, interface and TTL; what this machine's network allows
-    multicast_sender.py     packets out: MulticastSender(address).send(data), shared by geometry and detections
-    multicast_receiver.py   packets in, each with its sender's address
+    multicast.py            packets out: MulticastSender(address).send(data), shared by geometry and detections;
+                            packets in, each with its sender's address
     geometry_packet.py      calibrations → one packet, with the error in mm that the league's one-term lens causes
     publisher.py            a thread that sends the newest packet every few seconds, and at once after a change
     geometry_listener.py    a thread that keeps the newest whole geometry of each other publisher, within limits

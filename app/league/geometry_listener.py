@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from app.core.common_sentences import TRIES_AGAIN
 from app.core.errors import BadInput, TouchlineError, Unavailable
 from app.core.statements import say
+from app.league.multicast import Datagram, MulticastReceiver
 from app.league.multicast_address import MulticastAddress
-from app.league.multicast_receiver import Datagram, MulticastReceiver
 from app.ssl_protocol.protobuf import decode
 from app.ssl_protocol.ssl_vision_pb2 import GeometryPacket, SSL_GeometryData
 

@@ -14,7 +14,7 @@ from app.core.records import Calibration
 from app.core.statements import say
 from app.league.config import PublishingConfig
 from app.league.geometry_packet import NO_FIELDS, PublishedCamera, WireCamera, geometry_packet, published_cameras
-from app.league.multicast_sender import MulticastSender
+from app.league.multicast import MulticastSender
 
 log = logging.getLogger("touchline")
 RETRY_S = 1.0  # after a failure, or sooner where the interval is shorter

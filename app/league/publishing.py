@@ -11,8 +11,8 @@ from app.core.statements import join, say
 from app.league.config import PublishingConfig
 from app.league.geometry_listener import GeometryListener, RemotePublisher
 from app.league.geometry_packet import NO_FIELDS, PublishedCamera, WireCameraCache, published_cameras
+from app.league.multicast import MulticastSender
 from app.league.multicast_address import interfaces
-from app.league.multicast_sender import MulticastSender
 from app.league.publisher import Publisher
 from app.league.received import contradictions, received_json
 

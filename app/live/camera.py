@@ -18,12 +18,9 @@ from app.live.detection_feed import DetectionFeed, Publish
 from app.live.failures import failure_words
 from app.live.state import calibration_mismatch, camera_problem, frozen_reason, stall_reason
 from app.live.status_types import CameraState, CameraStatus, FailuresJson, PictureQuality, ProcessValues
-from app.live.stream_spec import VIEWS, StreamSpec
-from app.live.streams import Streams
+from app.live.streams import VIEWS, Streams, StreamSpec, Viewer
 from app.live.supervisor import POLL_S, CameraSupervisor
-from app.live.viewer import Viewer
-from app.processes.framing import Message
-from app.processes.problems import error_from_json
+from app.processes.framing import Message, error_from_json
 from app.sources import Identity
 
 UNKNOWN_QUALITY: PictureQuality = {"unchanged_s": 0.0, "light": None, "sharpness": None, "flicker": None, "words": []}

@@ -22,8 +22,8 @@ from app.core.records import Frame
 from app.core.statements import say
 from app.live.rate import MeasuredRate
 from app.live.status_types import CaptureStatus, SourceState
+from app.processes.framing import problem_json
 from app.processes.limits import return_memory
-from app.processes.problems import problem_json
 from app.sources import Control, IdentityJson, Source, SourceContext, source_from_url
 
 RETRY_S, MAX_RETRY_S = 0.5, 5.0

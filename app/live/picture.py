@@ -15,9 +15,9 @@ from app.core.errors import Conflict
 from app.core.field import Field, Region
 from app.core.geometry import ImageSize
 from app.core.records import Calibration, Frame
-from app.images.jpeg_frame import JpegFrame
+from app.images.in_process import JpegFrame
 from app.imaging.correction import CorrectedView, CorrectionMap, correction_map
-from app.live.stream_spec import StreamSpec
+from app.live.streams import StreamSpec
 from app.models import CameraModel
 from app.models.restored import Restored
 from app.workflows.calibration import overlay

@@ -13,7 +13,7 @@ from app.core.errors import TouchlineError, Unavailable
 from app.core.statements import say
 from app.evaluate.motion.object_tracks import ObjectTracker, seams_of
 from app.live.camera import LiveCamera
-from app.live.viewer import Viewer
+from app.live.streams import Viewer
 from app.processes.framing import decode_body
 
 INPUT_FPS = 20.0  # of each camera that go in: the server's own thread reads them

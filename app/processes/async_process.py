@@ -4,8 +4,7 @@ import asyncio
 from typing import Any, ClassVar, Self
 
 from app.core.errors import Unavailable
-from app.processes.framing import ANSWER, HEADER, MAX_BODY, START, Message, decode_body, encode_body
-from app.processes.problems import error_from_json
+from app.processes.framing import ANSWER, HEADER, MAX_BODY, START, Message, decode_body, encode_body, error_from_json
 from app.processes.start import Program, start
 
 READ_BYTES = 1 << 22

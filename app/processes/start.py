@@ -1,12 +1,16 @@
-"""Start a child process: in a session of its own, on one socket, without the server's secrets."""
+"""Start a child process: in a session of its own, on one socket, without the server's secrets; a thread holds it."""
 
 import json
 import os
 import socket
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+from app.processes.framing import MAX_BODY, START, Connection, encode_body
 
 CHILD_MAIN = Path(__file__).with_name("child_main.py")
 FRUGAL = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
@@ -42,3 +46,44 @@ def start(program: Program) -> tuple[subprocess.Popen[bytes], socket.socket]:
     except OSError:
         ours.close()
         raise
+
+
+class ChildProcess:
+    """One process from its start to its end, and the connection to it. Only end() may be called by other threads.
+
+    arguments: plain JSON for its main. OSError where none can be started.
+    """
+
+    def __init__(self, program: Program, arguments: dict[str, Any], allocate: Callable[[int], Any] = bytearray,
+                 max_body: int = MAX_BODY) -> None:
+        self._process, line = start(program)
+        self.connection = Connection(line, allocate, max_body)
+        try:
+            self.connection.send(START, 0, encode_body(arguments))
+        except OSError:
+            self.close()
+            raise
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    @property
+    def is_alive(self) -> bool:
+        return self._process.poll() is None
+
+    def await_ready(self, timeout_s: float) -> None:
+        """Wait until it says that it is ready; OSError where it does not."""
+        message = self.connection.receive(timeout_s)
+        if message is None or message.kind != START:
+            raise ConnectionResetError
+
+    def end(self) -> None:
+        """Kill it and wait until it is gone; whoever waits for its answer gets OSError."""
+        self._process.kill()
+        self._process.wait()
+
+    def close(self) -> None:
+        """Kill it, and close our end of the socket."""
+        self.end()
+        self.connection.close()

@@ -1,7 +1,7 @@
 """A calibration as one page to print or keep, and as the same in JSON.
 
-    contents.py   all of the report as plain JSON: the page and report.json are both made of it
-    figures.py    the numbers that head it, each with its unit and how to read it in half a sentence
+    contents.py   all of the report as plain JSON: the page and report.json are both made of it; the numbers that
+                  head it, each with its unit and how to read it in half a sentence
     drawing.py    the pictures: as it was taken, corrected, and maps of expected error
     page.py       the page, from templates/report.html; whatever goes into it is escaped
 

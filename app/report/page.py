@@ -8,8 +8,8 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from app.core.marking_names import area_name, marking_name
+from app.report.contents import HEAD
 from app.report.drawing import ReportDrawings
-from app.report.figures import HEAD
 
 # also in the file itself: once downloaded it has no server that could say so
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"

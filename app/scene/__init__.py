@@ -1,16 +1,12 @@
 """The 3-D scene: viser draws what app/scene/geometry has computed, in a process of its own, and computes nothing.
 
-    scene_registry.py  every open scene: started on request, ended with its last viewer
-    process.py         one scene's process, seen from the server's event loop
+    scene_registry.py  every open scene: started on request, ended with its last viewer; the process of each
     worker_main.py     that process, which answers the server
     messages.py        the messages between them
     secured_viser.py   viser on this machine alone, with a key, without tunnels to elsewhere
     scene_view.py      everything that one scene shows, and how it is viewed
-    view_state.py      what the page may set: layers, error surface, scale, view
-    ground.py          the field         cameras.py         cameras, their pictures and footprints
-    clicks.py          rays, residuals   error_surfaces.py  expected error
-    held_boards.py     the board poses of a lens calibration
-    detections.py      detected balls and robots
+    cameras.py         cameras, their pictures and footprints
+    drawing.py         the field, rays, residuals, expected error, detected balls and robots, board poses
     export.py          the scene as one HTML file that needs no server
 
 viser counts in metres and we in millimetres; METRES stands where one becomes the other.

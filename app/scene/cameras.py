@@ -13,8 +13,7 @@ from app.imaging.correction import CorrectedView, CorrectionMap, correction_map
 from app.scene import METRES, NO_SHADOWS
 from app.scene.geometry.frustum import Frustum, Pyramid
 from app.scene.geometry.scene_camera import SceneCamera
-from app.scene.geometry.shapes import Mesh, paint
-from app.scene.geometry.textured_quad import TexturedQuad
+from app.scene.geometry.shapes import Mesh, TexturedQuad, paint
 
 Handle = viser.SceneNodeHandle
 Colour = tuple[int, int, int]

@@ -1,7 +1,7 @@
 """What the server and a scene's process say to each other, in the messages of processes/framing.py.
 
 To the process: START {"key"}, DRAW {…as scene_view.py takes it} and EXPORT {"title", "dark"}, which are answered,
-SET_VIEW (view_state.py), PICTURE {"key"} with a JPEG, DETECTIONS {"key", "things"}. From it: START {"port"}, ANSWER,
+SET_VIEW (scene_view.py), PICTURE {"key"} with a JPEG, DETECTIONS {"key", "things"}. From it: START {"port"}, ANSWER,
 CLICKED (picking.py), VIEWERS {"count"}.
 """
 

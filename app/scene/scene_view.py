@@ -2,7 +2,8 @@
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 import viser
@@ -13,20 +14,27 @@ from app.core.records import Calibration
 from app.core.statements import say
 from app.scene import METRES
 from app.scene.cameras import COLOURS, CameraNode, Pixels, shrink
-from app.scene.clicks import draw_pose_change, draw_rays, draw_residuals, draw_scale
-from app.scene.detections import draw_detections
-from app.scene.error_surfaces import common_scale_mm, draw_error_surfaces
+from app.scene.drawing import (
+    common_scale_mm,
+    draw_boards,
+    draw_detections,
+    draw_error_surfaces,
+    draw_ground,
+    draw_pose_change,
+    draw_rays,
+    draw_residuals,
+    draw_scale,
+)
 from app.scene.geometry.boards import BoardViews
 from app.scene.geometry.picking import carpet_intersection, describe_place
 from app.scene.geometry.scene_camera import SceneCamera
 from app.scene.geometry.views import Viewpoint
-from app.scene.ground import draw_ground
-from app.scene.held_boards import draw_boards
 from app.scene.secured_viser import SecuredViser
-from app.scene.view_state import ViewState
 
 MARK, MARK_MM = (255, 80, 200), 45.0
 OnMessage = Callable[[dict[str, Any]], None]
+LAYERS = ("pictures", "rays", "arrows", "footprints", "labels", "moved", "things")
+VIEWS = ("free", "above", "camera")
 
 
 class SceneView:
@@ -115,7 +123,7 @@ class SceneView:
     # How it is viewed
 
     def set_state(self, given: Mapping[str, Any]) -> None:
-        """Apply what the page sets; see view_state.py."""
+        """Apply what the page sets; see ViewState."""
         with self._lock, self.server.atomic():
             before, self.state = self.state, self.state.changed(given)
             if self.state.scale != before.scale:
@@ -192,3 +200,23 @@ class SceneView:
             self.server.scene.add_icosphere("/mark", MARK_MM * METRES, MARK, subdivisions=2, position=(x, y, 0.0))
             description = describe_place(place, [node.camera for node in self._nodes.values()])
         self._on_click(description)
+
+
+@dataclass(frozen=True)
+class ViewState:
+    """layers: the visible ones. sheet: which expected error. scale: of arrows, None for a well visible one. hidden:
+    cameras left out. view: the viewpoint; through: its camera, for the view "camera"."""
+
+    layers: frozenset[str] = frozenset(LAYERS) - {"rays", "things"}
+    sheet: str = "none"
+    scale: float | None = None
+    dark: bool = True
+    hidden: frozenset[str] = frozenset()
+    view: str = "free"
+    through: str = ""
+
+    def changed(self, given: Mapping[str, Any]) -> Self:
+        """Return the state with these changes, which the API schema has validated."""
+        changes = {name: value for name, value in given.items() if value is not None}
+        layers, hidden = (frozenset(changes.pop(name, getattr(self, name))) for name in ("layers", "hidden"))
+        return replace(self, layers=layers, hidden=hidden, **changes)

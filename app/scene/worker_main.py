@@ -6,8 +6,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from app.processes.framing import START, Connection, decode_body, encode_body
-from app.processes.problems import answer
+from app.processes.framing import START, Connection, answer, decode_body, encode_body
 from app.scene import messages
 from app.scene.export import whole_page
 from app.scene.scene_view import SceneView

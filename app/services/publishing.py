@@ -15,7 +15,7 @@ from app.league.publishing import Publishing
 from app.services.cameras import CameraService
 from app.settings import Settings
 from app.store.files import translate_disk_errors, write_atomically
-from app.store.precondition import check_etag, content_etag
+from app.store.repository import check_etag, content_etag
 from app.store.store import Store
 
 FILE = "publishing.json"

@@ -14,11 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from app.core.errors import Unavailable
-from app.processes.child_process import ChildProcess
 from app.processes.framing import ANSWER, Connection, decode_body, encode_body
-from app.processes.start import Program
+from app.processes.start import ChildProcess, Program
 from app.sources import Identity, SourceContext
-from app.sources.industrial.discovery import DiscoveredCamera
+from app.sources.industrial.camera import DiscoveredCamera
 
 DEADLINE_S = 5.0  # starting Python, then the second in which a network camera may answer; on a busy small machine
 Discovered = dict[str, Any]  # {"address", "title", "identity"}

@@ -15,8 +15,7 @@ from app.core.errors import Conflict
 from app.core.records import Calibration
 from app.core.statements import say
 from app.store.checksummed import checksummed, content, json_text
-from app.store.precondition import check_etag, content_etag
-from app.store.repository import Page, Repository, column_text, new_id, timestamp
+from app.store.repository import Page, Repository, check_etag, column_text, content_etag, new_id, timestamp
 from app.store.tables import ActivationRow, ActiveRow, CalibrationRow
 
 SHOWN = CalibrationRow.deleted_at.is_(None)  # a deleted version keeps its row and its number

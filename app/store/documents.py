@@ -16,9 +16,8 @@ from app.core.errors import BadInput, Conflict, NotFound, Stale, TouchlineError
 from app.core.statements import Sentence, say
 from app.store.checksummed import checksummed, content
 from app.store.database import Database
-from app.store.precondition import check_etag
 from app.store.quarantine import Quarantine
-from app.store.repository import Clock, Repository, new_id, timestamp
+from app.store.repository import Clock, Repository, check_etag, new_id, timestamp
 from app.store.tables import PresetRow, RigRow
 
 

@@ -14,9 +14,8 @@ from sqlalchemy import select
 from app.core.statements import say
 from app.store.checksummed import checksummed, content
 from app.store.database import Database
-from app.store.precondition import check_etag
 from app.store.quarantine import DamagedFile, Quarantine
-from app.store.repository import Clock, Repository, timestamp
+from app.store.repository import Clock, Repository, check_etag, timestamp
 from app.store.snapshots import SnapshotRepository
 from app.store.tables import DraftRow
 

@@ -15,7 +15,7 @@ from app.core.field import Field
 from app.core.field_json import field_from_json
 from app.core.statements import say
 from app.store.files import make_folder, read_yaml, sync_folder, translate_disk_errors, write_atomically
-from app.store.precondition import check_etag, content_etag
+from app.store.repository import check_etag, content_etag
 
 MAX_OWN_FIELDS = 500
 

@@ -22,7 +22,7 @@ from app.store.backups import Backups
 from app.store.database import Database, postgresql_url
 from app.store.files import replace_synced, write_atomically
 from app.store.integrity import find_damage, find_damaged_rows, mark_damaged
-from app.store.postgres_lock import PostgresLock
+from app.store.lock import PostgresLock
 from app.store.quarantine import Quarantine
 from app.store.schema import HEAD, check_not_newer, schema_of, upgrade
 from app.store.tables import SnapshotRow

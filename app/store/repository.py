@@ -1,18 +1,19 @@
-"""What the repositories share: ids, dates, rows that may be damaged, and pages in the order in which rows came."""
+"""What the repositories share: ids, dates, rows that may be damaged, pages in order, and preconditions of changes."""
 
 import re
 import secrets
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
+from hashlib import sha256
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from sqlalchemy import ColumnElement, Select, select
 from sqlalchemy.orm import Session
 
-from app.core.errors import BadInput, NotFound
+from app.core.errors import BadInput, NotFound, Stale
 from app.core.statements import say
-from app.store.checksummed import is_intact, update_checksum
+from app.store.checksummed import is_intact, json_text, update_checksum
 from app.store.database import Database
 from app.store.integrity import mark_damaged
 from app.store.quarantine import Damage, DamagedFile, Quarantine
@@ -20,6 +21,7 @@ from app.store.quarantine import Damage, DamagedFile, Quarantine
 T = TypeVar("T")
 MAX_PAGE = 200
 Clock = Callable[[], datetime]
+LOOK_AGAIN = say("stale.look-again", "Check the current version, then repeat your change.")
 
 
 def utc_now() -> datetime:
@@ -125,3 +127,14 @@ class Repository:
         found = self._find(query.order_by(self.table.sequence.desc()).limit(limit + 1))
         items = self._intact(found[:limit], lambda row: read(self._checked(row)))
         return Page(items, str(found[limit - 1].sequence) if len(found) > limit else None)
+
+
+def content_etag(content: Any) -> str:
+    """Return the ETag of plain JSON that has no counter of its own."""
+    return sha256(json_text(content, "This").encode()).hexdigest()[:16]
+
+
+def check_etag(given: str | None, etag: str, what: str, reason: str, current: Any, fix: str = LOOK_AGAIN) -> None:
+    """Raise Stale, with the current state and its ETag, unless the given one is that or none. what: has happened."""
+    if given is not None and given != etag:
+        raise Stale(what, fix, reason=reason, current=current, etag=etag)

@@ -20,9 +20,8 @@ from app.store.drafts import DraftRepository
 from app.store.files import make_folder
 from app.store.jobs import JobRepository
 from app.store.lenses import LensRepository
-from app.store.lock import FolderLock
+from app.store.lock import FolderLock, PostgresLock
 from app.store.opening import FILE, open_postgresql, open_sqlite
-from app.store.postgres_lock import PostgresLock
 from app.store.quarantine import Damage, Quarantine
 from app.store.quota import BACKUPS_BYTES, UPLOADS_BYTES, PictureQuota, free_bytes
 from app.store.repository import Clock, utc_now

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.api.file_headers import attachment
+from app.api.responses import attachment
 from app.formats import FORMATS
 from tests.support.refusals import API, refusal
 from tests.support.tiers import long

@@ -10,7 +10,7 @@ from starlette.testclient import TestClient
 
 from app.league.config import PublishingConfig
 from app.league.geometry_packet import geometry_packet, published_cameras
-from app.league.multicast_receiver import MulticastReceiver
+from app.league.multicast import MulticastReceiver
 from app.main import create_app
 from app.settings import Settings
 from app.workflows import interchange

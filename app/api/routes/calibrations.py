@@ -10,9 +10,8 @@ from starlette.responses import Response
 
 from app.api.bodies import uploaded_file
 from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
-from app.api.file_headers import attachment, error_header
 from app.api.request_mapping import fit_few, fit_task
-from app.api.responses import Json, created, finished_or_queued, versioned
+from app.api.responses import Json, attachment, created, error_header, finished_or_queued, versioned
 from app.api.responses import page as json_page
 from app.api.schemas import responses
 from app.api.schemas.media import BINARY, BYTES, Responses, upload

@@ -8,8 +8,7 @@ from starlette.responses import Response
 
 from app.api.bodies import uploaded_file
 from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
-from app.api.file_headers import attachment
-from app.api.responses import Json, accepted, versioned
+from app.api.responses import Json, accepted, attachment, versioned
 from app.api.routes.calibrations import FILE
 from app.api.schemas import responses
 from app.api.schemas.media import upload

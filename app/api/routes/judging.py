@@ -9,8 +9,7 @@ from starlette.responses import HTMLResponse, Response
 
 from app import report
 from app.api.dependencies import ServicesDep, in_thread
-from app.api.file_headers import disposition
-from app.api.responses import Json, finished_or_queued, picture
+from app.api.responses import Json, disposition, finished_or_queued, picture
 from app.api.schemas import responses
 from app.api.schemas.media import HTML, files
 from app.api.schemas.requests import Id

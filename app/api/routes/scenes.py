@@ -9,18 +9,18 @@ from pydantic import Field, StringConstraints
 from starlette.responses import HTMLResponse
 
 from app.api.dependencies import ServicesDep
-from app.api.file_headers import disposition
+from app.api.responses import disposition
 from app.api.schemas.media import HTML
 from app.api.schemas.requests import Id
 from app.api.sockets import receive_json, run_until_first, send_json, websocket_session
 from app.core.errors import TouchlineError, Unavailable
 from app.core.records import Calibration
 from app.core.statements import say, stated
-from app.live.stream_spec import StreamSpec
+from app.live.streams import StreamSpec
 from app.processes.framing import decode_body, split_body
 from app.scene import messages
 from app.scene.page import EXPORT_POLICY
-from app.scene.process import SceneProcess
+from app.scene.scene_registry import SceneProcess
 from app.services.container import Services
 from app.services.forms import Strict
 from app.services.scenes import calibration_jpeg, scene_content, title_of
@@ -52,7 +52,7 @@ class SceneShow(Strict):
 
 
 class SceneSet(Strict):
-    """How the scene is viewed: see app/scene/view_state.py."""
+    """How the scene is viewed: see app/scene/scene_view.py."""
 
     layers: Annotated[list[Layer], Field(max_length=16)] | None = None
     hidden: Annotated[list[SceneName], Field(max_length=MAX_CAMERAS)] | None = None

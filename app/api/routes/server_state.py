@@ -14,8 +14,7 @@ from starlette.responses import StreamingResponse
 
 from app import __version__, shipped
 from app.api.dependencies import ServicesDep
-from app.api.file_headers import attachment
-from app.api.responses import NO_STORE, Json
+from app.api.responses import NO_STORE, Json, attachment
 from app.api.schemas import requests, responses
 from app.api.schemas.media import files
 from app.core.statements import named, stated

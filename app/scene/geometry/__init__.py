@@ -1,11 +1,9 @@
 """The geometry of the 3-D scene: everything that it shows, as numbers computed from records alone.
 
-    shapes.py         meshes of the carpet, its markings and the goals, to scale
+    shapes.py         meshes of the carpet, its markings and the goals, to scale; a level rectangle with a picture
     frustum.py        a camera's pose and field of view, and its undistorted picture
-    ray_hits.py       where the rays of clicked points meet the carpet, and their residuals
+    arrows.py         where the rays of clicked points meet the carpet, their residuals, and the change of a pose
     error_surface.py  expected error over the region, as a coloured surface
-    textured_quad.py  a level rectangle with a picture: an error surface, or a corrected picture
-    pose_change.py    what has changed between two versions of a camera
     boards.py         board poses before a camera, and the part of the picture that they covered
     scene_camera.py   one calibration with all of this
     views.py          viewpoints: above, through a camera, free

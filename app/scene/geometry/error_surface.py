@@ -10,7 +10,7 @@ from app.core import opencv
 from app.core.errors import TouchlineError
 from app.core.field import Region
 from app.models import CameraModel
-from app.scene.geometry.textured_quad import TexturedQuad
+from app.scene.geometry.shapes import TexturedQuad
 from app.workflows.calibration import uncertainty
 
 WIDTH_PX = 256  # of the longer side: colours are interpolated between the grid's nodes

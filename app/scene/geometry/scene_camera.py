@@ -13,11 +13,10 @@ from app.core.statements import say, stated
 from app.models import CameraModel
 from app.models.ray_camera import RayCamera
 from app.models.restored import Restored
+from app.scene.geometry.arrows import PoseChange, RayHits
 from app.scene.geometry.error_surface import ErrorSurface, error_surface
 from app.scene.geometry.frustum import MAX_FOV_DEG, Frustum
-from app.scene.geometry.pose_change import PoseChange
-from app.scene.geometry.ray_hits import RayHits
-from app.scene.geometry.textured_quad import TexturedQuad
+from app.scene.geometry.shapes import TexturedQuad
 
 VISIBLE_MM = 200.0  # length of an arrow that is visible on a field of nine metres
 SCALES = (1.0, 1000.0)

@@ -1,4 +1,4 @@
-"""Meshes of a field, to scale: carpet, lines and arcs of their true width, goals."""
+"""Shapes to scale: a field's carpet, lines, arcs and goals as meshes, and level rectangles that carry a picture."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.field import Arc, Field, Line
+from app.core.field import Arc, Field, Line, Region
 
 ARC_STEP_DEG = 4.0
 GOAL_MM = {"width_mm": 1000.0, "depth_mm": 180.0, "height_mm": 160.0}  # where a field's definition leaves them out
@@ -76,3 +76,28 @@ def goals(field: Field) -> NDArray[np.float64]:
                   if sum(a != b for a, b in zip(p, q, strict=True)) == 1 and not (p[0] == q[0] == front
                                                                                   and p[2] == q[2] == 0)]
     return np.array(edges, float)
+
+
+@dataclass(frozen=True, eq=False)
+class TexturedQuad:
+    """A rectangle in the plane at z_mm: its middle (2,), its size, and unit vectors (2,) to its right and down it."""
+
+    middle_mm: NDArray[np.float64]
+    width_mm: float
+    height_mm: float
+    right: NDArray[np.float64]
+    down: NDArray[np.float64]
+    z_mm: float = 0.0
+
+    @classmethod
+    def through(cls, corners: NDArray[np.float64], z_mm: float = 0.0) -> Self:
+        """From its top-left, top-right and bottom-left corners (3, 2) mm."""
+        across, along = corners[1] - corners[0], corners[2] - corners[0]
+        width, height = float(np.linalg.norm(across)), float(np.linalg.norm(along))
+        return cls(corners[0] + (across + along) / 2, width, height, across / width, along / height, z_mm)
+
+    @classmethod
+    def over(cls, region: Region, z_mm: float = 0.0) -> Self:
+        """The whole region, as it stands in the corrected picture."""
+        w, h = region.width_mm, region.height_mm
+        return cls.through(region.field_from_region(np.array([[0.0, 0.0], [w, 0.0], [0.0, h]])), z_mm)

@@ -14,9 +14,19 @@ from app.core.statements import join, say
 from app.sources import Identity, SourceContext
 from app.sources.industrial.aravis_library import Aravis, AravisError, aravis, text
 from app.sources.industrial.aravis_nodes import AravisNodes
-from app.sources.industrial.camera import FPS, MAX_PAYLOAD, PIXEL_FORMAT, IndustrialSource
-from app.sources.industrial.camera_errors import CANNOT_OPEN, DOES_NOT_START, SMALLER_SIZE, images_too_large
-from app.sources.industrial.discovery import DiscoveredCamera, find_camera, known_cameras
+from app.sources.industrial.camera import (
+    CANNOT_OPEN,
+    DOES_NOT_START,
+    FPS,
+    MAX_PAYLOAD,
+    PIXEL_FORMAT,
+    SMALLER_SIZE,
+    DiscoveredCamera,
+    IndustrialSource,
+    find_camera,
+    images_too_large,
+    known_cameras,
+)
 from app.sources.industrial.features import NodeMap
 from app.sources.industrial.gige import is_ip, responds
 from app.sources.industrial.pixel_formats import Pixels, bgr_from_raw

@@ -4,25 +4,72 @@ A driver (harvesters, Aravis) provides an IndustrialDevice; everything else abou
 """
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, Self
 
 from app.core.common_sentences import CHECK_CABLE_AND_POWER
 from app.core.errors import BadInput, NotFound, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
-from app.core.statements import join, say
+from app.core.statements import Sentence, join, say
 from app.sources import BaseSource, Control, Identity
 from app.sources.industrial.features import FEATURES, NodeMap, controls_of, write_control
 from app.sources.industrial.pixel_formats import PIXEL_FORMATS, Pixels, best_format, canonical_name
 from app.sources.lifecycle import require_open
 
+CANNOT_OPEN = say("industrial.cannot-open", "The camera cannot be opened.")
+DOES_NOT_START = say("industrial.does-not-start", "The camera does not start.")
+SMALLER_SIZE = say("industrial.smaller-size", "Set a smaller width and height.")
 READ_S = 1.5  # longer without a picture, and the camera counts as off
 MAX_PAYLOAD = 128 * 1024 * 1024  # bytes of one picture, as a camera announces them before any comes
-
 FPS = Option("fps", "float", None, "Frames per second. If not set: as set in the camera.", (0.1, 240))
 PIXEL_FORMAT = Option("pixel_format", "choice", None, "Pixel format. If not set: the best format that both support.",
                       choices=tuple(PIXEL_FORMATS))
+
+
+def images_too_large(size_bytes: float) -> Sentence:
+    return say("industrial.images-too-large", "The camera reports images of {mb:.0f} MB.", mb=size_bytes / 1e6)
+
+
+@dataclass(frozen=True)
+class DiscoveredCamera:
+    """One camera. name: set by its user, or its hardware id. handle: what its driver opens."""
+
+    id: str
+    serial: str
+    name: str
+    vendor: str
+    model: str
+    handle: Any
+
+    @property
+    def title(self) -> str:
+        return " ".join(part for part in (self.vendor, self.model, self.name) if part) or self.id
+
+    def identity(self, address: str) -> Identity:
+        return Identity(address, self.serial, self.id, f"{self.vendor} {self.model}".strip())
+
+
+def find_camera(cameras: Sequence[DiscoveredCamera], target: str) -> DiscoveredCamera | None:
+    """Return the camera with this id, else serial number, else name. BadInput where two have the same."""
+    for key in ("id", "serial", "name"):
+        found = [camera for camera in cameras if getattr(camera, key) == target]
+        if len(found) > 1:
+            raise BadInput(say("industrial.ambiguous", "{cameras} cameras are called {name!r}.", cameras=len(found),
+                               name=target),
+                           say("industrial.longer-name", "Use the longer name from the list of cameras."),
+                           reason="bad-source")
+        if found:
+            return found[0]
+    return None
+
+
+def known_cameras(cameras: Sequence[DiscoveredCamera]) -> Sentence:
+    """List the cameras in a sentence, for an error."""
+    names = [camera.serial or camera.id for camera in cameras]
+    return (say("industrial.cameras", "Cameras: {names}.", names=names) if names
+            else say("industrial.no-cameras", "Cameras: none. Check cables and power."))
 
 
 class IndustrialDevice(Protocol):

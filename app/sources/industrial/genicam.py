@@ -11,9 +11,19 @@ from app.core.errors import NotFound, Unavailable
 from app.core.options import Option
 from app.core.statements import say
 from app.sources import SourceContext
-from app.sources.industrial.camera import FPS, MAX_PAYLOAD, PIXEL_FORMAT, IndustrialSource
-from app.sources.industrial.camera_errors import CANNOT_OPEN, DOES_NOT_START, SMALLER_SIZE, images_too_large
-from app.sources.industrial.discovery import DiscoveredCamera, find_camera, known_cameras
+from app.sources.industrial.camera import (
+    CANNOT_OPEN,
+    DOES_NOT_START,
+    FPS,
+    MAX_PAYLOAD,
+    PIXEL_FORMAT,
+    SMALLER_SIZE,
+    DiscoveredCamera,
+    IndustrialSource,
+    find_camera,
+    images_too_large,
+    known_cameras,
+)
 from app.sources.industrial.features import NodeMap
 from app.sources.industrial.genicam_producers import (
     close_harvester,
@@ -57,7 +67,7 @@ class HarvestersDevice:
         self._harvester = open_harvester(producers)
         from genicam import genapi, gentl
 
-        from app.sources.industrial.genicam_nodes import GenApiNodes
+        from app.sources.industrial.genicam_producers import GenApiNodes
         self._errors = (gentl.GenericException, genapi.GenericException)
         try:
             camera = _find_camera(target, list_cameras(self._harvester))

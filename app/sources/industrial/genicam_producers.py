@@ -8,13 +8,17 @@ import signal
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from genicam import genapi
+
 from app.core.common_sentences import use_one_of
-from app.core.errors import NotFound, Unavailable
+from app.core.errors import BadInput, NotFound, Unavailable
 from app.core.statements import say
-from app.sources.industrial.discovery import DiscoveredCamera
+from app.sources.industrial.camera import DiscoveredCamera
+from app.sources.industrial.features import Node, finite_range
 
 LOOK_MS = 500  # how long a producer may look for cameras on each of its networks
 MAX_CAMERAS = 64
@@ -24,6 +28,9 @@ FIX = say("industrial.install-producer", "Install the camera vendor's software, 
 # A producer can be opened once in a process. Each live camera has a process of its own.
 _in_use: set[Path] = set()
 _lock = threading.Lock()
+_READABLE = (genapi.EAccessMode.RO, genapi.EAccessMode.RW)
+_WRITABLE = (genapi.EAccessMode.WO, genapi.EAccessMode.RW)
+MAX_CHOICES = 200
 
 
 def producers_in(places: Sequence[Path]) -> dict[str, Path]:
@@ -114,3 +121,46 @@ def preserve_sigint() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+class GenApiNodes:
+    """Nodes over a genapi NodeMap."""
+
+    def __init__(self, node_map: Any) -> None:
+        self._map = node_map
+
+    def get(self, name: str) -> Node | None:
+        node = getattr(self._map, name, None)
+        try:
+            access = node.get_access_mode() if node is not None else None
+            return _described(node, access in _WRITABLE) if access in _READABLE else None
+        except genapi.GenericException:  # it went away between the two questions
+            return None
+
+    def set(self, name: str, value: Any) -> None:
+        node = getattr(self._map, name, None)
+        if node is None:
+            raise BadInput(f"The camera has no setting {name}.", "Use another setting.", reason="bad-control")
+        try:
+            if isinstance(node, genapi.ICommand):
+                node.execute()
+            else:
+                node.value = value
+        except (genapi.GenericException, TypeError, OverflowError) as error:
+            said = " ".join(str(error).split(" : ")[0].split())[:200]  # without where in its own code GenApi says it
+            raise BadInput(f"The camera refuses {name} = {value}.",
+                           f"Camera message: {said.rstrip('.')}." if said else "Use another value.",
+                           reason="bad-control") from None
+
+
+def _described(node: Any, writable: bool) -> Node | None:
+    if isinstance(node, genapi.IEnumeration):
+        names = (entry.symbolic for entry in node.entries if entry.get_access_mode() in _READABLE)
+        return Node("choice", node.value, writable, choices=tuple(islice(names, MAX_CHOICES)))
+    if isinstance(node, genapi.IBoolean):
+        return Node("bool", node.value, writable)
+    if isinstance(node, genapi.IInteger):
+        return Node("int", node.value, writable, finite_range(node.min, node.max), node.inc, node.unit)
+    if isinstance(node, genapi.IFloat):
+        return Node("float", node.value, writable, finite_range(node.min, node.max), 0.0, node.unit)
+    return None

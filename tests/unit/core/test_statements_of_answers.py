@@ -11,7 +11,7 @@ from app.core.records import Warning
 from app.core.statements import Sentence, join, say, sentence_in
 from app.images.screen import screen
 from app.live.state import ProcessStatus, calibration_mismatch, stall_reason
-from app.processes.problems import error_from_json, problem_json
+from app.processes.framing import error_from_json, problem_json
 from app.sources import Identity
 from app.store.files import translate_disk_errors
 from app.store.quota import PictureQuota

@@ -12,8 +12,8 @@ from app.core.errors import BadInput, TouchlineError
 from app.core.marking_names import marking_name
 from app.league.config import PublishingConfig
 from app.league.geometry_packet import WireCameraCache, geometry_packet, published_cameras, wire_camera
+from app.league.multicast import MulticastSender
 from app.league.multicast_address import MulticastAddress, NetworkError, is_here
-from app.league.multicast_sender import MulticastSender
 from app.league.publisher import Publisher
 from app.models import MODELS, RayModel
 from app.ssl_protocol.protobuf import MAX_BYTES, decode, encode
@@ -299,7 +299,7 @@ def test_a_plan_is_kept_as_it_is_and_nonsense_is_refused():
 
 def test_whoever_listens_shares_the_port():
     """League programs set one or the other way of sharing; each must be able to listen beside us."""
-    from app.league.multicast_receiver import MulticastReceiver
+    from app.league.multicast import MulticastReceiver
 
     told = free_group()
     address = MulticastAddress(**told)

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from app.processes.child_process import ChildProcess
-from app.processes.start import Program
+from app.processes.start import ChildProcess, Program
 from tests.support.waiting import until
 
 # Many pieces too small to be the system's own mappings, freed but for the last, which holds the heap's end.

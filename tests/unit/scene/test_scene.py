@@ -14,9 +14,8 @@ from app.core.errors import BadInput
 from app.core.geometry import ImageSize
 from app.scene.export import scene_html
 from app.scene.messages import KEY_HEADER
-from app.scene.scene_view import SceneView
+from app.scene.scene_view import LAYERS, SceneView, ViewState
 from app.scene.secured_viser import SecuredViser
-from app.scene.view_state import LAYERS, ViewState
 from tests.support.pair_over_field import FIELD
 from tests.support.rig_over_field import sim_task
 

@@ -10,11 +10,10 @@ from app.core.geometry import ImageSize
 from app.core.records import Calibration, Observation
 from app.models import MODELS, field_from_raw, parameters_json, raw_from_field
 from app.models.ray_camera import RayCamera
+from app.scene.geometry.arrows import PoseChange, RayHits
 from app.scene.geometry.boards import BoardViews
 from app.scene.geometry.frustum import IN_FRONT, MAX_FOV_DEG, Frustum
 from app.scene.geometry.picking import carpet_intersection, describe_place
-from app.scene.geometry.pose_change import PoseChange
-from app.scene.geometry.ray_hits import RayHits
 from app.scene.geometry.scene_camera import SceneCamera
 from app.scene.geometry.shapes import carpet, goals, paint
 from app.scene.geometry.views import Viewpoint

@@ -13,7 +13,7 @@ import pytest
 from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
 from app.sources import Identity, SourceContext, source_from_url
 from app.sources.industrial import aravis_library, gige
-from app.sources.industrial.discovery import DiscoveredCamera, find_camera
+from app.sources.industrial.camera import DiscoveredCamera, find_camera
 from tests.support.industrial import GvCamera, held, need_aravis, opened
 
 FAKE = "aravis://Fake_1?fps=100"

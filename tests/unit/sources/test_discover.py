@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from app.processes.child_process import ChildProcess
-from app.processes.start import Program, start
+from app.processes.start import ChildProcess, Program, start
 from app.sources import SourceContext
 from app.sources.discover import _short_names, answer_of, discover_cameras
 from tests.support.industrial import GvCamera, opened, viky, with_viky
@@ -89,7 +88,7 @@ def test_one_that_dies_before_it_is_told_anything_takes_nothing_from_the_others(
             process.wait()
         return process, line
 
-    monkeypatch.setattr("app.processes.child_process.start", started_and_dead)
+    monkeypatch.setattr("app.processes.start.start", started_and_dead)
     cameras = discover_cameras(with_viky(), LONG_S)
     assert [one["address"] for one in cameras] == [f"genicam://{serial}?producer=viky" for serial in (0, 1, 2)]
 

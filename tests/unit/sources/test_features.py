@@ -10,7 +10,7 @@ from tests.support.industrial import missing
 try:
     from genicam.genapi import NodeMap
 
-    from app.sources.industrial.genicam_nodes import GenApiNodes
+    from app.sources.industrial.genicam_producers import GenApiNodes
 except ImportError:
     NodeMap = None
 

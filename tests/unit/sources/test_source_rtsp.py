@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import Unavailable
-from app.images.in_process import read_in_process
-from app.images.jpeg_frame import JpegFrame
+from app.images.in_process import JpegFrame, read_in_process
 from app.sources import SourceContext, source_from_url
 from app.sources.network.endpoint import Endpoint
 from app.sources.network.rtsp_relay import RtspRelay

@@ -10,7 +10,7 @@ from app.store.store import Store
 from tests.support.store_writer import calibration
 from tests.support.waiting import until
 
-LOCK = "app.store.postgres_lock."
+LOCK = "app.store.lock."
 
 
 def refused(work) -> str:
