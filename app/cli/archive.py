@@ -58,5 +58,5 @@ def restore_backup(data: FromOption = None, config: ConfigOption = None) -> None
     """Restore the newest backup without damage. The current database moves to quarantine."""
     with stored(data, config) as (store, settings):
         done = store.restore_backup()
-    say(f"{settings.data}: the backup of {done.made_at} (change {done.backup}) was restored. {done.lost} newer changes "
-        f"are only in {done.file}.")
+    say(f"{settings.data}: the backup of {done.made_at} (change {done.backup}) was restored. {done.newer_changes} "
+        f"can only be found in {done.file}.")

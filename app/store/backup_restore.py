@@ -46,6 +46,10 @@ class Restoration:
         """How many changes are newer than the backup."""
         return self.database - self.backup
 
+    @property
+    def newer_changes(self) -> str:
+        return "1 newer change" if self.lost == 1 else f"{self.lost} newer changes"
+
 
 def find_restoration(database: Database, backups: Backups) -> Restoration:
     """Return what restore_backup would do; Conflict without a good backup."""
@@ -74,7 +78,7 @@ def restore_backup(database: Database, backups: Backups, quarantine: Quarantine,
         replace_synced(copy, path)
     done = Restoration(backup.changes, changes, backup.made_at, kept.file)
     note = f"The backup of change {done.backup} was restored."
-    quarantine.note(kept, f"{note} This file is the database from before, with {done.lost} newer changes.")
+    quarantine.note(kept, f"{note} This file is the database from before, with {done.newer_changes}.")
     for damage in quarantine.all():
         if damage.restorable:
             quarantine.note(damage, f"{note} If this was newer, it is missing.")

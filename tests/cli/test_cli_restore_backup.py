@@ -20,7 +20,7 @@ def filled(folder):
 def test_the_newest_backup_without_damage_is_restored_and_what_it_lacks_is_named(touchline, tmp_path):
     kept = filled(tmp_path / "data")
     code, out, said = touchline("restore-backup", "--data", "data")
-    assert (code, out) == (0, "") and "newer changes are only in quarantine/database/touchline.db" in said
+    assert (code, out) == (0, "") and "newer changes can only be found in quarantine/database/touchline.db" in said
     with Store(tmp_path / "data") as store:
         assert [one.note for one in store.calibrations.list().items] == ["kept"]
         assert store.calibrations.get(kept.id) == kept and not any(damage.restorable for damage in store.damaged)

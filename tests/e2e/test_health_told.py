@@ -77,6 +77,8 @@ def test_the_newest_good_backup_is_restored_once_it_is_said_what_that_costs_and_
     with other.expect_event("load", timeout=LONG_MS):
         page.get_by_test_id("restore-backup").click()
     expect(page.get_by_test_id("health-warnings")).to_contain_text("quarantine/database/touchline.db", timeout=LONG_MS)
+    expect(page.get_by_test_id("health-warnings")).to_contain_text(like("shell.problem.set-aside"))
+    expect(page.get_by_test_id("health-warnings")).not_to_contain_text(like("shell.problem.damaged"))
     expect(page.get_by_test_id("find-backup")).to_have_count(0)
     assert until(lambda: api("GET", f"/lenses/{lens['id']}"), lambda answer: answer.ok).json()["id"] == lens["id"]
     expect(other.get_by_test_id("camera-newer")).to_have_count(0, timeout=LONG_MS)

@@ -174,7 +174,7 @@ export const serverProblems = computed(() => [
     problem({
       id: `damaged-${file}`,
       place: "system",
-      text: t("shell.problem.damaged", { kind, file }),
+      text: note === null ? t("shell.problem.damaged", { kind, file }) : t("shell.problem.set-aside", { file }),
       fix: note ?? fix,
       href: addressOf("server"),
     }),

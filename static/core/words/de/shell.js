@@ -90,6 +90,7 @@ export default /** @type {const} */ ({
   "shell.problem.same-number": "{cameras} veröffentlichen unter derselben Kameranummer {number}.",
   "shell.problem.same-number.and": " und ",
   "shell.problem.same-number.fix": "Geben Sie jeder Kamera auf der Seite „Veröffentlichung“ eine eigene Nummer.",
+  "shell.problem.set-aside": "Im Quarantäneordner liegt eine Datei: {file}.",
   "shell.problems.count": "Probleme: {count}",
   "shell.problems.none": "Keine Probleme",
   "shell.problems.title": "Probleme",

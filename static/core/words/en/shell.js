@@ -90,6 +90,7 @@ export default /** @type {const} */ ({
   "shell.problem.same-number": "{cameras} publish under the same camera number, {number}.",
   "shell.problem.same-number.and": " and ",
   "shell.problem.same-number.fix": "Give each camera its own number on the Publishing page.",
+  "shell.problem.set-aside": "The quarantine folder has a file: {file}.",
   "shell.problems.count": "Problems: {count}",
   "shell.problems.none": "No problems",
   "shell.problems.title": "Problems",
