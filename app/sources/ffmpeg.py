@@ -14,11 +14,11 @@ from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
 from app.core.records import Frame
+from app.images.limits import DEFAULT_LIMITS
 
-MAX_PIXELS = 50_000_000
 # A film in one of these containers names no other file.
 LEASH = {"protocol_whitelist": "file,tcp,rtp", "format_whitelist": "mov,avi,matroska,rtsp,sdp", "rtsp_transport": "tcp",
-         "allowed_media_types": "video", "max_pixels": str(MAX_PIXELS),
+         "allowed_media_types": "video", "max_pixels": str(DEFAULT_LIMITS.max_pixels),
          "fpsprobesize": "0"}  # no second of frames is looked at before the first is given
 
 

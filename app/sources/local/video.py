@@ -3,16 +3,18 @@
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from app.core.errors import BadInput, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
 from app.core.statements import say
 from app.sources import BaseSource, SourceContext
-from app.sources.ffmpeg import VideoDecoder
 from app.sources.lifecycle import require_open
 from app.sources.local.files import file_within, pictures_folder
+
+if TYPE_CHECKING:
+    from app.sources.ffmpeg import VideoDecoder
 
 SUFFIXES = (".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm")
 MP4 = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide")
@@ -84,9 +86,10 @@ class VideoSource(BaseSource):
             self._decoder.close()
         self._decoder = self._pending = None
 
-    def _begin(self) -> VideoDecoder:
+    def _begin(self) -> "VideoDecoder":
         """Open the decoder at the first frame; close the one before."""
         self.close()
+        from app.sources.ffmpeg import VideoDecoder
         self._decoder = decoder = VideoDecoder.open(str(self._path))
         if decoder is None:
             raise BadInput(say("video.cannot-decode", "The video {name!r} cannot be decoded.", name=self._path.name),
@@ -98,7 +101,7 @@ class VideoSource(BaseSource):
             decoder.start_at(self._options["start_s"])
         return decoder
 
-    def _decoded(self, decoder: VideoDecoder) -> Frame | None:
+    def _decoded(self, decoder: "VideoDecoder") -> Frame | None:
         frame = decoder.read()
         if frame is None:
             return None

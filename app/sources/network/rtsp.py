@@ -3,18 +3,20 @@
 import time
 from collections.abc import Mapping
 from contextlib import suppress
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from app.core.errors import BadImage, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
 from app.core.statements import say
 from app.sources import BaseSource, SourceContext
-from app.sources.ffmpeg import VideoDecoder
 from app.sources.lifecycle import PictureReader, require_open
 from app.sources.network.camera_errors import silent
 from app.sources.network.endpoint import Endpoint, connect, hardware_address
 from app.sources.network.rtsp_relay import RtspRelay
+
+if TYPE_CHECKING:
+    from app.sources.ffmpeg import VideoDecoder
 
 READ_S = 1.5
 
@@ -63,6 +65,7 @@ class RtspSource(BaseSource):
         self._relay = self._decoder = None
 
     def _connect(self) -> None:
+        from app.sources.ffmpeg import VideoDecoder
         deadline = time.monotonic() + self._open_s
         line = connect(self._endpoint, self._hosts, deadline)
         self._hardware = hardware_address(line)
