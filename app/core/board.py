@@ -5,20 +5,22 @@ Only inner corners count, those where four squares meet.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
-from typing import Any, Literal, Self
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
+from annotated_types import Interval
 from numpy.typing import NDArray
 
 from app.core.errors import BadInput
 from app.core.geometry import MAX_COORDINATE, Points, as_points
+from app.core.reading import read
 from app.core.text_format import sentence
 
-KINDS = ("chessboard", "charuco")
 FORM = ('Send {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 30}: columns and rows of inner corners; '
         'or "kind": "charuco" with "marker_mm" and "dictionary" as well.')
-CORNERS = (3, 100)  # along one side; finders take no fewer
+Corners = Annotated[int, Interval(ge=3, le=100)]  # along one side; finders take no fewer
+MIN_MARKER_MM = 0.01
 # The families that OpenCV prints and how many markers each has; a name outside is looked up nowhere.
 DICTIONARIES = {**{f"DICT_{n}X{n}_{count}": count for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
                 "DICT_ARUCO_ORIGINAL": 1024, "DICT_APRILTAG_16h5": 30, "DICT_APRILTAG_25h9": 35,
@@ -34,9 +36,9 @@ class Board:
     squares begin with a marker where newer ones begin with a black square."""
 
     kind: Literal["chessboard", "charuco"]
-    columns: int
-    rows: int
-    square_mm: float
+    columns: Corners
+    rows: Corners
+    square_mm: Annotated[float, Interval(ge=0.01, le=10_000)]
     marker_mm: float = 0.0
     dictionary: str = ""
     legacy: bool = False
@@ -44,37 +46,23 @@ class Board:
     @classmethod
     def from_json(cls, value: Any) -> Self:
         """Read a board; refuse what is not of its form, by name."""
-        if not isinstance(value, Mapping):
-            raise _refused("The board is not an object.")
-        unknown = [str(name) for name in value if name not in {f.name for f in fields(cls)}]
-        if unknown:
-            raise _refused(f"Unknown board entry: {unknown[0]!r}.")
-        kind = value.get("kind")
-        if kind not in KINDS:
-            raise _refused(f"Unknown kind of board: {kind!r}.")
-        columns, rows = (_whole(value.get(name), name) for name in ("columns", "rows"))
-        square_mm = _length(value.get("square_mm"), "square_mm")
-        if kind == "chessboard":
-            extra = [name for name in ("marker_mm", "dictionary", "legacy") if value.get(name)]
+        board = read(cls, value, "The board", FORM, "bad-board")
+        if board.kind == "chessboard":
+            extra = [name for name in ("marker_mm", "dictionary", "legacy") if getattr(board, name)]
             if extra:
-                raise _refused(f"A chessboard has no {extra[0]}.")
-            return cls(kind, columns, rows, square_mm)
-        marker_mm = _length(value.get("marker_mm"), "marker_mm")
-        if marker_mm >= square_mm:
-            raise _refused(f"Markers of {marker_mm:g} mm do not fit into squares of {square_mm:g} mm.",
+                raise _refused(f"A chessboard has no {extra[0]}.", FORM)
+            return board
+        if not MIN_MARKER_MM <= board.marker_mm < board.square_mm:
+            raise _refused(f"Markers of {board.marker_mm:g} mm do not fit into squares of {board.square_mm:g} mm.",
                            "Measure both: the marker is smaller than the square.")
-        dictionary, legacy = value.get("dictionary"), value.get("legacy", False)
-        if not isinstance(dictionary, str) or dictionary not in DICTIONARIES:
-            raise _refused(f"Unknown marker dictionary: {dictionary!r}.", f"Use one of: {', '.join(DICTIONARIES)}.")
-        needed = (columns + 1) * (rows + 1) // 2
-        if needed > DICTIONARIES[dictionary]:
-            raise _refused(f"The board has {needed} markers; {dictionary} has only {DICTIONARIES[dictionary]}.",
+        if board.dictionary not in DICTIONARIES:
+            raise _refused(f"Unknown marker dictionary: {board.dictionary[:40]!r}.",
+                           f"Use one of: {', '.join(DICTIONARIES)}.")
+        needed, there_are = (board.columns + 1) * (board.rows + 1) // 2, DICTIONARIES[board.dictionary]
+        if needed > there_are:
+            raise _refused(f"The board has {needed} markers; {board.dictionary} has only {there_are}.",
                            "Choose the dictionary that the board was printed with.")
-        if not isinstance(legacy, bool):
-            raise _refused("The entry legacy of a board is neither true nor false.",
-                           "Use true for boards printed by OpenCV "
-                           "before 4.6.")
-        return cls(kind, columns, rows, square_mm, marker_mm, dictionary, legacy)
+        return board
 
     def to_json(self) -> dict[str, Any]:
         plain = {"kind": self.kind, "columns": self.columns, "rows": self.rows, "square_mm": self.square_mm}
@@ -153,19 +141,5 @@ def _places(value: Any, name: str) -> NDArray[np.float64]:
     return places if places.shape[1] == 3 else np.pad(places, ((0, 0), (0, 1)))
 
 
-def _whole(value: Any, name: str) -> int:
-    low, high = CORNERS
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value or not low <= value <= high \
-            or value != int(value):
-        raise _refused(f"{value!r} is not a valid {name} of a board.", f"Count the inner corners: {low} to {high}.")
-    return int(value)
-
-
-def _length(value: Any, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.01 <= value <= 10_000:
-        raise _refused(f"{value!r} is not a valid {name} of a board.", "Give millimetres, from 0.01 to 10000.")
-    return float(value)
-
-
-def _refused(what: str, fix: str = FORM) -> BadInput:
+def _refused(what: str, fix: str) -> BadInput:
     return BadInput(what, fix, reason="bad-board")

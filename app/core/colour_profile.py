@@ -11,12 +11,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isfinite
-from typing import Any, Self
+from typing import Annotated, Any, NotRequired, Self
 
+from annotated_types import Interval, Len, Predicate
 from typing_extensions import TypedDict
 
 from app.core.errors import BadInput
+from app.core.reading import read
 from app.core.statements import Sentence, named
 
 Bgr = tuple[float, float, float]
@@ -26,7 +27,8 @@ NAMES = {  # how each colour usually looks (BGR), until it is clicked
     "orange": (30.0, 112.0, 250.0), "yellow": (40.0, 214.0, 246.0), "blue": (210.0, 96.0, 24.0),
     "pink": (190.0, 92.0, 250.0), "green": (92.0, 232.0, 110.0), "cyan": (222.0, 214.0, 60.0),
     "purple": (214.0, 52.0, 120.0), "red": (44.0, 30.0, 222.0)}
-_FORM = "Give a profile that touchline detect --save-colours wrote."
+Level = Annotated[float, Interval(ge=0, le=255)]
+Rgb = tuple[Level, Level, Level]
 
 
 class ColourSampleJson(TypedDict):
@@ -41,6 +43,22 @@ class ProfileJson(TypedDict):
     light: list[float] | None
     reach: float
     margin: float
+
+
+class _Sample(TypedDict):
+    rgb: Rgb
+    spread: NotRequired[Annotated[float, Interval(ge=0, le=1)]]
+
+
+class _Profile(TypedDict):
+    """What may be given as a profile."""
+
+    name: Annotated[str, Len(1, 80), Predicate(str.isprintable)]
+    colours: Annotated[dict[str, Annotated[list[_Sample], Len(1, MAX_SAMPLES)]], Len(1, MAX_COLOURS)]
+    background: NotRequired[Annotated[list[_Sample], Len(0, MAX_SAMPLES)] | None]
+    light: NotRequired[Rgb | None]
+    reach: NotRequired[Annotated[float, Interval(ge=0.5, le=20)]]
+    margin: NotRequired[Annotated[float, Interval(ge=0, le=10)]]
 
 
 @dataclass(frozen=True)
@@ -81,47 +99,21 @@ class ColourProfile:
     @classmethod
     def from_json(cls, value: Any) -> Self:
         """Read a profile written by to_json or by hand; BadInput for anything else."""
-        known = {"name", "colours", "background", "light", "reach", "margin"}
-        if not isinstance(value, Mapping) or not {"name", "colours"} <= set(value) <= known:
-            raise _refused("This is not a colour profile.")
-        name, colours = value["name"], value["colours"]
-        if not isinstance(name, str) or not 0 < len(name) <= 80 or not name.isprintable():
-            raise _refused("The colour profile has no name.")
-        if not isinstance(colours, Mapping) or not 0 < len(colours) <= MAX_COLOURS:
-            raise _refused("The colour profile has no colours.")
-        for colour in colours:
+        given = read(_Profile, value, "The colour profile",
+                     "Give a profile that touchline detect --save-colours wrote.", "bad-colours")
+        for colour in given["colours"]:
             if colour not in NAMES:
-                raise BadInput(f"Unknown colour: {str(colour)[:40]!r}.",
-                               f"Use one of: {', '.join(NAMES)}.", reason="unknown-colour")
-        light = value.get("light")
-        return cls(name, {colour: _samples(samples, colour) for colour, samples in colours.items()},
-                   _samples(value.get("background") or [], "background"), None if light is None else _bgr(light),
-                   _number(value.get("reach", 3.0), 0.5, 20), _number(value.get("margin", 0.7), 0, 10))
+                raise BadInput(f"Unknown colour: {colour[:40]!r}.", f"Use one of: {', '.join(NAMES)}.",
+                               reason="unknown-colour")
+        light = given.get("light")
+        return cls(given["name"], {name: _samples(samples) for name, samples in given["colours"].items()},
+                   _samples(given.get("background") or []), light and _bgr(light), given.get("reach", 3.0),
+                   given.get("margin", 0.7))
 
 
-def _samples(value: Any, colour: str) -> tuple[ColourSample, ...]:
-    if not isinstance(value, (list, tuple)) or len(value) > MAX_SAMPLES or (not value and colour != "background"):
-        raise _refused(f"The colour {colour} has no samples, or more than {MAX_SAMPLES}.")
-    found = []
-    for sample in value:
-        if not isinstance(sample, Mapping) or not {"rgb"} <= set(sample) <= {"rgb", "spread"}:
-            raise _refused(f"A sample of {colour} is invalid.")
-        found.append(ColourSample(_bgr(sample["rgb"]), _number(sample.get("spread", 0.0), 0, 1)))
-    return tuple(found)
+def _samples(given: list[_Sample]) -> tuple[ColourSample, ...]:
+    return tuple(ColourSample(_bgr(sample["rgb"]), sample.get("spread", 0.0)) for sample in given)
 
 
-def _bgr(value: Any) -> Bgr:
-    if not isinstance(value, (list, tuple)) or len(value) != 3:
-        raise _refused("A colour must be three numbers.")
-    r, g, b = (_number(v, 0, 255) for v in value)
-    return b, g, r
-
-
-def _number(value: Any, low: float, high: float) -> float:
-    if type(value) not in (int, float) or not isfinite(value) or not low <= value <= high:
-        raise _refused(f"{str(value)[:40]!r} is not a number from {low:g} to {high:g}.")
-    return float(value)
-
-
-def _refused(what: str) -> BadInput:
-    return BadInput(what, _FORM, reason="bad-colours")
+def _bgr(rgb: Rgb) -> Bgr:
+    return rgb[::-1]

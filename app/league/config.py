@@ -1,18 +1,17 @@
 """Configuration of publishing and listening: everything that an operator can set, as one frozen record."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from dataclasses import field as member
-from typing import Any, Self, get_args, get_origin
+from math import inf
+from typing import Any, Self
 
 from app.core.errors import BadInput
+from app.core.reading import read
 from app.core.statements import say
 from app.league.multicast_address import GROUP, PORT, MulticastAddress
 
 MIN_INTERVAL_S, MAX_INTERVAL_S = 0.1, 60.0  # between two packets
-KINDS = {"enabled": bool, "absorb": bool, "group": str, "port": int, "interface": str, "ttl": int, "interval_s": float,
-         "limit_mm": float, "field": str | None, "numbers": dict[str, int], "approved": dict[str, str]}
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,7 @@ class PublishingConfig:
                                interval_s=self.interval_s),
                            say("publishing.interval-range", "Give {least_s:g} to {most_s:g} seconds.",
                                least_s=MIN_INTERVAL_S, most_s=MAX_INTERVAL_S), reason="bad-interval")
-        if not (math.isfinite(self.limit_mm) and self.limit_mm >= 0):
+        if not 0 <= self.limit_mm < inf:
             raise BadInput(say("publishing.bad-limit", "The limit is not a valid length."),
                            say("publishing.limit-range", "Give millimetres, 0 or more."), reason="bad-limit")
         for name, number in self.numbers.items():
@@ -63,21 +62,4 @@ class PublishingConfig:
     @classmethod
     def from_json(cls, value: Any) -> Self:
         """Read what to_json wrote; BadInput for anything else."""
-        try:
-            given = dict(value.items())
-            if not all(_is(given[name], kind) for name, kind in KINDS.items() if name in given):
-                raise TypeError
-            return cls(**given)
-        except (AttributeError, TypeError):
-            raise BadInput(say("publishing.settings-unreadable", "The saved network settings cannot be read."),
-                           say("publishing.enter-again", "Enter them again."), reason="bad-publishing") from None
-
-
-def _is(value: Any, kind: Any) -> bool:
-    """Tell whether plain JSON is of that type; true is no number, and 3 is accepted as 3.0."""
-    if get_origin(kind) is dict:
-        key, inner = get_args(kind)
-        return isinstance(value, dict) and all(_is(k, key) and _is(v, inner) for k, v in value.items())
-    if isinstance(value, bool):
-        return kind is bool
-    return isinstance(value, int | float if kind is float else kind)
+        return read(cls, value, "The network configuration", "Enter the network settings again.", "bad-publishing")

@@ -14,12 +14,13 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from app.core.errors import BadInput
 from app.core.field import Region
 from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, as_triple, unreachable_where
 from app.core.statements import named
 from app.models.ray_camera import example_parameters
 from app.models.rotation import matrix_from_vector
-from app.models.top_view import RECTANGLE_FIELDS, TopView, read_rectangle, reading_parameters
+from app.models.top_view import EXPORTED, RECTANGLE_FIELDS, TopView, read_model
 
 UNIT_DET = 1e-6  # how far a determinant may be from -1 after a trip through text
 
@@ -63,14 +64,12 @@ class Homography(TopView):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
-        with reading_parameters(cls, parameters) as p:
-            first, second, third = p["field_from_raw"]
-            matrix = as_triple(first), as_triple(second), as_triple(third)
-            with np.errstate(all="ignore"):
-                unit = (np.abs(matrix) < MAX_COORDINATE).all() and abs(np.linalg.det(np.array(matrix)) + 1) < UNIT_DET
-            if not unit:
-                raise ValueError("the determinant of field_from_raw is not -1")
-            return cls(field_from_raw=matrix, **read_rectangle(p))
+        model = read_model(cls, parameters)
+        matrix = np.array(model.field_from_raw)
+        with np.errstate(all="ignore"):
+            if not ((np.abs(matrix) < MAX_COORDINATE).all() and abs(np.linalg.det(matrix) + 1) < UNIT_DET):
+                raise BadInput("The determinant of field_from_raw is not -1.", EXPORTED, reason="bad-parameters")
+        return model
 
     @classmethod
     def examples(cls) -> Iterable[Self]:

@@ -1,17 +1,18 @@
 """A camera's intrinsics with their covariance: what a board calibration finds, without a pose."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
 
 from app.core.errors import BadInput
-from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, as_pair, unreachable_where
+from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreachable_where
+from app.core.reading import read
 from app.models import parameters_json
 from app.models.lenses import Lens
 from app.models.ray_camera import lens_model
 
+RETURNED = "Send the lens that a board calibration returned."
 PINHOLE_PARAMETERS = ("log_focal", "aspect", "centre_x", "centre_y")  # the names before those of the lens's own terms
 
 
@@ -72,20 +73,8 @@ class Intrinsics:
     @classmethod
     def from_json(cls, value: Any) -> Self:
         """Read what to_json wrote; BadInput for anything else."""
-        try:
-            p = dict(value)
-            names = {f.name for f in fields(cls)}
-            if set(p) != names:
-                raise ValueError(f"expected {', '.join(sorted(names))}")
-            if not isinstance(p["image_size"], Mapping):
-                raise ValueError("image_size is not an object")
-            lens = cls(str(p["model"]), tuple(map(float, p["terms"])), float(p["focal_px"]), float(p["aspect"]),
-                       as_pair(p["centre_px"]),
-                       ImageSize.of((p["image_size"]["width"], p["image_size"]["height"])),
-                       tuple(map(str, p["estimated"])), tuple(tuple(map(float, row)) for row in p["covariance"]))
-        except (KeyError, TypeError, ValueError, OverflowError) as error:
-            raise BadInput(f"This is not a lens: {error}.", "Send the lens that a board calibration returned.",
-                           reason="bad-parameters") from None
+        lens = read(cls, value, "The lens", RETURNED, "bad-parameters")
+        ImageSize.of(lens.image_size)
         lens._refuse_nonsense()
         return lens
 
@@ -102,6 +91,4 @@ class Intrinsics:
             c = np.array(self.covariance)
             fine = bool(np.isfinite(c).all() and np.allclose(c, c.T, rtol=1e-6, atol=0) and (np.diag(c) >= 0).all())
         if not fine:
-            raise BadInput("These parameters do not describe a lens.",
-                           "Send the lens that a board calibration returned.",
-                           reason="bad-parameters")
+            raise BadInput("These parameters do not describe a lens.", RETURNED, reason="bad-parameters")

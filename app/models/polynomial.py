@@ -20,11 +20,11 @@ from numpy.polynomial import polynomial
 
 from app.core.errors import BadInput
 from app.core.field import Region
-from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Mask, Points, as_pair, unreachable_where
+from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Mask, Points, unreachable_where
 from app.core.statements import named
 from app.models.border_curve import MAX_DEGREE, Curve
 from app.models.contract import CameraModel
-from app.models.top_view import read_rectangle, reading_parameters
+from app.models.top_view import EXPORTED, read_model
 
 REACH = 1.0  # how far beyond the picture a border is extrapolated, as a share of the picture's extent
 MIN_EXTENT_PX = 1.0  # borders nearer than this have met
@@ -153,11 +153,7 @@ class Polynomial(CameraModel):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
-        with reading_parameters(cls, parameters) as p:
-            model = cls(left=_curve(p["left"]), right=_curve(p["right"]), top=_curve(p["top"]),
-                        bottom=_curve(p["bottom"]), across_mm=as_pair(p["across_mm"]),
-                        down_mm=tuple(map(float, p["down_mm"])),
-                        **read_rectangle(p))
+        model = read_model(cls, parameters)
         model._refuse_nonsense()
         return model
 
@@ -171,8 +167,8 @@ class Polynomial(CameraModel):
                 and all(1 <= len(c.coefficients) <= MAX_DEGREE + 1 and c.scale > 0 for c in curves)
                 and self.across_mm[1] > 0
                 and 2 <= len(self.down_mm) <= 9 and self.down_mm[1:] != (0.0,) * (len(self.down_mm) - 1)):
-            raise BadInput("These parameters do not describe a camera over a field.",
-                           "Send the JSON that Touchline exported.", reason="bad-parameters")
+            raise BadInput("These parameters do not describe a camera over a field.", EXPORTED,
+                           reason="bad-parameters")
 
     @classmethod
     def examples(cls) -> Iterable[Self]:
@@ -191,7 +187,3 @@ class Polynomial(CameraModel):
         yield cls(Curve((120.0, -60.0, 4.0), y, 512.0), Curve((1160.0, 55.0, -5.0), y, 512.0),
                   Curve((90.0, 3.0, 8.0), x, x), Curve((930.0, -4.0, -9.0), x, x),
                   1160.0, 870.0, 8, 6, (0.0, 3.4482758620689653), (0.0, 3600.0, -900.0, 300.0), full, size)
-
-
-def _curve(value: Mapping[str, Any]) -> Curve:
-    return Curve(tuple(float(c) for c in value["coefficients"]), float(value["centre"]), float(value["scale"]))

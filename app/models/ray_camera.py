@@ -16,22 +16,12 @@ import numpy as np
 
 from app.core.errors import BadInput
 from app.core.field import Region
-from app.core.geometry import (
-    MAX_COORDINATE,
-    Array,
-    ImageSize,
-    Mask,
-    Points,
-    as_pair,
-    as_triple,
-    unreachable_where,
-    with_z,
-)
+from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Mask, Points, unreachable_where, with_z
 from app.models import MODELS
 from app.models.contract import RayModel
 from app.models.lenses import Lens
 from app.models.rotation import matrix_from_vector
-from app.models.top_view import TopView, read_rectangle, reading_parameters
+from app.models.top_view import EXPORTED, TopView, read_model
 
 REACH = 1.0  # how far beyond the picture a lens is extrapolated, as a share of the picture's extent
 
@@ -112,14 +102,10 @@ class RayCamera(TopView, RayModel):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
-        with reading_parameters(cls, parameters) as p:
-            model = cls(lens_terms=tuple(map(float, p["lens_terms"])), focal_px=float(p["focal_px"]),
-                        aspect=float(p["aspect"]), centre_px=as_pair(p["centre_px"]),
-                        rotation=as_triple(p["rotation"]), position_mm=as_triple(p["position_mm"]),
-                        **read_rectangle(p))
+        model = read_model(cls, parameters)
         if not model.plausible():
-            raise BadInput("These parameters do not describe a camera over a field.",
-                           "Send the JSON that Touchline exported.", reason="bad-parameters")
+            raise BadInput("These parameters do not describe a camera over a field.", EXPORTED,
+                           reason="bad-parameters")
         return model
 
     @classmethod

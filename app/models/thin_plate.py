@@ -12,26 +12,38 @@ It bends the picture of the carpet and has no rays: it cannot place what is abov
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Literal, Self, get_args
 
 import numpy as np
+from typing_extensions import TypedDict
 
 from app.core.errors import BadInput
 from app.core.geometry import MAX_COORDINATE, Array, Mask, Points, as_pair, unreachable_where
+from app.core.reading import read
 from app.core.statements import named
 from app.models import CameraModel, model_from_json
 from app.models.homography import Homography
 from app.models.lens_models import Division
 from app.models.thin_plate_spline import Spline
-from app.models.top_view import reading_parameters
+from app.models.top_view import EXPORTED
 
-BASES = ("homography", "division", "brown-conrady")
 REACHES = (0.5, 0.25, 0.1, 0.05)  # of the field's extent on each side; the widest without a fold is kept
 MIN_STRETCH = 0.05  # a picture squeezed to less than this share is folding
 FOLD_GRID = 41
 NEWTON_STEPS = 40
 NEWTON_PX = 1e-11
 Pair = tuple[float, float]
+Base = Literal["homography", "division", "brown-conrady"]
+BASES = get_args(Base)
+
+
+class _Parameters(TypedDict):
+    base_name: Base
+    base: dict[str, Any]
+    knots: tuple[Pair, ...]
+    weights: tuple[Pair, ...]
+    plane: tuple[Pair, Pair, Pair]
+    reach: float
 
 
 @dataclass(frozen=True)
@@ -127,18 +139,16 @@ class ThinPlate(CameraModel):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
-        with reading_parameters(cls, parameters) as p:
-            if p["base_name"] not in BASES:
-                raise ValueError(f"the base is not one of {', '.join(BASES)}")
-            model = cls(p["base_name"], model_from_json(p["base_name"], p["base"]),
-                        _pairs(p["knots"]), _pairs(p["weights"]), _plane(p["plane"]), float(p["reach"]))
-            numbers = np.array([*model.knots, *model.weights, *model.plane])
-            if not (len(model.knots) == len(model.weights)
-                    and (np.abs(numbers) < MAX_COORDINATE).all() and model.reach in REACHES):
-                raise ValueError("the numbers of the spline do not belong together")
-        if unfolded_reach(model.base, model._spline) < model.reach:
-            raise BadInput("This thin-plate spline folds the image.", "Send the JSON that Touchline exported.",
+        p = read(_Parameters, parameters, f"The parameters of the model {cls.NAME}", EXPORTED, "bad-parameters")
+        model = cls(p["base_name"], model_from_json(p["base_name"], p["base"]), p["knots"], p["weights"], p["plane"],
+                    p["reach"])
+        numbers = np.array([*model.knots, *model.weights, *model.plane])
+        if not (len(model.knots) == len(model.weights)
+                and (np.abs(numbers) < MAX_COORDINATE).all() and model.reach in REACHES):
+            raise BadInput("The numbers of the thin-plate spline do not belong together.", EXPORTED,
                            reason="bad-parameters")
+        if unfolded_reach(model.base, model._spline) < model.reach:
+            raise BadInput("This thin-plate spline folds the image.", EXPORTED, reason="bad-parameters")
         return model
 
     @classmethod

@@ -22,7 +22,8 @@ COMPUTING = ("core", "ssl_protocol", "models", "vision", "fitting", "imaging", "
 SIDE_EFFECTS = {"time", "datetime", "os", "pathlib", "io", "shutil", "tempfile", "socket", "threading", "subprocess",
                 "multiprocessing", "concurrent", "asyncio", "logging", "sqlite3", "sqlalchemy", "fastapi", "starlette",
                 "uvicorn", "pydantic", "requests", "urllib", "http", "yaml", "random", "secrets", "glob"}
-PARSERS = {("app.core.strict_yaml", "yaml")}  # parses text that is at hand; it opens nothing
+# These parse what is at hand; they open nothing.
+PARSERS = {("app.core.strict_yaml", "yaml"), ("app.core.reading", "pydantic")}
 
 MAX_SCRIPT_COLUMNS = 120
 CATALOGUES = STATIC / "core" / "words"  # one message a line, as long as its sentence
