@@ -8,7 +8,6 @@ from app.core.errors import TouchlineError
 from app.core.statements import say, stated
 
 State = Literal["queued", "running", "done", "failed", "cancelled"]
-INTERNAL = ("spec", "worker")  # what of a job the server alone knows
 ENDED: tuple[State, ...] = ("done", "failed", "cancelled")
 WAITING = say("job.waiting", "Waiting for its turn")
 STORED = {"run": "run", "spec": "spec", "saver": "keep", "context": "about", "durable": "lasts"}  # names in stored rows
@@ -55,8 +54,7 @@ class Job:
     problem: Mapping[str, Any] | None = None
     ended_at: str | None = None
     attempt: int = 1  # above 1 where a worker was lost in the middle of it
-    spec: Any = None  # a JobSpec as JSON, where it is read from a row
-    worker: str | None = None
+    spec: Any = None  # a JobSpec as JSON, where it is read from a row: for the server alone
 
     @property
     def ended(self) -> bool:
@@ -64,7 +62,7 @@ class Job:
 
     def to_json(self) -> dict[str, Any]:
         """Return what everybody may know of it."""
-        return stated({name: value for name, value in vars(self).items() if name not in INTERNAL})
+        return stated({name: value for name, value in vars(self).items() if name != "spec"})
 
 
 def problem_of(error: TouchlineError) -> dict[str, Any]:

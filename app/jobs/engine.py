@@ -170,16 +170,15 @@ class JobEngine:
 
     def _start_threads(self) -> None:
         if not self._threads:
-            self._threads = [Thread(target=self._serve, args=(runner, f"runner {n}"), daemon=True)
-                             for n, runner in enumerate(self._runners, 1)]
+            self._threads = [Thread(target=self._serve, args=(runner,), daemon=True) for runner in self._runners]
             for thread in self._threads:
                 thread.start()
 
-    def _serve(self, runner: JobRunner, name: str) -> None:
+    def _serve(self, runner: JobRunner) -> None:
         while (item := self._queue.get()[2]) is not None:
             id, spec = item
             try:
-                if self.closed or not self._registry.begin(id, name):
+                if self.closed or not self._registry.begin(id):
                     continue  # cancelled while it waited
                 made = runner.run(current_name(spec.run), spec.spec, partial(self._registry.report, id),
                                   partial(self._is_wanted, id), self._wall_s)
@@ -206,7 +205,6 @@ class JobEngine:
         self._registry.fail(id, self._problem(error))
 
     def _is_wanted(self, id: str) -> bool:
-        self._registry.beat(id)
         return not self._registry.ended(id)
 
     def _save(self, spec: JobSpec, made: Any) -> Any:

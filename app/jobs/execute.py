@@ -18,7 +18,6 @@ LEGACY_NAMES = {  # names that jobs were stored with by earlier versions
     "app.plumb_task:run_straightness": "app.workflows.straight_lines_request:run_straightness",
     "app.rig_pipeline:run_check": "app.workflows.rig:run_check",
     "app.rig_pipeline:run_refit": "app.workflows.refit:run_refit",
-    "app.workflows.rig:run_refit": "app.workflows.refit:run_refit",
     "app.auto_task:run_auto": "app.workflows.automatic_request:run_auto",
     "app.motion_task:run_motion": "app.workflows.rolling_request:run_motion",
     "app.check_pipeline:run_check": "app.workflows.check:run_check",

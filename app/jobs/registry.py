@@ -1,21 +1,20 @@
 """All jobs by id, and the state of each. Durable ones are rows of a database too, and outlive the server.
 
-A change of state is written to its row first, and only then known here. Between two states progress is known here
-alone; a heartbeat now and then writes it down. Who reads never waits for the disk.
+A change of state is written to its row first, and only then known here; progress is known here alone. Who reads never
+waits for the disk.
 """
 
 import logging
 import secrets
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from threading import Lock
-from time import monotonic
 from typing import Any, Protocol
 
 from app.core.common_sentences import PROGRESS_DONE
-from app.core.errors import NotFound, TouchlineError, Unavailable
+from app.core.errors import NotFound, TouchlineError
 from app.core.jobs import Job, JobSpec
 from app.core.statements import say
 
@@ -23,8 +22,6 @@ START_AGAIN = say("job.start-again", "Start the job again.")
 WAITING_AGAIN = say("job.waiting-again", "The server was restarted; waiting for its turn")
 FAILED, CANCELLED = say("job.failed", "Failed"), say("job.cancelled", "Cancelled")
 MAX_MESSAGE = 500  # characters
-BEAT_S = 2.0
-LEASE_S = 60.0  # far above a beat: a disk that is slow for a moment takes nobody's job away
 MAX_ROWS = 1_000_000
 MAX_UNLISTED = 2000  # more of the last hour are a script's that does not look at them
 log = logging.getLogger("touchline")
@@ -35,11 +32,7 @@ class JobTable(Protocol):
 
     def add(self, kind: str, spec: Any) -> Job: ...
     def list(self, limit: int) -> tuple[Job, ...]: ...
-    def claim(self, worker: str, lease_s: float, *, id: str) -> Job | None: ...
-    def beat(self, id: str, attempt: int, lease_s: float, progress: float, message: str) -> bool: ...
-    def finish(self, id: str, attempt: int, state: str, result: Any, problem: Any, message: str) -> bool: ...
-    def requeue(self, id: str, attempt: int, message: str, *, counts: bool) -> bool: ...
-    def cancel(self, id: str, message: str) -> Job: ...
+    def save(self, job: Job) -> None: ...
     def forget(self, ids: Sequence[str]) -> None: ...
     def transaction(self) -> AbstractContextManager[Any]: ...
 
@@ -52,9 +45,9 @@ class JobRegistry:
         self._table: JobTable | None = None
         self._jobs: dict[str, Job] = {}  # in the order in which they came
         self._unlisted: dict[str, Job] = {}  # ended, and not among the newest
-        self._written_s: dict[str, float] = {}  # of durable jobs: when their row was written last
+        self._durable: set[str] = set()  # those that have a row
         self._completing: set[str] = set()  # their results are being saved
-        self._unwritten: dict[str, Callable[[], Any]] = {}  # what the database would not take: tried again later
+        self._unsaved: dict[str, Job] = {}  # what the database would not take: tried again later
         self._lock = Lock()  # for what is known here
         self._changing = Lock()  # one change of state at a time; who has it may wait for the disk
 
@@ -64,19 +57,20 @@ class JobRegistry:
         Returns those that have not ended, oldest first, each with its spec; None for a spec that cannot be read.
         """
         with self._lock:
-            for id in self._written_s:
+            for id in self._durable:
                 self._jobs.pop(id, None)
                 self._unlisted.pop(id, None)
-            self._written_s.clear()
+            self._durable.clear()
+            self._unsaved.clear()
         unfinished = []
         for stored in reversed(table.list(MAX_ROWS)):
-            job = replace(stored, spec=None, attempt=max(1, stored.attempt))
+            job = replace(stored, spec=None)
             if not job.ended:
-                message = WAITING_AGAIN if job.state == "running" else job.message
-                job = replace(job, state="queued", progress=0.0, attempt=stored.attempt + 1, message=message)
+                job = replace(job, state="queued", progress=0.0, attempt=job.attempt + (job.state == "running"),
+                              message=WAITING_AGAIN)
                 unfinished.append((job, JobSpec.from_json(stored.spec)))
             self._jobs[job.id] = job
-            self._written_s[job.id] = monotonic()
+            self._durable.add(job.id)
         self._table = table
         self._forget_old()
         return unfinished
@@ -88,11 +82,11 @@ class JobRegistry:
             if table is None:
                 job = Job(secrets.token_hex(8), kind, _now())
             else:
-                job = replace(table.add(kind, spec.to_json()), spec=None, attempt=1)
+                job = replace(table.add(kind, spec.to_json()), spec=None)
             with self._lock:
                 self._jobs[job.id] = job
                 if table is not None:
-                    self._written_s[job.id] = monotonic()
+                    self._durable.add(job.id)
         return job
 
     def get(self, id: str) -> Job:
@@ -115,14 +109,10 @@ class JobRegistry:
         with self._lock:
             return id not in self._jobs or self._jobs[id].ended
 
-    def begin(self, id: str, worker: str) -> bool:
-        """Note that a worker runs it; False where it has been cancelled. TouchlineError where no row says so."""
+    def begin(self, id: str) -> bool:
+        """Note that it runs; False where it has been cancelled. TouchlineError where no row says so."""
         with self._changing:
-            if self.ended(id):
-                return False
-            if table := self._table_of(id):
-                table.claim(worker, LEASE_S, id=id)
-            return self._update(id, state="running", message=say("job.starting", "Starting"))
+            return self._change(id, must_save=True, state="running", message=say("job.starting", "Starting"))
 
     def report(self, id: str, progress: float, message: str) -> None:
         """Note how far it has come."""
@@ -131,25 +121,10 @@ class JobRegistry:
             if id in self._jobs and not self._jobs[id].ended:
                 self._jobs[id] = replace(self._jobs[id], progress=min(max(progress, 0.0), 1.0), message=message)
 
-    def beat(self, id: str) -> None:
-        """Note that its worker is alive; called often, written now and then."""
-        with self._lock:
-            job = self._jobs.get(id)
-            if job is None or job.state != "running" or id not in self._written_s or (
-                    monotonic() < self._written_s[id] + BEAT_S):
-                return
-            self._written_s[id] = monotonic()
-        with self._changing:
-            self._write(id, lambda table: table.beat(id, job.attempt, LEASE_S, job.progress, job.message))
-
     def requeue(self, id: str, message: str) -> bool:
         """Let it wait for another attempt after its worker was lost; False where it has ended meanwhile."""
         with self._changing:
-            if self.ended(id):
-                return False
-            attempt = self.get(id).attempt
-            self._write(id, lambda table: table.requeue(id, attempt, message, counts=True))
-            return self._update(id, state="queued", attempt=attempt + 1, progress=0.0, message=message)
+            return self._change(id, state="queued", attempt=self.get(id).attempt + 1, progress=0.0, message=message)
 
     def complete(self, id: str, save: Callable[[], Any]) -> bool:
         """End it with the result that `save` returns, stored together with the row or not at all.
@@ -162,83 +137,68 @@ class JobRegistry:
             self._completing.add(id)
             job = self._jobs[id] = replace(self._jobs[id], message=say("job.saving", "Saving the result"))
         table = self._table_of(id)
-        if table is None:
-            result = save()
-        else:
-            with table.transaction():
-                result = save()
-                if not table.finish(id, job.attempt, "done", result, None, PROGRESS_DONE):
-                    raise Unavailable(say("job.taken-over", "The job was taken over by another server."), START_AGAIN,
-                                      reason="job-lost")
+        with table.transaction() if table else nullcontext():
+            job = _changed(job, state="done", progress=1.0, message=PROGRESS_DONE, result=save())
+            if table:
+                table.save(job)
         with self._changing:
-            return self._update(id, state="done", progress=1.0, message=PROGRESS_DONE, result=result)
+            self._know(job)
+        return True
 
     def fail(self, id: str, problem: dict[str, Any]) -> bool:
         """End it with a problem; false where it had ended."""
         with self._changing:
-            if self.ended(id):
-                return False
-            job = self.get(id)
-
-            def end(table: JobTable) -> None:
-                claimed = job if job.state == "running" else table.claim("nobody", LEASE_S, id=id)
-                if claimed is not None:
-                    table.finish(id, claimed.attempt, "failed", None, problem, FAILED)
-            self._write(id, end)
-            return self._update(id, state="failed", message=FAILED, problem=problem)
+            return self._change(id, state="failed", message=FAILED, problem=problem)
 
     def cancel(self, id: str, message: str = CANCELLED) -> bool:
         """End it, unless it has ended or its result is being kept."""
         with self._changing:
-            if self.ended(id) or id in self._completing:
-                return False
-            self._write(id, lambda table: table.cancel(id, message))
-            return self._update(id, state="cancelled", message=message)
+            return id not in self._completing and self._change(id, state="cancelled", message=message)
 
     def suspend(self, id: str) -> bool:
         """Stop it with the server: a durable one goes on when that is back, as the same attempt; others are cancelled.
         """
-        message = say("job.server-stopped", "The server was stopped")
         if self._table_of(id) is None:
-            return self.cancel(id, message)
+            return self.cancel(id, say("job.server-stopped", "The server was stopped"))
         with self._changing:
-            if self.ended(id) or id in self._completing:
-                return False
-            job = self.get(id)
-            if job.state == "running":
-                self._write(id, lambda table: table.requeue(id, job.attempt, message, counts=False))
-            return self._update(id, state="queued", progress=0.0, message=say(
+            return id not in self._completing and self._change(id, state="queued", progress=0.0, message=say(
                 "job.continues", "The server was stopped. The job continues when the server is back"))
 
     def _table_of(self, id: str) -> JobTable | None:
-        return self._table if id in self._written_s else None
+        return self._table if id in self._durable else None
 
-    def _write(self, id: str, change: Callable[[JobTable], Any]) -> None:
-        """Change its row. What the database does not take now is tried again with the next change of any job."""
-        table = self._table_of(id)
-        if table is None:
-            return
-        self._unwritten[id] = lambda: change(table)
-        for waiting in list(self._unwritten):
+    def _change(self, id: str, *, must_save: bool = False, **changes: Any) -> bool:
+        """Save a new state and know it; False where it has ended. must_save: a TouchlineError where it is not saved."""
+        if self.ended(id):
+            return False
+        job = _changed(self.get(id), **changes)
+        if table := self._table_of(id):
+            if must_save:
+                self._unsaved.pop(id, None)
+                table.save(job)
+            else:
+                self._save(table, job)
+        self._know(job)
+        return True
+
+    def _save(self, table: JobTable, job: Job) -> None:
+        """Write its row. What the database does not take now is tried again with the next change of any job."""
+        self._unsaved[job.id] = job
+        for id, waiting in list(self._unsaved.items()):
             try:
-                self._unwritten[waiting]()
+                table.save(waiting)
             except TouchlineError as error:
                 log.warning("a job's state was not saved: %s", error)
                 return
-            self._unwritten.pop(waiting, None)
+            self._unsaved.pop(id, None)
 
-    def _update(self, id: str, **changes: Any) -> bool:
+    def _know(self, job: Job) -> None:
         with self._lock:
-            job = self._jobs.get(id)
-            if job is None or job.ended:
-                return False
-            job = self._jobs[id] = replace(job, **changes)
-            if not job.ended:
-                return True
-            self._jobs[id] = replace(job, ended_at=_now())
-            self._completing.discard(id)
-        self._forget_old()
-        return True
+            self._jobs[job.id] = job
+            if job.ended:
+                self._completing.discard(job.id)
+        if job.ended:
+            self._forget_old()
 
     def _forget_old(self) -> None:
         with self._lock:
@@ -248,14 +208,20 @@ class JobRegistry:
             recent, excess = _now(-self._kept_s), len(self._unlisted) - MAX_UNLISTED
             old = [job.id for n, job in enumerate(self._unlisted.values())
                    if n < excess or (job.ended_at or "") <= recent]
-            stored = [id for id in old if self._written_s.pop(id, None) is not None]
+            stored = [id for id in old if id in self._durable]
             for id in old:
                 del self._unlisted[id]
+            self._durable.difference_update(old)
         if self._table is not None and stored:
             try:
                 self._table.forget(stored)
             except TouchlineError as error:
                 log.warning("old jobs were not forgotten: %s", error)
+
+
+def _changed(job: Job, **changes: Any) -> Job:
+    job = replace(job, **changes)
+    return replace(job, ended_at=_now()) if job.ended else job
 
 
 def _now(later_s: float = 0.0) -> str:

@@ -107,7 +107,6 @@ class Store:
         """
         backups = self._own_backups()
         done = restore_backup(self._database, backups, self._quarantine, seen)
-        self.jobs.lose_workers()
         self.restored += 1
         backups.request()
         return done

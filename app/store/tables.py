@@ -159,11 +159,11 @@ class JobRow(Base):
     kind: Mapped[str] = mapped_column(Text)
     state: Mapped[State] = mapped_column(String(12))
     spec: Mapped[str] = mapped_column(Text)
-    attempt: Mapped[int]
-    worker: Mapped[str | None] = mapped_column(Text)
-    watch: Mapped[str | None] = mapped_column(String(16))  # whose clock lease_until and heartbeat are read on
-    lease_until: Mapped[float | None]  # s
-    heartbeat: Mapped[float | None]  # s
+    attempt: Mapped[int]  # how many have begun
+    worker: Mapped[str | None] = mapped_column(Text)  # these four are used no more
+    watch: Mapped[str | None] = mapped_column(String(16))
+    lease_until: Mapped[float | None]
+    heartbeat: Mapped[float | None]
     progress: Mapped[float]
     message: Mapped[str] = mapped_column(Text)
     statements: Mapped[str | None] = mapped_column(Text)  # of the message, as JSON

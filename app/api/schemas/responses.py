@@ -6,7 +6,6 @@ from pydantic import Field
 
 from app import jobs
 from app.api.schemas.base import JsonObject, Texts, list_of, page_of, response
-from app.core.jobs import INTERNAL
 from app.core.json_values import PointsJson, SizeJson
 from app.core.options import OptionJson
 from app.core.records import ObservationJson
@@ -30,7 +29,7 @@ Health = response("Health", status=Literal["ok"], version=str, uptime_s=float, w
     damaged=list[JsonObject])
 # lost: changes that only the database has; file: where that is now, null before it was replaced
 Restoration = response("Restoration", record=backup_restore.Restoration, lost=int)
-Job = response("Job", says=True, record=jobs.Job, without=INTERNAL)
+Job = response("Job", says=True, record=jobs.Job, without=("spec",))
 Jobs = page_of("Jobs", Job)
 # value: as it is now, "set" or null of a secret. change: null where only the settings file decides it
 SettingView = response("SettingView", name=str, value=Any, default=Any, help=str, secret=bool, change=str | None)

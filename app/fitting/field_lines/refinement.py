@@ -8,6 +8,7 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.geometry import Array, ImageSize, Indices, Points, with_z
+from app.fitting.division import odd_series
 from app.fitting.field_lines.blind_distortion import UndistortedPlane
 from app.fitting.field_lines.pattern import FieldPattern
 from app.fitting.least_squares import minimise
@@ -63,13 +64,9 @@ def with_brown_conrady(state: RayCameraParameters, pattern: FieldPattern, size: 
     reach = float(far.max()) if far.size else 1.0
     r = np.linspace(reach / 60, reach, 60)
     bent = state.lens.distort(state.terms, np.stack([r, np.zeros(60), np.ones(60)], axis=1))[:, 0]
-    share = r / reach  # a share of the reach: powers of a small r would vanish
-    powers = np.stack([share**3, share**5, share**7], axis=1)
     fine = np.isfinite(bent)
-    found, *_ = np.linalg.lstsq(powers[fine], bent[fine] / reach - share[fine], rcond=None)
     terms = np.zeros(len(BrownConrady.LENS.TERMS))
-    for power, (name, value) in enumerate(zip(("k1", "k2", "k3"), found, strict=True), 1):
-        terms[BrownConrady.LENS.TERMS.index(name)] = value / reach ** (2 * power)
+    terms[[BrownConrady.LENS.TERMS.index(name) for name in ("k1", "k2", "k3")]] = odd_series(r[fine], bent[fine], 3)
     return replace(state, lens=BrownConrady.LENS, terms=terms)
 
 

@@ -37,12 +37,3 @@ def chain_rms(plane: Array, chains: Chains, k: float) -> Array:
     off = np.sum(n * straight, axis=1) - offset[chains.owner]
     moves = gain[:, None] * n - 2 * k * (gain**2 * np.sum(plane * n, axis=1))[:, None] * plane
     return np.sqrt(chains.sums((off / np.linalg.norm(moves, axis=1)) ** 2) / chains.counts) * chains.unit_px
-
-
-def brown_from_division(k: float, reach: float, count: int) -> Array:
-    """Return k1, k2, … (count,) whose distortion is nearest to the division model's for distorted radii up to reach."""
-    distorted = np.linspace(0.02, 1, 60) * reach
-    straight = distorted / (1 + k * distorted**2)
-    powers = straight[:, None] ** (2 * np.arange(count) + 3)
-    scale = np.linalg.norm(powers, axis=0)
-    return np.linalg.lstsq(powers / scale, distorted - straight, rcond=None)[0] / scale

@@ -7,9 +7,9 @@ import numpy as np
 
 from app.core.errors import BadInput, FitFailed
 from app.core.geometry import Array, ImageSize, Indices
+from app.fitting.division import division_radii, odd_series
 from app.fitting.least_squares import Minimum, minimise
 from app.fitting.plumb_line.covariance import with_next_term
-from app.fitting.plumb_line.initial import brown_from_division
 from app.fitting.plumb_line.problem import Chains, LineFit, fit_lines, lines_through, project_out_lines
 from app.models.distortion import LINE_LENSES, half_diagonal_px
 
@@ -67,7 +67,7 @@ def initial_fit(chains: Chains, problem: PlumbLineProblem, bend: float) -> LineF
     terms, centre = np.zeros(len(lens.TERMS)), np.array(problem.size.centre)
     if problem.lens == "brown-conrady":
         reach = float(np.linalg.norm(chains.pixels - centre, axis=1).max()) / chains.unit_px
-        terms[problem.free] = brown_from_division(bend, reach, len(problem.names))
+        terms[problem.free] = odd_series(*division_radii(bend, reach), len(problem.names))
     else:
         terms[0] = bend
     empty = np.empty(0)

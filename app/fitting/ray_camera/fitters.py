@@ -7,30 +7,13 @@ import numpy as np
 
 from app.core.geometry import Array
 from app.core.options import Option
+from app.fitting.division import division_radii, odd_series
 from app.fitting.options import RAY_OPTIONS, TERMS_OPTION
 from app.fitting.ray_camera.fit import RayFitter
 from app.models.lens_models import BrownConrady, Division, Fisheye, Ssl
 from app.models.ray_camera import RayCamera
 
 USUAL_CORNER = 0.75  # of the picture, in focal lengths
-MIN_DENOMINATOR = 0.2  # of the division lens, beyond which it says nothing of others
-
-
-def _division_radii(k1: float, corner: float) -> tuple[Array, Array]:
-    """Return undistorted and distorted radii (n,) of a division lens, out to a distorted radius."""
-    distorted = np.linspace(corner / 40, corner, 40)
-    below = 1 + k1 * distorted**2
-    distorted, below = distorted[below > MIN_DENOMINATOR], below[below > MIN_DENOMINATOR]
-    return distorted / below, distorted
-
-
-def _odd_series(radius: Array, distorted: Array, count: int) -> Array:
-    """Return c of distorted = r + c₁ r³ + c₂ r⁵ … by least squares, relative to the reach."""
-    reach = radius[-1]
-    share = radius / reach
-    powers = np.stack([share ** (2 * k + 3) for k in range(count)], axis=1)
-    found, *_ = np.linalg.lstsq(powers, (distorted - radius) / reach, rcond=None)
-    return found / reach ** (2 * np.arange(count) + 2)
 
 
 class DivisionFitter(RayFitter):
@@ -49,8 +32,7 @@ class BrownConradyFitter(RayFitter):
 
     @classmethod
     def start_terms(cls, k1: float, corner: float = USUAL_CORNER) -> Array:
-        undistorted, distorted = _division_radii(k1, corner)
-        k1, k2, k3 = _odd_series(undistorted, distorted, 3)
+        k1, k2, k3 = odd_series(*division_radii(k1, corner), 3)
         return np.array([k1, k2, 0, 0, k3, 0, 0, 0], float)
 
 
@@ -61,8 +43,8 @@ class FisheyeFitter(RayFitter):
 
     @classmethod
     def start_terms(cls, k1: float, corner: float = USUAL_CORNER) -> Array:
-        undistorted, distorted = _division_radii(k1, corner)
-        return np.array([*_odd_series(np.arctan(undistorted), distorted, 2), 0, 0], float)
+        undistorted, distorted = division_radii(k1, corner)
+        return np.array([*odd_series(np.arctan(undistorted), distorted, 2), 0, 0], float)
 
 
 class SslFitter(RayFitter):

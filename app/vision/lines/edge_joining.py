@@ -4,7 +4,7 @@ Two pieces belong together where each is the other's nearest to go on with: stra
 with the same side bright (chains are walked so that the bright side is always on one hand).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Self
@@ -57,6 +57,56 @@ def nearest_neighbours(points: Points, cells: NDArray, shape: tuple[int, ...], r
     return neighbour
 
 
+def mutual_links(follows: NDArray, leads: NDArray) -> NDArray:
+    """For each the one that follows, where that has chosen it as the one that leads; -1 for none."""
+    return np.where((follows >= 0) & (leads[follows] == np.arange(len(follows))), follows, -1)
+
+
+def walks(follows: NDArray) -> Iterator[list[int]]:
+    """Indices along each chain of mutual links; a ring, which has no first one, is left out."""
+    following = follows.tolist()
+    for start in np.setdiff1d(np.arange(len(follows)), follows).tolist():
+        walk = [start]
+        while (start := following[start]) >= 0:
+            walk.append(start)
+        yield walk
+
+
+def straight_runs(points: Points, arm: int, least_cosine: float, clear: int) -> list[tuple[int, int]]:
+    """The stretches [start, end) of a chain between its sharp turns, told by `arm` points on either side.
+
+    clear: of a turn, points that are left out after it.
+    """
+    if len(points) < 2 * arm + 1:
+        return []
+    way = points[arm:] - points[:-arm]
+    way = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
+    straight = np.sum(way[arm:] * way[:-arm], axis=1) > least_cosine
+    turns = np.flatnonzero(np.diff(np.concatenate([[False], straight, [False]]).astype(int)))
+    # A turn is seen `arm` points before and after it; blur bends an edge nearly as far.
+    return [(int(start and start + clear), int(end + (2 * arm if end == len(straight) else arm + 1)))
+            for start, end in zip(turns[::2], turns[1::2], strict=True)]
+
+
+def smooth_stretches(points: Points, waiting: list[tuple[int, int]], is_long: Callable[[Points], bool], off_px: float,
+                     margin: int) -> Iterator[tuple[int, int]]:
+    """Yield [start, end) of what a lens could have made of a line or of a piece of an arc, out of what is waiting.
+
+    off_px: further off a cubic a stretch is cut in two, at least `margin` points from its ends.
+    """
+    while waiting:
+        start, end = waiting.pop()
+        if not is_long(points[start:end]):
+            continue
+        off = np.abs(off_cubic(points[start:end])[0])
+        worst = int(np.argmax(off))
+        if off[worst] > off_px:
+            cut = start + min(max(worst, margin), len(off) - margin)
+            waiting += [(start, cut), (cut, end)]
+        else:
+            yield start, end
+
+
 def joined(pieces: Sequence[Piece]) -> list[Piece]:
     """Longer pieces of the same points."""
     if not pieces:
@@ -85,7 +135,7 @@ def joined(pieces: Sequence[Piece]) -> list[Piece]:
             if g < lead_gap[j]:
                 lead_gap[j], leads[j] = g, i
     return [Piece(np.concatenate([pieces[i].points for i in walk]), np.concatenate([pieces[i].strength for i in walk]))
-            for walk in _walks(follows, leads)]
+            for walk in walks(mutual_links(follows, leads))]
 
 
 def off_cubic(points: Points) -> tuple[NDArray, float]:
@@ -108,16 +158,3 @@ def _way(tips: list[Points]) -> NDArray:
     """Unit directions (n, 2): from the mean of a tip's first half to that of its second."""
     ways = np.array([tip[len(tip) // 2:].mean(axis=0) - tip[:len(tip) // 2].mean(axis=0) for tip in tips])
     return ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
-
-
-def _walks(follows: NDArray, leads: NDArray) -> list[list[int]]:
-    walks = []
-    for start in range(len(follows)):
-        before = leads[start]
-        if before >= 0 and follows[before] == start:
-            continue
-        walk = [start]
-        while (after := int(follows[walk[-1]])) >= 0 and leads[after] == walk[-1]:
-            walk.append(after)
-        walks.append(walk)
-    return walks

@@ -13,7 +13,17 @@ from numpy.typing import NDArray
 
 from app.core import opencv
 from app.core.geometry import Points, root_mean_square
-from app.vision.lines.edge_joining import Piece, chord, joined, nearest_neighbours, off_cubic
+from app.vision.lines.edge_joining import (
+    Piece,
+    chord,
+    joined,
+    mutual_links,
+    nearest_neighbours,
+    off_cubic,
+    smooth_stretches,
+    straight_runs,
+    walks,
+)
 
 BLUR_PX = 1.2  # sharper follows the noise, softer lets neighbouring edges push each other
 MARGIN = 4  # px at the picture's end, three blurs
@@ -38,7 +48,7 @@ def edge_chains(pixels: NDArray[np.uint8]) -> list[Points]:
     points, directions, strength, cells = _tops(gradient_x, gradient_y)
     height, width = gradient_x.shape
     least = max(SHORTEST * float(np.hypot(width, height)), SHORTEST_PIECE_PX)
-    pieces = [piece for links in _walks(*_links(points, directions, cells, (height, width)))
+    pieces = [piece for links in walks(_links(points, directions, cells, (height, width))) if len(links) > 1
               for piece in _smooth(Piece(points[links], strength[links]), SHORTEST_PIECE_PX)]
     found = [chain.points for line in joined(pieces) for chain in _smooth(line, least)]
     return sorted(found, key=lambda chain: (-chord(chain), *chain[0]))
@@ -66,66 +76,32 @@ def _tops(gx: NDArray, gy: NDArray) -> tuple[Points, NDArray, NDArray, NDArray]:
     return points, directions, strength[at].astype(float), cells
 
 
-def _links(points: Points, directions: NDArray, cells: NDArray, shape: tuple[int, int]) -> tuple[NDArray, NDArray]:
-    """For each point the one that follows and the one that leads, with the bright side kept right; -1 for none.
+def _links(points: Points, directions: NDArray, cells: NDArray, shape: tuple[int, int]) -> NDArray:
+    """For each point the one that follows, with the bright side kept right; -1 for none.
 
     Two points are linked where each is the other's nearest.
     """
-    tangent, count = np.stack([-directions[:, 1], directions[:, 0]], axis=1), len(points)
+    tangent = np.stack([-directions[:, 1], directions[:, 0]], axis=1)
 
     def judge(a: NDArray, b: NDArray, step: Points) -> tuple[NDArray, NDArray]:
         return (np.sum(step * (tangent[a] + tangent[b]), axis=1) / 2,
                 np.sum(directions[a] * directions[b], axis=1) > SAME_WAY)
 
-    follows, leads = nearest_neighbours(points, cells, shape, REACH, AHEAD, judge)
-    mutual = (follows >= 0) & (leads[follows] == np.arange(count))
-    follows = np.where(mutual, follows, -1)
-    leads = np.full(count, -1)
-    leads[follows[mutual]] = np.flatnonzero(mutual)
-    return follows, leads
+    return mutual_links(*nearest_neighbours(points, cells, shape, REACH, AHEAD, judge))
 
 
-def _walks(follows: NDArray, leads: NDArray) -> list[NDArray]:
-    """Indices along each chain; a ring, which has no first point, is no straight edge and left out."""
-    following = follows.tolist()
-    walks = []
-    for start in np.flatnonzero((leads < 0) & (follows >= 0)).tolist():
-        walk = [start]
-        while (start := following[start]) >= 0:
-            walk.append(start)
-        walks.append(np.array(walk))
-    return walks
+def _smooth(line: Piece, least_px: float) -> list[Piece]:
+    """The stretches of a chain, at least so long, that may be a straight edge behind a lens; without its ends."""
+    line = line.part(TRIM, -TRIM)
+    runs = straight_runs(line.points, CORNER_ARM, CORNER, CORNER_ARM - 1)
+
+    def is_long(points: Points) -> bool:
+        return len(points) >= 2 * TRIM + 6 and chord(points) >= least_px
+
+    pieces = (line.part(*ends) for ends in smooth_stretches(line.points, runs, is_long, SMOOTH_PX, 2 * TRIM))
+    return [piece for piece in pieces if np.median(piece.strength) >= CLEAR and _is_calm(piece.points)]
 
 
-def _smooth(line: Piece, least: float) -> list[Piece]:
-    """The stretches of a chain, at least so long, that a lens could have made of a straight edge."""
-    smooth, waiting = [], _between_corners(line)
-    while waiting:
-        piece = waiting.pop()
-        if len(piece.points) < 2 * TRIM + 6 or chord(piece.points) < least:
-            continue
-        off, bow = off_cubic(piece.points)
-        worst = int(np.argmax(np.abs(off)))
-        if np.abs(off[worst]) > SMOOTH_PX:
-            cut = min(max(worst, 2 * TRIM), len(off) - 2 * TRIM)
-            waiting += [piece.part(0, cut), piece.part(cut, None)]
-            continue
-        calm = root_mean_square(off) < RAGGED_PX and bow < BENT * chord(piece.points)
-        if calm and np.median(piece.strength) >= CLEAR:
-            smooth.append(piece)
-    return smooth
-
-
-def _between_corners(line: Piece) -> list[Piece]:
-    """A chain cut where it turns sharply, and without its ends, where other edges meet it."""
-    points = line.points[TRIM:-TRIM]
-    if len(points) < 2 * CORNER_ARM + 1:
-        return []
-    arm = points[CORNER_ARM:] - points[:-CORNER_ARM]
-    arm = arm / np.maximum(np.linalg.norm(arm, axis=1, keepdims=True), 1e-9)
-    straight = np.sum(arm[CORNER_ARM:] * arm[:-CORNER_ARM], axis=1) > CORNER
-    turns = np.flatnonzero(np.diff(np.concatenate([[False], straight, [False]]).astype(int)))
-    # A turn is seen CORNER_ARM points before and after it; blur bends the edge nearly as far.
-    clear_of = CORNER_ARM - 1
-    return [line.part(TRIM + (start and start + clear_of), TRIM + (end if end == len(points) else end - clear_of))
-            for start, end in zip(turns[::2], turns[1::2] + 2 * CORNER_ARM, strict=True)]
+def _is_calm(points: Points) -> bool:
+    off, bow = off_cubic(points)
+    return root_mean_square(off) < RAGGED_PX and bow < BENT * chord(points)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.geometry import Points
-from app.vision.lines.edge_joining import nearest_neighbours, off_cubic
+from app.vision.lines.edge_joining import chord, nearest_neighbours, smooth_stretches, straight_runs
 from app.vision.lines.ridges import Ridges
 
 REACH = 2  # px to the next point of the same ridge
@@ -60,29 +60,7 @@ def _walks(ahead: NDArray, behind: NDArray) -> list[list[int]]:
 
 def _smooth(walk: list[int], points: Points) -> list[NDArray]:
     """The stretches of a chain that a lens could have made of a line or of a piece of an arc."""
-    smooth, waiting = [], _between_knees(np.array(walk), points)
-    while waiting:
-        piece = waiting.pop()
-        if len(piece) < MIN_POINTS:
-            continue
-        off = np.abs(off_cubic(points[piece])[0]) if np.ptp(points[piece], axis=0).any() else np.zeros(1)
-        worst = int(np.argmax(off))
-        if off[worst] > SMOOTH_PX:
-            cut = min(max(worst, MIN_POINTS // 2), len(piece) - MIN_POINTS // 2)
-            waiting += [piece[:cut], piece[cut:]]
-        else:
-            smooth.append(piece)
-    return smooth
-
-
-def _between_knees(walk: NDArray, points: Points) -> list[NDArray]:
-    """A chain cut where it turns sharply."""
-    if len(walk) < 3 * KNEE:
-        return [walk]
-    arm = points[walk[KNEE:]] - points[walk[:-KNEE]]
-    arm = arm / np.maximum(np.linalg.norm(arm, axis=1, keepdims=True), 1e-9)
-    straight = np.sum(arm[KNEE:] * arm[:-KNEE], axis=1) > KNEE_TURN
-    turns = np.flatnonzero(np.diff(np.concatenate([[False], straight, [False]]).astype(int)))
-    # A turn is felt KNEE points before and after it.
-    return [walk[(start and start + KNEE):end + (KNEE + 1 if end < len(straight) else 2 * KNEE)]
-            for start, end in zip(turns[::2], turns[1::2], strict=True)]
+    chain = np.array(walk)
+    runs = straight_runs(points[chain], KNEE, KNEE_TURN, KNEE) if len(walk) >= 3 * KNEE else [(0, len(walk))]
+    return [chain[start:end] for start, end in smooth_stretches(
+        points[chain], runs, lambda piece: len(piece) >= MIN_POINTS and chord(piece) > 0, SMOOTH_PX, MIN_POINTS // 2)]

@@ -100,11 +100,16 @@ def test_one_that_somebody_waited_for_and_one_that_was_cancelled_are_not_done_ag
 
 def test_what_a_job_made_is_kept_with_its_end_or_not_at_all(opener, store, monkeypatch):
     jobs = server(store)
-    finish = type(store.jobs).finish
-    monkeypatch.setattr(type(store.jobs), "finish", lambda self, id, attempt, state, *rest: (
-        finish(self, id, attempt, state, *rest) if state == "failed" else False))
+    save = type(store.jobs).save
+
+    def no_end(self, job):
+        if job.state == "done":
+            raise DiskFull("The job was not saved: the disk is full.", "Free some space.")
+        save(self, job)
+    monkeypatch.setattr(type(store.jobs), "save", no_end)
     lost = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 2}, "lens"))
-    assert (lost.state, lost.problem["reason"]) == ("failed", "job-lost") and store.lenses.list().items == ()
+    assert (lost.state, lost.problem["reason"]) == ("failed", "disk-full") and store.lenses.list().items == ()
+    assert store.jobs.get(lost.id).state == "failed"
     monkeypatch.undo()
 
     def broken(made, about):
@@ -132,26 +137,36 @@ def test_a_part_that_failed_spoils_the_whole_whoever_catches_it(store):
 def test_an_end_that_the_database_does_not_take_is_told_at_once_and_written_later(store, monkeypatch):
     with server(store) as jobs:
         refused = jobs.start("fit", sample_jobs.refuses, {})
-        finish = type(store.jobs).finish
+        save = type(store.jobs).save
 
-        def full(self, *args):
-            raise DiskFull("The job was not saved: the disk is full.", "Free some space.")
-        monkeypatch.setattr(type(store.jobs), "finish", full)
+        def full(self, job):
+            if job.state == "failed":
+                raise DiskFull("The job was not saved: the disk is full.", "Free some space.")
+            save(self, job)
+        monkeypatch.setattr(type(store.jobs), "save", full)
         assert ended(jobs, refused).state == "failed"
-        monkeypatch.setattr(type(store.jobs), "finish", finish)
+        monkeypatch.setattr(type(store.jobs), "save", save)
         jobs.cancel(jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}).id)
         until(lambda: store.jobs.get(refused.id).state == "failed")
 
 
-def test_a_running_job_beats_and_its_row_says_how_far_it_is(store, monkeypatch):
-    monkeypatch.setattr(registry, "BEAT_S", 0.05)
-    with server(store) as jobs:
-        job = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60})
-        until(lambda: store.jobs.get(job.id).progress > 0)
-        row = store.jobs.get(job.id)
-        assert (row.state, row.message, row.attempt) == ("running", "sleeping", 1) and row.worker
-        jobs.cancel(job.id)
-        assert store.jobs.get(job.id).state == "cancelled"
+def test_what_was_not_written_in_time_does_not_undo_what_came_after_it(store, monkeypatch):
+    save = type(store.jobs).save
+
+    def full(self, job):
+        if job.state == "queued":
+            raise DiskFull("The job was not saved: the disk is full.", "Free some space.")
+        save(self, job)
+    jobs = registry.JobRegistry(kept=3, kept_s=0)
+    jobs.open(store.jobs)
+    first, second = (jobs.add("adding", JobSpec("tests.support.sample_jobs:adds", {})) for _ in range(2))
+    assert jobs.begin(first.id)
+    monkeypatch.setattr(type(store.jobs), "save", full)
+    assert jobs.requeue(first.id, "Its worker was lost") and store.jobs.get(first.id).attempt == 1
+    assert jobs.begin(first.id) and jobs.complete(first.id, lambda: {"sum": 3})
+    monkeypatch.undo()
+    assert jobs.cancel(second.id)
+    assert (store.jobs.get(first.id).state, store.jobs.get(first.id).attempt) == ("done", 2)
 
 
 def test_a_job_that_the_version_before_queued_finishes(store):
@@ -190,26 +205,17 @@ def test_a_job_of_a_stranger_is_never_run(opener, store):
         assert {job.state for job in store.jobs.list()} == {"failed"}
 
 
-def test_a_waiting_job_that_another_server_has_ended_meanwhile_fails_here_and_its_row_stays(store):
-    jobs = registry.JobRegistry(kept=3, kept_s=0)
-    jobs.open(store.jobs)
-    job = jobs.add("adding", JobSpec("tests.support.sample_jobs:adds", {}))
-    store.jobs.cancel(job.id, "by another server")
-    assert jobs.fail(job.id, {"reason": "no-workers"}) and jobs.get(job.id).state == "failed"
-    assert store.jobs.get(job.id).state == "cancelled"
-
-
 def test_readers_do_not_wait_for_the_disk(store, monkeypatch):
     with server(store) as jobs:
         job = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60})
         running(jobs, job)
-        cancel, writing, written = type(store.jobs).cancel, Event(), Event()
+        save, writing, written = type(store.jobs).save, Event(), Event()
 
-        def slow(self, *args):
+        def slow(self, saved):
             writing.set()
             written.wait(LONG_S)
-            return cancel(self, *args)
-        monkeypatch.setattr(type(store.jobs), "cancel", slow)
+            save(self, saved)
+        monkeypatch.setattr(type(store.jobs), "save", slow)
         thread = Thread(target=jobs.cancel, args=(job.id,))
         thread.start()
         assert writing.wait(LONG_S)

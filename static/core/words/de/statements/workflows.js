@@ -123,7 +123,6 @@ export default {
   "job.server-stopped": "Der Server wurde beendet",
   "job.start-again": "Starten Sie den Auftrag erneut.",
   "job.starting": "Startet",
-  "job.taken-over": "Der Auftrag wurde von einem anderen Server übernommen.",
   "job.too-long": "Der Auftrag hat länger als {seconds} s gedauert.",
   "job.too-many": "{jobs} Aufträge warten bereits.",
   "job.too-many-of-yours": "{jobs} Ihrer Aufträge warten bereits.",
