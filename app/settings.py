@@ -150,7 +150,6 @@ def load_settings(config: Path | None = None, **given: Any) -> Settings:
     config: defaults to TOUCHLINE_CONFIG, then to the shipped touchline.yaml.
     """
     chosen = config or Path(os.environ.get("TOUCHLINE_CONFIG") or shipped("configs") / "touchline.yaml")
-
     content = read_yaml(chosen)
 
     class FromFile(Settings):

@@ -52,7 +52,9 @@ class Board:
             if extra:
                 raise _refused(f"A chessboard has no {extra[0]}.", FORM)
             return board
-        if not MIN_MM <= board.marker_mm < board.square_mm:
+        if board.marker_mm < MIN_MM:
+            raise _refused(f"The board: marker_mm is missing, or less than {MIN_MM:g}.", FORM)
+        if board.marker_mm >= board.square_mm:
             raise _refused(f"Markers of {board.marker_mm:g} mm do not fit into squares of {board.square_mm:g} mm.",
                            "Measure both: the marker is smaller than the square.")
         if board.dictionary not in DICTIONARIES:

@@ -51,7 +51,7 @@ class NetworkConfig:
 
 @dataclass(frozen=True)
 class PublishingConfig(NetworkConfig):
-    """All settings of it, with those of single cameras, by name.
+    """All settings of publishing: with those that a page sets, of single cameras by their names.
 
     field: the field to send where cameras see several; None for that of most cameras. numbers: camera ids, where they
     differ from those of the regions. approved: the id of exactly that calibration which is sent in spite of limit_mm.
