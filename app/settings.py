@@ -16,8 +16,7 @@ from pydantic_settings import PydanticBaseSettingsSource as Source
 
 from app import shipped
 from app.core.errors import BadInput, NotFound
-from app.league.config import PublishingConfig
-from app.league.multicast_address import GROUP, PORT
+from app.league.config import NetworkConfig
 
 Port = Annotated[int, Field(ge=0, le=65535)]
 Count = Annotated[int, Field(ge=1)]
@@ -79,29 +78,6 @@ class JobSettings(_Section):
     kept: Count = 100
 
 
-class PublishSettings(_Section):
-    enabled: bool = False
-    absorb: bool = False
-    group: str = GROUP
-    port: int = PORT
-    interface: str = ""
-    ttl: int = 1
-    interval_s: Annotated[float, Field(allow_inf_nan=False)] = 3.0
-    limit_mm: Annotated[float, Field(allow_inf_nan=False)] = 10.0
-
-    @property
-    def config(self) -> PublishingConfig:
-        return PublishingConfig(**self.model_dump())
-
-    @model_validator(mode="after")
-    def _can_be(self) -> "PublishSettings":
-        try:
-            _ = self.config
-        except BadInput as refused:
-            raise ValueError(f"{refused.what[0].lower()}{refused.what[1:]} {refused.fix}") from None
-        return self
-
-
 class CameraSettings(_Section):
     id: Name
     name: str = ""
@@ -129,7 +105,7 @@ class Settings(BaseSettings):
     sources: SourceSettings = SourceSettings()
     storage: StorageSettings = StorageSettings()
     jobs: JobSettings = JobSettings()
-    publish: PublishSettings = PublishSettings()
+    publish: NetworkConfig = NetworkConfig()
     cameras: tuple[CameraSettings, ...] = ()
 
     @model_validator(mode="after")
@@ -174,6 +150,7 @@ def load_settings(config: Path | None = None, **given: Any) -> Settings:
     config: defaults to TOUCHLINE_CONFIG, then to the shipped touchline.yaml.
     """
     chosen = config or Path(os.environ.get("TOUCHLINE_CONFIG") or shipped("configs") / "touchline.yaml")
+    content = read_yaml(chosen)
 
     class FromFile(Settings):
         @classmethod
@@ -182,14 +159,17 @@ def load_settings(config: Path | None = None, **given: Any) -> Settings:
                                        file_secret_settings: Source) -> tuple[Source, ...]:
             # Merged section by section, the first wins: one port in the environment leaves the file's host as it is.
             file = InitSettingsSource(settings_cls, {})
-            file.init_kwargs = read_yaml(chosen)  # given to it, a name in capitals would be known
+            file.init_kwargs = content  # given to it, a name in capitals would be known
             return init_settings, env_settings, file
 
     try:
         return FromFile(**{name: value for name, value in given.items() if value is not None})
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the settings"
-        raise BadInput(f"Settings: {where}: {first['msg'][0].lower()}{first['msg'][1:]}.",
+    except (ValidationError, BadInput) as error:
+        if isinstance(error, BadInput):  # of the network's settings, which know their own limits
+            where, what = "publish", f"{error.what} {error.fix}"
+        else:
+            first = error.errors(include_url=False)[0]
+            where, what = ".".join(str(part) for part in first["loc"]) or "the settings", f"{first['msg']}."
+        raise BadInput(f"Settings: {where}: {what[0].lower()}{what[1:]}",
                        f"Correct it in {chosen}, in TOUCHLINE_… or on the command line.",
                        reason="bad-settings") from None

@@ -17,10 +17,10 @@ from app.core.geometry import MAX_COORDINATE, Points, as_points
 from app.core.reading import read
 from app.core.text_format import sentence
 
-FORM = ('Send {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 30}: columns and rows of inner corners; '
-        'or "kind": "charuco" with "marker_mm" and "dictionary" as well.')
+FORM = ('Send {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 30}: columns and rows of inner corners, '
+        '3 to 100; or "kind": "charuco" with "marker_mm" and "dictionary" as well.')
 Corners = Annotated[int, Interval(ge=3, le=100)]  # along one side; finders take no fewer
-MIN_MARKER_MM = 0.01
+MIN_MM, MAX_MM = 0.01, 10_000  # of a square's or a marker's side
 # The families that OpenCV prints and how many markers each has; a name outside is looked up nowhere.
 DICTIONARIES = {**{f"DICT_{n}X{n}_{count}": count for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
                 "DICT_ARUCO_ORIGINAL": 1024, "DICT_APRILTAG_16h5": 30, "DICT_APRILTAG_25h9": 35,
@@ -38,7 +38,7 @@ class Board:
     kind: Literal["chessboard", "charuco"]
     columns: Corners
     rows: Corners
-    square_mm: Annotated[float, Interval(ge=0.01, le=10_000)]
+    square_mm: Annotated[float, Interval(ge=MIN_MM, le=MAX_MM)]
     marker_mm: float = 0.0
     dictionary: str = ""
     legacy: bool = False
@@ -52,7 +52,9 @@ class Board:
             if extra:
                 raise _refused(f"A chessboard has no {extra[0]}.", FORM)
             return board
-        if not MIN_MARKER_MM <= board.marker_mm < board.square_mm:
+        if board.marker_mm < MIN_MM:
+            raise _refused(f"The board: marker_mm is missing, or less than {MIN_MM:g}.", FORM)
+        if board.marker_mm >= board.square_mm:
             raise _refused(f"Markers of {board.marker_mm:g} mm do not fit into squares of {board.square_mm:g} mm.",
                            "Measure both: the marker is smaller than the square.")
         if board.dictionary not in DICTIONARIES:

@@ -6,7 +6,7 @@ from math import inf
 from typing import Any
 
 from app.core.errors import BadInput
-from app.core.json_values import PointJson
+from app.core.json_values import PointJson, number
 from app.core.statements import Stated, named, stated
 
 
@@ -62,8 +62,7 @@ class Option:
         allowed = f"a number from {self.range[0]:g} to {self.range[1]:g}" if self.range else "a number"
         if self.type == "int-or-auto":
             allowed += ', or "auto"'
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value \
-                or (self.range and not self.range[0] <= value <= self.range[1]):
+        if number(value) is None or (self.range and not self.range[0] <= value <= self.range[1]):
             raise self._refuse(value, allowed)
         if self.type.startswith("int"):
             if value != int(value):
@@ -76,10 +75,10 @@ class Option:
         allowed = f'{{"value": {low:g} to {high:g}, "sigma": 0.1 to 5000}} in {self.unit}'
         if not isinstance(value, Mapping) or set(value) != {"value", "sigma"}:
             raise self._refuse(value, allowed)
-        for number, least, most in ((value["value"], low, high), (value["sigma"], 0.1, 5000)):
-            if isinstance(number, bool) or not isinstance(number, (int, float)) or not least <= number <= most:
-                raise self._refuse(value, allowed)
-        return {"value": float(value["value"]), "sigma": float(value["sigma"])}
+        found, sigma = number(value["value"]), number(value["sigma"])
+        if found is None or sigma is None or not low <= found <= high or not 0.1 <= sigma <= 5000:
+            raise self._refuse(value, allowed)
+        return {"value": found, "sigma": sigma}
 
     def _checked(self, value: Any, good: bool, allowed: str) -> Any:
         if not good:

@@ -10,6 +10,7 @@ Strictly: "3" and true are no numbers, NaN and infinity are neither, and an entr
 error. The type is a TypedDict or a dataclass; its limits are those of annotated_types.
 """
 
+from types import GenericAlias
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.core.errors import BadInput
@@ -21,9 +22,10 @@ T = TypeVar("T")
 # What pydantic finds, in words; {…} is the limit that it states.
 FAULTS = {
     "missing": "is missing", "extra_forbidden": "is unknown", "unexpected_keyword_argument": "is unknown",
-    "float_type": "is not a number", "int_type": "is not a whole number", "string_type": "is not a text",
-    "bool_type": "is neither true nor false", "list_type": "is not a list", "tuple_type": "is not a list",
-    "dict_type": "is not an object", "dataclass_type": "is not an object", "literal_error": "is not {expected}",
+    "float_type": "is not a number", "finite_number": "is not a number", "int_type": "is not a whole number",
+    "string_type": "is not a text", "bool_type": "is neither true nor false", "literal_error": "is not {expected}",
+    "list_type": "is not a list", "tuple_type": "is not a list", "dict_type": "is not an object",
+    "dataclass_type": "is not an object", "model_type": "is not an object",
     "greater_than_equal": "is less than {ge:g}", "less_than_equal": "is more than {le:g}",
     "too_short": "has fewer than {min_length} entries", "too_long": "has more than {max_length} entries",
     "string_too_short": "is too short", "string_too_long": "has more than {max_length} characters"}
@@ -33,16 +35,18 @@ _adapters: "dict[type, TypeAdapter[Any]]" = {}  # made once: it takes a millisec
 
 def read(kind: type[T], value: Any, what: str, fix: str, reason: str) -> T:
     """Read value as that type. what: how an error calls it, such as "The board"; fix, reason: of the BadInput."""
-    from pydantic import TypeAdapter, ValidationError
+    from pydantic import ConfigDict, TypeAdapter, ValidationError
     from pydantic_core import to_json
 
-    adapter = _adapters.get(kind) or _adapters.setdefault(kind, TypeAdapter(kind))
+    if kind not in _adapters:
+        one: Any = GenericAlias(list, (kind,))  # a list hands its configuration on to all that is within
+        _adapters[kind] = TypeAdapter(one, config=ConfigDict(strict=True, extra="forbid", allow_inf_nan=False))
     try:  # as JSON, whose lists and objects are tuples and dataclasses as well; NaN becomes a text, so no number
-        found: T = adapter.validate_json(to_json(value, inf_nan_mode="strings"), strict=True, extra="forbid")
+        found: T = _adapters[kind].validate_json(to_json([value], inf_nan_mode="strings"))[0]
         return found
     except ValidationError as refused:
         error = refused.errors(include_url=False, include_input=False)[0]
-        place = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in error["loc"])[1:MAX_PLACE]
+        place = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in error["loc"][1:])[1:MAX_PLACE]
         fault = FAULTS.get(error["type"], "is not valid").format(**error.get("ctx", {}))
         raise BadInput(f"{what}: {place} {fault}." if place else f"{what} {fault}.", fix, reason=reason) from None
     except ValueError:  # half a character, or a nesting without an end

@@ -16,7 +16,7 @@ from typing_extensions import TypedDict
 from app.core.errors import BadInput
 from app.core.field_changes import field_changes
 from app.core.geometry import ImageSize, Points, as_points
-from app.core.json_values import PointJson
+from app.core.json_values import PointJson, number
 from app.core.marking_names import marking_name
 from app.core.report_json import read_report
 from app.core.statements import Sentence, Stated, stated
@@ -107,7 +107,7 @@ class Observation:
             raise BadInput("An observation has no feature.", form, reason="bad-observation")
         if kind not in ("line", "landmark"):
             raise BadInput(f"Unknown kind of observation: {kind!r}.", form, reason="bad-observation")
-        if isinstance(z_mm, bool) or not isinstance(z_mm, (int, float)) or not abs(z_mm) <= 10_000:
+        if number(z_mm) is None or abs(z_mm) > 10_000:
             raise BadInput("The z_mm of an observation is not a valid height.", "Give millimetres above the carpet.",
                            reason="bad-observation")
         return cls(feature, kind, as_points(value.get("points", ()), "The points of an observation"), float(z_mm))

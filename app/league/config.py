@@ -15,12 +15,10 @@ MIN_INTERVAL_S, MAX_INTERVAL_S = 0.1, 60.0  # between two packets
 
 
 @dataclass(frozen=True)
-class PublishingConfig:
-    """enabled: send geometry. absorb: listen to the group. interval_s: between two packets.
+class NetworkConfig:
+    """What the settings file says. enabled: send geometry. absorb: listen to the group. interval_s: between packets.
 
-    limit_mm: a camera whose worst error through the league's lens is larger is not sent, unless `approved` maps its
-    name to the id of exactly this calibration. field: the field to send where cameras see several; None for that of
-    most cameras. numbers: camera ids by camera name, where they differ from those of the regions.
+    limit_mm: a camera whose worst error through the league's lens is larger is not sent.
     """
 
     enabled: bool = False
@@ -31,9 +29,6 @@ class PublishingConfig:
     ttl: int = 1
     interval_s: float = 3.0
     limit_mm: float = 10.0
-    field: str | None = None
-    numbers: Mapping[str, int] = member(default_factory=dict)
-    approved: Mapping[str, str] = member(default_factory=dict)
 
     def __post_init__(self) -> None:
         _ = self.address
@@ -45,12 +40,6 @@ class PublishingConfig:
         if not 0 <= self.limit_mm < inf:
             raise BadInput(say("publishing.bad-limit", "The limit is not a valid length."),
                            say("publishing.limit-range", "Give millimetres, 0 or more."), reason="bad-limit")
-        for name, number in self.numbers.items():
-            if not 0 <= number < 2**32:
-                raise BadInput(say("publishing.bad-number", "{number} is not a valid camera number for {camera!r}.",
-                                   number=number, camera=name),
-                               say("publishing.number-range", "Give a whole number, 0 or more."),
-                               reason="bad-camera-number")
 
     @property
     def address(self) -> MulticastAddress:
@@ -58,6 +47,28 @@ class PublishingConfig:
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self)
+
+
+@dataclass(frozen=True)
+class PublishingConfig(NetworkConfig):
+    """All settings of publishing: with those that a page sets, of single cameras by their names.
+
+    field: the field to send where cameras see several; None for that of most cameras. numbers: camera ids, where they
+    differ from those of the regions. approved: the id of exactly that calibration which is sent in spite of limit_mm.
+    """
+
+    field: str | None = None
+    numbers: Mapping[str, int] = member(default_factory=dict)
+    approved: Mapping[str, str] = member(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, number in self.numbers.items():
+            if not 0 <= number < 2**32:
+                raise BadInput(say("publishing.bad-number", "{number} is not a valid camera number for {camera!r}.",
+                                   number=number, camera=name),
+                               say("publishing.number-range", "Give a whole number, 0 or more."),
+                               reason="bad-camera-number")
 
     @classmethod
     def from_json(cls, value: Any) -> Self:

@@ -28,7 +28,7 @@ class PublishingService:
     def __init__(self, settings: Settings, store: Store, cameras: CameraService,
                  fields: Mapping[str, Field]) -> None:
         self._path = settings.data / FILE
-        self._own = settings.publish.config
+        self._own = settings.publish
         self._lock = threading.Lock()
         self._damage: tuple[Warning, ...] = ()
         self._changes: dict[str, Any] = {}

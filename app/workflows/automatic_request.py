@@ -10,11 +10,12 @@ import numpy as np
 from typing_extensions import TypedDict
 
 from app.core.common_sentences import DETECTING_LINES, ONE_CAMERA
-from app.core.errors import BadInput, Conflict, FitFailed, ProblemJson
+from app.core.errors import Conflict, FitFailed, ProblemJson
 from app.core.field import Field, Region
 from app.core.field_json import field_from_json
 from app.core.json_values import SizeJson
 from app.core.progress import Progress, no_progress
+from app.core.reading import read
 from app.core.records import Calibration, Frame, ObservationJson
 from app.core.statements import say
 from app.evaluate.fit.report_types import FitReport
@@ -28,20 +29,11 @@ from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.job_pictures import Pictures, job_pictures
 from app.workflows.model_choice import AUTO, LADDER
 
-PRIOR_RANGES = {"height_mm": (100.0, 100_000.0), "turn_deg": (-360.0, 360.0)}
 
-
-def pose_prior_from_json(value: Mapping[str, Any] | None) -> PosePrior:
+def pose_prior_from_json(value: Mapping[str, Any]) -> PosePrior:
     """Read {"height_mm", "turn_deg"}, each where it is known; BadInput for other keys and values."""
-    for name, number in (value or {}).items():
-        if name not in PRIOR_RANGES:
-            raise BadInput(f"There is no approximate value {name!r}.", f"Use {' or '.join(PRIOR_RANGES)}.",
-                           reason="bad-rough")
-        low, high = PRIOR_RANGES[name]
-        if isinstance(number, bool) or not isinstance(number, (int, float)) or not low <= number <= high:
-            raise BadInput(f"The approximate {name} cannot be {number!r}.", f"Use a number from {low:g} to {high:g}.",
-                           reason="bad-rough")
-    return PosePrior(**(value or {}))
+    return read(PosePrior, value, "The approximate pose",
+                "Use height_mm from 100 to 100000 and turn_deg from -360 to 360.", "bad-rough")
 
 
 class AutomaticAnswer(TypedDict):
@@ -140,10 +132,10 @@ def median_frame(pictures: Pictures, progress: Progress = no_progress) -> Frame:
     if count == 1:
         return first
     background = Background(first.pixels.shape, count)
-    for number, (_, read) in enumerate(pictures):
+    for number, (_, load) in enumerate(pictures):
         progress(number / count, say(
             "progress.reading", "Reading image {number} of {count}", number=number + 1, count=count))
-        frame = first if number == 0 else read()
+        frame = first if number == 0 else load()
         if frame.size != first.size:
             raise Conflict(say("image.differs-from-first", "Image {image} is {size}, the first image is {size2}.",
                                image=number + 1, size=frame.size, size2=first.size), ONE_CAMERA, reason="size-mismatch")

@@ -18,6 +18,7 @@ from app.api.responses import NO_STORE, Json, attachment
 from app.api.schemas import requests, responses
 from app.api.schemas.media import files
 from app.core.statements import named, stated
+from app.league.config import NetworkConfig
 from app.settings import Settings
 
 router = APIRouter()
@@ -50,8 +51,8 @@ def _all(settings: Settings) -> Iterator[tuple[str, Any, Any]]:
     """Yield (name, value, default) of each, in the file's order; a section's as section.name."""
     for name, field in Settings.model_fields.items():
         value, default = getattr(settings, name), field.default
-        if isinstance(value, BaseModel):
-            for inner in type(value).model_fields:
+        if isinstance(value, BaseModel | NetworkConfig):
+            for inner in vars(value):
                 yield f"{name}.{inner}", getattr(value, inner), getattr(default, inner)
         elif name == "cameras":  # an address may contain a password; GET /cameras shows it without
             yield name, [camera.id for camera in value], []

@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from annotated_types import Interval
 
 from app.core.field import Field, Region
 from app.core.geometry import Array, ImageSize, Mask, Points, inside_picture, with_z
@@ -34,10 +35,13 @@ MIN_REGION_FILL = 0.06  # of the picture
 
 @dataclass(frozen=True)
 class PosePrior:
-    """A rough prior of the camera: the height within a third either way, turn_deg within 50°."""
+    """A rough prior of the camera: the height within a third either way, turn_deg within 50°.
 
-    height_mm: float | None = None
-    turn_deg: float | None = None  # of the region in the picture, clockwise from how it stands when corrected
+    turn_deg: of the region in the picture, clockwise from how it stands when corrected.
+    """
+
+    height_mm: Annotated[float, Interval(ge=100, le=100_000)] | None = None
+    turn_deg: Annotated[float, Interval(ge=-360, le=360)] | None = None
 
     def allows(self, height_mm: float, turn_deg: float) -> bool:
         near = self.height_mm is None or 0.7 < height_mm / self.height_mm < 1.4
