@@ -7,7 +7,7 @@ component, is positive: the scale makes M unique, and its sign says which side o
 A. Zisserman, "Multiple View Geometry" (2004), ch. 4.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Self
@@ -17,9 +17,7 @@ import numpy as np
 from app.core.field import Region
 from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, as_triple, unreachable_where
 from app.core.statements import named
-from app.models.ray_camera import example_parameters
-from app.models.rotation import matrix_from_vector
-from app.models.top_view import RECTANGLE_FIELDS, TopView, read_rectangle, reading_parameters
+from app.models.top_view import TopView, read_rectangle, reading_parameters
 
 UNIT_DET = 1e-6  # how far a determinant may be from -1 after a trip through text
 
@@ -71,18 +69,6 @@ class Homography(TopView):
             if not unit:
                 raise ValueError("the determinant of field_from_raw is not -1")
             return cls(field_from_raw=matrix, **read_rectangle(p))
-
-    @classmethod
-    def examples(cls) -> Iterable[Self]:
-        """Yield pinhole cameras: straight down, tilted, and tilted over half a field."""
-        for common in example_parameters():
-            rotation, position = matrix_from_vector(np.array(common["rotation"])), np.array(common["position_mm"])
-            focal, (x, y) = common["focal_px"], common["centre_px"]
-            camera = np.array([[focal, 0, x], [0, focal, y], [0, 0, 1.0]])
-            raw_from_field = camera @ rotation @ np.array([[1, 0, -position[0]], [0, 1, -position[1]],
-                                                           [0, 0, -position[2]]])
-            yield cls(field_from_raw=normalise(np.linalg.inv(raw_from_field)),
-                      **{name: common[name] for name in RECTANGLE_FIELDS})
 
 
 def normalise(matrix: Array) -> Matrix:
