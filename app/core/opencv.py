@@ -87,6 +87,12 @@ def draw_text(picture: NDArray[np.uint8], text: str, at: tuple[int, int], colour
     cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.42, colour, 1, cv2.LINE_AA)
 
 
+def find_homography(a: Points, b: Points, limit_px: float) -> NDArray[np.float64] | None:
+    """Return the homography (3, 3) that most matches (n, 2) agree with, within limit_px in b; None where none does."""
+    found, _ = cv2.findHomography(a, b, cv2.USAC_MAGSAC, limit_px, maxIters=2000, confidence=0.9999)
+    return None if found is None else np.asarray(found, np.float64)
+
+
 def to_grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return one channel of a picture (h, w), (h, w, 3) BGR or (h, w, 4) BGRA."""
     if pixels.ndim == 2:

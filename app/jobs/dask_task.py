@@ -10,8 +10,9 @@ import time
 
 from app import __version__
 from app.core.errors import Cancelled
+from app.core.json_values import finite_json
 from app.core.statements import stated
-from app.jobs.execute import execute, plain
+from app.jobs.execute import execute
 
 MIN_INTERVAL_S = 0.05  # between two reports of progress; more often nobody sees
 SHARE = ("Make the server's data folder available to every worker under the same path, such as a shared folder, or "
@@ -56,4 +57,4 @@ def do(request_text: str) -> str:
     begun.clear()
     if not is_done and value["reason"] == "damaged-file":
         value = {**value, "reason": "no-shared-folder", "title": "No shared folder", "fix": SHARE}
-    return json.dumps(plain({"result" if is_done else "problem": value}), allow_nan=False)
+    return json.dumps(finite_json({"result" if is_done else "problem": value}), allow_nan=False)

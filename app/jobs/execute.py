@@ -1,6 +1,5 @@
 """A job's function, found by its name and called, whatever comes of it: the same in a process and on a cluster."""
 
-import math
 import traceback
 from importlib import import_module
 from typing import Any
@@ -44,12 +43,3 @@ def execute(run: str, spec: Any, progress: Progress) -> tuple[bool, Any]:
         return False, {"reason": "job-needs-memory"}
     except (Exception, SystemExit):
         return False, {"reason": "unexpected", "trace": traceback.format_exc()[-4000:]}
-
-
-def plain(value: object) -> object:
-    """Return plain JSON with None for what is not finite."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: plain(item) for key, item in value.items()}
-    return [plain(item) for item in value] if isinstance(value, (list, tuple)) else value

@@ -11,8 +11,9 @@ from importlib import import_module
 from typing import Any
 
 from app.core.errors import Cancelled
+from app.core.json_values import finite_json
 from app.core.statements import stated
-from app.jobs.execute import execute, plain
+from app.jobs.execute import execute
 from app.processes.framing import FIRST_KIND, START, Connection, decode_body, encode_body
 
 RUN, CANCEL, BEGUN, PROGRESS, RESULT, PROBLEM = range(FIRST_KIND, FIRST_KIND + 6)
@@ -65,4 +66,4 @@ class JobWorker:
                 self._cancelled = number
 
     def _send(self, kind: int, number: int, value: dict[str, Any]) -> None:
-        self._connection.send(kind, number, encode_body({name: plain(part) for name, part in value.items()}))
+        self._connection.send(kind, number, encode_body({name: finite_json(part) for name, part in value.items()}))

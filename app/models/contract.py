@@ -5,7 +5,7 @@ keep their shape; a point out of reach is NaN.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import Field as DataclassField
 from typing import Any, ClassVar, Self
 
@@ -75,11 +75,6 @@ class CameraModel(Rectification):
     @abstractmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         """Read what asdict() wrote; raise BadInput for anything else."""
-
-    @classmethod
-    @abstractmethod
-    def examples(cls) -> Iterable[Self]:
-        """Return a few real cameras, for tests, benchmarks and the manual."""
 
 
 class RayModel(CameraModel):

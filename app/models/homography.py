@@ -7,7 +7,7 @@ component, is positive: the scale makes M unique, and its sign says which side o
 A. Zisserman, "Multiple View Geometry" (2004), ch. 4.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Self
@@ -18,9 +18,7 @@ from app.core.errors import BadInput
 from app.core.field import Region
 from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, as_triple, unreachable_where
 from app.core.statements import named
-from app.models.ray_camera import example_parameters
-from app.models.rotation import matrix_from_vector
-from app.models.top_view import EXPORTED, RECTANGLE_FIELDS, TopView, read_model
+from app.models.top_view import EXPORTED, TopView, read_model
 
 UNIT_DET = 1e-6  # how far a determinant may be from -1 after a trip through text
 
@@ -70,18 +68,6 @@ class Homography(TopView):
             if not ((np.abs(matrix) < MAX_COORDINATE).all() and abs(np.linalg.det(matrix) + 1) < UNIT_DET):
                 raise BadInput("The determinant of field_from_raw is not -1.", EXPORTED, reason="bad-parameters")
         return model
-
-    @classmethod
-    def examples(cls) -> Iterable[Self]:
-        """Yield pinhole cameras: straight down, tilted, and tilted over half a field."""
-        for common in example_parameters():
-            rotation, position = matrix_from_vector(np.array(common["rotation"])), np.array(common["position_mm"])
-            focal, (x, y) = common["focal_px"], common["centre_px"]
-            camera = np.array([[focal, 0, x], [0, focal, y], [0, 0, 1.0]])
-            raw_from_field = camera @ rotation @ np.array([[1, 0, -position[0]], [0, 1, -position[1]],
-                                                           [0, 0, -position[2]]])
-            yield cls(field_from_raw=normalise(np.linalg.inv(raw_from_field)),
-                      **{name: common[name] for name in RECTANGLE_FIELDS})
 
 
 def normalise(matrix: Array) -> Matrix:

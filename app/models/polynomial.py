@@ -10,7 +10,7 @@ and (8) are printed with the fraction upside down, which sends the far border to
 (x_final - x_initial)² / I_width instead of I_width; and "length" in Eq. (7) is a height.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Self
@@ -169,21 +169,3 @@ class Polynomial(CameraModel):
                 and 2 <= len(self.down_mm) <= 9 and self.down_mm[1:] != (0.0,) * (len(self.down_mm) - 1)):
             raise BadInput("These parameters do not describe a camera over a field.", EXPORTED,
                            reason="bad-parameters")
-
-    @classmethod
-    def examples(cls) -> Iterable[Self]:
-        """Yield a strong barrel over half a field, a mild pincushion, and a tilted camera with a cubic relation."""
-        size = ImageSize(780, 580)
-        half = Region("half", (0.0, 3025.0), (-2025.0, 2025.0), 90)
-        full = Region("full", (-2000.0, 2000.0), (-1500.0, 1500.0), 0)
-        y, x = (size.height - 1) / 2, 360.0
-        yield cls(Curve((62.0, 2.0, 11.0, 0.5), y, 290.0), Curve((703.0, -1.5, -12.0), y, 290.0),
-                  Curve((48.0, -8.0, 9.0, 0.4, 1.0), x, x), Curve((524.0, -7.0, -13.0), x, x),
-                  720.0, 538.0, 10, 7, (0.0, 5.625), (0.0, 3025.0), half, size)
-        size, y, x = ImageSize(1280, 1024), 511.5, 580.0
-        yield cls(Curve((70.0, 0.0, -6.0), y, 512.0), Curve((1210.0, 3.0, 7.0), y, 512.0),
-                  Curve((80.0, 1.0, -5.0), x, x), Curve((935.0, -2.0, 6.0), x, x),
-                  1160.0, 870.0, 8, 6, (0.0, 3.4482758620689653), (0.0, 3000.0), full, size)
-        yield cls(Curve((120.0, -60.0, 4.0), y, 512.0), Curve((1160.0, 55.0, -5.0), y, 512.0),
-                  Curve((90.0, 3.0, 8.0), x, x), Curve((930.0, -4.0, -9.0), x, x),
-                  1160.0, 870.0, 8, 6, (0.0, 3.4482758620689653), (0.0, 3600.0, -900.0, 300.0), full, size)

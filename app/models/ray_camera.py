@@ -7,7 +7,7 @@ The corrected frame is the region seen straight from above: the same rectangle a
 models can be compared and the cameras of a rig agree.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Self
@@ -28,7 +28,7 @@ REACH = 1.0  # how far beyond the picture a lens is extrapolated, as a share of 
 
 @dataclass(frozen=True)
 class RayCamera(TopView, RayModel):
-    """What all cameras with a lens have in common; a subclass names its LENS and the terms of its examples.
+    """What all cameras with a lens have in common; a subclass names its LENS.
 
     focal_px: in x; y has focal_px · aspect. centre_px: principal point. rotation: camera_from_field as a rotation
     vector (Rodrigues). position_mm: the centre of projection in the field frame; z is the height above the carpet.
@@ -36,7 +36,6 @@ class RayCamera(TopView, RayModel):
     """
 
     LENS: ClassVar[type[Lens]]
-    EXAMPLE_TERMS: ClassVar[tuple[tuple[float, ...], ...]]  # of the three examples' lenses
 
     lens_terms: tuple[float, ...]
     focal_px: float
@@ -108,12 +107,6 @@ class RayCamera(TopView, RayModel):
                            reason="bad-parameters")
         return model
 
-    @classmethod
-    def examples(cls) -> Iterator[Self]:
-        """Yield a camera for each of EXAMPLE_TERMS."""
-        for terms, common in zip(cls.EXAMPLE_TERMS, example_parameters(), strict=True):
-            yield cls(lens_terms=terms, **common)
-
     def plausible(self) -> bool:
         """Return whether this can be a camera above a field: finite, above the carpet, with a usual focal length."""
         numbers = [*self.lens_terms, self.focal_px, self.aspect, *self.centre_px, *self.rotation, *self.position_mm]
@@ -130,16 +123,3 @@ def lens_model(name: str) -> type[RayCamera]:
     if not issubclass(model, RayCamera):
         raise BadInput(f"The model {name} has no lens.", "Use a physical lens model.", reason="bad-parameters")
     return model
-
-
-def example_parameters() -> Iterator[dict[str, Any]]:
-    """Yield the parameters of three cameras but for their lenses: straight down, tilted, tilted over half a field."""
-    full = Region("full", (-2000.0, 2000.0), (-1500.0, 1500.0), 0)
-    half = Region("half", (0.0, 3025.0), (-2025.0, 2025.0), 90)
-    size = ImageSize(1280, 1024)
-    down = {"aspect": 1.0, "centre_px": size.centre, "width_px": 1280.0, "height_px": 960.0, "n_rectangles_x": 10,
-            "n_rectangles_y": 8, "region": full, "image_size": size}
-    yield {**down, "focal_px": 900.0, "rotation": (float(np.pi), 0.0, 0.0), "position_mm": (30.0, -20.0, 4150.0)}
-    yield {**down, "focal_px": 850.0, "rotation": (2.85, 0.05, 0.1), "position_mm": (-150.0, -900.0, 4000.0)}
-    yield {**down, "focal_px": 760.0, "aspect": 1.0, "width_px": 1280.0, "height_px": 956.0, "region": half,
-           "rotation": (-2.2, 2.2, 0.12), "position_mm": (1400.0, 100.0, 4300.0)}

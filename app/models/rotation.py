@@ -6,17 +6,15 @@ from app.core.geometry import Array
 
 
 def cross_matrix(v: Array) -> Array:
-    """Return [v]×: cross_matrix(v) @ w is v × w."""
-    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    """Return [v]× (..., 3, 3): cross_matrix(v) @ w is v × w."""
+    return np.cross(np.asarray(v)[..., None, :], np.eye(3)).swapaxes(-1, -2)
 
 
 def matrix_from_vector(v: Array) -> Array:
-    """Return the rotation matrix of a rotation vector."""
-    angle = float(np.linalg.norm(v))
-    k = cross_matrix(v)
-    if angle < 1e-8:
-        return np.eye(3) + k + k @ k / 2
-    return np.eye(3) + np.sin(angle) / angle * k + (1 - np.cos(angle)) / angle**2 * (k @ k)
+    """Return the rotation matrices (..., 3, 3) of rotation vectors (..., 3)."""
+    angle, k = np.linalg.norm(v, axis=-1)[..., None, None], cross_matrix(v)
+    # sin a / a and (1 - cos a) / a² = 2 (sin(a/2) / a)², by numpy's sinc, which is defined at 0
+    return np.eye(3) + np.sinc(angle / np.pi) * k + np.sinc(angle / (2 * np.pi)) ** 2 / 2 * (k @ k)
 
 
 def vector_from_matrix(matrix: Array) -> Array:

@@ -22,8 +22,6 @@ from app.core.geometry import MAX_COORDINATE, Array, Mask, Points, as_pair, unre
 from app.core.reading import read
 from app.core.statements import named
 from app.models import CameraModel, model_from_json
-from app.models.homography import Homography
-from app.models.lens_models import Division
 from app.models.thin_plate_spline import Spline
 from app.models.top_view import EXPORTED
 
@@ -150,13 +148,6 @@ class ThinPlate(CameraModel):
         if unfolded_reach(model.base, model._spline) < model.reach:
             raise BadInput("This thin-plate spline folds the image.", EXPORTED, reason="bad-parameters")
         return model
-
-    @classmethod
-    def examples(cls) -> Iterable[Self]:
-        """Yield two that bend nothing."""
-        flat = Spline(np.empty((0, 2)), np.empty((0, 2)), np.zeros((3, 2)))
-        for base in (*list(Homography.examples())[1:2], *list(Division.examples())[2:]):
-            yield cls.of(base, flat, REACHES[0])
 
 
 def _pairs(values: Iterable[Iterable[Any]]) -> tuple[Pair, ...]:

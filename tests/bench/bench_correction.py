@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from app.imaging.correction import CorrectedView, correction_map
-from app.models.polynomial import Polynomial
+from tests.support.examples import plain_examples
 
-FULL_HD = replace(next(iter(Polynomial.examples())), width_px=1919.0, height_px=1079.0)
+FULL_HD = replace(plain_examples("polynomial")[0], width_px=1919.0, height_px=1079.0)
 PICTURE = np.random.default_rng(0).integers(0, 255, (580, 780, 3), np.uint8)
 
 

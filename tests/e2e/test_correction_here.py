@@ -15,6 +15,7 @@ from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.chromium import ARGUMENTS
 from tests.support.demo_cameras import CAMERAS
+from tests.support.examples import plain_examples
 from tests.support.live_cameras import FIELDS
 from tests.support.pictures import remapped_exactly
 from tests.support.waiting import until
@@ -48,7 +49,7 @@ OffscreenCanvas.prototype.getContext = function (kind, ...how) {
   return context;
 };
 """
-EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(MODELS[name].examples())]
+EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(plain_examples(name))]
 
 
 def text(data: bytes) -> str:
@@ -67,7 +68,7 @@ def raw_picture() -> np.ndarray:
 def test_every_models_picture_is_what_opencv_makes_of_it(arriving, raw_picture, margin_px, examples):
     page = arriving.visit(modules=True).page
     for name, i in examples:
-        model = list(MODELS[name].examples())[i]
+        model = plain_examples(name)[i]
         raw = cv2.resize(raw_picture, tuple(model.image_size), interpolation=cv2.INTER_LANCZOS4)  # sharp edges
         mesh, table = correction_mesh(model, margin_px), correction_map(model, CorrectedView(margin_px))
         height, width = table.raw_x.shape

@@ -6,8 +6,8 @@ import numpy as np
 from app.core.board import Board, BoardView
 from app.core.geometry import ImageSize
 from app.evaluate.board.lens_difference import lens_difference
-from app.fitting.board.parameters import matrices_from_vectors
 from app.models.intrinsics import Intrinsics
+from app.models.rotation import matrix_from_vector
 
 SIZE = ImageSize(1280, 1024)
 BOARD = Board("chessboard", 10, 10, 100.0)  # nearly a metre: what the field's builders print on a stiff plate
@@ -41,7 +41,7 @@ def views_of(truth: Intrinsics = TRUTH, count: int = 40, *, seed: int = 0, noise
     size = np.array(tuple(truth.image_size))
     views: list[BoardView] = []
     while len(views) < count:
-        turns = matrices_from_vectors(rng.uniform(-1, 1, (TRIES, 3)) * np.radians([tilt_deg, tilt_deg, 180]))
+        turns = matrix_from_vector(rng.uniform(-1, 1, (TRIES, 3)) * np.radians([tilt_deg, tilt_deg, 180]))
         spots = truth.rays(rng.uniform(0, 1, (TRIES, 2)) * size)
         distances = 2 * middle.max() * rng.uniform(0.7, 1.6, TRIES) * truth.focal_px / size[0]
         seen = (places - middle) @ turns.transpose(0, 2, 1) + (spots * distances[:, None])[:, None]

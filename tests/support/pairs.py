@@ -10,6 +10,7 @@ from app.fitting.two_view.epipolar import normaliser
 from app.fitting.two_view.relative_pose import ideal_px
 from app.models.lens_models import Division
 from app.models.rotation import vector_from_matrix
+from tests.support.examples import example_parameters
 from tests.support.paths import SHARED_DATA
 
 KUSVOD2 = SHARED_DATA / "pairs" / "kusvod2"
@@ -57,11 +58,8 @@ def _looking(position: np.ndarray, at: np.ndarray, k: float, rng: np.random.Gene
     right = np.cross(ahead, [np.sin(0.1 * rng.normal()), 1.0, 0.0])
     right /= np.linalg.norm(right)
     rotation = np.stack([right, np.cross(ahead, right), ahead])
-    common = next(iter(Division.examples()))
-    return Division(lens_terms=(k,), focal_px=900.0, aspect=1.0, centre_px=common.centre_px,
-                    rotation=as_triple(vector_from_matrix(rotation)), position_mm=as_triple(position),
-                    width_px=1280.0, height_px=960.0, n_rectangles_x=10, n_rectangles_y=8, region=common.region,
-                    image_size=common.image_size)
+    return Division(**{**next(example_parameters()), "lens_terms": (k,), "position_mm": as_triple(position),
+                       "rotation": as_triple(vector_from_matrix(rotation))})
 
 
 def ideal(pair: Pair, which: str) -> tuple[np.ndarray, np.ndarray]:

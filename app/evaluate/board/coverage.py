@@ -11,8 +11,9 @@ from app.core.statements import Sentence, say, stated
 from app.evaluate.board.lens_difference import picture_grid
 from app.evaluate.board.lens_uncertainty import SURE_GRID, expected_px, lens_sensitivity
 from app.fitting.board.fit import BoardFit, shared_covariance
-from app.fitting.board.parameters import WARP, BoardObservations, matrices_from_vectors
+from app.fitting.board.parameters import WARP, BoardObservations
 from app.fitting.board.problem import BoardProblem
+from app.models.rotation import matrix_from_vector
 
 CELLS = (8, 6)  # of the picture, columns and rows
 FACE_ON_DEG = 12.0  # less is hardly a tilt: a board tells the focal length by its foreshortening, 1 - cos
@@ -132,7 +133,7 @@ def _candidates(fit: BoardFit) -> tuple[list[tuple[str, Array, str]], Array]:
 
 def board_rotation(ray: Array, nearer: str) -> Array:
     """camera_from_board (3, 3) of a board that faces along the unit ray, tilted with that edge nearer."""
-    return matrices_from_vectors(rotation_to(ray)[None])[0] @ matrices_from_vectors(lean_vector(nearer)[None])[0]
+    return matrix_from_vector(rotation_to(ray)) @ matrix_from_vector(lean_vector(nearer))
 
 
 def rotation_to(ray: Array) -> Array:

@@ -7,8 +7,8 @@ the whole picture, and comes back through the second. (The same measure as D. Ko
 import numpy as np
 
 from app.core.geometry import Array, ImageSize
-from app.fitting.board.parameters import matrices_from_vectors
 from app.models.intrinsics import Intrinsics
+from app.models.rotation import matrix_from_vector
 
 GRID = (24, 18)
 TURN_STEPS = 8
@@ -33,11 +33,11 @@ def lens_difference(first: Intrinsics, second: Intrinsics, pixels: Array | None 
         if fine.sum() < 3:
             break
         by = np.stack([(second.project(rays @ (turn @ rotation).T) - projected)[fine].ravel() / STEP_RAD
-                       for turn in matrices_from_vectors(np.eye(3) * STEP_RAD)], axis=1)
+                       for turn in matrix_from_vector(np.eye(3) * STEP_RAD)], axis=1)
         error = (projected - pixels)[fine].ravel()
         known = np.isfinite(by).all(axis=1)
         step = np.linalg.lstsq(by[known], -error[known], rcond=None)[0]
-        rotation = matrices_from_vectors(np.clip(step, -0.5, 0.5)[None])[0] @ rotation
+        rotation = matrix_from_vector(np.clip(step, -0.5, 0.5)) @ rotation
         if np.linalg.norm(step) < 1e-12:
             break
     return second.project(rays @ rotation.T) - pixels

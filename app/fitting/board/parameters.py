@@ -16,6 +16,7 @@ from app.core.board import BoardView
 from app.core.geometry import Array, ImageSize, Indices, Mask
 from app.models.intrinsics import PINHOLE_PARAMETERS, Intrinsics
 from app.models.lenses import Lens
+from app.models.rotation import matrix_from_vector
 
 WARP = ("warp_x", "warp_y")  # mm, at the middle against the edges
 
@@ -101,7 +102,7 @@ class BoardParameters:
         full = np.zeros(len(free))
         full[free] = delta
         full[0] = np.clip(full[0], -1, 1)
-        turned = matrices_from_vectors(own[:, :3]) @ self.rotations
+        turned = matrix_from_vector(own[:, :3]) @ self.rotations
         return replace(self.with_shared(self.shared + full), rotations=turned, shifts_mm=self.shifts_mm + own[:, 3:])
 
     def rays(self, observations: BoardObservations) -> Array:
@@ -155,15 +156,3 @@ class BoardParameters:
     @property
     def _focal(self) -> Array:
         return np.exp(self.log_focal) * np.array([1.0, self.aspect])
-
-
-def matrices_from_vectors(vectors: Array) -> Array:
-    """Return the matrices (v, 3, 3) of rotation vectors (v, 3), Rodrigues."""
-    angle = np.linalg.norm(vectors, axis=1)
-    cross = np.zeros((len(vectors), 3, 3))
-    x, y, z = vectors.T
-    cross[:, 0, 1], cross[:, 0, 2], cross[:, 1, 2] = -z, y, -x
-    cross[:, 1, 0], cross[:, 2, 0], cross[:, 2, 1] = z, -y, x
-    # sin a / a and (1 - cos a) / a² = 2 (sin(a/2) / a)², by numpy's sinc, which is defined at 0
-    first, second = np.sinc(angle / np.pi), np.sinc(angle / (2 * np.pi)) ** 2 / 2
-    return np.eye(3) + first[:, None, None] * cross + second[:, None, None] * (cross @ cross)

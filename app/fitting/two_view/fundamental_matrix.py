@@ -10,10 +10,11 @@ from math import lgamma, log
 
 import numpy as np
 
+from app.core import opencv
 from app.core.errors import BadInput, FitFailed
 from app.core.geometry import Array, Indices, Mask, Points, as_points, homogeneous, root_mean_square
 from app.fitting.two_view.consensus import PARAMETERS, Consensus, consensus
-from app.fitting.two_view.epipolar import FundamentalParameters, epipolar_px, normaliser, sampson_px
+from app.fitting.two_view.epipolar import FundamentalParameters, epipolar_px, sampson_px
 
 MIN_MATCHES = 12  # seven are used up by the answer; the rest must bear it out
 MAX_MATCHES = 20_000
@@ -23,7 +24,6 @@ MIN_SPREAD_PX = 2.0  # matches within such a strip are on one line
 OFF_PLANE_SIGMAS = 10.0  # of Student's scale, two thirds of a σ, and of a distance in two directions from both views
 MAX_SIGMA_PX = 4.0  # who matches no better than that has matched nothing
 MIN_OFF_PLANE = 4  # two beside the plane make the geometry, two more bear it out
-PLANE_TRIALS = 400
 CHANCE = 1e-3  # expected number of such agreements among matches at random
 WEAK = 1e-6  # of the scaled derivatives' largest singular value
 
@@ -163,40 +163,14 @@ def _refuse_plane(found: Consensus, good: Mask, a: Points, b: Points) -> None:
 
 def off_plane(a: Points, b: Points, sigma_px: float) -> int:
     """Return how many matches the best homography does not explain."""
-    rng = np.random.default_rng(0)
-    t_a, t_b = normaliser(a), normaliser(b)
-    near_a, near_b = homogeneous(a) @ t_a[:2].T, homogeneous(b) @ t_b[:2].T
-    limit = OFF_PLANE_SIGMAS * sigma_px
-    fours = np.argsort(rng.random((PLANE_TRIALS, len(a))), axis=1)[:, :4]
-    trials = np.concatenate([_homographies(near_a[fours], near_b[fours]), _homographies(near_a[None], near_b[None])])
-    near = _transfer_px(np.linalg.inv(t_b) @ trials @ t_a, a, b) < limit  # (trials, n)
-    best = near[np.argmax(near.sum(axis=1))]
-    for _ in range(5):
-        if best.sum() < 4:
-            break
-        fitted = _homographies(near_a[best][None], near_b[best][None])
-        following = _transfer_px(np.linalg.inv(t_b) @ fitted @ t_a, a, b)[0] < limit
-        if following.sum() <= best.sum():
-            break
-        best = following
-    return int((~best).sum())
-
-
-def _homographies(a: Array, b: Array) -> Array:
-    """Return homographies (…, 3, 3) of points (…, n, 2) by DLT."""
-    xa = homogeneous(a)
-    zero = np.zeros_like(xa)
-    rows = np.concatenate([np.concatenate([xa, zero, -b[..., :1] * xa], axis=-1),
-                           np.concatenate([zero, xa, -b[..., 1:] * xa], axis=-1)], axis=-2)
-    return np.linalg.svd(rows, full_matrices=True)[2][..., -1, :].reshape(*a.shape[:-2], 3, 3)
-
-
-def _transfer_px(homographies: Array, a: Points, b: Points) -> Array:
-    """Return (m, n): how far each match is from each homography (m, 3, 3), in view b."""
+    limit_px = OFF_PLANE_SIGMAS * sigma_px
+    plane = opencv.find_homography(a, b, limit_px)
+    if plane is None:
+        return len(a)
     with np.errstate(all="ignore"):
-        there = homogeneous(a) @ np.swapaxes(homographies, -1, -2)
-        far = np.linalg.norm(there[..., :2] / there[..., 2:] - b, axis=-1)
-    return np.where(np.isfinite(far), far, np.inf)
+        there = homogeneous(a) @ plane.T
+        far = np.linalg.norm(there[:, :2] / there[:, 2:] - b, axis=1)
+    return int((~(far < limit_px)).sum())
 
 
 def _refuse_weak(found: Consensus, a: Points, b: Points) -> None:

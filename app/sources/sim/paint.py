@@ -8,7 +8,6 @@ sigma_px times how fast d changes per pixel, which the lens makes different from
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from math import sqrt
 from typing import Self
 
 import cv2
@@ -16,21 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.field import Arc, Line
-from app.core.geometry import ImageSize
+from app.core.geometry import ImageSize, normal_cdf
 from app.sources.sim.camera import SimCamera
 
 Plane = NDArray[np.floating]  # (height, width) float32
 Pick = NDArray[np.intp]  # (n,) flat pixel numbers
 _REACH = 3.5  # sigmas; beyond it the blur leaves less than a grey level
-
-
-def normal_cdf(z: NDArray) -> NDArray:
-    """Φ, to 1e-7 (Abramowitz and Stegun 7.1.26; numpy has no erf)."""
-    a = np.abs(z) * sqrt(0.5)  # a plain float: 32 bits stay 32 bits
-    t = 1 / (1 + 0.3275911 * a)
-    tail = t * (0.254829592 + t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 + t * 1.061405429))))
-    half = 0.5 * tail * np.exp(-a * a)
-    return np.where(z < 0, half, 1 - half)
 
 
 def band(d: NDArray, half_mm: float | NDArray, sigma_mm: NDArray) -> NDArray:

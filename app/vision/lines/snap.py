@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core import opencv
-from app.core.geometry import Points
+from app.core.geometry import Points, normal_cdf
 from app.vision.lines.search import ALONG_PX, SIDE_PX, LineBar, find_line_bar
 
 REACH_PX = 10.0
@@ -218,18 +218,9 @@ def _bar_seen(state: NDArray, s: NDArray, t: NDArray) -> tuple[NDArray, NDArray]
     blur = np.exp(log_blur)
     d = t - (c0 + c1 * s + c2 * s**2)
     z1, z2 = (d + width / 2) / blur, (d - width / 2) / blur
-    rise1, rise2 = _normal_cdf(z1), _normal_cdf(z2)
+    rise1, rise2 = normal_cdf(z1), normal_cdf(z2)
     slope1, slope2 = ((level * np.exp(-0.5 * z**2) / np.sqrt(2 * np.pi)) for level, z in ((p - b1, z1), (b2 - p, z2)))
     by_d = (slope1 + slope2) / blur
     columns = (-by_d, -by_d * s, -by_d * s**2, (slope1 - slope2) / (2 * blur), -(slope1 * z1 + slope2 * z2),
                1 - rise1, rise1 - rise2, rise2, s)
     return b1 + (p - b1) * rise1 + (b2 - p) * rise2 + g * s, np.stack(columns, axis=1)
-
-
-def _normal_cdf(z: NDArray) -> NDArray:
-    """Φ, to 1e-7 (Abramowitz & Stegun 7.1.26); numpy has none."""
-    u = np.abs(z) / np.sqrt(2)
-    k = 1 / (1 + 0.3275911 * u)
-    tail = k * (0.254829592 + k * (-0.284496736 + k * (1.421413741 + k * (-1.453152027 + k * 1.061405429))))
-    half = 0.5 * tail * np.exp(-(u**2))
-    return np.where(z > 0, 1 - half, half)

@@ -12,8 +12,9 @@ from app.evaluate.board.coverage import NEXT_SHARE, cell_counts, lean_vector, ne
 from app.evaluate.board.lens_uncertainty import expected_over_picture
 from app.evaluate.board.report import neighbour_correlation
 from app.fitting.board.fit import fit_board
-from app.fitting.board.parameters import BoardObservations, matrices_from_vectors
+from app.fitting.board.parameters import BoardObservations
 from app.models import MODELS
+from app.models.rotation import matrix_from_vector
 from app.workflows.board_request import calibrate_board, find
 from tests.support.board_views import BOARD, FISHEYE, PLAIN, SIZE, TRUTH, picture_of, views_of
 
@@ -75,7 +76,7 @@ def test_the_next_view_helps_as_much_as_it_says():
     told = next_view(before)
     assert "left" in told.text.split(",")[0]
     ray, middle = TRUTH.rays(np.array(told.place_px)), BOARD.places_mm.mean(axis=0)
-    facing, leaning = matrices_from_vectors(np.array([rotation_to(ray), lean_vector(told.nearer)]))
+    facing, leaning = matrix_from_vector(np.array([rotation_to(ray), lean_vector(told.nearer)]))
     distance = 2 * middle[0] * TRUTH.focal_px / (NEXT_SHARE * SIZE.width)
     pixels = TRUTH.project((BOARD.places_mm - middle) @ (facing @ leaning).T + ray * distance)
     inside = ((pixels > 0) & (pixels < np.array(tuple(SIZE)) - 1)).all(axis=1)
@@ -115,7 +116,7 @@ def test_noise_has_no_neighbours_and_a_shape_has():
 
 @pytest.mark.parametrize("edge, corner", [("left", 0), ("right", 9), ("top", 4), ("bottom", 94)])
 def test_a_lean_brings_its_edge_nearer(edge, corner):
-    away = (matrices_from_vectors(lean_vector(edge)[None])[0] @ (BOARD.places_mm - BOARD.places_mm.mean(axis=0)).T)[2]
+    away = (matrix_from_vector(lean_vector(edge)) @ (BOARD.places_mm - BOARD.places_mm.mean(axis=0)).T)[2]
     assert away[corner] < -200 and lean_vector("").tolist() == [0, 0, 0]
 
 

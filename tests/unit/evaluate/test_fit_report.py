@@ -15,15 +15,14 @@ from app.evaluate.fit.residuals import feature_residuals
 from app.evaluate.fit.uncertainty import grid_over
 from app.fitting import FITTERS
 from app.models import field_from_raw, raw_from_field
-from app.models.lens_models import BrownConrady
-from app.models.polynomial import Polynomial
 from app.workflows import calibration
+from tests.support.examples import plain_examples
 from tests.support.fields import FULL, grid, marks_seen, plain_field, seen
 from tests.support.reference_camera import SIZE, reference_camera, reference_field
 from tests.support.sim_clicks import border_observations, known_grid, rms_mm
 from tests.support.tiers import long
 
-BARREL, PINCUSHION, TILTED = Polynomial.examples()
+BARREL, PINCUSHION, TILTED = plain_examples("polynomial")
 
 
 def calibrated(model=PINCUSHION, *extra, noise_px=0.3, seed=0, **options):
@@ -199,7 +198,7 @@ def test_transform_goes_there_and_back_between_all_spaces(source, target):
     np.testing.assert_allclose(calibration.transform(BARREL, there, target, source), start, atol=1e-5)
 
 
-@pytest.mark.parametrize("camera", list(BrownConrady.examples())[:3])
+@pytest.mark.parametrize("camera", plain_examples("brown-conrady")[:3])
 def test_transform_at_hat_height_follows_the_rays_whichever_picture_is_asked(camera):
     """A robot's hat is seen centimetres away from where it stands: its height must not be forgotten on the way."""
     region = camera.region
@@ -252,7 +251,7 @@ def test_a_model_that_a_freer_lens_contradicts_is_not_good(model):
 @pytest.mark.parametrize("folds_at, told", [(0.45, True), (0.605, True), (1.2, False)])
 def test_a_lens_that_folds_back_at_the_field_or_inside_it_is_named_and_never_good(folds_at, told):
     """The field's corners are seen at a tangent of 0.6."""
-    straight = next(BrownConrady.examples())
+    straight = plain_examples("brown-conrady")[0]
     k1, k2 = -0.1, 0.0
     k3 = -(1 + 3 * k1 * folds_at**2) / (7 * folds_at**6)
     model = replace(straight, lens_terms=(k1, k2, 0, 0, k3, 0, 0, 0), image_size=ImageSize(1600, 1300),

@@ -8,7 +8,7 @@ import pytest
 from app.fitting.board.initial import homographies, poses_from_rays, start_states, zhang_intrinsics
 from app.fitting.board.least_squares import _normal_equations, _step
 from app.fitting.board.outlier_rejection import BoardSolver
-from app.fitting.board.parameters import BoardObservations, BoardParameters, matrices_from_vectors
+from app.fitting.board.parameters import BoardObservations, BoardParameters
 from app.fitting.board.problem import BoardProblem, free_mask
 from app.models import MODELS
 from app.models.intrinsics import Intrinsics
@@ -139,5 +139,5 @@ def test_padding_does_not_pull():
 def test_many_rotations_are_each_the_one_rotation():
     vectors = np.random.default_rng(0).normal(0, 1, (20, 3))
     vectors[0] = 0
-    for matrix, vector in zip(matrices_from_vectors(vectors), vectors, strict=True):
+    for matrix, vector in zip(matrix_from_vector(vectors), vectors, strict=True):
         np.testing.assert_allclose(matrix, matrix_from_vector(vector), atol=1e-14)

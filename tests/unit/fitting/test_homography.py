@@ -13,12 +13,13 @@ from app.fitting.homography.fit import HomographyFitter
 from app.fitting.homography.parameters import HomographyParameters
 from app.models import field_from_raw, parameters_json, raw_from_field
 from app.models.homography import Homography
+from tests.support.examples import plain_examples
 from tests.support.fields import FULL, plain_field, seen
 from tests.support.tiers import long
 
 SIZE = ImageSize(1280, 1024)
 FIELD = plain_field()
-DOWN, TILTED, _ = Homography.examples()
+DOWN, TILTED, _ = plain_examples("homography")
 NOISE_PX = 0.3
 
 
@@ -182,7 +183,7 @@ def test_beyond_the_horizon_there_is_no_carpet():
 
 
 def test_its_matrix_has_the_determinant_that_makes_it_unique():
-    for model in (*Homography.examples(), HomographyFitter.fit(clicks(TILTED), FIELD, FULL, SIZE).model):
+    for model in (*plain_examples("homography"), HomographyFitter.fit(clicks(TILTED), FIELD, FULL, SIZE).model):
         assert np.linalg.det(np.array(model.field_from_raw)) == pytest.approx(-1, abs=1e-9)
 
 

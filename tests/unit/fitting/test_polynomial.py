@@ -11,11 +11,11 @@ from app.core.geometry import ImageSize
 from app.core.records import Observation
 from app.fitting.polynomial.fit import PolynomialFitter
 from app.models import field_from_raw
-from app.models.polynomial import Polynomial
+from tests.support.examples import plain_examples
 from tests.support.fields import FULL, HALF, grid, marks_seen, plain_field, seen
 
 SIZE = ImageSize(1280, 1024)
-BARREL, PINCUSHION, TILTED = Polynomial.examples()
+BARREL, PINCUSHION, TILTED = plain_examples("polynomial")
 
 
 def fit(observations, region=FULL, size=SIZE, **options):

@@ -18,10 +18,10 @@ from app.fitting.thin_plate.uncertainty import NODE_NAMES, lattice
 from app.models import RayModel, field_from_raw, parameters_json, raw_from_field
 from app.models.homography import Homography
 from app.models.lens_models import BrownConrady
-from app.models.ray_camera import example_parameters
 from app.models.thin_plate import ThinPlate
 from app.models.thin_plate_spline import Spline
 from app.workflows import calibration
+from tests.support.examples import example_parameters, plain_examples
 from tests.support.fields import FULL, jittered, marks_seen, plain_field, seen
 from tests.support.tiers import long, rounds
 
@@ -30,7 +30,7 @@ FIELD = plain_field()
 DOWN, TILTED, _ = (BrownConrady(lens_terms=(-0.28, 0.09, 0, 0, 0, 0, 0, 0), **common)
                    for common in example_parameters())
 MILD = BrownConrady(lens_terms=(-0.04, 0, 0, 0, 0, 0, 0, 0), **next(example_parameters()))
-PINHOLE = list(Homography.examples())[1]
+PINHOLE = plain_examples("homography")[1]
 INSIDE = ("at-x-1", "at-x-2", "at-x-3", "at-y-1", "at-y-2", "at-y-3")
 
 

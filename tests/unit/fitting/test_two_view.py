@@ -19,8 +19,8 @@ from app.fitting.two_view.relative_pose import (
     relative_pose,
 )
 from app.models import raw_from_field
-from app.models.homography import Homography
 from app.models.rotation import vector_from_matrix
+from tests.support.examples import plain_examples
 from tests.support.fields import FULL, plain_field
 from tests.support.pairs import KUSVOD2, PAIRS, eight_point, epipolar_error_px, ideal, labelled_matches, simulated
 from tests.support.tiers import rounds
@@ -265,7 +265,7 @@ def test_a_height_shows_where_only_the_carpet_was_right():
     assert from_matches(pair.camera_a, pair.camera_b, a, b, z_mm=150.0).apart_mm.max() < 1e-6
     assert np.median(from_matches(pair.camera_a, pair.camera_b, a, b).apart_mm) > 50
     with pytest.raises(FitFailed) as refusal:
-        from_matches(next(iter(Homography.examples())), pair.camera_b, a, b, z_mm=150.0)
+        from_matches(plain_examples("homography")[0], pair.camera_b, a, b, z_mm=150.0)
     assert refusal.value.reason == "no-rays"
 
 

@@ -21,6 +21,7 @@ from app.models.polynomial import Polynomial
 from app.models.top_view import RECTANGLE_FIELDS
 from app.workflows import interchange
 from app.workflows.calibration import calibrate
+from tests.support.examples import plain_examples
 from tests.support.exported import (
     EXAMPLES,
     LENS_FORMATS,
@@ -36,7 +37,7 @@ from tests.support.fields import seen
 from tests.support.pictures import remapped_exactly
 from tests.support.tiers import long
 
-MODEL = next(iter(Polynomial.examples()))
+MODEL = plain_examples("polynomial")[0]
 
 
 @cache

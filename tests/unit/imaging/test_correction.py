@@ -11,9 +11,10 @@ from app.core.geometry import ImageSize
 from app.imaging.correction import CorrectedView, correction_map
 from app.models.polynomial import Polynomial
 from app.workflows import calibration
+from tests.support.examples import plain_examples
 from tests.support.pictures import remapped_exactly
 
-BARREL, PINCUSHION, TILTED = Polynomial.examples()
+BARREL, PINCUSHION, TILTED = plain_examples("polynomial")
 
 
 @pytest.mark.parametrize("model", [BARREL, PINCUSHION, TILTED])

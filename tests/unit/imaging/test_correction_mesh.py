@@ -7,12 +7,13 @@ from app.core.errors import BadInput
 from app.imaging.correction import CorrectedView, correction_map
 from app.imaging.correction_mesh import MAX_ERROR_PX, MAX_NODES, correction_mesh
 from app.models import MODELS
+from tests.support.examples import plain_examples
 
-EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(MODELS[name].examples())]
+EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(plain_examples(name))]
 
 
 def example(name, i):
-    return list(MODELS[name].examples())[i]
+    return plain_examples(name)[i]
 
 
 def interpolated(mesh, x, y):

@@ -20,6 +20,7 @@ from app.scene.geometry.views import Viewpoint
 from app.workflows.board_request import calibrate_board
 from app.workflows.calibration import uncertainty
 from tests.support.board_views import BOARD, SIZE, TRUTH, views_of
+from tests.support.examples import plain_examples
 from tests.support.pair_over_field import FIELD
 from tests.support.rig_over_field import sim_task, true_models
 
@@ -30,7 +31,7 @@ RAYS = [(name, number) for name in MODELS if isinstance(MODELS[name], type) and 
 @pytest.fixture(params=RAYS, ids=str)
 def camera(request):
     name, number = request.param
-    return list(MODELS[name].examples())[number]
+    return plain_examples(name)[number]
 
 
 @pytest.fixture(scope="module")
@@ -80,14 +81,14 @@ def test_lines_drawn_closer_stay_where_they_are_seen(camera):
 
 
 def test_height_and_tilt_are_the_cameras_own():
-    model = next(MODELS["brown-conrady"].examples())  # straight down
+    model = plain_examples("brown-conrady")[0]  # straight down
     frustum = Frustum.of(model)
     assert frustum.height_mm == model.position_mm[2] and frustum.tilt_deg == pytest.approx(0, abs=1e-6)
     assert frustum.complete
 
 
 def test_a_lens_that_sees_too_much_shows_its_middle_and_says_so(kept):
-    fisheye = replace(next(MODELS["fisheye"].examples()), focal_px=450.0)
+    fisheye = replace(plain_examples("fisheye")[0], focal_px=450.0)
     frustum = Frustum.of(fisheye)
     assert not frustum.complete and np.degrees(2 * np.arctan(max(frustum.half))) == pytest.approx(MAX_FOV_DEG)
     wide = SceneCamera(kept.id, "Wide", kept, fisheye, FIELD, FIELD.region("full"))
@@ -104,7 +105,7 @@ def test_the_footprint_is_where_the_pictures_border_meets_the_carpet(camera):
 
 
 def test_a_model_without_rays_says_why_and_its_picture_lies_on_its_region(kept):
-    model = next(MODELS["polynomial"].examples())
+    model = plain_examples("polynomial")[0]
     flat = SceneCamera(kept.id, "Flat", replace(kept, report={}), model, FIELD, model.region)
     assert flat.frustum is None and "no frustum" in flat.to_json()["why_no_frustum"]
     told = flat.to_json()

@@ -6,12 +6,12 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from app.core.geometry import ImageSize
+from app.core.geometry import ImageSize, normal_cdf
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.illumination import Light
 from app.sources.sim.lens import LENSES
 from app.sources.sim.motion import Motion, ball_at
-from app.sources.sim.paint import Ground, arc_coverage, line_coverage, normal_cdf
+from app.sources.sim.paint import Ground, arc_coverage, line_coverage
 from app.sources.sim.render import Rendering, Sensor
 from app.store.fields import load_fields
 from tests.support.line_centres import centroids, clear_of_others
