@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from app.core.errors import BadInput
 from app.core.geometry import MAX_COORDINATE, Points, as_points
-from app.core.reading import read
+from app.core.reading import Whole, read
 from app.core.text_format import sentence
 
 FORM = ('Send {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 30}: columns and rows of inner corners, '
         '3 to 100; or "kind": "charuco" with "marker_mm" and "dictionary" as well.')
-Corners = Annotated[int, Interval(ge=3, le=100)]  # along one side; finders take no fewer
+Corners = Annotated[int, Interval(ge=3, le=100), Whole()]  # along one side; finders take no fewer
 MIN_MM, MAX_MM = 0.01, 10_000  # of a square's or a marker's side
 # The families that OpenCV prints and how many markers each has; a name outside is looked up nowhere.
 DICTIONARIES = {**{f"DICT_{n}X{n}_{count}": count for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},

@@ -33,6 +33,16 @@ MAX_PLACE = 100  # characters
 _adapters: "dict[type, TypeAdapter[Any]]" = {}  # made once: it takes a millisecond
 
 
+class Whole:
+    """Among a type's limits: a whole number may be written with a point, as 9.0."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema
+
+        return core_schema.no_info_before_validator_function(
+            lambda value: int(value) if isinstance(value, float) and value.is_integer() else value, handler(source))
+
+
 def read(kind: type[T], value: Any, what: str, fix: str, reason: str) -> T:
     """Read value as that type. what: how an error calls it, such as "The board"; fix, reason: of the BadInput."""
     from pydantic import ConfigDict, TypeAdapter, ValidationError

@@ -8,7 +8,7 @@ from annotated_types import Interval, Len, Predicate
 from typing_extensions import TypedDict
 
 from app.core.errors import BadInput
-from app.core.reading import read
+from app.core.reading import Whole, read
 
 
 @dataclass(frozen=True)
@@ -16,6 +16,7 @@ class Spot:
     at: tuple[float, float]
     size: Annotated[int, Interval(ge=1, le=9)] = 1
     round: bool = False
+    turns: Annotated[int, Interval(ge=0, le=3), Whole()] = 0
 
 
 class Sheet(TypedDict):
@@ -32,6 +33,16 @@ def refusal(value):
         read(Sheet, value, "The sheet", "Send another.", "bad-sheet")
     assert (refused.value.fix, refused.value.reason) == ("Send another.", "bad-sheet")
     return refused.value.what
+
+
+@pytest.mark.parametrize(("turns", "read_as"), [(2, 2), (2.0, 2), (2.5, None), ("2", None), (True, None), (4.0, None)])
+def test_a_whole_number_may_be_written_with_a_point_where_its_type_says_so(turns, read_as):
+    value = {**SHEET, "spots": [{"at": [1, 2], "turns": turns}]}
+    if read_as is None:
+        assert "spots[0].turns is " in refusal(value)
+    else:
+        (spot,) = read(Sheet, value, "", "", "")["spots"]
+        assert (spot.turns, type(spot.turns)) == (read_as, int)
 
 
 def test_lists_are_read_as_tuples_and_objects_as_records():
