@@ -11,7 +11,7 @@ from tests.support.paths import ROOT
 # By package, a wrong call: points for a size, millimetres for a name, or what may be missing handed on unguarded.
 PLANTED = {
     "api.responses": "created({}, mm)",
-    "batch.pictures": "clicks_of(folder, size)",
+    "batch.requests": "clicks_of(folder, size)",
     "cli.files": "read_bytes(maybe_folder)",
     "core.geometry": "inside_picture(points, points)",
     "evaluate.board.coverage": "cell_counts(points, maybe_size)",
