@@ -11,7 +11,7 @@ from app.api.responses import NO_STORE
 from app.api.sockets import SEND_TIMEOUT_S, run_until_first
 from app.core.errors import Unavailable
 from app.live.camera import LiveCamera
-from app.live.streams import StreamSpec
+from app.live.stream_spec import StreamSpec
 from app.processes.framing import decode_body
 
 BOUNDARY = "touchline-frame"

@@ -18,7 +18,8 @@ from app.live.detection_feed import DetectionFeed, Publish
 from app.live.failures import failure_words
 from app.live.state import calibration_mismatch, camera_problem, frozen_reason, stall_reason
 from app.live.status_types import CameraState, CameraStatus, FailuresJson, PictureQuality, ProcessValues
-from app.live.streams import VIEWS, Streams, StreamSpec, Viewer
+from app.live.stream_spec import VIEWS, StreamSpec
+from app.live.streams import Streams, Viewer
 from app.live.supervisor import POLL_S, CameraSupervisor
 from app.processes.framing import Message, error_from_json
 from app.sources import Identity

@@ -13,7 +13,8 @@ from app.core.common_sentences import use_one_of
 from app.core.errors import Conflict, NotFound, TouchlineError
 from app.core.statements import say
 from app.live.status_types import ProcessValues
-from app.live.streams import DETECTIONS, StreamSpec, Viewer
+from app.live.stream_spec import DETECTIONS, StreamSpec
+from app.live.streams import Viewer
 from app.processes.framing import split_body
 
 OFF: dict[str, Any] = {"on": False, "plan": None, "profile": None, "publish": False, "camera_number": 0,

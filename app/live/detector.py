@@ -26,7 +26,7 @@ from app.live.rate import MeasuredRate
 from app.live.ssl_detection import detection_packet
 from app.live.stage_renderer import StageRenderer
 from app.live.status_types import DetectorStatus
-from app.live.streams import StreamSpec
+from app.live.stream_spec import StreamSpec
 from app.processes.framing import encode_body
 from app.vision.stage_pipeline import FrameResult, StageConfig, StagePipeline
 from app.workflows.detection import colour_profile_for, pipeline_for

@@ -16,7 +16,7 @@ from app.live.capture import CapturedFrame, FrameCapture
 from app.live.failures import Failures
 from app.live.picture import AppliedCalibration, described, passed_on, render
 from app.live.rate import Rate
-from app.live.streams import StreamSpec
+from app.live.stream_spec import StreamSpec
 from app.processes.framing import encode_body
 
 IDLE_S = 0.5

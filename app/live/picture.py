@@ -17,7 +17,7 @@ from app.core.geometry import ImageSize
 from app.core.records import Calibration, Frame
 from app.images.in_process import JpegFrame
 from app.imaging.correction import CorrectedView, CorrectionMap, correction_map
-from app.live.streams import StreamSpec
+from app.live.stream_spec import StreamSpec
 from app.models import CameraModel
 from app.models.restored import Restored
 from app.workflows.calibration import overlay

@@ -12,7 +12,7 @@ from app.live.capture import CapturedFrame
 from app.live.failures import Failures
 from app.live.picture import scaled_down
 from app.live.rate import Rate
-from app.live.streams import StreamSpec
+from app.live.stream_spec import StreamSpec
 from app.processes.framing import encode_body
 from app.vision.stage_pipeline import FrameResult
 from app.vision.stages.localisation import FieldLocator

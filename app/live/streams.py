@@ -1,60 +1,20 @@
 """In the server: who watches which stream of a camera, and the newest picture of each.
 
-A viewer has a slot for the newest message. Nobody queues, and a slow one misses frames. Equal streams are encoded once
-for all who watch.
+A viewer has a slot for the newest message. Nobody queues, and a slow one misses frames.
 """
 
 import asyncio
 import contextlib
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any, Self
 
-from app.core.errors import BadInput, Unavailable
+from app.core.errors import Unavailable
 from app.core.statements import say
 from app.live.rate import Rate
-from app.vision.stages import STAGES
+from app.live.stream_spec import StreamSpec
 
-VIEWS = ("raw", "corrected", "side")
-DETECTIONS, STAGE = "detections", "stage-"  # raw with marks; what one detection stage made of it
-STEP_PX = 160  # widths are rounded up to its multiples, qualities to tens: viewers who differ little share an encoding
-MAX_WIDTH = 3840
 MAX_STREAMS = 16  # different pictures encoded at once
-
-
-@dataclass(frozen=True)
-class StreamSpec:
-    """view: raw, corrected, both side by side, "detections" or "stage-NAME". width: of the whole picture, px; 0 for
-    what the source gives.
-    """
-
-    view: str = "raw"
-    width: int = 0
-    quality: int = 80
-
-    @classmethod
-    def requested(cls, view: str = "raw", width: int = 0, quality: int = 80) -> Self:
-        """Return the stream that serves such a request; BadInput for one that none can."""
-        if not (view in (*VIEWS, DETECTIONS) or (view.startswith(STAGE) and view.removeprefix(STAGE) in list(STAGES))):
-            raise BadInput(f"There is no view called {view[:40]!r}.", f"Use one of: {', '.join(VIEWS)}, {DETECTIONS}, "
-                           "or stage- and the name of a stage, as stage-colours.", reason="unknown-view")
-        if not (width == 0 or 16 <= width <= MAX_WIDTH):
-            raise BadInput(f"A width of {width} px cannot be streamed.",
-                           f"Use 16 to {MAX_WIDTH}, or 0 for the camera's own.", reason="bad-width")
-        if not 10 <= quality <= 100:
-            raise BadInput(f"A quality of {quality} cannot be streamed.", "Use 10 to 100.", reason="bad-quality")
-        return cls(view, -(-width // STEP_PX) * STEP_PX if width > STEP_PX else width and STEP_PX,
-                   min(95, -(-quality // 10) * 10))
-
-    @property
-    def is_detection(self) -> bool:
-        """Whether the detector draws it, not the encoder."""
-        return self.view not in VIEWS
-
-    @property
-    def stage(self) -> str | None:
-        """The stage whose picture it is."""
-        return self.view.removeprefix(STAGE) if self.view.startswith(STAGE) else None
 
 
 class Viewer:

@@ -26,7 +26,7 @@ from app.live.quality_monitor import QualityMonitor
 from app.live.rolls import RollMonitor
 from app.live.snapshot import take_still
 from app.live.status_types import ProcessValues
-from app.live.streams import StreamSpec
+from app.live.stream_spec import StreamSpec
 from app.processes.framing import START, Connection, answer, decode_body, encode_body
 from app.sources import SourceContext
 

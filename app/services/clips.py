@@ -9,7 +9,7 @@ from app.core.colour_profile import ColourProfile
 from app.core.errors import NotFound
 from app.core.geometry import Pixels
 from app.live.detector import detection_json
-from app.live.streams import DETECTIONS
+from app.live.stream_spec import DETECTIONS
 from app.services.container import Services
 from app.store.stages import named_plan
 from app.vision.stage_pipeline import StageConfig

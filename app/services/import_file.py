@@ -6,11 +6,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationError
 
 from app.core.errors import BadInput
 from app.core.field_json import field_from_json
-from app.core.reading import read
 from app.core.records import Calibration
 from app.core.report_json import completed_report
 from app.models import model_from_json
@@ -93,7 +92,13 @@ def _import_options(texts: Mapping[str, str]) -> interchange.ImportOptions:
 
 def _checked(calibration: Calibration, data: bytes) -> Calibration:
     """Check an exported calibration; its note says where it is from, ids of the other server are left out."""
-    read(CalibrationFile, json.loads(data), "The calibration", FIX, "bad-calibration")
+    try:
+        CalibrationFile.model_validate(json.loads(data))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        location = ".".join(str(part) for part in first["loc"])
+        raise BadInput(f"This is not a valid calibration: {location}: {first['msg']}.", FIX,
+                       reason="bad-calibration") from None
     field = field_from_json(calibration.field)
     field.region(calibration.region, calibration.rotate)
     model = model_from_json(calibration.model_name, calibration.model_parameters)

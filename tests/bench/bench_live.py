@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from app.imaging.correction import CorrectedView, correction_map
 from app.live.picture import AppliedCalibration
-from app.live.streams import StreamSpec
+from app.live.stream_spec import StreamSpec
 from tests.support.live_cameras import calibrated, live, pid_of
 from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.waiting import until, until_async

@@ -139,7 +139,7 @@ def passing() -> None:
     """One frame passed on, against decoding and encoding it."""
     from app.images import encode, read_in_process
     from app.live.picture import passed_on
-    from app.live.streams import StreamSpec
+    from app.live.stream_spec import StreamSpec
     from app.sources import SourceContext, source_from_url
     from tests.support.live_cameras import FIELDS
 

@@ -16,7 +16,7 @@ from app.api.sockets import receive_json, run_until_first, send_json, websocket_
 from app.core.errors import TouchlineError, Unavailable
 from app.core.records import Calibration
 from app.core.statements import say, stated
-from app.live.streams import StreamSpec
+from app.live.stream_spec import StreamSpec
 from app.processes.framing import decode_body, split_body
 from app.scene import messages
 from app.scene.page import EXPORT_POLICY

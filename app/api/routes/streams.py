@@ -22,7 +22,7 @@ from app.core.errors import BadInput, Conflict
 from app.images import encode
 from app.imaging.correction import CorrectedView
 from app.live.camera import LiveCamera
-from app.live.streams import StreamSpec
+from app.live.stream_spec import StreamSpec
 from app.models.restored import model_of
 from app.processes.framing import decode_body
 from app.services.container import Services

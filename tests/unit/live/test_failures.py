@@ -19,7 +19,7 @@ from app.live.frame_buffer import FrameBuffer
 from app.live.picture import AppliedCalibration
 from app.live.quality_monitor import QualityMonitor
 from app.live.stage_renderer import StageRenderer
-from app.live.streams import StreamSpec
+from app.live.stream_spec import StreamSpec
 from app.vision.stage_pipeline import FrameResult
 from tests.support.live_cameras import SIM, calibrated, capturing, spec
 from tests.support.waiting import LONG_S, until

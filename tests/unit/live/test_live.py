@@ -26,7 +26,7 @@ from app.live.capture import RETRY_S, CapturedFrame
 from app.live.failures import Failures
 from app.live.picture import AppliedCalibration
 from app.live.state import KILL_AFTER_S, STALL_S
-from app.live.streams import StreamSpec
+from app.live.stream_spec import StreamSpec
 from app.processes.framing import decode_body
 from app.sources import Identity, SourceContext, source_from_url
 from tests.support.live_cameras import FIELDS, SIM, calibrated, live, pid_of, spec

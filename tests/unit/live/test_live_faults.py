@@ -12,7 +12,7 @@ import pytest
 
 from app.live import messages, state, supervisor
 from app.live.camera import LiveCamera
-from app.live.streams import StreamSpec
+from app.live.stream_spec import StreamSpec
 from app.live.supervisor import CameraProcess
 from app.processes.framing import ANSWER, Message, decode_body, encode_body
 from tests.support.live_cameras import SIM, live, pid_of

@@ -8,7 +8,7 @@ import pytest
 
 from app.images import read_in_process
 from app.live.picture import passed_on
-from app.live.streams import StreamSpec
+from app.live.stream_spec import StreamSpec
 from app.processes.framing import decode_body
 from tests.support.live_cameras import live
 from tests.support.mjpeg_camera import MjpegCamera, coded

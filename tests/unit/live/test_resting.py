@@ -13,7 +13,7 @@ from app.live import rate
 from app.live.capture import REST_S
 from app.live.encoder import Encoder
 from app.live.failures import Failures
-from app.live.streams import StreamSpec
+from app.live.stream_spec import StreamSpec
 from app.live.worker_main import CameraWorker
 from app.sources import SOURCES
 from tests.support.live_cameras import SIM, capturing, spec
