@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from app.cli import files, requests
-from app.cli.console import progress_bar
+from app.cli.progress import progress_bar
 from app.core.errors import BadInput, FitFailed
 from app.core.marking_names import marking_names
 from app.core.records import Calibration

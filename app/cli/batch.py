@@ -11,7 +11,8 @@ import typer
 
 from app.batch import SUFFIXES, BatchPlan, Row, count_verdicts, encode_table, pictures_in, read_table, run_requests
 from app.cli import files
-from app.cli.console import ACCEPTED, USAGE, Enough, exit_code_of, progress_bar, say
+from app.cli.console import ACCEPTED, USAGE, Enough, exit_code_of, say
+from app.cli.progress import progress_bar
 from app.cli.requests import FieldName, Options, OwnFields, RegionName, Rotate, options_from, own_fields, task_of
 from app.core.errors import BadInput, TouchlineError
 from app.jobs import JobEngine

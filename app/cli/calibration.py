@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from app.cli import files, requests
-from app.cli.console import progress_bar
+from app.cli.progress import progress_bar
 from app.imaging.correction import CorrectedView
 from app.models.restored import model_of
 from app.workflows import calibration as workflow

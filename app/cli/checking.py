@@ -9,7 +9,8 @@ import numpy as np
 import typer
 
 from app.cli import files
-from app.cli.console import Enough, EnoughOption, exit_below, progress_bar
+from app.cli.console import Enough, EnoughOption, exit_below
+from app.cli.progress import progress_bar
 from app.cli.requests import AsJson
 from app.core.geometry import Pixels
 from app.core.marking_names import marking_names

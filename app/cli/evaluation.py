@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from app.cli import files, requests
-from app.cli.console import progress_bar
+from app.cli.progress import progress_bar
 from app.models.restored import Restored, model_of
 from app.workflows import calibration as workflow
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from app.cli import files
-from app.cli.console import progress_bar
+from app.cli.progress import progress_bar
 from app.cli.requests import ReportAsJson, options_from
 from app.core.board import Board
 from app.core.geometry import ImageSize

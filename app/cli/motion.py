@@ -9,7 +9,8 @@ import numpy as np
 import typer
 
 from app.cli import files
-from app.cli.console import progress_bar, say
+from app.cli.console import say
+from app.cli.progress import progress_bar
 from app.cli.requests import ReportAsJson
 from app.workflows import rolling_request
 

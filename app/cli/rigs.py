@@ -8,7 +8,8 @@ import typer
 
 from app.cli import files
 from app.cli.archive import ConfigOption, stored
-from app.cli.console import Enough, EnoughOption, exit_below, progress_bar
+from app.cli.console import Enough, EnoughOption, exit_below
+from app.cli.progress import progress_bar
 from app.cli.requests import AsJson
 from app.core.errors import BadInput, Conflict
 from app.core.field_json import field_from_json
