@@ -1,9 +1,11 @@
 """create_app(settings) puts the application together; serve(settings) serves it."""
 
+import os
 import sys
 import webbrowser
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from threading import Thread
 
 from fastapi import APIRouter, FastAPI
 
@@ -21,7 +23,7 @@ from app.images import ImageLimits
 from app.jobs import JobEngine
 from app.services.container import Services
 from app.services.open_store import open_store
-from app.settings import LOOPBACK, Settings
+from app.settings import LOOPBACK, Settings, unknown_variables
 
 MODULES = (  # of whose functions jobs are made
     "app.workflows.calibration_request",
@@ -91,14 +93,23 @@ def _add_page(app: FastAPI, settings: Settings) -> None:
 
 
 def serve(settings: Settings, *, open_page: bool = False, verbose: bool = False) -> None:
-    """Serve until SIGTERM or Ctrl-C; print the address on stdout once the server listens."""
+    """Serve until SIGTERM or Ctrl-C; print the address on stdout once the server answers."""
+    def say(text: str) -> None:
+        print(text, file=sys.stderr, flush=True)
+
+    for warning in unknown_variables(os.environ):
+        say(warning)
     data = server.data_folder(settings.data)
-    settings = server.with_token(settings, say=lambda text: print(text, file=sys.stderr, flush=True))
+    settings = server.with_token(settings, say)
     listener = server.open_socket(settings.server.host, settings.server.port)
     url = server.url_of(listener)
-    print(f"Touchline {__version__} is running at {url}\nData folder: {data}. Stop with Ctrl-C.", flush=True)
-    if open_page:
-        webbrowser.open(url)
+
+    def announce() -> None:
+        print(f"Touchline {__version__} is running at {url}\nData folder: {data}. Stop with Ctrl-C.", flush=True)
+        if open_page:
+            Thread(target=webbrowser.open, args=(url,), daemon=True).start()
+
     connection = limited_connections(head_s=settings.server.request_timeout_s,
                                      per_address=settings.server.max_connections_per_address)
-    server.run(create_app(settings), listener, settings, connection, log_level="info" if verbose else "warning")
+    server.run(create_app(settings), listener, settings, connection, announce,
+               log_level="info" if verbose else "warning")

@@ -6,6 +6,7 @@ knows is an error, so a typing mistake is reported and not ignored.
 """
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -142,6 +143,25 @@ def read_yaml(path: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise BadInput(f"The settings file {path} contains no settings.", FORM, reason="bad-settings")
     return {str(name): value for name, value in content.items()}
+
+
+def unknown_variables(names: Iterable[str]) -> list[str]:
+    """Return a warning for each environment variable that looks like a setting and is none.
+
+    They are no errors: for a service called touchline, Kubernetes sets TOUCHLINE_PORT in every container.
+    """
+    sections = {section: field.annotation.model_fields for section, field in Settings.model_fields.items()
+                if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)}
+    warnings = []
+    for name in sorted(names):
+        head, _, rest = name.upper().partition("_")
+        first = rest.partition("__")[0].lower()
+        if head != "TOUCHLINE" or not rest or first == "config" or first in Settings.model_fields:
+            continue
+        meant = [f"TOUCHLINE_{section}__{first}".upper() for section, fields in sections.items() if first in fields]
+        fix = f"Use {meant[0]}." if len(meant) == 1 else "configs/touchline.yaml lists all settings."
+        warnings.append(f"{name} is not a setting and has no effect. {fix}")
+    return warnings
 
 
 def load_settings(config: Path | None = None, **given: Any) -> Settings:

@@ -65,8 +65,21 @@ def url_of(listener: socket.socket) -> str:
     return f"http://{host}:{port}/"
 
 
-def run(app: ASGIApp, listener: socket.socket, settings: Settings, connection: type[asyncio.Protocol], *,
-        log_level: str = "warning") -> None:
+class _AnnouncedServer(uvicorn.Server):
+    """Calls announce() once it answers; never where the start has failed."""
+
+    def __init__(self, config: uvicorn.Config, announce: Callable[[], None]) -> None:
+        super().__init__(config)
+        self._announce = announce
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        if self.started:
+            self._announce()
+
+
+def run(app: ASGIApp, listener: socket.socket, settings: Settings, connection: type[asyncio.Protocol],
+        announce: Callable[[], None], *, log_level: str = "warning") -> None:
     """Serve until SIGTERM or Ctrl-C; requests in progress get STOP_S seconds. connection: uvicorn's class, or ours."""
     config = uvicorn.Config(
         app, log_level=log_level, access_log=log_level == "info", server_header=False,
@@ -75,7 +88,7 @@ def run(app: ASGIApp, listener: socket.socket, settings: Settings, connection: t
         ws_per_message_deflate=False)  # JPEGs do not get smaller, only the server slower
     logging.getLogger("uvicorn.error").addFilter(_without_traceback_of_bad_bytes)
     with contextlib.closing(listener), contextlib.suppress(KeyboardInterrupt):
-        uvicorn.Server(config).run(sockets=[listener])
+        _AnnouncedServer(config, announce).run(sockets=[listener])
 
 
 def _without_traceback_of_bad_bytes(record: logging.LogRecord) -> bool:

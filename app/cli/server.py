@@ -8,6 +8,7 @@ import typer
 
 from app import main
 from app.cli.archive import ConfigOption
+from app.core.errors import Unavailable
 from app.settings import load_settings
 
 DataOption = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="Folder for all saved data.")]
@@ -38,10 +39,18 @@ def serve(host: HostOption = None, port: PortOption = None, data: DataOption = N
 def demo(port: PortOption = None, data: DataOption = None, open_page: OpenOption = False,
          verbose: LogOption = False) -> None:
     """Serve a simulated field camera behind a real lens model, ready to calibrate."""
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    settings = load_settings(data=data or cache / "touchline" / "demo", cameras=list(DEMO_CAMERAS),
+    settings = load_settings(data=data or _cache() / "touchline" / "demo", cameras=list(DEMO_CAMERAS),
                              server=_server(None, port))
     main.serve(settings, open_page=open_page, verbose=verbose)
+
+
+def _cache() -> Path:
+    """Return the folder for what may be lost; Unavailable for a user without a home, as in a container."""
+    try:
+        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    except RuntimeError:
+        raise Unavailable("This user has no home folder, where the demo would save its data.",
+                          "Choose a folder with --data.", reason="data-folder") from None
 
 
 def _server(host: str | None, port: int | None) -> dict[str, Any] | None:

@@ -1,7 +1,10 @@
 """Sentences that are said in several places: each is made here once, so that a code has one text."""
 
 import re
+import shlex
+import sys
 from collections.abc import Iterable
+from importlib.util import find_spec
 
 from app.core.geometry import ImageSize
 from app.core.statements import Sentence, say
@@ -32,6 +35,16 @@ REPEAT = say("advice.repeat", "Try again.")
 TRY_AGAIN = say("advice.try-again", "Try again in a moment.")
 TRY_WHEN_BACK = say("advice.try-when-back", "Try again when it is back.")
 TRIES_AGAIN = say("advice.tries-again", "Touchline tries again automatically. See the server log for the reason.")
+
+
+def install_package(name: str) -> Sentence:
+    """Return the command that installs an optional package into the environment in which this runs.
+
+    One that was made as the README says has no pip of its own: the pip of another Python then installs into it.
+    """
+    pip = ("-m", "pip", "install") if find_spec("pip") else ("-m", "pip", "--python", sys.executable, "install")
+    command = shlex.join(["python3" if "--python" in pip else sys.executable, *pip, name])
+    return say("advice.install-package", "Run {command}, then start Touchline again.", command=command)
 
 
 def use_one_of(names: Iterable[str]) -> Sentence:

@@ -14,8 +14,9 @@ from threading import Lock, Thread
 from typing import Any
 
 from app import __version__
+from app.core.common_sentences import install_package
 from app.core.errors import BadInput, TouchlineError, Unavailable
-from app.core.statements import say
+from app.core.statements import join, say
 from app.jobs.dask_task import do
 from app.jobs.runner import JobStopped
 
@@ -45,8 +46,7 @@ class DaskCluster:
                            reason="bad-settings")
         if importlib.util.find_spec("distributed") is None:
             raise Unavailable("Jobs on a cluster need the Python package distributed.",
-                              "Install it: pip install 'touchline[dask]', or set jobs.engine to local.",
-                              reason="no-dask")
+                              join(install_package("distributed"), "Or set jobs.engine to local."), reason="no-dask")
         self._host, self._port, self._tls = found["host"], int(found["port"]), bool(found["tls"])
         self._client: Any = None
         self._inboxes: dict[str, queue.SimpleQueue[dict[str, Any]]] = {}

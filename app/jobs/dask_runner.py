@@ -89,8 +89,8 @@ class DaskRunner:
         except Exception as error:
             raise Unavailable(say("cluster.cannot-run", "The cluster cannot run Touchline's jobs: {kind}: {error}",
                                   kind=type(error).__name__, error=str(error)[:200]),
-                              say("cluster.same-versions", "Install the same versions of Python and Touchline on its "
-                                  "scheduler and its workers: pip install 'touchline[dask]'."),
+                              say("cluster.same-versions", "Install the same versions of Python, of Touchline and of "
+                                  "distributed on its scheduler and its workers."),
                               reason="cluster-differs") from None
         if "lost" in answer:
             raise WorkerDied

@@ -20,7 +20,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, OperationalError
 from sqlalchemy.exc import TimeoutError as NoConnection
 from sqlalchemy.orm import Session
 
-from app.core.common_sentences import REPEAT, TRY_AGAIN
+from app.core.common_sentences import REPEAT, TRY_AGAIN, install_package
 from app.core.errors import BadInput, Busy, DiskFull, TouchlineError, Unavailable
 from app.core.statements import join, say
 from app.store.files import CHECK_DISK, DISK_IS_FULL, FREE_SPACE, write_atomically
@@ -226,7 +226,7 @@ def postgresql_engine(url: URL, connections: int) -> Engine:
                                connect_args={"connect_timeout": 5})
     except ModuleNotFoundError:
         raise BadInput("The setting `database` names PostgreSQL, but the driver is not installed.",
-                       "Install the driver: pip install 'touchline[postgres]'.", reason="bad-settings") from None
+                       install_package("psycopg[binary]"), reason="bad-settings") from None
 
     @event.listens_for(engine, "connect")
     def _set(connection: Any, _: Any) -> None:

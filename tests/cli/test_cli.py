@@ -16,6 +16,8 @@ import pytest
 from app import __version__
 from tests.support.paths import CLICKS as CLICKS_FOLDER
 from tests.support.paths import HELP, ROOT
+from tests.support.servers import served
+from tests.support.waiting import LONG_S
 
 CLICKS = CLICKS_FOLDER / "ssl_2008_half.json"
 MANUAL = HELP / "cli.md"
@@ -213,6 +215,15 @@ def test_the_rest_manual_names_every_call(tmp_path):
     for path in paths:
         name = path.removeprefix("/api/v1").replace("{format}", "json" if "export" in path else "png")
         assert f"{name}`" in text or f"{name}?" in text, f"{path} is missing in api.md"
+
+
+def test_a_server_that_cannot_start_never_says_that_it_runs(tmp_path):
+    """Its data folder is another server's: it notices after the port is open."""
+    data = tmp_path / "data"
+    with served(data):
+        second = subprocess.run([*TOUCHLINE, "serve", "--port", "0", "--data", str(data)], cwd=ROOT,
+                                capture_output=True, text=True, timeout=LONG_S)
+    assert second.returncode == 4 and second.stdout == "" and "fix: " in second.stderr
 
 
 def test_serve_says_its_address_and_sigterm_ends_it_though_a_request_is_half_sent(touchline, tmp_path):

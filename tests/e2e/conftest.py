@@ -85,13 +85,15 @@ class Server:
         self.settings = {"cameras": CAMERAS, **settings}
         self.start()
 
-    def start(self) -> None:
+    def program(self) -> list[str]:
         late_ms = os.environ.get("TOUCHLINE_LATE_MS")  # see late_answers.py
-        touchline = ([sys.executable, str(ROOT / "tests" / "support" / "late_answers.py"), late_ms] if late_ms else
-                     [str(Path(sys.executable).parent / "touchline")])
+        return ([sys.executable, str(ROOT / "tests" / "support" / "late_answers.py"), late_ms] if late_ms else
+                [str(Path(sys.executable).parent / "touchline")])
+
+    def start(self) -> None:
         settings = self.data / "e2e.yaml"
         settings.write_text(json.dumps(self.settings))  # JSON is YAML
-        command = [*touchline, "serve", "--config", str(settings), "--port", str(self.port),
+        command = [*self.program(), "serve", "--config", str(settings), "--port", str(self.port),
                    "--data", str(self.data)]
         self.process = subprocess.Popen(command, cwd=self.data, stdout=subprocess.PIPE,
                                         stderr=subprocess.STDOUT, text=True)

@@ -6,13 +6,13 @@ import json
 import re
 import shutil
 import subprocess
-import sys
 import tarfile
 import zipfile
 from pathlib import Path
 
 import pytest
 
+from tests.support.installed import python_with_pip
 from tests.support.page_build import page_build
 from tests.support.paths import NOT_OURS, ROOT, STATIC
 
@@ -192,10 +192,9 @@ def test_the_wheel_carries_the_page_with_its_libraries_and_the_configs(built, tm
     for name in ("app", "static", "configs"):
         shutil.copytree(ROOT / name, checkout / name,
                         ignore=shutil.ignore_patterns("vendor", "built", ".vendor-*", ".built-*", "__pycache__"))
-    pythons = [p for p in (Path(sys.base_prefix, "bin", "python3"), Path(sys.executable)) if has_pip(p)]
-    assert pythons, "pip is missing: install the package python3-pip"
-    done = subprocess.run([pythons[0], "-m", "pip", "wheel", "--no-deps", "--quiet", "--disable-pip-version-check",
-                           "-w", tmp_path / "out", checkout], capture_output=True, text=True)
+    done = subprocess.run([python_with_pip(), "-m", "pip", "wheel", "--no-deps", "--quiet",
+                           "--disable-pip-version-check", "-w", tmp_path / "out", checkout],
+                          capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     (wheel,) = (tmp_path / "out").glob("touchline-*.whl")
     with zipfile.ZipFile(wheel) as packed:
@@ -208,7 +207,3 @@ def test_the_wheel_carries_the_page_with_its_libraries_and_the_configs(built, tm
             "app/_configs/fields/ssl-div-b.yaml", "app/workflows/calibration.py", "app/api/templates/login.html",
             "app/report/templates/report.html", "app/report/templates/report.css"} <= inside
     assert not any("node_modules" in name or "/tests/" in name for name in inside)
-
-
-def has_pip(python: Path) -> bool:
-    return python.exists() and subprocess.run([python, "-m", "pip", "--version"], capture_output=True).returncode == 0

@@ -1,19 +1,12 @@
 """The hook that brings and bundles the page, as a module: it lies beside the project's own packages."""
 
 import importlib.util
-import sys
 from types import ModuleType
 
 from tests.support.paths import ROOT
 
 
 def page_build() -> ModuleType:
-    """hatch_build.py. The builder it is called by lives in pip's own room; here only its base class is wanted."""
-    if "hatchling" not in sys.modules and importlib.util.find_spec("hatchling") is None:  # nor stands in for it yet
-        for name in ("hatchling", "hatchling.builders", "hatchling.builders.hooks", "hatchling.builders.hooks.plugin",
-                     interface := "hatchling.builders.hooks.plugin.interface"):
-            sys.modules.setdefault(name, ModuleType(name))
-        vars(sys.modules[interface])["BuildHookInterface"] = object
     spec = importlib.util.spec_from_file_location("hatch_build", ROOT / "hatch_build.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)

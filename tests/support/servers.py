@@ -4,12 +4,14 @@ import json
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from http.client import HTTPConnection
 from pathlib import Path
 from typing import IO
 from urllib.parse import urlsplit
 
+from tests.support.installed import clean_environment
 from tests.support.paths import ROOT
 
 API = "/api/v1"
@@ -17,10 +19,14 @@ BOUNDARY = "b0undary"
 
 
 @contextmanager
-def served(data: Path, *words: str, log: IO | None = None):
-    """The address of a server on that data folder; its log goes there, else to where the test's own goes."""
-    process = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", "serve", "--port", "0",
-                                "--data", str(data), *words], cwd=ROOT, stdout=subprocess.PIPE, stderr=log,
+def served(data: Path, *words: str, log: IO | None = None, python: Path | None = None) -> Iterator[str]:
+    """The address of a server on that data folder; its log goes there, else to where the test's own goes.
+
+    python: of an environment in which Touchline is installed, instead of this one and the project's sources.
+    """
+    process = subprocess.Popen([python or sys.executable, "-c", "from app.cli import main; main()", "serve", "--port",
+                                "0", "--data", str(data), *words], cwd=data if python else ROOT,
+                               env=clean_environment() if python else None, stdout=subprocess.PIPE, stderr=log,
                                text=True)
     assert process.stdout is not None
     try:
@@ -36,8 +42,8 @@ class Line:
     """One caller's connection: kept open, opened anew where the server has closed it."""
 
     def __init__(self, url: str) -> None:
-        self._place = urlsplit(url).netloc
-        self._line = HTTPConnection(self._place, timeout=60)
+        self.place = urlsplit(url).netloc
+        self._line = HTTPConnection(self.place, timeout=60)
 
     def ask(self, method: str, path: str, body: bytes | None = None, headers: dict | None = None):
         """(status, headers, bytes) of the answer."""
@@ -46,7 +52,7 @@ class Line:
             answer = self._line.getresponse()
         except OSError:
             self._line.close()
-            self._line = HTTPConnection(self._place, timeout=60)
+            self._line = HTTPConnection(self.place, timeout=60)
             self._line.request(method, API + path, body, headers or {})
             answer = self._line.getresponse()
         return answer.status, answer.headers, answer.read()

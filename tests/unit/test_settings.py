@@ -10,7 +10,7 @@ import yaml
 from app import shipped
 from app.api.server import with_token
 from app.core.errors import BadInput, NotFound
-from app.settings import Settings, load_settings
+from app.settings import Settings, load_settings, unknown_variables
 
 FILE = shipped("configs") / "touchline.yaml"
 
@@ -91,6 +91,13 @@ def test_a_mistake_in_the_file_is_named(tmp_path, text, said):
 def test_a_missing_file_is_said_to_be_missing(tmp_path):
     with pytest.raises(NotFound, match=r"nowhere\.yaml"):
         load_settings(tmp_path / "nowhere.yaml")
+
+
+def test_a_variable_that_is_no_setting_is_named_with_the_one_that_was_meant():
+    port, other = unknown_variables(["TOUCHLINE_PORT", "TOUCHLINE_SERVER__PORT", "TOUCHLINE_CONFIG", "touchline_data",
+                                     "TOUCHLINE_SERVICE_HOST", "PORT", "TOUCHLINES"])
+    assert port == "TOUCHLINE_PORT is not a setting and has no effect. Use TOUCHLINE_SERVER__PORT."
+    assert other.startswith("TOUCHLINE_SERVICE_HOST is not a setting") and "configs/touchline.yaml" in other
 
 
 def test_settings_are_frozen():

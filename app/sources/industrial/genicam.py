@@ -26,6 +26,7 @@ from app.sources.industrial.camera import (
 )
 from app.sources.industrial.features import NodeMap
 from app.sources.industrial.genicam_producers import (
+    GenApiNodes,
     close_harvester,
     list_cameras,
     open_harvester,
@@ -66,8 +67,6 @@ class HarvestersDevice:
         self._acquirer: Any = None
         self._harvester = open_harvester(producers)
         from genicam import genapi, gentl
-
-        from app.sources.industrial.genicam_producers import GenApiNodes
         self._errors = (gentl.GenericException, genapi.GenericException)
         try:
             camera = _find_camera(target, list_cameras(self._harvester))

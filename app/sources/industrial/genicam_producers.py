@@ -12,9 +12,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from genicam import genapi
-
-from app.core.common_sentences import use_one_of
+from app.core.common_sentences import install_package, use_one_of
 from app.core.errors import BadInput, NotFound, Unavailable
 from app.core.statements import say
 from app.sources.industrial.camera import DiscoveredCamera
@@ -28,8 +26,6 @@ FIX = say("industrial.install-producer", "Install the camera vendor's software, 
 # A producer can be opened once in a process. Each live camera has a process of its own.
 _in_use: set[Path] = set()
 _lock = threading.Lock()
-_READABLE = (genapi.EAccessMode.RO, genapi.EAccessMode.RW)
-_WRITABLE = (genapi.EAccessMode.WO, genapi.EAccessMode.RW)
 MAX_CHOICES = 200
 
 
@@ -67,8 +63,7 @@ def open_harvester(producers: Sequence[Path]) -> Any:
         from harvesters.core import Harvester
     except ImportError:
         raise Unavailable(say("industrial.no-harvesters", "GenICam cameras need the Python package harvesters."),
-                          say("industrial.install-harvesters", "Install it: pip install 'touchline[genicam]'."),
-                          reason="no-genicam") from None
+                          install_package("harvesters"), reason="no-genicam") from None
     with _lock:
         if taken := _in_use.intersection(producers):
             raise Unavailable(say("industrial.producer-in-use", "The producer {producer} is used by another camera of "
@@ -127,14 +122,17 @@ class GenApiNodes:
     """Nodes over a genapi NodeMap."""
 
     def __init__(self, node_map: Any) -> None:
-        self._map = node_map
+        from genicam import genapi  # comes with harvesters, which is optional
+        self._map, self._genapi = node_map, genapi
+        modes = genapi.EAccessMode
+        self._readable, self._writable = (modes.RO, modes.RW), (modes.WO, modes.RW)
 
     def get(self, name: str) -> Node | None:
         node = getattr(self._map, name, None)
         try:
             access = node.get_access_mode() if node is not None else None
-            return _described(node, access in _WRITABLE) if access in _READABLE else None
-        except genapi.GenericException:  # it went away between the two questions
+            return self._described(node, access in self._writable) if access in self._readable else None
+        except self._genapi.GenericException:  # it went away between the two questions
             return None
 
     def set(self, name: str, value: Any) -> None:
@@ -142,25 +140,24 @@ class GenApiNodes:
         if node is None:
             raise BadInput(f"The camera has no setting {name}.", "Use another setting.", reason="bad-control")
         try:
-            if isinstance(node, genapi.ICommand):
+            if isinstance(node, self._genapi.ICommand):
                 node.execute()
             else:
                 node.value = value
-        except (genapi.GenericException, TypeError, OverflowError) as error:
+        except (self._genapi.GenericException, TypeError, OverflowError) as error:
             said = " ".join(str(error).split(" : ")[0].split())[:200]  # without where in its own code GenApi says it
             raise BadInput(f"The camera refuses {name} = {value}.",
                            f"Camera message: {said.rstrip('.')}." if said else "Use another value.",
                            reason="bad-control") from None
 
-
-def _described(node: Any, writable: bool) -> Node | None:
-    if isinstance(node, genapi.IEnumeration):
-        names = (entry.symbolic for entry in node.entries if entry.get_access_mode() in _READABLE)
-        return Node("choice", node.value, writable, choices=tuple(islice(names, MAX_CHOICES)))
-    if isinstance(node, genapi.IBoolean):
-        return Node("bool", node.value, writable)
-    if isinstance(node, genapi.IInteger):
-        return Node("int", node.value, writable, finite_range(node.min, node.max), node.inc, node.unit)
-    if isinstance(node, genapi.IFloat):
-        return Node("float", node.value, writable, finite_range(node.min, node.max), 0.0, node.unit)
-    return None
+    def _described(self, node: Any, writable: bool) -> Node | None:
+        if isinstance(node, self._genapi.IEnumeration):
+            names = (entry.symbolic for entry in node.entries if entry.get_access_mode() in self._readable)
+            return Node("choice", node.value, writable, choices=tuple(islice(names, MAX_CHOICES)))
+        if isinstance(node, self._genapi.IBoolean):
+            return Node("bool", node.value, writable)
+        if isinstance(node, self._genapi.IInteger):
+            return Node("int", node.value, writable, finite_range(node.min, node.max), node.inc, node.unit)
+        if isinstance(node, self._genapi.IFloat):
+            return Node("float", node.value, writable, finite_range(node.min, node.max), 0.0, node.unit)
+        return None

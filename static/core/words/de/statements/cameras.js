@@ -85,7 +85,6 @@ export default {
   "industrial.images-incomplete": "Die Kamera hat in {seconds} s {images} Bilder gesendet, denen jeweils Teile fehlten.",
   "industrial.images-too-large": "Die Kamera meldet Bilder von {mb} MB.",
   "industrial.install-aravis": "Installieren Sie sie: apt install libaravis-0.8-0.",
-  "industrial.install-harvesters": "Installieren Sie es: pip install 'touchline[genicam]'.",
   "industrial.install-producer": "Installieren Sie die Software des Kameraherstellers, und geben Sie ihren Ordner in GENICAM_GENTL64_PATH oder in den Einstellungen an.",
   "industrial.longer-name": "Verwenden Sie den längeren Namen aus der Kameraliste.",
   "industrial.message": "Meldung von Aravis: {message}.",

@@ -113,7 +113,7 @@ export default {
   "scene.no-frustum": "{model}: Dieses Modell begradigt die Begrenzungen und beschreibt keine physikalische Kamera. Es hat keine Sichtpyramide und keine Höhe; stattdessen liegt sein entzerrtes Bild auf dem Feld.",
   "setting.cameras": "Kameras, von denen Bilder aufgenommen werden, mit Kennung (id), Name, Adresse (source), Feld und abgedecktem Bereich.",
   "setting.data": "Ordner für alle gespeicherten Daten: Bilder, Entwürfe, Kalibrierungen, das Zugangstoken. Fehlt er, wird er angelegt.",
-  "setting.database": "Wo alle Daten außer den Bildern gespeichert werden. null: SQLite, touchline.db im Datenordner. Für PostgreSQL die Adresse der Datenbank, als postgresql+psycopg://touchline:PASSWORT@127.0.0.1/touchline (nach pip install 'touchline[postgres]').",
+  "setting.database": "Wo alle Daten außer den Bildern gespeichert werden. null: SQLite, touchline.db im Datenordner. Für PostgreSQL die Adresse der Datenbank, als postgresql+psycopg://touchline:PASSWORT@127.0.0.1/touchline (nach python3 -m pip --python .venv install 'psycopg[binary]').",
   "setting.fields": "Ordner mit eigenen Felddefinitionen (*.yaml, im Format von configs/fields). null: „fields“ im Datenordner.",
   "setting.images.decode-timeout-s": "Ein Bild, dessen Dekodierung länger dauert, wird abgelehnt, s.",
   "setting.images.max-file-mb": "Größte Bilddatei, MB.",
