@@ -9,12 +9,14 @@ import subprocess
 import sys
 import tarfile
 import tempfile
+import tomllib
 import zipfile
 from pathlib import Path
 from types import SimpleNamespace
 from urllib.request import urlopen
 
 import pytest
+import yaml
 
 from tests.support.page_build import page_build
 from tests.support.paths import ROOT, STATIC
@@ -67,6 +69,29 @@ def test_a_registry_that_never_answers_is_told_as_that(build, tmp_path, monkeypa
         monkeypatch.setenv("npm_config_cache", str(tmp_path / "cache"))
         with pytest.raises(SystemExit, match="stopped after 1 s: the registry answers slowly or not at all"):
             build.bring_vendor(static)
+
+
+def test_the_pythons_that_are_named_are_the_ones_that_are_tested():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    named = [line.rpartition(" ")[2] for line in project["classifiers"] if re.search(r"Python :: 3\.\d+$", line)]
+    jobs = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text())["jobs"]
+    matrix = jobs["tests"]["strategy"]["matrix"]
+    assert named == matrix["python"] and project["requires-python"] == f">={named[0]}"
+    lowest = [leg["python"] for leg in matrix["include"] if leg["libraries"] == "lowest"]
+    assert lowest == jobs["package"]["strategy"]["matrix"]["python"] == [named[0], named[-1]]
+
+
+def test_links_of_the_repository_s_own_pages_lead_somewhere():
+    links = [page.parent / target for page in (ROOT / ".github").rglob("*.md")
+             for target in re.findall(r"\]\(([^)#]+)[^)]*\)", page.read_text())]
+    assert len(links) > 5
+    assert [link for link in links if not link.exists()] == []
+
+
+def test_the_container_is_built_of_all_that_the_build_reads():
+    recipe = (ROOT / "configs" / "service" / "Containerfile").read_text()
+    copied = re.findall(r"^COPY (?!--from)(.+) \S+$", recipe, re.MULTILINE)
+    assert sorted(" ".join(copied).split()) == sorted({*PROJECT} - {".gitignore"})
 
 
 @pytest.fixture(scope="module")
