@@ -45,6 +45,7 @@ FILES = {
     "licences/swagger-ui-notice.txt": "swagger-ui-dist/NOTICE",
     "licences/swagger-ui-bundle.txt": "swagger-ui-dist/swagger-ui-bundle.js.LICENSE.txt",
 }
+LIBRARIES = "vendor/COMPLETE"  # changes when one of them does
 STYLE_SHEET = r'<link rel="stylesheet" href="([^"]+)">'
 # --ignore-scripts: nothing that is fetched runs on its own, and swagger-ui-dist's usage counter stays silent.
 NPM_CI = ["ci", "--omit=dev", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"]
@@ -149,7 +150,7 @@ def build_page(static: Path) -> None:
 def is_fresh(static: Path) -> bool:
     try:
         sources = json.loads((static / "built" / "SOURCES.json").read_text())
-        return all(digest_of(static / name) == digest for name, digest in sources.items())
+        return LIBRARIES in sources and all(digest_of(static / name) == digest for name, digest in sources.items())
     except (OSError, ValueError):
         return False
 
@@ -185,7 +186,7 @@ def bundle(static: Path, modules: Path, work: Path, made: Path) -> list[str]:
     html = re.sub(r'<script type="importmap">.*?</script>\n', "", html, flags=re.DOTALL)
     (made / "index.html").write_text(html.replace('src="main.js"', 'src="built/page/main.js"'), encoding="utf-8")
     inputs = json.loads((work / "meta.json").read_text())["inputs"]
-    return sorted({"index.html", "vendor/COMPLETE",  # which is another one when a library is
+    return sorted({"index.html", LIBRARIES,
                    *(name for name in inputs if not name.startswith((".", "/", "vendor/")))})
 
 

@@ -182,6 +182,17 @@ def test_a_changed_source_makes_another_bundle_and_a_broken_one_leaves_the_old(b
     assert not [p for p in static.iterdir() if p.name.startswith(".built-")]
 
 
+def test_a_bundle_that_does_not_name_its_libraries_is_made_again(build, bundled, tmp_path):
+    """As earlier builds made it: with the lock file, which is not installed, so it would never be served."""
+    static = tmp_path / "static"
+    shutil.copytree(bundled, static)
+    named = static / "built" / "SOURCES.json"
+    sources = json.loads(named.read_text())
+    del sources["vendor/COMPLETE"]
+    named.write_text(json.dumps({**sources, "package-lock.json": build.digest_of(static / "package-lock.json")}))
+    assert not build.is_fresh(static)
+
+
 @pytest.mark.long
 def test_the_wheel_carries_the_page_with_its_libraries_and_the_configs(built, tmp_path):
     """The whole way: a checkout without libraries, built by pip in its own room."""
