@@ -147,7 +147,7 @@ def test_the_bundle_is_made_of_every_module_and_sheet_and_of_nothing_else(build,
     made_of = json.loads((bundled / "built" / "SOURCES.json").read_text())
     ours = {p.relative_to(STATIC).as_posix() for p in STATIC.rglob("*") if p.suffix in (".js", ".css")
             and not NOT_OURS & {*p.relative_to(STATIC).parts} and not p.relative_to(STATIC).parts[0].startswith(".")}
-    assert set(made_of) == {*ours, "index.html", "package-lock.json"}
+    assert set(made_of) == {*ours, "index.html", "vendor/COMPLETE"}
     page = (bundled / "built" / "index.html").read_text()
     for asked in ("built/page/main.js", "built/page/main.css"):
         assert f'"{asked}"' in page and (bundled / asked).stat().st_size > 40_000
@@ -176,10 +176,21 @@ def test_a_changed_source_makes_another_bundle_and_a_broken_one_leaves_the_old(b
     changed = files(static / "built")
     assert changed != before
     (static / "main.js").write_text("import from nowhere")
-    with pytest.raises(SystemExit, match=r"main\.js"):
+    with pytest.raises(build.NotBuilt, match=r"main\.js"):
         build.build_page(static)
     assert files(static / "built") == changed
     assert not [p for p in static.iterdir() if p.name.startswith(".built-")]
+
+
+def test_a_bundle_that_does_not_name_its_libraries_is_made_again(build, bundled, tmp_path):
+    """As earlier builds made it: with the lock file, which is not installed, so it would never be served."""
+    static = tmp_path / "static"
+    shutil.copytree(bundled, static)
+    named = static / "built" / "SOURCES.json"
+    sources = json.loads(named.read_text())
+    del sources["vendor/COMPLETE"]
+    named.write_text(json.dumps({**sources, "package-lock.json": build.digest_of(static / "package-lock.json")}))
+    assert not build.is_fresh(static)
 
 
 @pytest.mark.long
