@@ -170,8 +170,8 @@ def test_it_runs_from_a_wheelhouse_for_a_user_without_home_or_rights(built, open
     house, room, data = (open_folder / name for name in ("house", "room", "data"))
     run(reachable_python(), "-m", "venv", "--without-pip", room, cwd=open_folder)
     run(python_with_pip(), "-m", "pip", "--python", room, "wheel", "-q", "-w", house, built.wheel, cwd=open_folder)
-    run(python_with_pip(), "-m", "pip", "--python", room, "install", "-q", "--no-index", "--find-links", house, "touchline",
-        cwd=open_folder, env=bare_environment())
+    run(python_with_pip(), "-m", "pip", "--python", room, "install", "-q", "--no-index", "--find-links", house,
+        "touchline", cwd=open_folder, env=bare_environment())
     for path in (room, *room.rglob("*")):
         if not path.is_symlink():
             path.chmod(path.stat().st_mode & ~0o222)
