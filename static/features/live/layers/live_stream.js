@@ -1,19 +1,22 @@
 // A camera's stream on canvases that a worker draws, while somebody can see them.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { choice, frameMs, lose } from "../../../canvas/graphics.js";
+import { t } from "../../../core/words.js";
 
 /** @typedef {import("../../../core/types").LiveHead} LiveHead @typedef {{ current: HTMLElement | null }} Place */
 
 /**
- * The newest frame's head, and what the server says against the stream. One place gets a canvas with the whole picture;
- * two get one each, for the two halves of a picture that stands side by side, or, if it corrects, for a raw one and
- * what a mesh makes of it. address: "" none.
+ * The newest frame's head, and what the server says against the stream, or why it is not drawn. One place gets a
+ * canvas with the whole picture; two get one each, for the two halves of a picture that stands side by side, or, if it
+ * corrects, for a raw one and what a mesh makes of it. address: "" none.
  * @param {Place[]} places @param {string} address @param {boolean} [corrects]
  * @param {import("../../../core/types").Mesh | null} [mesh] */
 export function useLiveStream(places, address, corrects = false, mesh = null) {
   const worker = useRef(/** @type {Worker | null} */ (null));
   const [head, setHead] = useState(/** @type {(LiveHead & { age_ms: number }) | null} */ (null));
-  const [problem, setProblem] = useState(/** @type {{ detail: string, fix: string } | null} */ (null));
+  const [problem, setProblem] = useState(
+    /** @type {{ detail: string, fix: string, isUndrawn?: boolean } | null} */ (null),
+  );
   const [seen, setSeen] = useState(!document.hidden);
 
   useEffect(() => {
@@ -31,6 +34,12 @@ export function useLiveStream(places, address, corrects = false, mesh = null) {
         setHead({ ...data.head, age_ms: data.age_ms });
         setProblem(null);
       } else if (data.problem) setProblem(data.problem);
+      else if (data.undrawn)
+        setProblem({
+          detail: t("live.undrawn", { error: data.undrawn }),
+          fix: t("live.undrawn.fix"),
+          isUndrawn: true,
+        });
       if (data.isLost) lose();
       if (data.frame_ms && choice.value === "auto") frameMs.value = data.frame_ms;
     });
