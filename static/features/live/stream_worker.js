@@ -1,6 +1,7 @@
 // Decodes a camera's stream on a canvas of its own, away from the page: what arrives is drawn at once, and nothing
 // queues.
 import { parts } from "../../core/framing.js";
+import { leave } from "../../core/leave.js";
 import { createWarp } from "../../canvas/warp.js";
 import { readTimecode, rows } from "./timecode.js";
 
@@ -39,13 +40,22 @@ addEventListener("message", ({ data }) => {
   }
   if (data.timed !== undefined) timed = data.timed; // tell when the picture itself says it was taken
   if (data.address !== undefined && data.address !== address) connect(data.address);
+  if (data.isOver) end();
 });
+
+/** End this worker, once its socket has ended. */
+function end() {
+  const last = socket;
+  connect("");
+  if (last?.readyState === WebSocket.CONNECTING) last.addEventListener("close", () => close());
+  else close();
+}
 
 /** Follow another stream; "" none. @param {string} to */
 function connect(to) {
   address = to;
   clearTimeout(again);
-  socket?.close();
+  leave(socket);
   socket = null;
   newest = null;
   if (!to) return;

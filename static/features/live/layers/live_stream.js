@@ -1,6 +1,7 @@
 // A camera's stream on canvases that a worker draws, while somebody can see them.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { choice, frameMs, lose } from "../../../canvas/graphics.js";
+import { online } from "../../../core/api.js";
 import { t } from "../../../core/words.js";
 
 /** @typedef {import("../../../core/types").LiveHead} LiveHead @typedef {{ current: HTMLElement | null }} Place */
@@ -53,7 +54,7 @@ export function useLiveStream(places, address, corrects = false, mesh = null) {
     watch.observe(/** @type {Element} */ (places[0].current));
     document.addEventListener("visibilitychange", look);
     return () => {
-      it.terminate();
+      it.postMessage({ isOver: true });
       for (const canvas of canvases) canvas.remove();
       watch.disconnect();
       document.removeEventListener("visibilitychange", look);
@@ -62,7 +63,7 @@ export function useLiveStream(places, address, corrects = false, mesh = null) {
   useEffect(() => {
     if (corrects) worker.current?.postMessage({ mesh });
   }, [corrects, mesh]);
-  const wanted = seen ? address : "";
+  const wanted = seen && online.value ? address : ""; // Firefox lets one wait a minute after some that failed
   useEffect(() => {
     worker.current?.postMessage({ address: wanted });
   }, [wanted, corrects]); // nothing is sent for nobody's eyes
