@@ -137,14 +137,14 @@ class Browser:
 
     def resize(self, width: int, height: int) -> None:
         """Give the page, not the window, this size."""
-        frame = [0, 0]
-
-        def sized() -> list[int]:
-            self.command("SetWindowRect", x=0, y=0, width=width + frame[0], height=height + frame[1])
-            inner = self.script("return [innerWidth, innerHeight]")
-            frame[:] = [frame[0] + width - inner[0], frame[1] + height - inner[1]]
-            return inner
-        until(sized, lambda inner: inner == [width, height])
+        def inner() -> list[int]:
+            across, down = self.script("return [innerWidth, innerHeight]")
+            if [across, down] != [width, height]:
+                now = self.command("GetWindowRect")
+                self.command("SetWindowRect", x=0, y=0, width=now["width"] + width - across,
+                             height=now["height"] + height - down)
+            return [across, down]
+        until(inner, lambda size: size == [width, height])
 
     def screenshot(self, path: Path) -> None:
         path.write_bytes(base64.b64decode(self.command("TakeScreenshot")))
@@ -246,8 +246,8 @@ WAYS = {
     "Refresh": ("POST", "/refresh"), "ExecuteScript": ("POST", "/execute/sync"), "FindElement": ("POST", "/element"),
     "ElementClick": ("POST", "/element/{id}/click"), "ElementSendKeys": ("POST", "/element/{id}/value"),
     "PerformActions": ("POST", "/actions"), "ReleaseActions": ("DELETE", "/actions"),
-    "SetWindowRect": ("POST", "/window/rect"), "TakeScreenshot": ("GET", "/screenshot"),
-    "SetTimeouts": ("POST", "/timeouts"), "End": ("DELETE", ""),
+    "GetWindowRect": ("GET", "/window/rect"), "SetWindowRect": ("POST", "/window/rect"),
+    "TakeScreenshot": ("GET", "/screenshot"), "SetTimeouts": ("POST", "/timeouts"), "End": ("DELETE", ""),
 }  # how each command is asked for over HTTP
 
 

@@ -4,6 +4,13 @@ import { choice, frameMs, lose } from "../../../canvas/graphics.js";
 import { online } from "../../../core/api.js";
 import { t } from "../../../core/words.js";
 
+/** @param {string} error as the browser names it */
+const undrawn = (error) => ({
+  detail: t("live.undrawn", { error }),
+  fix: t("live.undrawn.fix"),
+  isUndrawn: true,
+});
+
 /** @typedef {import("../../../core/types").LiveHead} LiveHead @typedef {{ current: HTMLElement | null }} Place */
 
 /**
@@ -21,6 +28,10 @@ export function useLiveStream(places, address, corrects = false, mesh = null) {
   const [seen, setSeen] = useState(!document.hidden);
 
   useEffect(() => {
+    if (!HTMLCanvasElement.prototype.transferControlToOffscreen) {
+      setProblem(undrawn("OffscreenCanvas"));
+      return undefined;
+    }
     // the same canvases and one worker, for as long as this stands and does the same
     const it = new Worker(new URL("../stream_worker.js", import.meta.url), { type: "module" }),
       canvases = places.map(() => document.createElement("canvas"));
@@ -35,12 +46,7 @@ export function useLiveStream(places, address, corrects = false, mesh = null) {
         setHead({ ...data.head, age_ms: data.age_ms });
         setProblem(null);
       } else if (data.problem) setProblem(data.problem);
-      else if (data.undrawn)
-        setProblem({
-          detail: t("live.undrawn", { error: data.undrawn }),
-          fix: t("live.undrawn.fix"),
-          isUndrawn: true,
-        });
+      else if (data.undrawn) setProblem(undrawn(data.undrawn));
       if (data.isLost) lose();
       if (data.frame_ms && choice.value === "auto") frameMs.value = data.frame_ms;
     });
@@ -54,7 +60,7 @@ export function useLiveStream(places, address, corrects = false, mesh = null) {
     watch.observe(/** @type {Element} */ (places[0].current));
     document.addEventListener("visibilitychange", look);
     return () => {
-      it.postMessage({ isOver: true });
+      worker.current?.postMessage({ isOver: true });
       for (const canvas of canvases) canvas.remove();
       watch.disconnect();
       document.removeEventListener("visibilitychange", look);
