@@ -2,7 +2,7 @@
 
 With --all those that are marked `long` as well. Brings its own browser where it can, and says what it does. Two runs
 of pytest, because Playwright keeps an event loop in the main thread: first everything without a browser, then the page
-in a real Chromium. Other arguments go to both.
+in a real Chromium; one story in Firefox and WebKit, where those are installed. Other arguments go to both.
 
 No test is run twice: one that fails now and then shows a race, in the page or in the test. Races are looked for with
 late answers (tests/support/late_answers.py).

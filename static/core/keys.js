@@ -53,7 +53,7 @@ export function startKeys() {
     for (const key of action.keys ?? []) BY_KEY.set(key, [...(BY_KEY.get(key) ?? []), action]);
   addEventListener("keydown", (event) => {
     if (event.defaultPrevented || event.altKey || belongsToControl(event)) return;
-    if (document.querySelector("dialog[open], :popover-open")) return; // its own keys are the browser's
+    if (document.querySelector("dialog[open]")) return; // its own keys are the browser's
     const name = nameOf(event);
     if (isLetter(name) && !lettersOn.value) return;
     const action = BY_KEY.get(name)?.find((one) => one.enabled?.() ?? true);

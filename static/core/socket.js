@@ -1,5 +1,6 @@
 // A WebSocket of the API that is opened again whenever it breaks, until it is closed.
 import { address } from "./api.js";
+import { leave } from "./leave.js";
 import { translated } from "./statements.js";
 
 const AGAIN_MS = 1500;
@@ -44,7 +45,7 @@ export function openSocket(path, { onMessage, onOpen = nothing, onBreak = nothin
     close: () => {
       isOver = true;
       clearTimeout(timer);
-      socket.close();
+      leave(socket);
     },
   };
 }

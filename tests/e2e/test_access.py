@@ -105,7 +105,7 @@ def test_colours_are_the_systems_until_the_operator_chooses_and_then_stay(page, 
 
 # The last is 1280 × 800 at 200 %.
 @pytest.mark.parametrize(("width", "height"), [
-    (360, 740), *(long(*size) for size in ((768, 1024), (1280, 800), (1920, 1080), (640, 400)))])
+    (360, 740), (1024, 768), *(long(*size) for size in ((768, 1024), (1280, 800), (1920, 1080), (640, 400)))])
 def test_no_page_is_wider_than_its_screen_and_the_bright_button_is_in_sight(browser, kept, server, width, height):
     context = browser.new_context(viewport={"width": width, "height": height}, has_touch=width < 800)
     page = context.new_page()

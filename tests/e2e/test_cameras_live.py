@@ -121,6 +121,24 @@ def test_a_dead_camera_says_what_to_do_and_the_others_go_on(operator, added, tmp
     page.screenshot(path=tmp_path / "dead.png")
 
 
+def test_a_stream_is_called_live_only_as_long_as_this_browser_draws_it(operator):
+    page = operator.page
+    is_live(page, "overhead")
+    for worker in page.workers:
+        worker.evaluate("""() => {
+          self.pen = OffscreenCanvasRenderingContext2D.prototype;
+          pen.kept = pen.drawImage;
+          pen.drawImage = () => { throw Error("no ink"); };
+        }""")
+    stream = page.get_by_test_id("live-overhead")
+    expect(stream).to_have_attribute("data-state", "undrawn")
+    expect(page.get_by_test_id("state-overhead")).to_have_text(t("live.state.undrawn"))
+    expect(stream).to_contain_text("no ink")
+    for worker in page.workers:
+        worker.evaluate("() => { pen.drawImage = pen.kept; }")
+    is_live(page, "overhead")
+
+
 @pytest.mark.long
 def test_a_camera_that_may_be_another_is_confirmed_by_one_click(operator, server, added, tmp_path):
     page, id = operator.page, added("swap")

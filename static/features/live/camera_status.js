@@ -104,4 +104,5 @@ export const STATES = {
   stalled: t("live.state.stalled"),
   offline: t("live.state.offline"),
   mismatch: t("live.state.mismatch"),
+  undrawn: t("live.state.undrawn"), // known to this browser alone
 };

@@ -1,12 +1,13 @@
 // Decodes a camera's stream on a canvas of its own, away from the page: what arrives is drawn at once, and nothing
 // queues.
 import { parts } from "../../core/framing.js";
+import { leave } from "../../core/leave.js";
 import { createWarp } from "../../canvas/warp.js";
 import { readTimecode, rows } from "./timecode.js";
 
 /** @type {OffscreenCanvas} */ let canvas;
 /** @type {OffscreenCanvas | undefined} of the corrected half, where the two are drawn apart */ let second;
-/** @type {OffscreenCanvasRenderingContext2D | null} */ let pen = null;
+/** @type {Map<OffscreenCanvas, OffscreenCanvasRenderingContext2D | null>} */ const pens = new Map();
 /** @type {WebSocket | null} */ let socket = null;
 /** @type {import("../../core/types").Mesh | null} what makes a corrected picture of the raw one */ let mesh = null;
 /** @type {ReturnType<typeof createWarp>} */ let warp = null;
@@ -15,6 +16,7 @@ let address = "",
   wait_ms = 0,
   again = 0,
   decoding = false,
+  hasDrawn = false,
   timed = false;
 /** @type {ArrayBuffer | null} */ let newest = null;
 const TIMED_FRAMES = 3, // of which the middle one counts: the first has everything to prepare
@@ -24,7 +26,8 @@ const TIMED_FRAMES = 3, // of which the middle one counts: the first has everyth
 addEventListener("message", ({ data }) => {
   if (data.canvases) {
     [canvas, second] = data.canvases;
-    pen = canvas.getContext("2d", { alpha: false });
+    const drawn = data.corrects ? [canvas] : data.canvases;
+    for (const on of drawn) pens.set(on, on.getContext("2d", { alpha: false })); // once: Firefox gives it once only
     if (data.corrects && second) {
       warp = createWarp(second);
       if (!warp) postMessage({ isLost: true });
@@ -37,13 +40,22 @@ addEventListener("message", ({ data }) => {
   }
   if (data.timed !== undefined) timed = data.timed; // tell when the picture itself says it was taken
   if (data.address !== undefined && data.address !== address) connect(data.address);
+  if (data.isOver) end();
 });
+
+/** End this worker, once its socket has ended. */
+function end() {
+  const last = socket;
+  connect("");
+  if (last?.readyState === WebSocket.CONNECTING) last.addEventListener("close", () => close());
+  else close();
+}
 
 /** Follow another stream; "" none. @param {string} to */
 function connect(to) {
   address = to;
   clearTimeout(again);
-  socket?.close();
+  leave(socket);
   socket = null;
   newest = null;
   if (!to) return;
@@ -74,7 +86,8 @@ function connect(to) {
 
 /** The time in the picture that was drawn. */
 function taken() {
-  const { top, height } = rows(canvas.width);
+  const { top, height } = rows(canvas.width),
+    pen = pens.get(canvas);
   return pen ? readTimecode(pen.getImageData(0, top, canvas.width, height)) : null;
 }
 
@@ -86,7 +99,8 @@ function taken() {
  */
 function part(on, picture, { x, y, width, height }) {
   if (on.width !== width || on.height !== height) Object.assign(on, { width, height });
-  on.getContext("2d", { alpha: false })?.drawImage(picture, x, y, width, height, 0, 0, width, height);
+  const pen = /** @type {OffscreenCanvasRenderingContext2D} */ (pens.get(on)); // where there is none, this fails loudly
+  pen.drawImage(picture, x, y, width, height, 0, 0, width, height);
 }
 
 /** Draw the corrected picture as large as the raw one. @param {ImageBitmap} picture */
@@ -106,33 +120,44 @@ function correct(picture) {
   if (times_ms.length === TIMED_FRAMES) postMessage({ frame_ms: times_ms.toSorted((a, b) => a - b)[1] });
 }
 
+/** @param {ImageBitmap} picture @param {import("../../core/types").LiveHead} head */
+function draw(picture, head) {
+  const whole = { x: 0, y: 0, width: picture.width, height: picture.height };
+  if (warp) {
+    part(canvas, picture, whole);
+    correct(picture);
+  } else if (second && head.halves) {
+    part(canvas, picture, head.halves.raw);
+    part(second, picture, head.halves.corrected);
+  } else part(canvas, picture, whole);
+}
+
 /** Draw the newest message, then the one that came meanwhile. */
 async function show() {
   decoding = true;
   while (newest) {
-    const message = newest;
+    const { head, payload } = parts(newest);
     newest = null;
-    const { head, payload } = parts(message);
+    let picture = null;
     try {
-      const picture = await createImageBitmap(
-        new Blob([/** @type {Uint8Array<ArrayBuffer>} */ (payload)], { type: "image/jpeg" }),
-      );
-      if (warp) {
-        part(canvas, picture, { x: 0, y: 0, width: picture.width, height: picture.height });
-        correct(picture);
-      } else if (second && head.halves) {
-        part(canvas, picture, head.halves.raw);
-        part(second, picture, head.halves.corrected);
-      } else part(canvas, picture, { x: 0, y: 0, width: picture.width, height: picture.height });
-      picture.close();
+      const image = new Blob([/** @type {Uint8Array<ArrayBuffer>} */ (payload)], { type: "image/jpeg" });
+      picture = await createImageBitmap(image);
+    } catch (error) {
+      if (!hasDrawn) postMessage({ undrawn: String(error) }); // else the next one is a picture again
+      continue;
+    }
+    try {
+      draw(picture, head);
+      hasDrawn = true;
       postMessage({
         head,
         age_ms: Date.now() - 1000 * head.time,
         ...(timed ? { shown_ms: Date.now(), taken_ms: taken() } : {}),
       });
-    } catch {
-      /* a part that is no picture: the next one is */
+    } catch (error) {
+      postMessage({ undrawn: String(error) });
     }
+    picture.close();
   }
   decoding = false;
 }

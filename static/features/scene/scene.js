@@ -6,6 +6,7 @@ import { cameras, notifyError, pointer } from "../../core/state.js";
 import { translated } from "../../core/statements.js";
 import { theme } from "../../core/theme.js";
 import { t } from "../../core/words.js";
+import { drawsFast } from "../../canvas/graphics.js";
 import { mainViewport } from "../../canvas/viewport.js";
 import { openPicture } from "../calibrate/pictures.js";
 
@@ -78,7 +79,6 @@ export const sceneNextStep = computed(() => {
 
 /** @type {WebSocket | null} */
 let line = null;
-let fastest = /** @type {number | undefined} */ (undefined);
 
 /** @param {Record<string, unknown>} words */
 function send(words) {
@@ -108,23 +108,14 @@ export const toggleCamera = (key) =>
       : [...sceneView.value.hidden, key],
   });
 
-/** How often a picture may come: a browser that draws on the processor is not done with one before the next. */
-function picturesPerSecond() {
-  const gl = document.createElement("canvas").getContext("webgl");
-  return gl &&
-    !/swiftshader|llvmpipe|software/i.test(
-      String(
-        gl.getParameter(gl.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER),
-      ),
-    )
-    ? 5
-    : 0.5;
-}
+// How often a picture may come: a browser that draws on the processor is not done with one before the next.
+const FAST_FPS = 5,
+  SLOW_FPS = 0.5;
 
 /** What the server is asked for. @param {string} argument @param {string} older */
 function wanted(argument, older) {
   const [first, name] = argument.split("/"),
-    fps = (fastest ??= picturesPerSecond());
+    fps = drawsFast() ? FAST_FPS : SLOW_FPS;
   return {
     fps,
     ...(first === "rig"

@@ -7,6 +7,7 @@ export default /** @type {const} */ ({
   "canvas.graphics.choice.browser": "Dieser Browser",
   "canvas.graphics.choice.server": "Der Server",
   "canvas.graphics.server.chosen": "Der Server entzerrt die Bilder, wie ausgewählt.",
+  "canvas.graphics.server.failed": "Der Server entzerrt die Bilder, weil die Grafik dieses Browsers mehrmals ausgefallen ist. Laden Sie die Seite neu, um sie wieder zu versuchen.",
   "canvas.graphics.server.lost": "Der Server entzerrt die Bilder, bis die Grafik des Browsers wieder verfügbar ist.",
   "canvas.graphics.server.no-webgl": "Der Server entzerrt die Bilder, weil dieser Browser WebGL 2 nicht unterstützt.",
   "canvas.graphics.server.slow": "Der Server entzerrt die Bilder, weil dieser Browser {frame} ms pro Einzelbild braucht ({renderer}).",

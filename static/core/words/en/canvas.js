@@ -7,6 +7,7 @@ export default /** @type {const} */ ({
   "canvas.graphics.choice.browser": "This browser",
   "canvas.graphics.choice.server": "The server",
   "canvas.graphics.server.chosen": "The server corrects the images, as selected.",
+  "canvas.graphics.server.failed": "The server corrects the images because this browser's graphics failed several times. Reload the page to try them again.",
   "canvas.graphics.server.lost": "The server corrects the images until the browser's graphics are available again.",
   "canvas.graphics.server.no-webgl": "The server corrects the images because this browser does not support WebGL 2.",
   "canvas.graphics.server.slow": "The server corrects the images because this browser needs {frame} ms per frame ({renderer}).",

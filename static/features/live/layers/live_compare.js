@@ -25,9 +25,10 @@ import {
   visiblePicture,
 } from "../../compare/comparison.js";
 import { mesh } from "../../compare/correction.js";
-import { STATES, VIEW_PX, statuses, streamAddress } from "../camera_status.js";
+import { STATES, VIEW_PX, streamAddress } from "../camera_status.js";
 import { liveMargin, livePointer, liveView } from "../live_compare.js";
 import { useLiveStream } from "./live_stream.js";
+import { StreamState, stateOf } from "./stream_state.js";
 
 const WIDTH = 1600,
   WIDE = 2880,
@@ -85,11 +86,9 @@ export function LiveCompare({ id, name, children }) {
     const { left, top } = /** @type {Element} */ (e.currentTarget).getBoundingClientRect();
     paneUnder.value = liveView.paneAt(e.clientX - left, e.clientY - top);
   };
-  const status = statuses.value[id],
-    state = status?.state ?? "connecting",
+  const state = stateOf(id, problem),
     at = correctedPlace.value;
-  const size = it?.corrected_size.map((side) => side + 2 * liveMargin.value) ?? [4, 3],
-    wrong = problem ?? (status?.problem && { detail: status.problem.what, fix: status.problem.fix });
+  const size = it?.corrected_size.map((side) => side + 2 * liveMargin.value) ?? [4, 3];
   const isLive = state === "live" || state === "mismatch";
   return html`<div class="live-compare">
     <div
@@ -129,20 +128,7 @@ export function LiveCompare({ id, name, children }) {
         <${OnCorrected} />
       </div>
       <${Wipe} />
-      <span class="badge" data-is=${state} data-testid=${`state-${id}`}>
-        ${STATES[state]}
-        ${state === "live" && status
-          ? html`
-            ${" "}
-            <small>${t("live.frame-rate", { rate: number(status.fps, status.fps < 10 ? 1 : 0) })}</small>
-          `
-          : (
-          ""
-        )}
-      </span>
-      ${wrong && state !== "mismatch" && html`<p class="wrong" role="status">
-        <b>${wrong.detail}</b> ${wrong.fix}
-      </p>`}
+      <${StreamState} id=${id} problem=${problem} />
     </div>
     <${LiveReadOut} />
     <div class="live-legends">${children}</div>

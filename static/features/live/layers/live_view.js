@@ -1,11 +1,11 @@
 // One camera's stream on a canvas that a worker draws, the field's lines over it, and how the camera is.
 import { useEffect, useRef } from "preact/hooks";
-import { inSentence, number } from "../../../core/format.js";
+import { inSentence } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { t } from "../../../core/words.js";
 import { colour, path } from "../../../canvas/drawing.js";
 import { STATES, statuses, streamAddress } from "../camera_status.js";
 import { useLiveStream } from "./live_stream.js";
+import { StreamState, stateOf } from "./stream_state.js";
 
 const OLD_MS = 1500; // a picture older than this is not called live
 
@@ -23,9 +23,8 @@ export function LiveView({ id, name, view = "raw", width = 480, fps = 0, lines =
   }, [head?.seq]);
 
   const status = statuses.value[id],
-    state = status?.state ?? "connecting";
+    state = stateOf(id, problem);
   const isOld = head !== null && (status?.frame_age_s ?? 0) * 1000 > OLD_MS;
-  const wrong = problem ?? (status?.problem && { detail: status.problem.what, fix: status.problem.fix });
   return html`<div
     class=${`live ${isOld || (state !== "live" && state !== "mismatch") ? "not-live" : ""}`}
     ref=${frame}
@@ -47,27 +46,6 @@ export function LiveView({ id, name, view = "raw", width = 480, fps = 0, lines =
         />`)}
       </g>
     </svg>`}
-    <span class="badge" aria-hidden="true" data-is=${state} data-testid=${`state-${id}`}>
-      ${STATES[state]}
-      ${state === "live" && status
-        ? html`
-          ${" "}
-          <small>${t("live.frame-rate", { rate: number(status.fps, status.fps < 10 ? 1 : 0) })}</small>
-        `
-        : (
-        ""
-      )}
-      ${isOld && status?.frame_age_s
-        ? html`
-          ${" "}
-          <small>${t("live.picture-age", { age: number(status.frame_age_s, 0) })}</small>
-        `
-        : (
-        ""
-      )}
-    </span>
-    ${wrong && state !== "mismatch" && html`<p class="wrong" role="status">
-      <b>${wrong.detail}</b> ${wrong.fix}
-    </p>`}
+    <${StreamState} id=${id} problem=${problem} isOld=${isOld} />
   </div>`;
 }

@@ -12,7 +12,8 @@ export function Bell() {
       class="round bell"
       data-testid="bell"
       data-level=${bad ? "bad" : all.length ? "warn" : "ok"}
-      popovertarget="problems"
+      aria-haspopup="dialog"
+      onClick=${() => list()?.showModal()}
       aria-label=${all.length ? t("shell.problems.count", { count: all.length }) : t("shell.problems.none")}
       title=${t("shell.problems.title")}
     >
@@ -27,18 +28,29 @@ export function Bell() {
       </svg>
       ${all.length > 0 && html`<span aria-hidden="true">${all.length}</span>`}
     </button>
-    <div id="problems" popover="auto" class="problems" data-testid="problems">
-      <h2>${all.length ? t("shell.problems.title") : t("shell.problems.none")}</h2>
-      <ul>
-        ${all.map(({ id, level, text, fix, href }) => html`<li key=${id} data-level=${level} data-testid="problem">
-          <p>
-            <b>${text}</b> ${fix}
-          </p>
-          ${href && html`<a href=${href} onClick=${close}>${t("common.show-it")}</a>`}
-        </li>`)}
-      </ul>
-    </div>
+    <dialog
+      id="problems"
+      class="problems"
+      data-testid="problems"
+      aria-labelledby="problems-title"
+      onClick=${(/** @type {Event} */ e) => {
+        if (e.target === e.currentTarget) close(); // beside it
+      }}
+    >
+      <div class="in">
+        <h2 id="problems-title">${all.length ? t("shell.problems.title") : t("shell.problems.none")}</h2>
+        <ul>
+          ${all.map(({ id, level, text, fix, href }) => html`<li key=${id} data-level=${level} data-testid="problem">
+            <p>
+              <b>${text}</b> ${fix}
+            </p>
+            ${href && html`<a href=${href} onClick=${close}>${t("common.show-it")}</a>`}
+          </li>`)}
+        </ul>
+      </div>
+    </dialog>
   `;
 }
 
-const close = () => document.getElementById("problems")?.hidePopover();
+const list = () => /** @type {HTMLDialogElement | null} */ (document.getElementById("problems"));
+const close = () => list()?.close();
