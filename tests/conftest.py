@@ -60,7 +60,9 @@ def touchline(monkeypatch, capsys, tmp_path):
     def run(*words, stdin=""):
         monkeypatch.setattr(sys, "argv", ["touchline", *map(str, words)])
         monkeypatch.setattr(sys, "stdin", io.StringIO(stdin))
-        with pytest.raises(SystemExit) as ended:
+        with monkeypatch.context() as apart, pytest.raises(SystemExit) as ended:
+            for name in ("TOUCHLINE_TESTS", "TOUCHLINE_CHROMIUM"):  # the server would say that they are no settings
+                apart.delenv(name, raising=False)
             main()
         told = capsys.readouterr()
         return ended.value.code, told.out, told.err
