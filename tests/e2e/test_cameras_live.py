@@ -121,6 +121,33 @@ def test_a_dead_camera_says_what_to_do_and_the_others_go_on(operator, added, tmp
     page.screenshot(path=tmp_path / "dead.png")
 
 
+HOLD = """
+const listen = Worker.prototype.addEventListener;
+Worker.prototype.addEventListener = function (kind, take) {
+  listen.call(this, kind, (event) => {
+    if (self.isReleased || !event.data.head) take(event);
+  });
+};
+"""  # what a worker says of the frames that it has drawn is not heard until then
+
+
+def test_a_stream_is_called_live_only_once_this_browser_has_drawn_it(arriving, server):
+    page = arriving.page
+
+    def asked() -> list[str]:
+        """The cameras that are live for the server, as the page is told it next."""
+        answer = page.wait_for_event("response", lambda answer: answer.url.endswith("/cameras/status"), timeout=LONG_MS)
+        return [one["id"] for one in answer.json()["items"] if one["state"] == "live"]
+
+    page.add_init_script(HOLD)
+    page.goto(f"{server.url}/#/cameras")
+    until(asked, lambda live: "overhead" in live)
+    asked()  # which it does once it has shown what it was told
+    assert page.get_by_test_id("live-overhead").get_attribute("data-state") == "connecting"
+    page.evaluate("self.isReleased = true")
+    is_live(page, "overhead")
+
+
 def test_a_stream_is_called_live_only_as_long_as_this_browser_draws_it(operator):
     page = operator.page
     is_live(page, "overhead")

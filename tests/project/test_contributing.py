@@ -60,7 +60,7 @@ def follow(copy: Path, text: str) -> list[tuple[str, str, str]]:
     assert files, "no file to write"
     for name, source in files:
         (copy / name).write_text(source)
-    tables = re.findall(r"`([A-Z]+)`\s+of\s+`([\w/]+\.py)`", text)
+    tables = re.findall(r"`([A-Z_]+)`\s+of\s+`([\w/]+\.py)`", text)
     lines = re.findall(r"```python\n(    \".*?\n)```", text)
     assert len(tables) == len(lines) > 0
     for (table, name), line in zip(tables, lines, strict=True):

@@ -86,7 +86,7 @@ export function LiveCompare({ id, name, children }) {
     const { left, top } = /** @type {Element} */ (e.currentTarget).getBoundingClientRect();
     paneUnder.value = liveView.paneAt(e.clientX - left, e.clientY - top);
   };
-  const state = stateOf(id, problem),
+  const state = stateOf(id, problem, head),
     at = correctedPlace.value;
   const size = it?.corrected_size.map((side) => side + 2 * liveMargin.value) ?? [4, 3];
   const isLive = state === "live" || state === "mismatch";
@@ -128,7 +128,7 @@ export function LiveCompare({ id, name, children }) {
         <${OnCorrected} />
       </div>
       <${Wipe} />
-      <${StreamState} id=${id} problem=${problem} />
+      <${StreamState} id=${id} state=${state} problem=${problem} />
     </div>
     <${LiveReadOut} />
     <div class="live-legends">${children}</div>

@@ -60,8 +60,9 @@ export function useLiveStream(places, address, corrects = false, mesh = null) {
     watch.observe(/** @type {Element} */ (places[0].current));
     document.addEventListener("visibilitychange", look);
     return () => {
-      worker.current?.postMessage({ isOver: true });
+      it.postMessage({ isOver: true });
       for (const canvas of canvases) canvas.remove();
+      setHead(null); // nothing is drawn on the next ones yet
       watch.disconnect();
       document.removeEventListener("visibilitychange", look);
     };

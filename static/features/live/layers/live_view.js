@@ -23,7 +23,7 @@ export function LiveView({ id, name, view = "raw", width = 480, fps = 0, lines =
   }, [head?.seq]);
 
   const status = statuses.value[id],
-    state = stateOf(id, problem);
+    state = stateOf(id, problem, head);
   const isOld = head !== null && (status?.frame_age_s ?? 0) * 1000 > OLD_MS;
   return html`<div
     class=${`live ${isOld || (state !== "live" && state !== "mismatch") ? "not-live" : ""}`}
@@ -46,6 +46,6 @@ export function LiveView({ id, name, view = "raw", width = 480, fps = 0, lines =
         />`)}
       </g>
     </svg>`}
-    <${StreamState} id=${id} problem=${problem} isOld=${isOld} />
+    <${StreamState} id=${id} state=${state} problem=${problem} isOld=${isOld} />
   </div>`;
 }

@@ -6,14 +6,22 @@ import { STATES, statuses } from "../camera_status.js";
 
 /** @typedef {ReturnType<typeof import("./live_stream.js").useLiveStream>["problem"]} Problem */
 
-/** As the server knows it, unless this browser cannot draw it. @param {string} id @param {Problem} problem */
-export const stateOf = (id, problem) =>
-  problem?.isUndrawn ? "undrawn" : (statuses.value[id]?.state ?? "connecting");
+/**
+ * As the server knows it, unless this browser cannot draw it; nothing is called live before it is drawn here.
+ * @param {string} id @param {Problem} problem @param {unknown} head of the frame that is drawn, if there is one
+ */
+export function stateOf(id, problem, head) {
+  if (problem?.isUndrawn) return "undrawn";
+  const state = statuses.value[id]?.state ?? "connecting";
+  return state === "live" && !head ? "connecting" : state;
+}
 
-/** isOld: whether its picture is. @param {{ id: string, problem: Problem, isOld?: boolean }} props */
-export function StreamState({ id, problem, isOld = false }) {
-  const status = statuses.value[id],
-    state = stateOf(id, problem);
+/**
+ * isOld: whether its picture is.
+ * @param {{ id: string, state: keyof typeof STATES, problem: Problem, isOld?: boolean }} props
+ */
+export function StreamState({ id, state, problem, isOld = false }) {
+  const status = statuses.value[id];
   const wrong = problem ?? (status?.problem && { detail: status.problem.what, fix: status.problem.fix });
   return html`
     <span class="badge" aria-hidden="true" data-is=${state} data-testid=${`state-${id}`}>
