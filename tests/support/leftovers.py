@@ -11,7 +11,8 @@ from tests.support.paths import ROOT
 from tests.support.postgres import FOLDER_PREFIX
 from tests.support.standing_decoder import standing_pids
 
-CACHE = "build"  # the page's libraries and the type checker, fetched by the first test that needs them
+CACHES = (".", "__pycache__",  # of hatch_build.py, which lies there
+          "build")  # the page's libraries and the type checker, fetched by the first test that needs them
 OF_LIBRARIES = ("Dask-Callback-Thread", "asyncio_")  # Dask's, and those of Playwright's loop: as long as Python runs
 
 
@@ -19,7 +20,7 @@ def leftovers() -> set[str]:
     """Everything that could have been left, each in a few words. Caches, most with a dot before, do not count."""
     threads = {f"thread {thread.ident}: {thread.name}" for thread in threading.enumerate()
                if not thread.name.startswith(OF_LIBRARIES)}
-    files = {f"file {path}" for path in ROOT.iterdir() if not path.name.startswith((".", CACHE))}
+    files = {f"file {path}" for path in ROOT.iterdir() if not path.name.startswith(CACHES)}
     return _children() | threads | files
 
 

@@ -60,7 +60,7 @@ export function useLiveStream(places, address, corrects = false, mesh = null) {
     watch.observe(/** @type {Element} */ (places[0].current));
     document.addEventListener("visibilitychange", look);
     return () => {
-      it.postMessage({ isOver: true });
+      worker.current?.postMessage({ isOver: true });
       for (const canvas of canvases) canvas.remove();
       setHead(null); // nothing is drawn on the next ones yet
       watch.disconnect();
