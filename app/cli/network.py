@@ -13,9 +13,9 @@ from app.cli import files
 from app.cli.console import say
 from app.cli.requests import AsJson, own_fields
 from app.core.errors import TouchlineError
-from app.league.config import PublishingConfig
+from app.league.config import NetworkConfig, PublishingConfig
 from app.league.geometry_listener import GeometryListener
-from app.league.geometry_packet import geometry_packet, published_cameras
+from app.league.geometry_packet import PublishedCamera, geometry_packet, published_cameras
 from app.league.multicast import MulticastSender
 from app.league.multicast_address import GROUP, PORT, MulticastAddress
 from app.league.received import received_json
@@ -37,15 +37,17 @@ def publish(
     camera_id: Annotated[list[int] | None, typer.Option("--camera-id", min=0, max=2**32 - 1, help="Camera number, in "
                                                         "the order of the files. By default that of the "
                                                         "region.")] = None,
-    limit: Annotated[float, typer.Option("--limit-mm", min=0, help="A camera with a larger error in SSL-Vision's lens "
-                                         "model is refused.")] = 10.0,
+    limit: Annotated[float, typer.Option("--limit-mm", min=0, help="A camera that teams would receive with a larger "
+                                         "error is refused.")] = NetworkConfig.limit_mm,
     approve: Annotated[bool, typer.Option("--approve", help="Send it anyway.")] = False,
 ) -> None:
     """Send field and cameras to the multicast group of the league."""
     known = [replace(files.read_calibration(path), camera=str(path)) for path in calibrations]
     numbers = dict(zip(map(str, calibrations), camera_id or (), strict=False))
     approved = {str(path): one.id for path, one in zip(calibrations, known, strict=True)} if approve else {}
-    config = PublishingConfig(True, False, group, port, interface, ttl, every or 3.0, limit, None, numbers, approved)
+    config = PublishingConfig(enabled=True, group=group, port=port, interface=interface, ttl=ttl,
+                              interval_s=every or NetworkConfig.interval_s, limit_mm=limit, numbers=numbers,
+                              approved=approved)
     cameras = published_cameras(known, config)
     for one in cameras:
         if one.problem is not None:
@@ -55,7 +57,10 @@ def publish(
     with closing(MulticastSender(config.address)) as sender:
         sender.check()
         for one in cameras:
-            print(f"{one.name}: camera {one.number} of {one.calibration.field['name']}, {_loss(one.to_json())}")
+            print(f"{one.name}: camera {one.number} of {one.calibration.field['name']}, {_told(one)}")
+            for warning in () if one.packet is None else one.packet.warnings(one.name):
+                if warning.reason != "packet-error":
+                    print(f"  Warning: {warning.text} {warning.fix}")
         print(f"{len(packet)} bytes to {group}, port {port}{f', interface {interface}' if interface else ''}.",
               flush=True)
         _send(sender, packet, every)
@@ -146,10 +151,13 @@ def _unread(one: dict[str, Any]) -> str:
     return refused + (f", {one['skipped']} not read: too many" if one["skipped"] else "")
 
 
-def _loss(camera: dict[str, Any]) -> str:
-    loss = camera["loss"]
-    x, y = loss["worst_place"]
-    words = f"largest error {loss['worst_mm']:.4f} mm on the carpet (at {x:.0f}, {y:.0f})"
-    hat = loss["hat_worst_mm"]
-    return words + (", unknown above it: not a physical lens model" if hat is None else
-                    f", {hat:.4f} mm {loss['hat_height_mm']:g} mm above it")
+def _told(one: PublishedCamera) -> str:
+    """Say what teams receive of a camera."""
+    figures = one.to_json()
+    expected, loss = figures["expected"], figures["loss"]
+    if expected is None:
+        return f"error unknown; {loss['worst_mm']:.1f} mm at most from the calibration"
+    hat = expected.get("hat")
+    tops = "" if hat is None else (f", {hat['rms']:.1f} mm at {hat['z_mm']:g} mm above it" if hat.get("known", True)
+                                   else ", unknown above it: the camera height is unknown")
+    return f"teams receive it with an expected error of {expected['rms']:.1f} mm on the carpet{tops}"

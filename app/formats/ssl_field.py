@@ -1,6 +1,7 @@
 """Convert a field to and from the Small Size League's message.
 
-The league has its own names of lines; a line without one is sent under our name.
+The league has its own names of lines; a line without one is sent under our name. Left and right of a defence area are
+those of a goalkeeper who looks out: of the left one, right is up; of the right one, left is up.
 """
 
 import math
@@ -14,6 +15,7 @@ from app.core.errors import BadInput
 from app.core.field import Arc, Field, Line
 from app.core.field_json import field_from_json
 from app.formats.numbers import format_error
+from app.formats.ssl_known_field import known_field
 from app.ssl_protocol.protobuf import build
 from app.ssl_protocol.ssl_vision_pb2 import (
     SSL_FieldCircularArc,
@@ -33,12 +35,12 @@ NAMES = {  # ours: theirs, which names its shape as well
     "defence-right-front": "RightPenaltyStretch",
     "defence-left-bottom": "LeftFieldLeftPenaltyStretch",
     "defence-left-top": "LeftFieldRightPenaltyStretch",
-    "defence-right-bottom": "RightFieldLeftPenaltyStretch",
-    "defence-right-top": "RightFieldRightPenaltyStretch",
+    "defence-right-top": "RightFieldLeftPenaltyStretch",
+    "defence-right-bottom": "RightFieldRightPenaltyStretch",
     "centre-circle": "CenterCircle",
 }
 OURS = {theirs: ours for ours, theirs in NAMES.items()}
-SAME_MM = 0.5  # they send whole millimetres
+DEFENCE_SIDE = re.compile(r"defence-(left|right)-(top|bottom)")
 GOAL_MM = {"width_mm": 1000, "depth_mm": 180, "height_mm": 160}  # where a field has none: required on the wire
 
 
@@ -67,11 +69,8 @@ def field_to_wire(field: Field) -> SSL_GeometryFieldSize:
 
 def field_from_wire(sent: SSL_GeometryFieldSize, known: Iterable[Field] = ()) -> Field:
     """Return the known field that matches the message, or one made of it; BadInput where it is no field."""
-    for field in known:
-        ours = field_to_wire(field)
-        if all(abs(getattr(ours, name) - getattr(sent, name)) <= SAME_MM
-               for name in ("field_length", "field_width", "goal_width", "goal_depth")) and _same_lines(ours, sent):
-            return field
+    if (field := known_field(sent, known)) is not None:
+        return field
     length, width = float(sent.field_length), float(sent.field_width)
     x, y = length / 2, width / 2
     regions = {"full": ((-x, x), (-y, y)), "half-left": ((-x, 0.0), (-y, y)), "half-right": ((0.0, x), (-y, y)),
@@ -87,7 +86,7 @@ def field_from_wire(sent: SSL_GeometryFieldSize, known: Iterable[Field] = ()) ->
             "name": f"ssl-{sent.field_length}x{sent.field_width}",
             "title": f"Small Size League, {sent.field_length} × {sent.field_width} mm",
             "length_mm": length, "width_mm": width,
-            "lines": _with_unique_names([{"name": _our_name(line.name), "from": [line.p1.x, line.p1.y],
+            "lines": _with_unique_names([{"name": _line_name(line), "from": [line.p1.x, line.p1.y],
                              "to": [line.p2.x, line.p2.y], "width_mm": line.thickness} for line in sent.field_lines]),
             "arcs": _with_unique_names([{"name": _our_name(arc.name), "centre": [arc.center.x, arc.center.y],
                             "radius_mm": arc.radius, "start_deg": round(float(np.degrees(arc.a1)), 3),
@@ -119,17 +118,18 @@ def _point(place: Sequence[float]) -> Vector2f:
     return Vector2f(x=place[0], y=place[1])
 
 
-def _same_lines(ours: SSL_GeometryFieldSize, sent: SSL_GeometryFieldSize) -> bool:
-    """Tell whether every line that both name is at the same place, in either direction."""
-    there = {line.name: line for line in sent.field_lines}
-    for line in ours.field_lines:
-        if line.name in there:
-            a = np.array([[line.p1.x, line.p1.y], [line.p2.x, line.p2.y]])
-            other = there[line.name]
-            b = np.array([[other.p1.x, other.p1.y], [other.p2.x, other.p2.y]])
-            if min(np.abs(a - b).max(), np.abs(a - b[::-1]).max()) > SAME_MM:
-                return False
-    return True
+def names_are_the_leagues(sent: SSL_GeometryFieldSize) -> bool:
+    """Tell whether each named side of a defence area lies where the league's programs have it."""
+    return all(_our_name(line.name) == _line_name(line) for line in sent.field_lines)
+
+
+def _line_name(line: SSL_FieldLineSegment) -> str:
+    """Return our name of a line. A side of a defence area is named by where it lies: programs disagreed on them."""
+    name = _our_name(line.name)
+    if DEFENCE_SIDE.fullmatch(name):
+        x, y = line.p1.x + line.p2.x, line.p1.y + line.p2.y
+        return f"defence-{'left' if x < 0 else 'right'}-{'bottom' if y < 0 else 'top'}"
+    return name
 
 
 def _our_name(name: str) -> str:

@@ -18,7 +18,8 @@ MIN_INTERVAL_S, MAX_INTERVAL_S = 0.1, 60.0  # between two packets
 class NetworkConfig:
     """What the settings file says. enabled: send geometry. absorb: listen to the group. interval_s: between packets.
 
-    limit_mm: a camera whose worst error through the league's lens is larger is not sent.
+    limit_mm: a camera that teams would receive with a larger expected error is sent once that was approved. pass_on:
+    send another publisher's field and ball models as they came.
     """
 
     enabled: bool = False
@@ -28,7 +29,8 @@ class NetworkConfig:
     interface: str = ""
     ttl: int = 1
     interval_s: float = 3.0
-    limit_mm: float = 10.0
+    limit_mm: float = 30.0
+    pass_on: bool = True
 
     def __post_init__(self) -> None:
         _ = self.address
@@ -54,7 +56,8 @@ class PublishingConfig(NetworkConfig):
     """All settings of publishing: with those that a page sets, of single cameras by their names.
 
     field: the field to send where cameras see several; None for that of most cameras. numbers: camera ids, where they
-    differ from those of the regions. approved: the id of exactly that calibration which is sent in spite of limit_mm.
+    differ from those of the regions. approved: the cameras that are sent in spite of limit_mm, with the id of the
+    calibration for which that was approved.
     """
 
     field: str | None = None

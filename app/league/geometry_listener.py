@@ -16,7 +16,7 @@ from app.core.statements import say
 from app.league.multicast import Datagram, MulticastReceiver
 from app.league.multicast_address import MulticastAddress
 from app.ssl_protocol.protobuf import decode
-from app.ssl_protocol.ssl_vision_pb2 import GeometryPacket, SSL_GeometryData
+from app.ssl_protocol.ssl_vision_pb2 import GeometryPacket, SSL_GeometryData, SSL_Source
 
 log = logging.getLogger("touchline")
 MAX_SENDERS = 32
@@ -27,6 +27,7 @@ RETRY_S = 1.0
 CPU_SHARE, CPU_SHARE_PER_SENDER = 0.2, 0.05  # of one core's time for decoding: all senders together, and one
 PAUSE_S = 0.002  # between packets that are skipped: a flood must not occupy the process
 FORGET_S = 600.0
+STALE_S = 30.0  # geometry older than this counts no more
 JOIN_S = 5.0
 
 
@@ -51,6 +52,16 @@ class RemotePublisher:
     @property
     def id(self) -> str:
         return f"{self.address}-{self.port}"
+
+    @property
+    def source_name(self) -> str:
+        """SSL_Source in lower case: "ssl-vision"; "unknown" for a number that is not assigned."""
+        return (SSL_Source.Name(self.source).lower().replace("_", "-") if self.source in SSL_Source.values()
+                else "unknown")
+
+    def is_current(self, now_s: float) -> bool:
+        """Tell whether its geometry counts at now_s, time.monotonic()."""
+        return self.geometry is not None and now_s - self.geometry_s <= STALE_S
 
 
 class _Budget:

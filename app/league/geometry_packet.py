@@ -1,4 +1,4 @@
-"""Encode calibrations as the league's geometry packet, with the error in mm that its one-term lens causes."""
+"""The league's geometry packet: which cameras are in it, which are not and why, and the field."""
 
 import math
 from collections import Counter
@@ -13,36 +13,20 @@ from app.core.field_changes import FIELD_CHANGED_FIX, changes_in_words
 from app.core.field_json import field_from_json
 from app.core.records import Calibration
 from app.core.statements import say
-from app.evaluate.fit.approximation import ApproximationError, approximation_error
-from app.formats.approximation import export_camera
 from app.formats.ssl_field import field_to_wire
-from app.formats.ssl_geometry import camera_from_wire, camera_number, camera_to_wire
-from app.formats.ssl_vision import FORMAT as SSL_VISION
 from app.league.config import PublishingConfig
-from app.models.restored import Restored
-from app.models.top_view import RECTANGLE_FIELDS
-from app.ssl_protocol.protobuf import decode, encode
+from app.league.packet_camera import PacketCamera, packet_camera
+from app.league.passed_on import PassedOn
+from app.ssl_protocol.protobuf import encode
 from app.ssl_protocol.ssl_vision_pb2 import (
+    GeometryParts,
+    GeometryPartsPacket,
     SSL_GeometryCameraCalibration,
-    SSL_GeometryData,
     SSL_Source,
-    SSL_WrapperPacket,
 )
 
 NO_FIELDS: Mapping[str, Field] = {}
-
-
-@dataclass(frozen=True)
-class WireCamera:
-    """A calibration as the league's message, under its region's number.
-
-    loss: error of that message, decoded as a listener does, against the calibration. exact: whether the model is the
-    league's own, so that only the rounding to four bytes is lost.
-    """
-
-    sent: SSL_GeometryCameraCalibration
-    loss: ApproximationError
-    exact: bool
+FitPacketCamera = Callable[[Calibration], PacketCamera | TouchlineError]
 
 
 @dataclass(frozen=True)
@@ -51,7 +35,7 @@ class PublishedCamera:
 
     calibration: Calibration
     number: int
-    wire: WireCamera | None = None
+    packet: PacketCamera | None = None
     problem: TouchlineError | None = None
 
     @property
@@ -61,55 +45,27 @@ class PublishedCamera:
     @property
     def sent(self) -> SSL_GeometryCameraCalibration | None:
         """The message in the packet; None where the camera is left out."""
-        if self.wire is None or self.problem is not None:
+        if self.packet is None or self.problem is not None:
             return None
-        sent = deepcopy(self.wire.sent)
+        sent = deepcopy(self.packet.sent)
         sent.camera_id = self.number
         return sent
 
     def to_json(self) -> dict[str, Any]:
-        c, wire, problem = self.calibration, self.wire, self.problem
-        loss = None if wire is None or not math.isfinite(wire.loss.worst_at_any_height_mm) else wire.loss.to_json()
+        c, packet = self.calibration, self.packet
+        figures = {"exact": False, "loss": None, "level": None, "expected": None, "fit_expected": None} \
+            if packet is None else packet.to_json()
         return {"camera": self.name, "calibration": c.id, "version": c.version, "model": c.model_name,
                 "field": c.field["name"], "region": c.region, "camera_id": self.number,
-                "published": self.sent is not None, "exact": wire is not None and wire.exact, "loss": loss,
-                "problem": problem and problem.to_json()}
-
-
-class WireCameraCache:
-    """Encodes each calibration once: a version never changes, and approximating its lens takes a while."""
-
-    CAPACITY = 64
-
-    def __init__(self) -> None:
-        self._cache: dict[str, WireCamera | TouchlineError] = {}
-
-    def __call__(self, calibration: Calibration) -> WireCamera | TouchlineError:
-        """Return the message, or why the league's lens cannot represent the calibration."""
-        if calibration.id not in self._cache:
-            while len(self._cache) >= self.CAPACITY:
-                self._cache.pop(next(iter(self._cache)), None)
-            self._cache[calibration.id] = wire_camera(calibration)
-        return self._cache[calibration.id]
-
-
-def wire_camera(calibration: Calibration) -> WireCamera | TouchlineError:
-    """Encode a calibration and measure the loss, or return why the league's lens cannot represent it."""
-    try:
-        model, field, region = Restored.of(calibration)
-        camera = export_camera(calibration, SSL_VISION, approximate=True)
-        sent = camera_to_wire(camera.camera, camera_number(field, region))
-        read = camera_from_wire(decode(SSL_GeometryCameraCalibration, encode(sent)), field)
-        back = read.camera({name: getattr(camera.camera, name) for name in RECTANGLE_FIELDS})
-        return WireCamera(sent, approximation_error(model, back, region, field.hat_height_mm), camera.loss is None)
-    except TouchlineError as refused:
-        return refused
+                "published": self.sent is not None, **figures,
+                "warnings": [] if packet is None else [one.to_json() for one in packet.warnings(self.name)],
+                "problem": self.problem and self.problem.to_json()}
 
 
 def published_cameras(calibrations: Sequence[Calibration], config: PublishingConfig,
-                      encode_camera: Callable[[Calibration], WireCamera | TouchlineError] = wire_camera,
+                      fit_camera: FitPacketCamera = packet_camera,
                       fields: Mapping[str, Field] = NO_FIELDS) -> tuple[PublishedCamera, ...]:
-    """Return each camera as it would be sent, or why not: its lens, loss, number and field are checked.
+    """Return each camera as it would be sent, or why not: its error, number and field are checked.
 
     fields: as they are now; a calibration made when its field was otherwise is not sent.
     """
@@ -117,25 +73,40 @@ def published_cameras(calibrations: Sequence[Calibration], config: PublishingCon
     field = fields[name].to_json() if name is not None and name in fields else None
     cameras: list[PublishedCamera] = []
     for calibration in calibrations:
-        made = encode_camera(calibration)
+        made = fit_camera(calibration)
         if isinstance(made, TouchlineError):
             cameras.append(PublishedCamera(calibration, config.numbers.get(calibration.camera or "", 0), None, made))
             continue
         one = PublishedCamera(calibration, config.numbers.get(calibration.camera or "", made.sent.camera_id), made)
-        worst_mm = made.loss.worst_at_any_height_mm
-        cameras.append(replace(one, problem=_problem(one, worst_mm, cameras, config, name, field)))
+        cameras.append(replace(one, problem=_problem(one, made.judged_mm, cameras, config, name, field)))
     return tuple(cameras)
 
 
-def geometry_packet(candidates: Iterable[PublishedCamera], fields: Mapping[str, Field] = NO_FIELDS) -> bytes | None:
-    """Encode all cameras that are sent, with their field as it is now; None where there is none."""
-    cameras = [(one.calibration, sent) for one in candidates if (sent := one.sent) is not None]
-    if not cameras:
+def published_field(candidates: Iterable[PublishedCamera], fields: Mapping[str, Field] = NO_FIELDS) -> Field | None:
+    """Return the field of the packet, as it is now; None where no camera is sent."""
+    sent = [one.calibration for one in candidates if one.sent is not None]
+    if not sent:
         return None
-    newest = max((calibration for calibration, _ in cameras), key=lambda one: one.created_at).field
-    field = fields[newest["name"]] if newest["name"] in fields else field_from_json(newest)
-    geometry = SSL_GeometryData(field=field_to_wire(field), calib=[sent for _, sent in cameras])
-    return encode(SSL_WrapperPacket(geometry=geometry, source=SSL_Source.OTHER))
+    newest = max(sent, key=lambda one: one.created_at).field
+    return fields[newest["name"]] if newest["name"] in fields else field_from_json(newest)
+
+
+def geometry_packet(candidates: Sequence[PublishedCamera], fields: Mapping[str, Field] = NO_FIELDS,
+                    passed_on: PassedOn | None = None) -> bytes | None:
+    """Encode all cameras that are sent, with their field as it is now; None where there is none.
+
+    passed_on: another publisher's geometry. Where it is of the same field, that and its ball models are sent as they
+    came.
+    """
+    field = published_field(candidates, fields)
+    if field is None:
+        return None
+    cameras = [encode(sent) for one in candidates if (sent := one.sent) is not None]
+    if passed_on is not None and passed_on.is_of(field):
+        parts = GeometryParts(field=passed_on.field, calib=cameras, models=passed_on.models or None)
+    else:
+        parts = GeometryParts(field=encode(field_to_wire(field)), calib=cameras)
+    return encode(GeometryPartsPacket(geometry=parts, source=SSL_Source.OTHER))
 
 
 def _field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str | None:
@@ -146,7 +117,7 @@ def _field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str
     return max(names, key=lambda name: names[name], default=None)
 
 
-def _problem(one: PublishedCamera, worst_mm: float, before: Iterable[PublishedCamera], config: PublishingConfig,
+def _problem(one: PublishedCamera, judged_mm: float, before: Iterable[PublishedCamera], config: PublishingConfig,
              field_name: str | None, field: Mapping[str, Any] | None) -> TouchlineError | None:
     """Return why an encoded camera is left out; None where it is sent."""
     name = one.name
@@ -165,15 +136,14 @@ def _problem(one: PublishedCamera, worst_mm: float, before: Iterable[PublishedCa
                             camera=name, other=twin.name, number=one.number),
                         say("publishing.another-number", "Give {camera} another number.", camera=name),
                         reason="number-taken")
-    if not math.isfinite(worst_mm):
-        return Conflict(say("publishing.area-not-covered", "The SSL lens model does not cover the whole area of "
+    if not math.isfinite(judged_mm):
+        return Conflict(say("publishing.area-not-covered", "The lens of a packet does not cover the whole area of "
                             "{camera}.", camera=name),
-                        say("publishing.fit-ssl-model", "Fit the SSL lens model to the same points, and activate the "
-                            "new version."), reason="loss-unlimited")
-    if worst_mm > config.limit_mm and config.approved.get(name) != one.calibration.id:
-        return Conflict(say("publishing.above-limit", "The largest error of the SSL lens model for {camera} is "
-                            "{mm:.1f} mm; the limit is {limit_mm:g} mm.", camera=name, mm=worst_mm,
-                            limit_mm=config.limit_mm),
-                        say("publishing.fit-ssl-model-or-publish", "Fit the SSL lens model to the same points and "
-                            "activate the new version, or publish anyway."), reason="loss-above-limit")
+                        say("publishing.smaller-area", "Calibrate a smaller area with this camera, or use a lens with "
+                            "less distortion."), reason="loss-unlimited")
+    if judged_mm > config.limit_mm and name not in config.approved:
+        return Conflict(say("publishing.above-limit", "Teams would receive {camera} with an error of {mm:.0f} mm; you "
+                            "are asked above {limit_mm:g} mm.", camera=name, mm=judged_mm, limit_mm=config.limit_mm),
+                        say("publishing.publish-anyway", "Publish it anyway, or use a lens with less distortion or a "
+                            "smaller area for this camera."), reason="loss-above-limit")
     return None

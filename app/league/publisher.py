@@ -13,8 +13,15 @@ from app.core.field import Field
 from app.core.records import Calibration
 from app.core.statements import say
 from app.league.config import PublishingConfig
-from app.league.geometry_packet import NO_FIELDS, PublishedCamera, WireCamera, geometry_packet, published_cameras
+from app.league.geometry_packet import (
+    NO_FIELDS,
+    FitPacketCamera,
+    PublishedCamera,
+    geometry_packet,
+    published_cameras,
+)
 from app.league.multicast import MulticastSender
+from app.league.passed_on import PassedOn
 
 log = logging.getLogger("touchline")
 RETRY_S = 1.0  # after a failure, or sooner where the interval is shorter
@@ -23,10 +30,10 @@ JOIN_S = 5.0
 
 @dataclass(frozen=True)
 class PublishStatus:
-    """What was sent so far. last_s: time.monotonic() of the newest packet; failures: since the last one."""
+    """What was sent so far. packet: the newest; last_s: its time.monotonic(); failures: since then."""
 
     packets: int = 0
-    bytes: int = 0
+    packet: bytes = b""
     last_s: float | None = None
     failures: int = 0
     problem: TouchlineError | None = None
@@ -34,23 +41,23 @@ class PublishStatus:
 
     def to_json(self) -> dict[str, Any]:
         age_s = None if self.last_s is None else round(time.monotonic() - self.last_s, 3)
-        return {"packets": self.packets, "bytes": self.bytes, "age_s": age_s, "failures": self.failures}
+        return {"packets": self.packets, "bytes": len(self.packet), "age_s": age_s, "failures": self.failures}
 
 
 class Publisher:
     """A thread that publishes until it is closed.
 
-    active: returns the active calibrations. encode: a calibration's message. fields: as they are now, by name. sender:
-    open to other packets as well.
+    active: returns the active calibrations. fit: fits a calibration's packet camera. fields: as they are now, by name.
+    passed_on: returns what another publisher's geometry adds. sender: open to other packets as well.
     """
 
     def __init__(self, config: PublishingConfig, active: Callable[[], Sequence[Calibration]],
-                 encode: Callable[[Calibration], WireCamera | TouchlineError],
-                 fields: Mapping[str, Field] = NO_FIELDS) -> None:
+                 fit: FitPacketCamera, fields: Mapping[str, Field] = NO_FIELDS,
+                 passed_on: Callable[[], PassedOn | None] = lambda: None) -> None:
         self.config = config
         self.sender = MulticastSender(config.address)
         self.status = PublishStatus()
-        self._active, self._encode, self._fields = active, encode, fields
+        self._active, self._fit, self._fields, self._passed_on = active, fit, fields, passed_on
         self._wakened = threading.Event()
         self._ended = False
         self._thread = threading.Thread(target=self._run, name="publisher", daemon=True)
@@ -77,16 +84,16 @@ class Publisher:
     def _publish(self) -> PublishStatus:
         before, cameras = self.status, self.status.cameras
         try:
-            cameras = published_cameras(self._active(), self.config, self._encode, self._fields)
-            packet = geometry_packet(cameras, self._fields)
+            cameras = published_cameras(self._active(), self.config, self._fit, self._fields)
+            packet = geometry_packet(cameras, self._fields, self._passed_on())
             if self._ended or packet is None:
-                return PublishStatus(before.packets, 0, before.last_s, 0, None, cameras)
+                return PublishStatus(before.packets, b"", before.last_s, 0, None, cameras)
             self.sender.send(packet)
-            return PublishStatus(before.packets + 1, len(packet), time.monotonic(), 0, None, cameras)
+            return PublishStatus(before.packets + 1, packet, time.monotonic(), 0, None, cameras)
         except TouchlineError as error:
             problem = error
         except Exception:
             log.exception("geometry could not be published")
             problem = Unavailable(say("publishing.failed", "The geometry cannot be published."), TRIES_AGAIN,
                                   reason="publishing-failed")
-        return PublishStatus(before.packets, before.bytes, before.last_s, before.failures + 1, problem, cameras)
+        return PublishStatus(before.packets, before.packet, before.last_s, before.failures + 1, problem, cameras)

@@ -1,7 +1,8 @@
 """Publishing and listening together, switched by one configuration that may change at any time."""
 
 import threading
-from collections.abc import Callable, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from app.core.errors import Conflict, NotFound
@@ -10,25 +11,31 @@ from app.core.records import Calibration, Warning
 from app.core.statements import join, say
 from app.league.config import PublishingConfig
 from app.league.geometry_listener import GeometryListener, RemotePublisher
-from app.league.geometry_packet import NO_FIELDS, PublishedCamera, WireCameraCache, published_cameras
+from app.league.geometry_packet import NO_FIELDS, PublishedCamera, published_cameras, published_field
 from app.league.multicast import MulticastSender
 from app.league.multicast_address import interfaces
-from app.league.publisher import Publisher
+from app.league.packet_camera import PacketCameraCache
+from app.league.passed_on import PassedOn, heard_geometry
+from app.league.publisher import Publisher, PublishStatus
 from app.league.received import contradictions, received_json
+from app.ssl_protocol.protobuf import decode
+from app.ssl_protocol.ssl_vision_pb2 import GeometryPacket
 
 
 class Publishing:
     """Publishes and listens as configured, from start() until close().
 
     active: returns every camera's active calibration; it may block. fields: those known to this server, by name, as
-    they are now.
+    they are now. passed_on: what another publisher's geometry added before; keep: saves it.
     """
 
     def __init__(self, config: PublishingConfig, active: Callable[[], Sequence[Calibration]],
-                 fields: Mapping[str, Field] = NO_FIELDS) -> None:
+                 fields: Mapping[str, Field] = NO_FIELDS, passed_on: PassedOn | None = None,
+                 keep: Callable[[PassedOn], None] = lambda found: None) -> None:
         self.config = config
+        self.packet_camera = PacketCameraCache()
         self._active, self._fields = active, fields
-        self._encode = WireCameraCache()
+        self._passed_on, self._kept, self._keep = passed_on, passed_on, keep
         self._lock = threading.Lock()
         self._publisher: Publisher | None = None
         self._listener: GeometryListener | None = None
@@ -70,7 +77,7 @@ class Publishing:
 
     def cameras(self) -> tuple[PublishedCamera, ...]:
         """Compute what is sent of each camera, or would be."""
-        return published_cameras(self._active(), self.config, self._encode, self._fields)
+        return published_cameras(self._active(), self.config, self.packet_camera, self._fields)
 
     def status(self) -> dict[str, Any]:
         """Return configuration, state and cameras as JSON; takes as long as approximating new calibrations does."""
@@ -80,7 +87,7 @@ class Publishing:
         state = ("off" if sent is None else "failing" if problem is not None else
                  "silent" if not any(one.sent for one in cameras) else "on-air" if sent.packets else "starting")
         return {**self.config.to_json(), "state": state, "problem": problem and problem.to_json(),
-                "said": None if sent is None else sent.to_json(),
+                "said": None if sent is None else sent.to_json(), "passed_on": self._passed_on_json(cameras),
                 "cameras": [one.to_json() for one in cameras], "interfaces": interfaces()}
 
     def received(self) -> dict[str, Any]:
@@ -89,8 +96,10 @@ class Publishing:
         if listener is None:
             return {"listening": False, "problem": None, "datagrams": 0, "own": 0, "items": []}
         fields, problem = tuple(self._fields.values()), listener.problem
-        ours = () if publisher is None else publisher.status.cameras
-        items = sorted((received_json(one, fields, ours) for one in listener.publishers), key=lambda one: one["id"])
+        sent = PublishStatus() if publisher is None else publisher.status
+        packet = decode(GeometryPacket, sent.packet).geometry if sent.packet else None
+        items = sorted((received_json(one, fields, sent.cameras, packet) for one in listener.publishers),
+                       key=lambda one: one["id"])
         return {"listening": listener.joined.is_set() and problem is None, "problem": problem and problem.to_json(),
                 "datagrams": listener.datagrams, "own": listener.own, "items": items}
 
@@ -114,6 +123,7 @@ class Publishing:
         if publisher is not None and (problem := publisher.status.problem) is not None:
             found.append(Warning("publishing", join(
                 say("publishing.not-published", "The geometry is not published:"), problem.what), problem.fix))
+        found += [] if publisher is None else _left_out(publisher.status.cameras)
         if listener is not None and (problem := listener.problem) is not None:
             found.append(Warning("absorbing", join(
                 say("receiving.no-geometry-received", "No geometry is received:"), problem.what), problem.fix))
@@ -133,13 +143,36 @@ class Publishing:
             self._publisher = None
             publisher.close()
         if config.enabled and self._publisher is None:
-            self._publisher = Publisher(config, self._active, self._encode, self._fields)
-        if listener is not None and (not config.absorb or listener.address != config.address):
+            self._publisher = Publisher(config, self._active, self.packet_camera, self._fields, self._heard)
+        listens = config.absorb or config.enabled  # who publishes must know who else does
+        if listener is not None and (not listens or listener.address != config.address):
             self._listener = None
             listener.close()
-        if config.absorb and self._listener is None:
+        if listens and self._listener is None:
             self._listener = GeometryListener(config.address, self._is_own)
+
+    def _heard(self) -> PassedOn | None:
+        """Return what is passed on, and keep it; None where that is switched off."""
+        if not self.config.pass_on:
+            return None
+        if (listener := self._listener) is not None:
+            self._passed_on = heard_geometry(listener.publishers, time.monotonic(), self._passed_on)
+        if (found := self._passed_on) is not None and found.needs_saving(self._kept):
+            self._keep(found)
+            self._kept = found
+        return self._passed_on
+
+    def _passed_on_json(self, cameras: Sequence[PublishedCamera]) -> dict[str, Any] | None:
+        found, field = self._passed_on, published_field(cameras, self._fields)
+        return found.to_json() if self.config.pass_on and found and field is not None and found.is_of(field) else None
 
     def _is_own(self, address: str, port: int) -> bool:
         sender = self.sender
         return sender is not None and sender.is_own_packet(address, port)
+
+
+def _left_out(cameras: Iterable[PublishedCamera]) -> list[Warning]:
+    """Say which cameras teams do not receive, and why: the page of publishing is seldom open."""
+    return [Warning("camera-not-published", join(say("publishing.camera-left-out", "{camera} is not published:",
+                                                     camera=one.name), one.problem.what), one.problem.fix)
+            for one in cameras if one.problem is not None]

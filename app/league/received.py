@@ -7,27 +7,28 @@ from typing import Any
 
 from app.core.errors import TouchlineError
 from app.core.field import Field
+from app.core.statements import stated
 from app.formats.ssl_field import field_from_wire
 from app.formats.ssl_geometry import camera_from_wire
+from app.league.geometry_difference import geometry_differences
 from app.league.geometry_listener import RemotePublisher
 from app.league.geometry_packet import PublishedCamera
 from app.ssl_protocol.protobuf import decode, encode
-from app.ssl_protocol.ssl_vision_pb2 import SSL_GeometryCameraCalibration, SSL_Source
+from app.ssl_protocol.ssl_vision_pb2 import SSL_GeometryCameraCalibration, SSL_GeometryData
 
-STALE_S = 30.0  # geometry older than this contradicts nobody any more
 DERIVED = ("derived_camera_world_tx", "derived_camera_world_ty", "derived_camera_world_tz", "pixel_image_width",
            "pixel_image_height")  # of a calibration: they add nothing to it
 
 
 def received_json(publisher: RemotePublisher, fields: Iterable[Field], ours: Iterable[PublishedCamera],
-                  ) -> dict[str, Any]:
-    """Describe one publisher. fields: those known to this server; ours: the cameras that we publish now."""
+                  packet: SSL_GeometryData | None = None) -> dict[str, Any]:
+    """Describe one publisher. fields: those known to this server; ours: the cameras that we publish now, in packet."""
     now, geometry = time.monotonic(), publisher.geometry
     found = {"id": publisher.id, "address": publisher.address, "port": publisher.port,
-             "source": source_name(publisher.source), "age_s": round(now - publisher.last_s, 3),
+             "source": publisher.source_name, "age_s": round(now - publisher.last_s, 3),
              "packets": publisher.packets, "geometries": publisher.geometries, "refused": publisher.refused,
              "refusal": publisher.why or None, "skipped": publisher.skipped, "geometry_age_s": None, "sha256": None,
-             "field": None, "problem": None, "cameras": []}
+             "field": None, "problem": None, "cameras": [], "differs": []}
     if geometry is None:
         return found
     found |= {"geometry_age_s": round(now - publisher.geometry_s, 3),
@@ -40,7 +41,9 @@ def received_json(publisher: RemotePublisher, fields: Iterable[Field], ours: Ite
                           "width_mm": field.width_mm, "known": any(field is one for one in fields)}
     except TouchlineError as error:
         return {**found, "problem": error.to_json()}
-    return {**found, "cameras": [_camera(sent, field, numbers.get(sent.camera_id)) for sent in geometry.calib]}
+    differs = () if packet is None else geometry_differences(geometry, packet)
+    return {**found, "differs": [stated({"text": text}) for text in differs],
+            "cameras": [_camera(sent, field, numbers.get(sent.camera_id)) for sent in geometry.calib]}
 
 
 def contradictions(publishers: Iterable[RemotePublisher], ours: Iterable[PublishedCamera],
@@ -53,12 +56,7 @@ def contradictions(publishers: Iterable[RemotePublisher], ours: Iterable[Publish
 def _current_cameras(publisher: RemotePublisher) -> Sequence[SSL_GeometryCameraCalibration]:
     """Return the cameras of geometry that is not stale."""
     geometry = publisher.geometry
-    return () if geometry is None or time.monotonic() - publisher.geometry_s > STALE_S else geometry.calib
-
-
-def source_name(source: int) -> str:
-    """Write SSL_Source in lower case: "ssl-vision"; "unknown" for a number that is not assigned."""
-    return SSL_Source.Name(source).lower().replace("_", "-") if source in SSL_Source.values() else "unknown"
+    return geometry.calib if geometry is not None and publisher.is_current(time.monotonic()) else ()
 
 
 def _camera(sent: SSL_GeometryCameraCalibration, field: Field, ours: PublishedCamera | None) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from app.core.records import Calibration
 from app.core.report_json import completed_report
 from app.models import model_from_json
 from app.services.container import Services
+from app.services.fields import save_field
 from app.services.forms import FittedModelForm, Name, Note, ObservationForm, OptionValues, Rotate, Size, Strict
 from app.workflows import interchange
 
@@ -70,6 +71,8 @@ def import_file(services: Services, data: bytes, texts: Mapping[str, str], by: s
     if interchange.is_lens(content):
         return store.lenses.add(interchange.lens_record_from_file(content, options)), "lenses"
     made = interchange.calibration_from_file(content, options, services.fields)
+    if made.field["name"] not in services.fields:  # that of a packet: without it, the calibration is of no use
+        save_field(services, made.field["name"], dict(made.field), None, new=True)
     return store.calibrations.add(replace(made, note=f"{made.note} {origin}".strip()), by).to_json(), "calibrations"
 
 

@@ -1,16 +1,19 @@
 """Publishing settings that operators have changed, saved over a restart; they win over the settings file by name."""
 
 import json
+import logging
 import threading
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from app.core.errors import BadInput
+from app.core.errors import BadInput, TouchlineError
 from app.core.field import Field
 from app.core.records import Calibration, Warning
 from app.core.statements import say
 from app.league.config import PublishingConfig
+from app.league.passed_on import PassedOn
 from app.league.publishing import Publishing
 from app.services.cameras import CameraService
 from app.settings import Settings
@@ -18,7 +21,9 @@ from app.store.files import translate_disk_errors, write_atomically
 from app.store.repository import check_etag, content_etag
 from app.store.store import Store
 
+log = logging.getLogger("touchline")
 FILE = "publishing.json"
+HEARD_FILE = "heard-geometry.json"  # what another publisher's geometry adds to ours
 MERGED = ("numbers", "approved")  # by camera: those not named stay, null removes one
 
 
@@ -37,7 +42,8 @@ class PublishingService:
             calibrations = (store.calibrations.active(camera.id) for camera in cameras.all())
             return [calibration for calibration in calibrations if calibration is not None]
 
-        self.publisher = Publishing(self._read(), active, fields)
+        self._heard_path = settings.data / HEARD_FILE
+        self.publisher = Publishing(self._read(), active, fields, self._read_heard(), self._keep_heard)
 
     def change(self, changes: Mapping[str, Any], check: bool = True, etag: str | None = None) -> None:
         """Save and apply; BadInput for what cannot be, NetworkError for what this network does not carry now.
@@ -71,6 +77,19 @@ class PublishingService:
     @property
     def warnings(self) -> tuple[Warning, ...]:
         return (*self._damage, *self.publisher.warnings)
+
+    def _keep_heard(self, found: PassedOn) -> None:
+        try:
+            with translate_disk_errors("The heard geometry"):
+                write_atomically(self._heard_path, json.dumps(found.saved()).encode())
+        except TouchlineError as problem:  # it is passed on all the same, until the next start
+            log.warning("%s", problem)
+
+    def _read_heard(self) -> PassedOn | None:
+        try:
+            return PassedOn.from_saved(_read_object(self._heard_path), time.time())
+        except (ValueError, RecursionError, OSError):
+            return None
 
     def _read(self) -> PublishingConfig:
         """Read what was saved. A damaged file is left as it is, and nothing is sent until somebody has looked."""

@@ -69,6 +69,8 @@ def _problem(message: Message) -> str | None:
         match value:
             case float() if not math.isfinite(value):
                 return f"{field.name} is not finite"
+            case _ if field.type == field.TYPE_BYTES:
+                continue
             case bytes():  # of a text that is not UTF-8
                 return f"{field.name} is not text"
             case float() | int() | str():

@@ -169,13 +169,43 @@ class SSL_GeometryCameraCalibration(_message.Message):
     pixel_image_height: int
     def __init__(self, camera_id: _Optional[int] = ..., focal_length: _Optional[float] = ..., principal_point_x: _Optional[float] = ..., principal_point_y: _Optional[float] = ..., distortion: _Optional[float] = ..., q0: _Optional[float] = ..., q1: _Optional[float] = ..., q2: _Optional[float] = ..., q3: _Optional[float] = ..., tx: _Optional[float] = ..., ty: _Optional[float] = ..., tz: _Optional[float] = ..., derived_camera_world_tx: _Optional[float] = ..., derived_camera_world_ty: _Optional[float] = ..., derived_camera_world_tz: _Optional[float] = ..., pixel_image_width: _Optional[int] = ..., pixel_image_height: _Optional[int] = ...) -> None: ...
 
+class SSL_BallModelStraightTwoPhase(_message.Message):
+    __slots__ = ("acc_slide", "acc_roll", "k_switch")
+    ACC_SLIDE_FIELD_NUMBER: _ClassVar[int]
+    ACC_ROLL_FIELD_NUMBER: _ClassVar[int]
+    K_SWITCH_FIELD_NUMBER: _ClassVar[int]
+    acc_slide: float
+    acc_roll: float
+    k_switch: float
+    def __init__(self, acc_slide: _Optional[float] = ..., acc_roll: _Optional[float] = ..., k_switch: _Optional[float] = ...) -> None: ...
+
+class SSL_BallModelChipFixedLoss(_message.Message):
+    __slots__ = ("damping_xy_first_hop", "damping_xy_other_hops", "damping_z")
+    DAMPING_XY_FIRST_HOP_FIELD_NUMBER: _ClassVar[int]
+    DAMPING_XY_OTHER_HOPS_FIELD_NUMBER: _ClassVar[int]
+    DAMPING_Z_FIELD_NUMBER: _ClassVar[int]
+    damping_xy_first_hop: float
+    damping_xy_other_hops: float
+    damping_z: float
+    def __init__(self, damping_xy_first_hop: _Optional[float] = ..., damping_xy_other_hops: _Optional[float] = ..., damping_z: _Optional[float] = ...) -> None: ...
+
+class SSL_GeometryModels(_message.Message):
+    __slots__ = ("straight_two_phase", "chip_fixed_loss")
+    STRAIGHT_TWO_PHASE_FIELD_NUMBER: _ClassVar[int]
+    CHIP_FIXED_LOSS_FIELD_NUMBER: _ClassVar[int]
+    straight_two_phase: SSL_BallModelStraightTwoPhase
+    chip_fixed_loss: SSL_BallModelChipFixedLoss
+    def __init__(self, straight_two_phase: _Optional[_Union[SSL_BallModelStraightTwoPhase, _Mapping]] = ..., chip_fixed_loss: _Optional[_Union[SSL_BallModelChipFixedLoss, _Mapping]] = ...) -> None: ...
+
 class SSL_GeometryData(_message.Message):
-    __slots__ = ("field", "calib")
+    __slots__ = ("field", "calib", "models")
     FIELD_FIELD_NUMBER: _ClassVar[int]
     CALIB_FIELD_NUMBER: _ClassVar[int]
+    MODELS_FIELD_NUMBER: _ClassVar[int]
     field: SSL_GeometryFieldSize
     calib: _containers.RepeatedCompositeFieldContainer[SSL_GeometryCameraCalibration]
-    def __init__(self, field: _Optional[_Union[SSL_GeometryFieldSize, _Mapping]] = ..., calib: _Optional[_Iterable[_Union[SSL_GeometryCameraCalibration, _Mapping]]] = ...) -> None: ...
+    models: SSL_GeometryModels
+    def __init__(self, field: _Optional[_Union[SSL_GeometryFieldSize, _Mapping]] = ..., calib: _Optional[_Iterable[_Union[SSL_GeometryCameraCalibration, _Mapping]]] = ..., models: _Optional[_Union[SSL_GeometryModels, _Mapping]] = ...) -> None: ...
 
 class SSL_DetectionBall(_message.Message):
     __slots__ = ("confidence", "area", "x", "y", "z", "pixel_x", "pixel_y")
@@ -252,3 +282,21 @@ class GeometryPacket(_message.Message):
     geometry: SSL_GeometryData
     source: SSL_Source
     def __init__(self, geometry: _Optional[_Union[SSL_GeometryData, _Mapping]] = ..., source: _Optional[_Union[SSL_Source, str]] = ...) -> None: ...
+
+class GeometryParts(_message.Message):
+    __slots__ = ("field", "calib", "models")
+    FIELD_FIELD_NUMBER: _ClassVar[int]
+    CALIB_FIELD_NUMBER: _ClassVar[int]
+    MODELS_FIELD_NUMBER: _ClassVar[int]
+    field: bytes
+    calib: _containers.RepeatedScalarFieldContainer[bytes]
+    models: bytes
+    def __init__(self, field: _Optional[bytes] = ..., calib: _Optional[_Iterable[bytes]] = ..., models: _Optional[bytes] = ...) -> None: ...
+
+class GeometryPartsPacket(_message.Message):
+    __slots__ = ("geometry", "source")
+    GEOMETRY_FIELD_NUMBER: _ClassVar[int]
+    SOURCE_FIELD_NUMBER: _ClassVar[int]
+    geometry: GeometryParts
+    source: SSL_Source
+    def __init__(self, geometry: _Optional[_Union[GeometryParts, _Mapping]] = ..., source: _Optional[_Union[SSL_Source, str]] = ...) -> None: ...

@@ -6,7 +6,8 @@ Import: the reader that recognises the file, then a calibration where the file h
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import count
 from typing import Any, TypeGuard
 
 import numpy as np
@@ -179,7 +180,9 @@ def _field(found: CameraFile, options: ImportOptions, fields: Mapping[str, Field
     if options.field is not None:
         return _known(fields, options.field)
     if found.field is not None:
-        return field_from_wire(field_to_wire(found.field), fields.values())
+        heard = field_from_wire(field_to_wire(found.field), fields.values())
+        free = (name for n in count(2) if (name := f"{heard.name}-{n}") not in fields)
+        return heard if heard.name not in fields or fields[heard.name] is heard else replace(heard, name=next(free))
     if found.metadata.field is None:
         raise BadInput(say("import.no-field", "The file does not state the field of the camera."),
                        say("import.enter-field-name", "Enter it: field."), reason="no-field")

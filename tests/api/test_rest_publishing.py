@@ -175,14 +175,16 @@ def test_a_network_that_is_away_at_the_start_is_told_and_tried_again(tmp_path, w
 def test_a_loss_above_the_limit_is_sent_only_once_it_is_approved(client, way):
     with Listener(**way) as ear:
         id = kept(client, "fisheye", 1)
-        told = put(client, enabled=True, interval_s=0.1, **way)
+        told = put(client, enabled=True, interval_s=0.1, limit_mm=1, **way)
         assert told["cameras"][0]["problem"]["reason"] == "loss-above-limit"
         until(lambda: state(client)["state"] == "silent")
+        assert any(w["reason"] == "camera-not-published" for w in client.get(f"{API}/health").json()["warnings"])
         assert ear.receive(0.3) is None
         assert put(client, approved={"north": id})["cameras"][0]["published"]
         assert ear.receive() is not None
-        kept(client, "fisheye", 2)  # the next version is not approved
-        until(lambda: state(client)["state"] == "silent")
+        kept(client, "fisheye", 2)  # nobody is asked again for this camera
+        assert state(client)["cameras"][0]["published"]
+        assert put(client, approved={"north": None})["cameras"][0]["published"] is False
 
 
 def test_a_camera_that_is_heard_becomes_a_calibration_that_says_where_it_is_from(client, way):

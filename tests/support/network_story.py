@@ -9,7 +9,7 @@ from io import FileIO
 
 from app.league.config import PublishingConfig
 from app.league.geometry_listener import GeometryListener
-from app.league.geometry_packet import wire_camera
+from app.league.packet_camera import packet_camera
 from app.league.publisher import Publisher
 from tests.support.exported import example
 from tests.support.waiting import until
@@ -48,7 +48,7 @@ def main(interface: str) -> None:
     else:
         on, off = (lambda: switch("lo", True)), (lambda: switch("lo", False))
     config = PublishingConfig(enabled=True, group="239.255.7.7", port=23457, interface=interface, interval_s=0.1)
-    publisher = Publisher(config, lambda: [example("ssl", 0)], wire_camera)
+    publisher = Publisher(config, lambda: [example("ssl", 0)], packet_camera)
     listener = GeometryListener(config.address)
 
     def reason() -> str:

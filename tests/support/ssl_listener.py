@@ -28,7 +28,14 @@ MESSAGES = {
         "optional float derived_camera_world_tx 13; optional float derived_camera_world_ty 14; "
         "optional float derived_camera_world_tz 15; optional uint32 pixel_image_width 16; "
         "optional uint32 pixel_image_height 17",
-    "SSL_GeometryData": "required SSL_GeometryFieldSize field 1; repeated SSL_GeometryCameraCalibration calib 2",
+    "SSL_BallModelStraightTwoPhase": "required double acc_slide 1; required double acc_roll 2; "
+                                     "required double k_switch 3",
+    "SSL_BallModelChipFixedLoss": "required double damping_xy_first_hop 1; required double damping_xy_other_hops 2; "
+                                  "required double damping_z 3",
+    "SSL_GeometryModels": "optional SSL_BallModelStraightTwoPhase straight_two_phase 1; "
+                          "optional SSL_BallModelChipFixedLoss chip_fixed_loss 2",
+    "SSL_GeometryData": "required SSL_GeometryFieldSize field 1; repeated SSL_GeometryCameraCalibration calib 2; "
+                        "optional SSL_GeometryModels models 3",
     "SSL_DetectionBall": "required float confidence 1; optional uint32 area 2; required float x 3; required float y 4; "
                          "optional float z 5; required float pixel_x 6; required float pixel_y 7",
     "SSL_DetectionRobot":

@@ -13,7 +13,7 @@ from app.api.responses import Json, disposition, finished_or_queued, picture
 from app.api.schemas import responses
 from app.api.schemas.media import HTML, files
 from app.api.schemas.requests import Id
-from app.core.errors import BadInput, NotFound
+from app.core.errors import BadInput, NotFound, TouchlineError
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
 from app.evaluate.fit.difference import Difference
@@ -62,6 +62,24 @@ def difference_picture(services: ServicesDep, id: Id, other: Id) -> Response:
     a, b = services.store.calibrations.get(id), services.store.calibrations.get(other)
     grid = workflow.difference_grid(_difference(a, b))
     return _heat_map(grid["mm"], a, f"version {b.version} from version {a.version}")
+
+
+@router.get("/calibrations/{id}/packet", response_model=responses.Packet)
+@in_thread
+def packet_of(services: ServicesDep, id: Id) -> Json:
+    """Return what teams receive of a version through the league's packet, whether it is published or not.
+
+    expected: the error of that, on the carpet and at robot tops; fit_expected: the version's own. asked: whether it is
+    published only after approval. problem: why a packet cannot hold it.
+    """
+    calibration = services.store.calibrations.get(id)
+    publisher = services.publishing.publisher
+    found = publisher.packet_camera(calibration)
+    if isinstance(found, TouchlineError):
+        nothing = {"exact": False, "loss": None, "expected": None, "fit_expected": None, "level": None}
+        return Json({"calibration": id, **nothing, "asked": False, "warnings": [], "problem": found.to_json()})
+    return Json({"calibration": id, **found.to_json(), "asked": found.judged_mm > publisher.config.limit_mm,
+                 "warnings": [one.to_json() for one in found.warnings(calibration.camera or id)], "problem": None})
 
 
 def _uncertainty(calibration: Calibration, z_mm: float) -> Uncertainty:

@@ -13,7 +13,6 @@ from app.api.schemas import responses
 from app.api.schemas.requests import CameraId, Id
 from app.core.errors import Conflict
 from app.core.statements import say
-from app.league.received import source_name
 from app.services.forms import Name, Number, Rotate, Size, Strict
 from app.services.import_file import OPTIONS, import_file
 
@@ -33,12 +32,13 @@ class PublishingChanges(Strict):
     interface: Text = Field("", description="name or address; empty: the system's choice")
     ttl: Annotated[int, Field(ge=0, le=255)] = 1
     interval_s: Annotated[float, Field(ge=0.1, le=60)] = 3.0
-    limit_mm: Annotated[Number, Field(ge=0, le=100_000)] = 10.0
+    limit_mm: Annotated[Number, Field(ge=0, le=100_000)] = 30.0
+    pass_on: bool = Field(True, description="send another publisher's field and ball models as they came")
     field: CameraId | None = Field(None, description="if cameras have different fields; null: that of most cameras")
     numbers: Annotated[dict[CameraId, WireNumber | None], Field(max_length=100)] = Field(
         {}, description="cameras' numbers on the wire, null for that of the region; other cameras are unchanged")
     approved: Annotated[dict[CameraId, Name | None], Field(max_length=100)] = Field(
-        {}, description="calibrations, by camera, whose loss is accepted; other cameras are unchanged")
+        {}, description="cameras whose error is accepted, with the calibration for which it was; others are unchanged")
 
 
 class ImportBody(Strict):
@@ -101,7 +101,7 @@ def import_heard(services: ServicesDep, by: OperatorDep, id: Id, body: ImportBod
     if body.image_size is not None:
         texts["image_size"] = "x".join(map(str, body.image_size))
     at = datetime.fromtimestamp(sender.geometry_at, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
-    origin = (f"Received from {sender.address}, port {sender.port} ({source_name(sender.source)}), as camera "
+    origin = (f"Received from {sender.address}, port {sender.port} ({sender.source_name}), as camera "
               f"{body.camera_id}, at {at}.")
     record = import_file(services, sender.data, texts, by, origin)[0]
     return created(record, f"calibrations/{record['id']}")

@@ -116,12 +116,17 @@ Rigs = page_of("Rigs", RigJson)
 
 # --- the network
 PublishedCamera = response("PublishedCamera", camera=str, calibration=str, version=int, model=str, field=str,
-    region=str, camera_id=int, published=bool, exact=bool, loss=JsonObject | None, problem=Texts | None)
+    region=str, camera_id=int, published=bool, exact=bool, loss=JsonObject | None,
+    expected=JsonObject | None, fit_expected=JsonObject | None, level=str | None, warnings=list[JsonObject],
+    problem=Texts | None)
+Packet = response("Packet", calibration=str, exact=bool, loss=JsonObject | None, expected=JsonObject | None,
+    fit_expected=JsonObject | None, level=str | None, asked=bool, warnings=list[JsonObject], problem=Texts | None)
 Publishing = response("Publishing", record=PublishingConfig, problem=Texts | None,
     state=Literal["off", "starting", "on-air", "silent", "failing"], said=JsonObject | None,
-    cameras=list_of(PublishedCamera), interfaces=list[JsonObject])
+    passed_on=JsonObject | None, cameras=list_of(PublishedCamera), interfaces=list[JsonObject])
 GeometrySender = response("GeometrySender", id=str, address=str, port=int, source=str, age_s=float, packets=int,
     geometries=int, refused=int, refusal=str | None, skipped=int, geometry_age_s=float | None, sha256=str | None,
-    field=JsonObject | None, problem=Texts | None, cameras=list[JsonObject])
+    field=JsonObject | None, problem=Texts | None, cameras=list[JsonObject],
+    differs=list[JsonObject])
 GeometrySenders = response("GeometrySenders", listening=bool, problem=Texts | None, datagrams=int, own=int,
     items=list_of(GeometrySender))

@@ -26,7 +26,7 @@ from app.models.top_view import RECTANGLE_FIELDS
 GRID = (25, 19)  # columns, rows over the region: the figures
 FIT_GRID = (15, 13)
 HALF_PX = 0.5
-OUTSIDE = 0.05  # the weight of what the picture shows beyond the region, so that a rich lens stays sane there
+OUTSIDE = 0.005  # the weight of what the picture shows beyond the region, so that a rich lens stays sane there
 BENDS = (0.05, 0.4, 0.8)  # radii in focal lengths at which the other lens's bend is looked up for a start
 FIRST_STEPS, STEPS = 8, 60  # from every start; onwards from the best
 FOCALS = (0.7, 1.0, 1.4)  # of the picture's width, tried where the carpet tells none
@@ -81,6 +81,9 @@ def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple
     """
     points, pixels, weights = _samples(model, region, hat_height_mm)
     starts = [start.with_only_terms(terms) for start in _starts(model, family, points, pixels, square)]
+    with np.errstate(all="ignore"):  # a lens may see what another cannot hold, such as places behind it
+        held = np.all([np.isfinite(start.project(points)).all(axis=1) for start in starts], axis=0)
+    points, pixels, weights = points[held], pixels[held], weights[held]
     free = np.array([name in terms if name in family.LENS.TERMS else name != "aspect" for name in starts[0].names])
     prior = np.zeros(len(free)) if isinstance(model, RayCamera) else _guesses(starts[0], len(points))
     known = np.diag(prior)[prior > 0][:, free]
@@ -146,7 +149,7 @@ def _starts(model: CameraModel, family: type[RayCamera], points: Array, pixels: 
         return _seen_from(model, family, points, pixels)
     own = RayCameraParameters.of(model)
     if square:
-        own = replace(own, aspect=1.0, log_focal=own.log_focal + float(np.log(own.aspect)) / 2)
+        own = own.with_square_pixels()
     bends = [0.0]
     for r in BENDS:
         distorted = model.LENS.distort(np.array(model.lens_terms), np.array([r, 0.0, 1.0]))[0]

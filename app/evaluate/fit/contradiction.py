@@ -33,9 +33,13 @@ OWN = ("terms", "lens", "lens_sigma")  # options that are about one lens
 class Contradiction:
     """How far the freer lens, by its title, places the field elsewhere: rms mm. hat_mm: None without rays."""
 
-    title: str
+    freer: Fit
     carpet_mm: float
     hat_mm: float | None
+
+    @property
+    def title(self) -> str:
+        return self.freer.model.TITLE
 
 
 def bends_otherwise(fit: Fit, options: Mapping[str, Any] | None) -> bool:
@@ -64,18 +68,24 @@ def contradiction(fit: Fit, reference: Fit, observations: Observations, field: F
 
     None as well where the reference explains the points much worse: no lens bends as a stretched picture does.
     """
-    own_px, other_px = (_rms_px(one, observations, field, region) for one in (fit, reference))
-    if own_px is None or other_px is None or other_px > EXPLAINS * own_px + EXPLAINS_PX:
+    own_px, other_px = (fit_rms_px(one, observations, field, region) for one in (fit, reference))
+    if not explains(other_px, own_px):
         return None
     model, freer, hat_height_mm = fit.model, reference.model, field.hat_height_mm
     carpet_mm = rms(difference_mm(freer, model, region)[1].ravel())
     if carpet_mm is None:
         return None
-    return Contradiction(freer.TITLE, carpet_mm, _hat_mm(freer, model, region, hat_height_mm)
+    return Contradiction(reference, carpet_mm, _hat_mm(freer, model, region, hat_height_mm)
                          if isinstance(model, RayModel) else None)
 
 
-def _rms_px(fit: Fit, observations: Observations, field: Field, region: Region) -> float | None:
+def explains(reference_px: float | None, own_px: float | None) -> bool:
+    """Tell whether a reference with these residuals fits the points about as well as a model with those."""
+    return own_px is not None and reference_px is not None and reference_px <= EXPLAINS * own_px + EXPLAINS_PX
+
+
+def fit_rms_px(fit: Fit, observations: Observations, field: Field, region: Region) -> float | None:
+    """Return the residuals of the points that a fit uses, rms px."""
     painted = field.as_painted(fit.notes, region)
     return rms(np.concatenate([np.empty(0), *(
         feature_residuals(fit.model, one, painted, region).px[fine] for one, fine, used in zip(

@@ -57,7 +57,11 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
                                               "unknown."),
             say("warning.inside-not-checked.fix",
                 "Add a few points on a line or landmark inside the field, such as the centre circle.")))
-    sigma = sigma_report(fit, region, hat_mm, all(w.reason != "height-unknown" for w in warnings))
+    height_is_known = all(w.reason != "height-unknown" for w in warnings)
+    if freer is not None and isinstance(fit.model, RayCamera):  # its own covariance knows nothing of what it lacks
+        sigma = sigma_report(freer.freer, region, hat_mm, height_is_known, stand_in=fit.model)
+    else:
+        sigma = sigma_report(fit, region, hat_mm, height_is_known)
     apart_mm = 0.0 if freer is None else max(freer.carpet_mm, freer.hat_mm or 0.0)
     if freer is not None and apart_mm > GOOD_MM:
         warnings.append(Warning(

@@ -5,8 +5,12 @@
 To first order; it knows the click noise and the priors, and not what the model cannot bend to: held-out error tells
 that, so the two are always shown together.
 
+Another camera may stand in for the fitted one, as one lens term does in the league's packet: its error at a place is
+then the fit's and the known distance b between the two, e = b + G (θ̂ - θ), and its mean square |b|² + tr(G Σ_θ Gᵀ).
+
 The mean square error over the region, e² = Σ λ_i z_i² with z ~ N(0, 1), has mean Σ λ and is distributed about as
-χ²_ν / ν times that, ν = (Σ λ)² / Σ λ² (F. Satterthwaite 1946): so much for the bound that it keeps in 95 of 100 fits.
+χ²_ν / ν times that, ν = 2 mean² / variance (F. Satterthwaite 1946): so much for the bound that it keeps in 95 of 100
+fits.
 """
 
 from dataclasses import dataclass
@@ -15,12 +19,13 @@ import numpy as np
 
 from app.core.errors import Conflict, FitFailed
 from app.core.field import Region
-from app.core.geometry import Array, Points, with_z
+from app.core.geometry import Array, Points, inside_picture, with_z
 from app.core.records import Fit
 from app.evaluate.fit.report_types import ErrorFigures, SigmaReport
 from app.evaluate.fit.verdict import tops_are_known
 from app.fitting import sensitivity_of
-from app.models import RayModel
+from app.models import CameraModel, RayModel
+from app.models.ray_camera import RayCamera
 
 GRID = (13, 11)  # columns, rows over the region
 QUANTILE_95 = 1.6449  # of the normal distribution
@@ -66,43 +71,63 @@ def knows_its_error(fit: Fit) -> bool:
 
 
 def expected_error(fit: Fit, region: Region, z_mm: float = 0.0, places: Points | None = None,
-                   covariance: Array | None = None) -> ExpectedError:
-    """Expected error over the region in the plane at z_mm. covariance: in place of the fit's own."""
+                   covariance: Array | None = None, stand_in: RayCamera | None = None) -> ExpectedError:
+    """Expected error over the region in the plane at z_mm. covariance: in place of the fit's own.
+
+    stand_in: the camera that is used in place of the fitted one, which is a RayCamera; then only places in the picture
+    count.
+    """
     places = grid_over(region) if places is None else places
     sensitivity, spread = sensitivity_of(fit.model), fit.covariance if covariance is None else covariance
     if sensitivity is None or spread is None:
         raise Conflict("The expected error cannot be computed for this fit.", "Use a physical lens model.",
                        reason="no-covariance")
-    by = sensitivity.field_jacobian(with_z(places.reshape(-1, 2), z_mm), fit.parameter_names)
+    points = with_z(places.reshape(-1, 2), z_mm)
+    by = sensitivity.field_jacobian(points, fit.parameter_names)
+    apart = np.zeros((len(points), 2)) if stand_in is None else _apart(fit.model, stand_in, points)
     with np.errstate(invalid="ignore"):
-        variance = np.einsum("nik,kl,nil->n", by, spread, by)
-    if not np.isfinite(variance).any():
+        variance = np.einsum("nik,kl,nil->n", by, spread, by) + np.sum(apart**2, axis=1)
+    known = np.isfinite(variance)
+    if not known.any():
         raise FitFailed("The fitted camera does not cover any of the area.",
                         "Check the line of each point and the covered area.", reason="no-camera")
     return ExpectedError(places, np.sqrt(np.maximum(variance, 0)).reshape(places.shape[:-1]), z_mm,
-                         _rms_95(by[np.isfinite(variance)], spread))
+                         _rms_95(by[known], spread, apart[known]))
 
 
-def _rms_95(by: Array, covariance: Array) -> float:
-    """Return the 95 % quantile of the rms over places; by (n, 2, p): their derivatives."""
+def _apart(model: CameraModel, stand_in: RayCamera, points: Array) -> Points:
+    """Return how far the stand-in places what the model sees at points (n, 3) mm; NaN outside the picture."""
+    if not isinstance(model, RayCamera):
+        raise TypeError("only a camera with a lens knows its error where another stands in for it")
+    pixels = model.project(points)
+    apart = stand_in.unproject(pixels, points[0, 2]) - points[:, :2]
+    return np.where(inside_picture(pixels, model.image_size)[:, None], apart, np.nan)
+
+
+def _rms_95(by: Array, covariance: Array, apart: Points) -> float:
+    """Return the 95 % quantile of the rms over places; by (n, 2, p): their derivatives, apart (n, 2) mm."""
     spread = np.einsum("nik,nil->kl", by, by) @ covariance / len(by)
-    mean, power = float(np.trace(spread)), float(np.einsum("kl,lk->", spread, spread))
-    if mean <= 0 or power <= 0:
-        return 0.0
-    ninth = 2 * power / (9 * mean**2)  # 2 / (9 ν)
+    along = np.einsum("nik,ni->k", by, apart) / len(by)
+    mean = float(np.trace(spread) + np.mean(np.sum(apart**2, axis=1)))
+    variance = float(2 * np.einsum("kl,lk->", spread, spread) + 4 * along @ covariance @ along)
+    if mean <= 0 or variance <= 0:
+        return float(np.sqrt(max(mean, 0.0)))
+    ninth = variance / (9 * mean**2)  # 2 / (9 ν)
     return float(np.sqrt(mean * (1 - ninth + QUANTILE_95 * np.sqrt(ninth)) ** 3))  # E. Wilson, M. Hilferty 1931
 
 
-def sigma_report(fit: Fit, region: Region, hat_mm: float, height_is_known: bool) -> SigmaReport | None:
+def sigma_report(fit: Fit, region: Region, hat_mm: float, height_is_known: bool,
+                 stand_in: RayCamera | None = None) -> SigmaReport | None:
     """Median and largest expected error at the carpet, and under "hat" at hat height where there are rays.
 
     "known" under "hat": whether that is a figure and no guess. height_is_known: of the camera above the carpet.
+    stand_in: as in expected_error().
     """
     if not knows_its_error(fit):
         return None
-    report = expected_error(fit, region).to_json()
+    report = expected_error(fit, region, stand_in=stand_in).to_json()
     if isinstance(fit.model, RayModel):
-        hat: ErrorFigures = expected_error(fit, region, hat_mm).to_json()
+        hat: ErrorFigures = expected_error(fit, region, hat_mm, stand_in=stand_in).to_json()
         hat["known"] = tops_are_known(hat["rms"], height_is_known)
         report["hat"] = hat
     return report

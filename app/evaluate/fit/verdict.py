@@ -40,6 +40,12 @@ def level_of(mm: float) -> Level:
     return "good" if mm <= GOOD_MM else "fair" if mm <= FAIR_MM else "poor"
 
 
+def level_expected(sigma: SigmaReport) -> Level:
+    """Return the level of an expected error, on the carpet and at robot tops."""
+    parts = (sigma, sigma["hat"]) if "hat" in sigma else (sigma,)
+    return max((level_of(max(part["rms"], part["rms_95"] / SURE)) for part in parts), key=LEVELS.index)
+
+
 def tops_are_known(mm: float, height_is_known: bool) -> bool:
     """Return whether an expected error at robot tops is a figure: under a guessed height, an unusable one is none."""
     return height_is_known or mm <= FAIR_MM
@@ -68,7 +74,7 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
              else say("verdict.checked", "Error on check points: {mm:.1f} mm.", mm=mm) if mm == known.check_mm
              else say("verdict.cross-validated", "Cross-validated error: {mm:.1f} mm.", mm=mm))
     if known.apart_mm > GOOD_MM:  # as in the comparison of all models: what it misses, and what it has elsewhere
-        mm = float(np.hypot(mm, known.apart_mm))
+        mm = mm if known.is_physical and mm == expected else float(np.hypot(mm, known.apart_mm))
         where = say("verdict.contradicted", "Error inside the field: {mm:.1f} mm. {model} places the field "
                     "{apart_mm:.0f} mm away with the same points.", mm=mm, model=known.freer, apart_mm=known.apart_mm)
     elif not known.knows_inside:

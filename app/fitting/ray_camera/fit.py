@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -18,7 +19,12 @@ from app.fitting.clicks import check_inside_picture, inlier_masks, outlier_warni
 from app.fitting.contract import Fitter, Sensitivity
 from app.fitting.corrected_rectangle import corrected_rectangle
 from app.fitting.options import RAY_OPTIONS
-from app.fitting.ray_camera.camera_prior import ASPECT_SIGMA, misplaced_line_warnings, unusual_camera_warnings
+from app.fitting.ray_camera.camera_prior import (
+    ASPECT_SIGMA,
+    centre_sigma_px,
+    misplaced_line_warnings,
+    unusual_camera_warnings,
+)
 from app.fitting.ray_camera.distortion_prior import read_distortion, with_distortion
 from app.fitting.ray_camera.initial import start_states
 from app.fitting.ray_camera.lens_prior import read_lens, with_lens
@@ -82,6 +88,10 @@ class RayFitter(Fitter):
                                   line_incidences(observations, field, region), image_size, height)
         else:
             starts = [RayCameraParameters.of(cls.MODEL.from_parameters(start), problem.offsets_mm(lines))]
+        if settings["aspect_sigma"] == 0:  # what is not estimated must not stay as another camera had it
+            starts = [state.with_square_pixels() for state in starts]
+        if centre_sigma_px(settings, image_size) == 0:
+            starts = [replace(state, centre_px=np.array(image_size.centre)) for state in starts]
         if intrinsics is not None:
             starts = [with_lens(state, intrinsics) for state in starts]
         if distortion is not None:

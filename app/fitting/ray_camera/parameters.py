@@ -49,6 +49,10 @@ class RayCameraParameters:
         keep = np.array([name in terms for name in self.lens.TERMS], bool)
         return replace(self, terms=np.where(keep, self.terms, 0.0))
 
+    def with_square_pixels(self) -> Self:
+        """Return the camera with aspect 1, between both of its focal lengths."""
+        return replace(self, aspect=1.0, log_focal=self.log_focal + float(np.log(self.aspect)) / 2)
+
     def retract(self, delta: Array, free: Mask) -> Self:
         """Apply a step: delta for the free parameters, in the order of names.
 

@@ -17,10 +17,11 @@ from hypothesis import strategies as st
 from app.core.errors import TouchlineError
 from app.league.config import PublishingConfig
 from app.league.geometry_listener import MAX_CAMERAS, MAX_SENDERS, GeometryListener, RemotePublisher
-from app.league.geometry_packet import geometry_packet, published_cameras, wire_camera
+from app.league.geometry_packet import geometry_packet, published_cameras
 from app.league.multicast_address import MulticastAddress
+from app.league.packet_camera import packet_camera
 from app.league.publisher import Publisher
-from app.league.received import contradictions, received_json, source_name
+from app.league.received import contradictions, received_json
 from app.ssl_protocol.protobuf import decode, encode
 from app.ssl_protocol.ssl_vision_pb2 import SSL_DetectionFrame, SSL_GeometryData, SSL_Source, SSL_WrapperPacket
 from app.store.fields import load_fields
@@ -129,7 +130,7 @@ def test_detections_are_counted_and_passed_over(there):
 def test_our_own_packets_are_not_somebody_elses():
     told = free_group()
     publisher = Publisher(PublishingConfig(enabled=True, interval_s=0.1, **told),
-                          lambda: [example("ssl", 0)], wire_camera)
+                          lambda: [example("ssl", 0)], packet_camera)
     listener = GeometryListener(MulticastAddress(**told), publisher.sender.is_own_packet)
     try:
         until(lambda: listener.own > 3)
@@ -158,7 +159,7 @@ def test_another_calibration_for_our_number_contradicts_and_an_echo_of_ours_does
 
 def test_an_echo_with_a_zero_of_another_sign_or_a_field_of_tomorrow_contradicts_nobody():
     (one,) = published_cameras([example("ssl", 0)], PublishingConfig())
-    zero = replace(one, wire=replace(one.wire, sent=changed(one.wire.sent, distortion=-0.0)))
+    zero = replace(one, packet=replace(one.packet, sent=changed(one.packet.sent, distortion=-0.0)))
     calib = encode(changed(zero.sent, distortion=0.0)) + b"\xd0\x3e\x01"
     echo = changed(SENT, calib=[type(zero.sent).FromString(calib)])
     sender = RemotePublisher("127.0.0.1", 1, 0.0, geometry=echo, geometry_s=time.monotonic())
@@ -193,7 +194,8 @@ def test_a_field_or_a_camera_that_cannot_be_is_told_and_harms_nobody(there):
 
 
 def test_a_number_of_a_source_that_nobody_has_given_yet_is_unknown():
-    assert [source_name(n) for n in (2, 3, 99, -1)] == ["ssl-vision", "vision-processor", "unknown", "unknown"]
+    assert [RemotePublisher("127.0.0.1", 1, 0.0, source=n).source_name for n in (2, 3, 99, -1)] == [
+        "ssl-vision", "vision-processor", "unknown", "unknown"]
 
 
 def test_so_many_senders_are_remembered_first_those_with_geometry(there):
@@ -244,7 +246,7 @@ def test_a_flood_is_read_sparingly_and_the_league_is_heard_through_it(there, mon
 def test_a_listener_that_is_killed_takes_nobody_with_it():
     told = free_group()
     publisher = Publisher(PublishingConfig(enabled=True, interval_s=0.1, **told),
-                          lambda: [example("ssl", 0)], wire_camera)
+                          lambda: [example("ssl", 0)], packet_camera)
     listening = subprocess.Popen([sys.executable, "-c", LISTEN, told["group"], str(told["port"])],
                                  cwd=ROOT, stdout=subprocess.PIPE, text=True)
     listener = GeometryListener(MulticastAddress(**told))

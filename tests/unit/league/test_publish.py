@@ -11,9 +11,10 @@ import pytest
 from app.core.errors import BadInput, TouchlineError
 from app.core.marking_names import marking_name
 from app.league.config import PublishingConfig
-from app.league.geometry_packet import WireCameraCache, geometry_packet, published_cameras, wire_camera
+from app.league.geometry_packet import geometry_packet, published_cameras
 from app.league.multicast import MulticastSender
 from app.league.multicast_address import MulticastAddress, NetworkError, is_here
+from app.league.packet_camera import PacketCameraCache, packet_camera
 from app.league.publisher import Publisher
 from app.models import MODELS, RayModel
 from app.ssl_protocol.protobuf import MAX_BYTES, decode, encode
@@ -58,14 +59,14 @@ def test_a_listener_gets_every_camera_and_projects_as_we_do_within_the_stated_lo
         model = model_of(name, index)
         if not isinstance(model, RayModel):
             continue
-        for z_mm, worst_mm in ((0.0, one.wire.loss.worst_mm), (150.0, one.wire.loss.hat_worst_mm)):
+        for z_mm, worst_mm in ((0.0, one.packet.loss.worst_mm), (150.0, one.packet.loss.hat_worst_mm)):
             spots = places(model.region, z_mm, 25)
             pixels = model.project(spots)
             seen = ((pixels >= -0.5) & (pixels <= np.array(tuple(model.image_size)) - 0.5)).all(axis=1)
             off = np.linalg.norm(listener.looked_up(calib, pixels[seen], z_mm) - spots[seen, :2], axis=1)
             assert off.max() <= 1.02 * worst_mm + 1e-3, (name, index, z_mm)
             assert off.max() >= 0.8 * worst_mm - 1e-3, (name, index, z_mm)
-            if one.wire.exact:  # the league's own model: only four bytes a number are lost
+            if one.packet.exact:  # the league's own model: only four bytes a number are lost
                 ours = one.sent
                 same = {k: np.float32(getattr(ours, k)) for k in ("focal_length", "distortion", "q0", "tx", "tz")}
                 assert same == {k: np.float32(getattr(calib, k)) for k in same}
@@ -87,21 +88,22 @@ def test_what_is_read_back_from_the_wire_projects_to_the_same_pixels(way):
 
 
 def test_the_loss_is_told_with_its_place_before_anything_is_sent():
-    (one,) = published_cameras([example("fisheye", 1)], PublishingConfig())
+    (one,) = published_cameras([example("fisheye", 1)], PublishingConfig(limit_mm=1.0))
     told = json.loads(json.dumps(one.to_json(), allow_nan=False))
     assert not told["published"] and told["problem"]["reason"] == "loss-above-limit"
-    assert told["loss"]["worst_mm"] > 10 or told["loss"]["hat_worst_mm"] > 10
-    worst_mm = one.wire.loss.worst_at_any_height_mm
-    assert len(told["loss"]["worst_place"]) == 2 and f"{worst_mm:.1f} mm" in told["problem"]["what"]
+    worst_mm = max(told["loss"]["worst_mm"], told["loss"]["hat_worst_mm"])
+    assert len(told["loss"]["worst_place"]) == 2 and f"{worst_mm:.0f} mm" in told["problem"]["what"]
+    assert worst_mm > 1 and told["expected"] is None  # without its points, nothing else is known of it
     assert geometry_packet([one]) is None
 
 
-def test_a_loss_above_the_limit_is_sent_once_that_very_version_is_approved():
+def test_a_camera_above_the_limit_is_sent_once_that_was_approved():
     calibration = example("fisheye", 1)
-    approving = PublishingConfig(approved={"north": calibration.id})
+    approving = PublishingConfig(limit_mm=1.0, approved={"north": calibration.id})
     assert published_cameras([calibration], approving)[0].sent is not None
-    assert published_cameras([replace(calibration, id="the-next-version")], approving)[0].sent is None
-    assert published_cameras([calibration], PublishingConfig(limit_mm=50.0))[0].sent is not None
+    assert published_cameras([replace(calibration, id="the-next-version")], approving)[0].sent is not None
+    assert published_cameras([replace(calibration, camera="south")], approving)[0].sent is None
+    assert published_cameras([calibration], PublishingConfig(limit_mm=1e6))[0].sent is not None
 
 
 def test_two_cameras_with_one_number_are_not_both_sent():
@@ -157,13 +159,13 @@ def test_a_calibration_that_cannot_be_a_camera_is_left_out_and_the_others_are_se
 
 def test_a_version_is_worked_out_once(monkeypatch):
     asked = []
-    monkeypatch.setattr("app.league.geometry_packet.wire_camera", lambda calibration: asked.append(
-        calibration.id) or wire_camera(calibration))
-    wiring, calibration = WireCameraCache(), example("ssl", 0)
+    monkeypatch.setattr("app.league.packet_camera.packet_camera", lambda calibration: asked.append(
+        calibration.id) or packet_camera(calibration))
+    wiring, calibration = PacketCameraCache(), example("ssl", 0)
     assert wiring(calibration) is wiring(calibration) and asked == [calibration.id]
-    for i in range(2 * WireCameraCache.CAPACITY):
+    for i in range(2 * PacketCameraCache.CAPACITY):
         wiring(replace(calibration, id=f"c{i}", model_parameters={}))
-    assert len(wiring._cache) <= WireCameraCache.CAPACITY
+    assert len(wiring._cache) <= PacketCameraCache.CAPACITY
 
 
 def test_ttl_and_interface_are_those_that_were_set():
@@ -183,7 +185,7 @@ def test_other_packets_go_by_the_same_socket(way):
     told, config = way
     frame = encode(SSL_WrapperPacket(detection=SSL_DetectionFrame(frame_number=7, t_capture=1.5, t_sent=1.6,
                                                                     camera_id=0)))
-    publisher = Publisher(config, lambda: [example("ssl", 0)], wire_camera)
+    publisher = Publisher(config, lambda: [example("ssl", 0)], packet_camera)
     with Listener(**told) as ear:
         try:
             publisher.wake()
@@ -201,7 +203,7 @@ def test_other_packets_go_by_the_same_socket(way):
 def test_what_is_activated_is_said_at_once_and_the_rest_every_interval(way):
     told, config = way
     standing = [example("ssl", 0)]
-    publisher = Publisher(config, lambda: standing, wire_camera)  # a minute between two packets
+    publisher = Publisher(config, lambda: standing, packet_camera)  # a minute between two packets
     with Listener(**told) as ear:
         try:
             publisher.wake()
@@ -212,7 +214,7 @@ def test_what_is_activated_is_said_at_once_and_the_rest_every_interval(way):
             ear.hear_until(lambda came: listener.Packet.FromString(came.data).geometry.calib[0].focal_length == focal)
         finally:
             publisher.close()
-        often = Publisher(replace(config, interval_s=0.1), lambda: standing, wire_camera)
+        often = Publisher(replace(config, interval_s=0.1), lambda: standing, packet_camera)
         try:
             assert [ear.receive() is not None for _ in range(4)] == [True] * 4
         finally:
@@ -231,7 +233,7 @@ def test_a_broken_shelf_is_told_and_tried_again(way):
             raise RuntimeError
         return [example("ssl", 0)]
 
-    publisher = Publisher(config, active, wire_camera)
+    publisher = Publisher(config, active, packet_camera)
     with Listener(**told) as ear:
         try:
             until(lambda: publisher.status.failures > 1)
@@ -289,7 +291,8 @@ def test_an_address_is_here_only_where_this_machine_has_it():
 
 
 def test_a_plan_is_kept_as_it_is_and_nonsense_is_refused():
-    config = PublishingConfig(True, True, "239.1.1.1", 1234, "lo", 3, 0.5, 2.0, "ssl-div-b", {"a": 1}, {"a": "b"})
+    config = PublishingConfig(True, True, "239.1.1.1", 1234, "lo", 3, 0.5, 2.0, False, "ssl-div-b", {"a": 1},
+                              {"a": "b"})
     assert PublishingConfig.from_json(json.loads(json.dumps(config.to_json()))) == config
     for wrong in (None, [], {"enabled": "yes"}, {"nobody": 1}, {"port": "1"}, {"numbers": {"a": "1"}}, {"group": 7},
                   {"numbers": [1]}, {"ttl": 1e400}):
