@@ -57,7 +57,7 @@ def publish(
     with closing(MulticastSender(config.address)) as sender:
         sender.check()
         for one in cameras:
-            print(f"{one.name}: camera {one.number} of {one.calibration.field['name']}, {_told(one)}")
+            print(f"{one.name}: camera {one.number} of {one.calibration.field['name']}, {_error_for_teams(one)}")
             for warning in () if one.packet is None else one.packet.warnings(one.name):
                 if warning.reason != "packet-error":
                     print(f"  Warning: {warning.text} {warning.fix}")
@@ -151,7 +151,7 @@ def _unread(one: dict[str, Any]) -> str:
     return refused + (f", {one['skipped']} not read: too many" if one["skipped"] else "")
 
 
-def _told(one: PublishedCamera) -> str:
+def _error_for_teams(one: PublishedCamera) -> str:
     """Say what teams receive of a camera."""
     figures = one.to_json()
     expected, loss = figures["expected"], figures["loss"]

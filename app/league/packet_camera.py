@@ -72,7 +72,7 @@ class PacketCamera:
         found = []
         if self.expected is not None and self.level != "good":
             found.append(Warning("packet-error", _received(name, self.expected, self.fit), say(
-                "publishing.packet-error.fix", "A packet holds one lens term. A lens with less distortion, or a "
+                "publishing.packet-error.fix", "A packet has one lens term. A lens with less distortion, or a "
                 "smaller area for each camera, reduces the error.") if not self.exact else say(
                 "publishing.calibrate-again", "Add points, or calibrate again with a better image.")))
         if self.ignored_px > IGNORED_PX:

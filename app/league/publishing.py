@@ -143,7 +143,7 @@ class Publishing:
             self._publisher = None
             publisher.close()
         if config.enabled and self._publisher is None:
-            self._publisher = Publisher(config, self._active, self.packet_camera, self._fields, self._heard)
+            self._publisher = Publisher(config, self._active, self.packet_camera, self._fields, self._newest_passed_on)
         listens = config.absorb or config.enabled  # who publishes must know who else does
         if listener is not None and (not listens or listener.address != config.address):
             self._listener = None
@@ -151,7 +151,7 @@ class Publishing:
         if listens and self._listener is None:
             self._listener = GeometryListener(config.address, self._is_own)
 
-    def _heard(self) -> PassedOn | None:
+    def _newest_passed_on(self) -> PassedOn | None:
         """Return what is passed on, and keep it; None where that is switched off."""
         if not self.config.pass_on:
             return None

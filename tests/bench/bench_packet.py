@@ -78,7 +78,8 @@ def row(seed: int) -> dict[str, Any] | None:
 
 
 def tell(rows: list[dict[str, Any]]) -> None:
-    print("| | true, median (p90, worst) mm | expected, median | true over expected, median | over 2 |\n" + 5 * "|---" + "|")
+    print("| | true, median (p90, worst) mm | expected, median | true over expected, median | over 2 |")
+    print(5 * "|---" + "|")
     for name in ("fit", "packet", "ssl"):
         for place in FIGURES:
             true, expected = np.array([one[name][place] for one in rows if name in one]).T

@@ -98,7 +98,7 @@ def expected_error(fit: Fit, region: Region, z_mm: float = 0.0, places: Points |
 def _apart(model: CameraModel, stand_in: RayCamera, points: Array) -> Points:
     """Return how far the stand-in places what the model sees at points (n, 3) mm; NaN outside the picture."""
     if not isinstance(model, RayCamera):
-        raise TypeError("only a camera with a lens knows its error where another stands in for it")
+        raise TypeError("only a camera with a lens can be replaced by another")
     pixels = model.project(points)
     apart = stand_in.unproject(pixels, points[0, 2]) - points[:, :2]
     return np.where(inside_picture(pixels, model.image_size)[:, None], apart, np.nan)

@@ -4,11 +4,21 @@ export interface Loss { rms_mm: number; worst_mm: number; worst_place: [number, 
 /** One camera as it is sent, or why not. */
 export interface PublishedCamera {
   camera: string; calibration: string; version: number; model: string; field: string; camera_id: number; published: boolean; exact: boolean;
-  loss: Loss | null; problem: Trouble | null;
+  loss: Loss | null; expected: ExpectedError | null; fit_expected: ExpectedError | null; level: "good" | "fair" | "poor" | null; warnings: Notice[];
+  problem: Trouble | null;
+}
+/** mm rms; known: false where an error at robot tops is a guess. */
+export interface ExpectedError { rms: number; rms_95: number; z_mm: number; known?: boolean; hat?: ExpectedError }
+export interface Notice { reason: string; text: string; fix: string }
+/** GET /calibrations/{id}/packet. */
+export interface Packet {
+  calibration: string; exact: boolean; loss: Loss | null; expected: ExpectedError | null; fit_expected: ExpectedError | null;
+  level: "good" | "fair" | "poor" | null; asked: boolean; warnings: Notice[]; problem: Trouble | null;
 }
 /** GET /publishing. */
 export interface Publishing {
-  enabled: boolean; absorb: boolean; group: string; port: number; interface: string; ttl: number; interval_s: number; limit_mm: number;
+  enabled: boolean; absorb: boolean; group: string; port: number; interface: string; ttl: number; interval_s: number; limit_mm: number; pass_on: boolean;
+  passed_on: { address: string; source: string; heard_at: number; models: boolean } | null;
   state: "off" | "starting" | "on-air" | "silent" | "failing"; problem: Trouble | null;
   said: { packets: number; bytes: number; age_s: number | null; failures: number } | null;
   cameras: PublishedCamera[]; interfaces: { name: string; address: string | null }[];
@@ -19,7 +29,7 @@ export interface ReceivedCamera {
 }
 export interface GeometrySender {
   id: string; address: string; port: number; source: string; age_s: number; packets: number; geometries: number; refused: number; refusal: string | null;
-  skipped: number; geometry_age_s: number | null; sha256: string | null; problem: Trouble | null; cameras: ReceivedCamera[];
+  skipped: number; geometry_age_s: number | null; sha256: string | null; problem: Trouble | null; cameras: ReceivedCamera[]; differs: { text: string }[];
   field: { name: string; title: string; length_mm: number; width_mm: number; known: boolean } | null;
 }
 /** GET /publishing/heard. */

@@ -4,19 +4,18 @@ import { Problem, ServerUnreachable, request } from "../../core/api.js";
 import { Stopped, runJob } from "../../core/jobs.js";
 import { cameras, comparing } from "../../core/state.js";
 import { t } from "../../core/words.js";
-import { formats } from "../versions/exports.js";
 import { version, versions } from "../versions/versions.js";
 import {
   accuracyFinding,
   check,
   differenceFinding,
-  exportFinding,
   fieldFinding,
   heightFinding,
   lensFinding,
   linesFinding,
   modelFinding,
   neighbourFinding,
+  packetFinding,
 } from "./findings.js";
 
 /**
@@ -122,7 +121,11 @@ function questionsOf(it) {
       find: (/** @type {AbortSignal} */ stopped) =>
         findNeighbour(it, `neighbour-${id}`, name, active_calibration, stopped),
     })),
-    { id: "export", title: t("verify.export"), find: (stopped) => findExport(it, stopped) },
+    {
+      id: "packet",
+      title: t("verify.packet"),
+      find: async (stopped) => packetFinding(await get(`/calibrations/${it.id}/packet`, stopped)),
+    },
   ];
 }
 
@@ -193,19 +196,6 @@ async function findNeighbour(it, id, name, other, stopped) {
     if (error instanceof Problem && REFUSED_PAIR.has(error.status)) return null;
     throw error;
   }
-}
-
-/** @param {Calibration} it @param {AbortSignal} stopped */
-async function findExport(it, stopped) {
-  const [{ items }, { limit_mm }] = await Promise.all([
-    formats.value?.id === it.id ? formats.value : get(`/calibrations/${it.id}/exports`, stopped),
-    get("/publishing", stopped),
-  ]);
-  if (!stopped.aborted) formats.value = { id: it.id, items }; // the menu of exports shows the same
-  return exportFinding(
-    items.find((/** @type {import("../../core/types").Format} */ f) => f.format === "ssl-vision"),
-    limit_mm,
-  );
 }
 
 /** @param {string} path @param {AbortSignal} stopped */

@@ -213,22 +213,26 @@ export function neighbourFinding(id, name, agreement) {
   });
 }
 
-/** @param {import("../../core/types").Format | undefined} format @param {number} limit_mm */
-export function exportFinding(format, limit_mm) {
-  if (!format) return null;
-  const id = "export",
-    title = t("verify.export"),
-    { problem, loss } = format;
+/** What teams receive. @param {import("../network/types").Packet} answer */
+export function packetFinding({ expected, loss, level, asked, warnings, problem }) {
+  const id = "packet",
+    title = t("verify.packet");
   if (problem) return check({ id, title, state: "note", text: problem.what, fix: problem.fix });
-  if (!loss) return check({ id, title, state: "ok", value: "0 mm", text: t("verify.export.exact") });
-  const worst = Math.max(loss.worst_mm, loss.hat_worst_mm ?? 0);
-  if (worst > limit_mm)
-    return check({
-      id,
-      title,
-      state: "note",
-      value: `${mm(worst)} mm`,
-      text: t("verify.export.above-limit", { limit: mm(limit_mm) }),
-    });
-  return check({ id, title, state: "ok", value: `${mm(worst)} mm`, text: t("verify.export.one-parameter") });
+  const told = warnings.filter((w) => w.reason !== "packet-error").map((w) => w.text),
+    text = [asked ? t("verify.packet.asked") : "", topsInWords(expected?.hat ?? null), ...told].filter(Boolean);
+  return check({
+    id,
+    title,
+    state: level === "good" && !told.length ? "ok" : "note",
+    value: expected ? `${mm(expected.rms)} mm` : `≤ ${mm(loss ? loss.worst_mm : null)} mm`,
+    text: expected ? text.join(" ") : [t("verify.packet.unknown"), ...text].join(" "),
+  });
 }
+
+/** @param {import("../network/types").ExpectedError["hat"] | null} hat */
+const topsInWords = (hat) =>
+  hat
+    ? hat.known === false
+      ? t("verify.packet.tops-unknown")
+      : t("verify.packet.tops", { height: number(hat.z_mm, 0), error: mm(hat.rms) })
+    : "";

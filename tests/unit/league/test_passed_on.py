@@ -106,7 +106,8 @@ def test_what_was_heard_is_kept_for_a_day():
 
 
 def test_what_differs_is_said():
-    ours = decode(GeometryPacket, geometry_packet(published_cameras([over(FIELD)], PublishingConfig()), FIELDS)).geometry
+    cameras = published_cameras([over(FIELD)], PublishingConfig())
+    ours = decode(GeometryPacket, geometry_packet(cameras, FIELDS)).geometry
     theirs = decode(GeometryPacket, packet_of("ssl-vision", "ssl-div-b").SerializeToString()).geometry
     assert geometry_differences(ours, ours) == []
     found = geometry_differences(theirs, ours)

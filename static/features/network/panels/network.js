@@ -1,6 +1,6 @@
 // The network: whether geometry is published, over which interface, the loss of each camera, and other senders.
 import { signal } from "@preact/signals";
-import { number } from "../../../core/format.js";
+import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras, fields } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
@@ -74,15 +74,22 @@ export function PublishingPage() {
         <button
           type="button"
           data-testid="listen"
-          aria-pressed=${String(it.absorb)}
-          disabled=${changing.value}
+          aria-pressed=${String(it.absorb || it.enabled)}
+          disabled=${changing.value || it.enabled}
+          title=${it.enabled ? t("network.listens-itself") : ""}
           onClick=${() => void setPublishing({ absorb: !it.absorb })}
         >
-          ${it.absorb ? t("network.stop-listening") : t("network.listen")}
+          ${it.absorb || it.enabled ? t("network.stop-listening") : t("network.listen")}
         </button>
       </div>
       <${Way} it=${it} />
       <${Sent} it=${it} />
+      ${it.passed_on && html`<p data-testid="passed-on">
+        ${t(it.passed_on.models ? "network.passed-on.models" : "network.passed-on", {
+          sender: it.passed_on.address,
+          source: it.passed_on.source,
+        })}
+      </p>`}
       <${Others} it=${it} />
     </section>
   </div>`;
@@ -127,6 +134,16 @@ function Way({ it }) {
       title=${t("network.way.ttl.hint")}
     />
     <${Entry} name="interval_s" label=${t("network.way.interval")} value=${it.interval_s} step="any" />
+    <label title=${t("network.way.pass-on.hint")}>
+      <input
+        type="checkbox"
+        data-testid="network-pass_on"
+        checked=${it.pass_on}
+        disabled=${changing.value}
+        onChange=${(/** @type {any} */ e) => void setPublishing({ pass_on: e.target.checked })}
+      />
+      ${t("network.way.pass-on")}
+    </label>
     <${Entry}
       name="limit_mm"
       label=${t("network.way.limit")}
@@ -161,6 +178,7 @@ function Sent({ it }) {
       <tr>
         <th>${t("network.sent.camera")}</th>
         <th>${t("network.sent.number")}</th>
+        <th>${t("network.sent.fit")}</th>
         <th>${t("network.sent.carpet")}</th>
         <th>${t("network.sent.hat")}</th>
         <th></th>
@@ -187,30 +205,11 @@ function Sent({ it }) {
               }
             />
           </td>
-          <td
-            class=${above(c.loss?.worst_mm, it)}
-            title=${
-              c.loss
-                ? t("network.sent.worst-at", { place: c.loss.worst_place.map((v) => number(v, 0)).join(", ") })
-                : ""
-            }
-          >
-            ${c.loss ? millimetres(c.loss.worst_mm) : "–"}
+          <td>${c.fit_expected ? mm(c.fit_expected.rms) : t("network.sent.not-known")}</td>
+          <td class=${above(c.expected?.rms, it)} title=${lossOf(c)}>
+            ${c.expected ? mm(c.expected.rms) : t("network.sent.not-known")}
           </td>
-          <td
-            class=${above(c.loss?.hat_worst_mm, it)}
-            title=${
-              c.loss && c.loss.hat_worst_mm === null
-                ? t("network.sent.no-rays")
-                : ""
-            }
-          >
-            ${c.loss
-              ? c.loss.hat_worst_mm === null
-                ? t("network.sent.not-known")
-                : millimetres(c.loss.hat_worst_mm)
-              : "–"}
-          </td>
+          <td class=${above(topsOf(c), it)}>${topsOf(c) === null ? t("network.sent.not-known") : mm(topsOf(c))}</td>
           <td>
             ${c.published
               ? html`<span class="sent-mark">${it.enabled ? t("network.sent.sent") : t("network.sent.ready")}</span>`
@@ -218,7 +217,7 @@ function Sent({ it }) {
           </td>
         </tr>
         ${c.problem && html`<tr key=${`${c.camera}-why`} class="why">
-          <td colspan="5">
+          <td colspan="6">
             ${c.problem.what} ${c.problem.fix}
             ${c.problem.reason === "loss-above-limit" && html`
               ${" "}
@@ -233,6 +232,9 @@ function Sent({ it }) {
             `}
           </td>
         </tr>`}
+        ${c.published && c.warnings.map((w) => html`<tr key=${`${c.camera}-${w.reason}`} class="why">
+          <td colspan="6" data-testid=${`told-${c.camera}-${w.reason}`}>${w.text} ${w.fix}</td>
+        </tr>`)}
       `)}
     </tbody>
   </table>`;
@@ -241,11 +243,9 @@ function Sent({ it }) {
 /** Who else is there. @param {{ it: Publishing }} props */
 function Others({ it }) {
   const all = receivedGeometry.value;
-  if (!it.absorb || !all)
+  if (!(it.absorb || it.enabled) || !all)
     return html`<p class="reason">
-      ${it.enabled
-        ? t("network.others.not-listening")
-        : t("network.others.listen")}
+      ${t("network.others.listen")}
     </p>`;
   if (all.problem)
     return html`<div class="warning-line" role="alert">
@@ -270,6 +270,9 @@ function Others({ it }) {
             ? sender.problem.what
             : (sender.refusal ?? t("network.others.no-geometry"))}
       </small>
+      ${sender.differs.map(({ text }, i) => html`<small key=${i} class="where" data-testid=${`differs-${sender.id}`}>
+        ${text}
+      </small>`)}
       ${sender.cameras.map((camera) => 
         html`<${Other} key=${camera.camera_id} sender=${sender} camera=${camera} />`)}
     </li>`)}
@@ -330,5 +333,14 @@ const nameOf = (id) => cameras.value.find((c) => c.id === id)?.name ?? id;
 const above = (value, it) =>
   value !== null && value !== undefined && value > it.limit_mm ? "approximate" : "";
 
-/** Losses are told as finely as they matter. @param {number} value */
-const millimetres = (value) => (value < 0.005 ? "0.00" : number(value, value < 10 ? 2 : 1));
+/** What teams receive at robot tops, mm; null where it is unknown or a guess. @param {PublishedCamera} camera */
+const topsOf = ({ expected }) => (expected?.hat && expected.hat.known !== false ? expected.hat.rms : null);
+
+/** How far the packet's camera is from the calibration. @param {PublishedCamera} camera */
+const lossOf = ({ loss }) =>
+  loss
+    ? t("network.sent.worst-at", {
+        error: mm(loss.worst_mm),
+        place: loss.worst_place.map((v) => number(v, 0)).join(", "),
+      })
+    : "";
