@@ -1,7 +1,7 @@
 """Everything that takes a fit's body or reads a saved calibration, over REST and in the shell, and what must hold."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from app.formats import FORMATS
@@ -10,7 +10,6 @@ from tests.support.refusals import API, refusal, without_size
 CAL = f"{API}/calibrations"
 FRAMES = ("image", "corrected", "field")
 POINTS = [[390.0, 290.0], [-50.0, 10.0], [0.0, 0.0], [1e7, -1e7]]
-ALWAYS = 200  # what reads a calibration, however little is known of it
 
 
 def sound(answer: Any, *expected: int) -> Any:
@@ -58,26 +57,35 @@ def saved(client: Any) -> list[str]:
     return [row["id"] for row in sound(client.get(CAL, params={"brief": True, "limit": 200}), 200)["items"]]
 
 
-def read_everywhere(client: Any, id: str, other: str, snapshot: str, *, scene: bool = False) -> None:
-    """Read a saved calibration by every route that takes one."""
-    for name, answer, expected in _answers(client, id, other, snapshot):
-        try:
-            sound(answer, *expected)
-        except AssertionError as fault:
-            raise AssertionError(f"{name}: {fault}") from None
-    if scene:
-        sound(client.get(f"{CAL}/{id}/scene.html"), 200)
+def read_everywhere(client: Any, id: str, other: str, snapshot: str, *, is_long: bool = True) -> None:
+    """Read a saved calibration by every route that takes one; those that take seconds only where it is_long."""
+    for part in (_reading, _slow_reading)[:1 + is_long]:
+        for name, answer, expected in part(client, id, other, snapshot):
+            try:
+                sound(answer, *expected)
+            except AssertionError as fault:
+                raise AssertionError(f"{name}: {fault}") from None
 
 
-def _answers(client: Any, id: str, other: str, snapshot: str) -> Iterator[tuple[str, Any, tuple[int, ...]]]:
-    """What was asked, the answer, and with which status it may come; () where a refusal is as good."""
-    def get(path: str, *expected: int, **query: Any) -> tuple[str, Any, tuple[int, ...]]:
+Asked = tuple[str, Any, tuple[int, ...]]
+Answers = Iterator[Asked]
+
+
+def _askers(client: Any, id: str) -> tuple[Callable[..., Asked], Callable[..., Asked]]:
+    """Return how to get below a calibration, and how to post anywhere."""
+    def get(path: str, *expected: int, **query: Any) -> Asked:
         return f"{path} {query}", client.get(f"{CAL}/{id}{path}", params=query), expected
 
-    def post(path: str, body: Any, *expected: int, **query: Any) -> tuple[str, Any, tuple[int, ...]]:
-        return f"{path} {body}", client.post(f"{API}{path}", json=body, params=query), expected
+    def post(path: str, body: Any, *expected: int) -> Asked:
+        return f"{path} {body}", client.post(f"{API}{path}", json=body), expected
 
-    for path in ("", "/exports", "/overlay.json", "/residuals.json", "/report.json", "/report.html"):
+    return get, post
+
+
+def _reading(client: Any, id: str, other: str, snapshot: str) -> Answers:
+    """What was asked, the answer, and with which status it may come; () where a refusal is as good."""
+    get, post = _askers(client, id)
+    for path in ("", "/overlay.json", "/residuals.json", "/report.json", "/report.html"):
         yield get(path, 200)
     for path in ("/overlay.json", "/residuals.json"):
         yield get(path, 200, frame="corrected", margin_px=30)
@@ -85,8 +93,7 @@ def _answers(client: Any, id: str, other: str, snapshot: str) -> Iterator[tuple[
     yield "list", client.get(CAL, params={"limit": 3}), (200,)
     yield get("/export/json", 200)
     for name in FORMATS:
-        for approximate in (False, True):
-            yield get(f"/export/{name}", approximate=approximate)
+        yield get(f"/export/{name}")
     for z_mm in (0, 150):
         yield get("/uncertainty.json", z_mm=z_mm)
         yield get("/uncertainty.png", z_mm=z_mm)
@@ -94,18 +101,31 @@ def _answers(client: Any, id: str, other: str, snapshot: str) -> Iterator[tuple[
         yield get(f"/difference/{other}.{ending}")
         yield f"difference from {ending}", client.get(f"{CAL}/{other}/difference/{id}.{ending}"), ()
         yield get(f"/difference/{id}.{ending}")
-    yield get("/mesh")
     yield get("/corrected.png", width=320)
-    yield get("/corrected.jpg", width=320, margin_px=50)
     yield "correct", client.post(f"{CAL}/{id}/correct", params={"snapshot": snapshot, "width": 320}), ()
     for source in FRAMES:
         for target in FRAMES:
             for z_mm in (0, 150):
                 yield post(f"/calibrations/{id}/transform", {"from": source, "to": target, "points": POINTS,
                                                              "z_mm": z_mm}, *((200,) if z_mm == 0 else (200, 409)))
-    yield post(f"/calibrations/{id}/check", {"snapshot": snapshot})
     made = client.get(f"{CAL}/{id}").json()
     yield post("/fields/painted", {"field": made["field_definition"], "calibration": id})
+    yield "activate", client.post(f"{CAL}/{id}/activate"), (200,)
+    for path in ("/publishing", "/cameras", "/calibrations/activations", "/fields"):
+        yield path, client.get(API + path), (200,)
+
+
+def _slow_reading(client: Any, id: str, other: str, snapshot: str) -> Answers:
+    """The same for what takes a process or seconds of its own."""
+    get, post = _askers(client, id)
+    made = client.get(f"{CAL}/{id}").json()
+    yield get("/exports", 200)
+    for name in FORMATS:
+        yield get(f"/export/{name}", approximate=True)
+    yield get("/mesh")
+    yield get("/corrected.jpg", width=320, margin_px=50)
+    yield get("/scene.html", 200)
+    yield post(f"/calibrations/{id}/check", {"snapshot": snapshot})
     yield post("/fields/seen", {"field": made["field_definition"], "calibration": id})
     yield post("/detections", {"snapshot": snapshot, "calibration": id})
     for a, b in ((id, other), (id, id)):
