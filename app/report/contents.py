@@ -56,7 +56,8 @@ HEAD = {
     "rms_mm": Figure("Residual on the field", "mm", "the same on the carpet", WITHIN_REACH),
     "max_mm": Figure("Largest residual on the field", "mm", "the largest of all points except outliers, on the carpet",
                      WITHIN_REACH),
-    "mm_per_px": Figure("One pixel", "mm/px", "size of a pixel on the carpet, in the centre of all points", MORE_POINTS),
+    "mm_per_px": Figure("One pixel", "mm/px", "size of a pixel on the carpet, in the centre of all points",
+                        MORE_POINTS),
     "inliers": Figure("Points used", "", "points in the fit and the checks", "a calibration from points", 0),
     "outliers": Figure("Outliers", "", "points excluded as mistakes, listed below", "a calibration from points", 0),
     "distortion_before_pct": Figure("Distortion before", "%", "deviation of a border from its chord, mean of the "

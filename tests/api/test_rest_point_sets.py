@@ -1,4 +1,4 @@
-"""Unusual sets of points over REST: fitted or refused with a fix, and what is saved can be read by all that takes it."""
+"""Unusual sets of points over REST: fitted or refused with a fix; what is saved can be read by all that takes it."""
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -56,7 +56,7 @@ def test_models_are_compared_on_any_set_or_it_is_refused(standing, snapshot, nam
 @pytest.mark.parametrize("model", ALL)
 def test_every_set_of_the_table_in_every_area_and_turn(standing, snapshot, other, model, region, turn):
     view = View(region, turn)
-    for name, points in SETS.items():
+    for points in SETS.values():
         id = fitted(standing, view.body(points(view), model), snapshot)
         if id is not None and turn == 90:
             read_everywhere(standing, id, other, snapshot)

@@ -54,7 +54,7 @@ def test_corners_alone_are_calibrated_and_what_they_cannot_tell_is_told_as_unkno
 
 def test_a_report_tells_what_is_unknown_in_words_and_on_its_page(calibrate, ask, tmp_path):
     calibrate(View("half", 90), "four corners", "homography")
-    code, out = ask("report", "cal.json", "--out", "report.html", codes=(DONE, POOR))
+    _, out = ask("report", "cal.json", "--out", "report.html", codes=(DONE, POOR))
     for needs in ("Expected error, robot tops: unknown. It needs a physical lens model.",
                   "Distortion after: unknown. It needs four points along one border."):
         assert needs in out

@@ -39,6 +39,7 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
     rests = [i for i, used in enumerate(fit.used) if used]
     checks = [i for i, used in enumerate(fit.used) if not used]
     held = _joined([held_out[i] for i in rests]) if held_out is not None else np.empty(0)
+    fitted_px, fitted_mm = (_joined([each[i] for i in rests]) for each in (inside, inside_mm))
     check_mm = rms(_joined([inside_mm[i] for i in checks]))
     cv_rms_mm = rms(held)
     spared = whole_lines(observations, fit.used, needs_every_border=FITTERS[fit.model.NAME].NEEDS_EVERY_BORDER)
@@ -66,8 +67,7 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
                                         "model may not describe the lens correctly.", model=freer.title, mm=apart_mm),
             say("warning.another-lens.fix", "Use {model}, or compare all models.", model=freer.title)))
     return {
-        "rms_px": rms(_joined([inside[i] for i in rests])), "max_px": largest(_joined([inside[i] for i in rests])),
-        "rms_mm": rms(_joined([inside_mm[i] for i in rests])), "max_mm": largest(_joined([inside_mm[i] for i in rests])),
+        "rms_px": rms(fitted_px), "max_px": largest(fitted_px), "rms_mm": rms(fitted_mm), "max_mm": largest(fitted_mm),
         "mm_per_px": mm_per_px(_joined(inside), _joined(inside_mm)), "cv_rms_mm": cv_rms_mm, "check_rms_mm": check_mm,
         "inliers": int(sum(fine.sum() for fine in fit.inliers)),
         "outliers": int(sum((~fine).sum() for fine in fit.inliers)),
