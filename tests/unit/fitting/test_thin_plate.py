@@ -21,8 +21,8 @@ from app.models.lens_models import BrownConrady
 from app.models.thin_plate import ThinPlate
 from app.models.thin_plate_spline import Spline
 from app.workflows import calibration
-from tests.support.examples import example_parameters, plain_examples
 from tests.support import point_sets
+from tests.support.examples import example_parameters, plain_examples
 from tests.support.fields import FULL, jittered, marks_seen, plain_field, seen
 from tests.support.tiers import long, rounds
 
