@@ -39,8 +39,12 @@ def archive(file: Annotated[Path, typer.Argument(metavar="FILE", help="The zip f
             config: ConfigOption = None) -> None:
     """Write all saved data to one zip file."""
     with stored(data, config) as (store, settings), file.open("xb") as out:
-        for piece in store.archive(settings.own_fields):
-            out.write(piece)
+        try:
+            for piece in store.archive(settings.own_fields):
+                out.write(piece)
+        except BaseException:  # Ctrl-C as well: half an archive is none
+            file.unlink()
+            raise
     say(f"{file}: {file.stat().st_size / 1e6:.1f} MB")
 
 

@@ -48,15 +48,15 @@ def auto(
     with progress_bar("Detecting lines") as progress, files.decoded(pictures) as reads:
         frame = median_frame(reads, subprogress(progress, 0.0, 0.1))
         found, calibration = task.answer(frame, subprogress(progress, 0.1, 1.0))
+    told = json.dumps(found, allow_nan=False) if as_json else (
+        "" if calibration is None else _summary(found, calibration, output))
     if points is not None:
         kept = {key: found[key] for key in ("field", "region", "rotate", "model", "image_size", "observations")}
         files.write_bytes(points, json.dumps(kept, allow_nan=False).encode())
     if output is not None and calibration is not None:
         files.write_calibration(output, calibration)
-    if as_json:
-        print(json.dumps(found, allow_nan=False))
-    elif calibration is not None:
-        print(_summary(found, calibration, output))
+    if told:
+        print(told)
     if calibration is None:
         verdict = found["verdict"]
         raise FitFailed(verdict["sentence"], verdict["fix"], reason=verdict["reason"])

@@ -5,18 +5,21 @@ import math
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from app.cli import files, requests
 from app.cli.progress import progress_bar
+from app.evaluate.fit.report_types import FitReport
 from app.imaging.correction import CorrectedView
 from app.models.restored import model_of
+from app.report.contents import HEAD, figures, what_is_missing
 from app.workflows import calibration as workflow
 
 CalibrationFile = Annotated[Path, typer.Option("--calibration", "-c", metavar="CAL.json", help="A calibration from "
                                                "calibrate, or exported as json.")]
+SHOWN = ("rms_px", "max_px", "rms_mm", "max_mm", "cv_rms_mm", "distortion_before_pct", "distortion_after_pct")
 
 
 class Coordinates(StrEnum):
@@ -43,8 +46,9 @@ def calibrate(
     task = requests.task_from(image, points, field, region, rotate, model, options, note, fields)
     with progress_bar("Calibrating") as progress:
         done = task.run(progress)
+    told = json.dumps(done.report, allow_nan=False) if as_json else _summary(done.report, output)
     files.write_calibration(output, task.record(done))
-    print(json.dumps(done.report, allow_nan=False) if as_json else _summary(done.report, output))
+    print(told)
 
 
 def correct(
@@ -85,17 +89,19 @@ def transform(
         print("\n".join(f"{p[0]!r},{p[1]!r}" if p else "nan,nan" for p in reached))
 
 
-def _summary(report: dict[str, Any], output: Path) -> str:
-    def number(key: str, unit: str) -> str:
-        value = report.get(key)
-        return f"{value:.2f} {unit}" if value is not None else "unknown"
+def _summary(report: FitReport, output: Path) -> str:
+    known = figures(report)
 
+    def figure(key: str, sign: str = "") -> str:
+        value, it = known[key]["value"], HEAD[key]
+        return "unknown" if value is None else f"{value:{sign}.{it.digits}f} {it.unit}"
+
+    kind = report["distortion"]["kind"]
     lines = [report["verdict"]["sentence"],
-             f"Residuals {number('rms_px', 'px')} rms, {number('max_px', 'px')} at most; "
-             f"{number('rms_mm', 'mm')} rms, {number('max_mm', 'mm')} at most; cross-validated "
-             f"{number('cv_rms_mm', 'mm')}."]
-    distortion = report["distortion"]
-    lines.append(f"Distortion {distortion['before_pct']:+.2f} % before, {distortion['after_pct']:+.2f} % after "
-                 f"({distortion['kind']}).")
+             f"Residuals {figure('rms_px')} rms, {figure('max_px')} at most; {figure('rms_mm')} rms, "
+             f"{figure('max_mm')} at most; cross-validated {figure('cv_rms_mm')}.",
+             f"Distortion {figure('distortion_before_pct', '+')} before, {figure('distortion_after_pct', '+')} after"
+             f"{'' if kind is None else f' ({kind})'}."]
+    lines += what_is_missing(known, SHOWN)
     lines += [f"Warning: {warning['text']} {warning['fix']}" for warning in report["warnings"]]
     return "\n".join([*lines, f"Saved as {output}."])

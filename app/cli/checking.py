@@ -37,9 +37,10 @@ def check(
     with progress_bar("Checking the calibration") as progress, files.decoded(pictures) as reads:
         frame = median_frame(reads, subprogress(progress, 0.0, 0.4))
         found = check_calibration(calibrated, frame.pixels, subprogress(progress, 0.4, 1.0))
+    told = json.dumps(found, allow_nan=False) if as_json else _summary(found)
     if drawn is not None:
         files.write_picture(drawn, _draw(frame.pixels, found))
-    print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
+    print(told)
     exit_below(enough, found["verdict"]["level"])
 
 

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from app.cli import files, requests
 from app.cli.progress import progress_bar
+from app.evaluate.fit.difference import Difference
 from app.models.restored import Restored, model_of
 from app.workflows import calibration as workflow
 
@@ -46,18 +47,11 @@ def difference(one: Annotated[Path, typer.Argument(metavar="A.json", help="A cal
     a, b = files.read_calibration(one), files.read_calibration(other)
     model, _, region = Restored.of(a)
     found = workflow.difference(model, model_of(b), region)
+    told = json.dumps(found, allow_nan=False) if as_json else _difference(found)
     if png is not None:
         values = workflow.difference_grid(found)["mm"]
         files.write_picture(png, workflow.error_map_image(values, region, f"{other.stem} from {one.stem}"))
-    if as_json:
-        print(json.dumps(found, allow_nan=False))
-    elif found["worst_place"] is None:
-        print("The two calibrations have no part of the region in common.")
-    else:
-        x, y = found["worst_place"]
-        print(f"{found['rms_mm']:.2f} mm rms over the region, median {found['median_mm']:.2f} mm, "
-              f"{found['max_mm']:.2f} mm at most, at ({x:.0f}, {y:.0f}) mm.\n"
-              f"In the image {found['rms_px']:.2f} px rms, {found['max_px']:.2f} px at most.")
+    print(told)
 
 
 def uncertainty(
@@ -78,6 +72,16 @@ def uncertainty(
         x, y = found["worst_place"]
         print(f"At z = {z_mm:g} mm the expected error is {found['rms']:.2f} mm rms over the region, "
               f"median {found['median']:.2f} mm, {found['max']:.2f} mm at most, at ({x:.0f}, {y:.0f}) mm.")
+
+
+def _difference(found: Difference) -> str:
+    if found["worst_place"] is None:
+        return "The two calibrations have no part of the region in common."
+    x, y = found["worst_place"]
+    in_image = "unknown, because the second calibration does not cover it" if found["max_px"] is None else (
+        f"{found['rms_px']:.2f} px rms, {found['max_px']:.2f} px at most")
+    return (f"{found['rms_mm']:.2f} mm rms over the region, median {found['median_mm']:.2f} mm, "
+            f"{found['max_mm']:.2f} mm at most, at ({x:.0f}, {y:.0f}) mm.\nIn the image {in_image}.")
 
 
 def _show_ranking(found: dict[str, Any]) -> None:

@@ -43,8 +43,9 @@ def board(
     task = BoardCalibrationRequest(known, model, options_from(option))
     with progress_bar("Detecting the board") as progress, files.decoded(pictures) as reads:
         found = task.from_pictures(reads, progress)
+    told = json.dumps(found["report"], allow_nan=False) if as_json else _board_summary(found, output)
     files.write_lens(output, found)
-    print(json.dumps(found["report"], allow_nan=False) if as_json else _board_summary(found, output))
+    print(told)
 
 
 def _board_summary(found: dict[str, Any], output: Path) -> str:
@@ -84,10 +85,11 @@ def straight(
                                 None if size is None else ImageSize.of(size))
     with progress_bar("Detecting edges") as progress, files.decoded(pictures) as reads:
         found = task.answer(reads, progress)
+        told = json.dumps(found, allow_nan=False) if as_json else _straight_summary(found)
         if corrected is not None:
             _, read_first = reads[0]
             files.write_picture(corrected, undistort(read_first().pixels, Distortion.from_json(found["lens"])))
-    print(json.dumps(found, allow_nan=False) if as_json else _straight_summary(found))
+    print(told)
 
 
 def _straight_summary(found: dict[str, Any]) -> str:

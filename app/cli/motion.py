@@ -38,14 +38,18 @@ def motion(
     with progress_bar("Tracking moving objects") as progress:
         rolling = rolling_request.track_film(film.absolute(), progress, known)
     found = rolling.report(*rolling_request.model_for_size(known, rolling.size))
+    told = json.dumps(found, allow_nan=False) if as_json else _summary(found)
+    note = f"From {film.name}"
+    made = None if lens is None else rolling_request.lens_record(rolling.rolls, rolling.size, kind, note=note)
+    better = None if refinable is None else rolling_request.refine(
+        refinable, rolling_request.lens_record(rolling.rolls, rolling.size, refinable.model_name))
     if drawn is not None:
         files.write_picture(drawn, _drawn(rolling.last, found))
-    if lens is not None:
-        files.write_lens(lens, rolling_request.lens_record(rolling.rolls, rolling.size, kind, note=f"From {film.name}"))
-    if refined is not None and refinable is not None:
-        made = rolling_request.lens_record(rolling.rolls, rolling.size, refinable.model_name)
-        files.write_calibration(refined, rolling_request.refine(refinable, made))
-    print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
+    if lens is not None and made is not None:
+        files.write_lens(lens, made)
+    if refined is not None and better is not None:
+        files.write_calibration(refined, better)
+    print(told)
     for path in (lens, refined):
         if path is not None:
             say(f"Saved as {path}.")

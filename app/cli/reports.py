@@ -15,7 +15,7 @@ from app.cli.archive import ConfigOption, stored
 from app.cli.console import Enough, EnoughOption, exit_below
 from app.core.errors import Conflict
 from app.images import frame_from_bytes
-from app.report.contents import HEAD
+from app.report.contents import HEAD, what_is_missing
 from app.scene.cameras import shrink
 from app.scene.export import scene_html
 
@@ -41,10 +41,11 @@ def report(calibration: CalibrationOrId, picture: PictureFile = None, output: Ou
     """Show or write the report of one calibration. Exit code 0 if it is good enough."""
     known, clicked = calibration_and_picture(calibration, picture, data, config)
     contents = reporting.contents(known, clicked)
+    told = json.dumps(contents, allow_nan=False) if as_json else _summary(contents, output)
     if output is not None:
         html = reporting.page(contents, reporting.draw(known, clicked, contents))
         files.write_bytes(output, html.encode("utf-8", "replace"))
-    print(json.dumps(contents, allow_nan=False) if as_json else _summary(contents, output))
+    print(told)
     exit_below(enough, contents["verdict"]["level"])
 
 
@@ -75,6 +76,7 @@ def _summary(contents: dict[str, Any], output: Path | None) -> str:
     lines = [f"{contents['verdict']['level']}: {contents['verdict']['sentence']}"]
     lines += [f"{it['title']}: {it['value']:.{HEAD[key].digits}f} {it['unit']}".rstrip()
               for key, it in contents["figures"].items() if it["value"] is not None]
+    lines += what_is_missing(contents["figures"])
     lines += [f"Warning: {warning['text']} {warning['fix']}" for warning in contents["warnings"]]
     if contents["picture"]["same"] is False:
         lines.append("Warning: This is not the calibration image: its sha256 differs.")

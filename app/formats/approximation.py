@@ -66,13 +66,13 @@ def nearest_camera(model: CameraModel, lenses: tuple[tuple[str, tuple[str, ...]]
         for chosen in dict.fromkeys([*(rung for rung in TERM_LADDER if set(rung) < set(terms)), terms]):
             try:
                 camera = approximate_camera(model, family, chosen, region, hat_height_mm, square=square)
+                found.append((camera, approximation_error(model, camera, region, hat_height_mm)))
             except Conflict:
                 continue
-            found.append((camera, approximation_error(model, camera, region, hat_height_mm)))
-    best = min((loss.worst_at_any_height_mm for _, loss in found), default=float("inf"))
-    if not best < float("inf"):
+    if not found:
         raise Conflict("No lens of this format is close to this calibration over its covered area.",
                        "Fit brown-conrady to the same points, and export that version.", reason="no-approximation")
+    best = min(loss.worst_at_any_height_mm for _, loss in found)
     return next((c, loss) for c, loss in found if loss.worst_at_any_height_mm <= NO_WORSE * best + NO_WORSE_MM)
 
 

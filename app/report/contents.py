@@ -4,7 +4,7 @@ Its numbers: where each stands in the record, its unit, and how to read it in ha
 """
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
@@ -28,32 +28,43 @@ MAX_FEATURES, MAX_OUTLIERS, MAX_WARNINGS = 500, 200, 50
 
 @dataclass(frozen=True)
 class Figure:
-    """title: how the page calls it. reading: half a sentence. digits: after the point."""
+    """title: how the page calls it. reading: half a sentence. needs: what would make it known; empty
+    where a fit may have none of it. digits: after the point."""
 
     title: str
     unit: str
     reading: str
+    needs: str
     digits: int = 2
+
+
+MORE_POINTS = "more points on lines or landmarks"
+RAYS = "a physical lens model"
+WITHIN_REACH = "points on the carpet that the model covers"
 
 
 HEAD = {
     "cv_rms_mm": Figure("Cross-validated error", "mm", "error at points that were excluded from the fit in turn; does "
-                        "not cover areas without points"),
-    "check_rms_mm": Figure("Error on check points", "mm", "on lines and landmarks that the fit does not use"),
+                        "not cover areas without points", MORE_POINTS),
+    "check_rms_mm": Figure("Error on check points", "mm", "on lines and landmarks that the fit does not use", ""),
     "expected_mm": Figure("Expected error, carpet", "mm", "effect of the noise of the points over the whole covered "
-                          "area; does not include errors that the model cannot represent"),
-    "expected_hat_mm": Figure("Expected error, robot tops", "mm", "the same at the height of the robot markers"),
+                          "area; does not include errors that the model cannot represent", RAYS),
+    "expected_hat_mm": Figure("Expected error, robot tops", "mm", "the same at the height of the robot markers", RAYS),
     "rms_px": Figure("Residual", "px", "distance of points from the fitted lines; a small value does not prove "
-                                       "accuracy"),
-    "max_px": Figure("Largest residual", "px", "the largest of all points except outliers"),
-    "rms_mm": Figure("Residual on the field", "mm", "the same on the carpet"),
-    "max_mm": Figure("Largest residual on the field", "mm", "the largest of all points except outliers, on the carpet"),
-    "mm_per_px": Figure("One pixel", "mm/px", "size of a pixel on the carpet, in the centre of all points"),
-    "inliers": Figure("Points used", "", "points in the fit and the checks", 0),
-    "outliers": Figure("Outliers", "", "points excluded as mistakes, listed below", 0),
+                                       "accuracy", WITHIN_REACH),
+    "max_px": Figure("Largest residual", "px", "the largest of all points except outliers", WITHIN_REACH),
+    "rms_mm": Figure("Residual on the field", "mm", "the same on the carpet", WITHIN_REACH),
+    "max_mm": Figure("Largest residual on the field", "mm", "the largest of all points except outliers, on the carpet",
+                     WITHIN_REACH),
+    "mm_per_px": Figure("One pixel", "mm/px", "size of a pixel on the carpet, in the centre of all points",
+                        MORE_POINTS),
+    "inliers": Figure("Points used", "", "points in the fit and the checks", "a calibration from points", 0),
+    "outliers": Figure("Outliers", "", "points excluded as mistakes, listed below", "a calibration from points", 0),
     "distortion_before_pct": Figure("Distortion before", "%", "deviation of a border from its chord, mean of the "
-                                    "four; negative is barrel, positive is pincushion; typical lens: within ±3 %"),
-    "distortion_after_pct": Figure("Distortion after", "%", "remaining distortion in the corrected image"),
+                                    "four; negative is barrel, positive is pincushion; typical lens: within ±3 %",
+                                    "a model that covers the whole of a border"),
+    "distortion_after_pct": Figure("Distortion after", "%", "remaining distortion in the corrected image",
+                                   "four points along one border"),
 }
 
 
@@ -64,6 +75,12 @@ def figures(report: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
              **{f"distortion_{when}": distortion.get(when) for when in ("before_pct", "after_pct")}}
     return {key: {"title": it.title, "value": number(apart.get(key, report.get(key))), "unit": it.unit,
                   "reading": it.reading} for key, it in HEAD.items()}
+
+
+def what_is_missing(known: Mapping[str, Mapping[str, Any]], keys: Iterable[str] = HEAD) -> list[str]:
+    """Say of each figure that is not known what would make it known."""
+    return [f"{HEAD[key].title}: unknown. It needs {HEAD[key].needs}." for key in keys
+            if known[key]["value"] is None and HEAD[key].needs]
 
 
 @dataclass(frozen=True, eq=False)

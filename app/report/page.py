@@ -27,7 +27,7 @@ def page(contents: Mapping[str, Any], drawn: ReportDrawings) -> str:
     return render("report.html", **contents, title=f"Calibration of {camera}, version {it['version']}", drawn=drawn,
                   best=_best_next_click(contents), parameters=_parameters(contents["model"]["parameters"]),
                   policy=POLICY, scene=SCENE, levels=LEVEL, bends=BENDS,
-                  digits={key: figure.digits for key, figure in HEAD.items()})
+                  head=HEAD)
 
 
 def render(name: str, **given: Any) -> str:

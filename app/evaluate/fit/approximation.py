@@ -59,7 +59,7 @@ class ApproximationError:
 
 def approximation_error(model: CameraModel, other: RayCamera, region: Region,
                         hat_height_mm: float) -> ApproximationError:
-    """Return the error of `other` in place of the model; infinite where it does not reach what the model sees."""
+    """Return the error of `other` in place of the model; Conflict where it does not reach what the model sees."""
     places, pixels = _seen(model, region, GRID, 0.0)
     errors = _length(other.unproject(pixels) - places)
     worst = int(np.argmax(errors))
@@ -181,13 +181,19 @@ def _seen_from(model: CameraModel, family: type[RayCamera], points: Array, pixel
 
 
 def _seen(model: CameraModel, region: Region, grid: tuple[int, int], z_mm: float) -> tuple[Points, Points]:
-    """Places (n, 2) mm of the region, at z_mm, that the picture shows, and their pixels; all where it shows none."""
+    """Places (n, 2) mm of the region, at z_mm, that the picture shows, and their pixels; all where it shows none.
+
+    Without the last half pixel before a lens folds back, where rounding decides what is seen.
+    """
     corner = np.array([region.width_mm, region.height_mm])
     places = region.field_from_region(_grid(np.zeros(2), corner, grid))
     pixels = (model.project(with_z(places, z_mm)) if z_mm and isinstance(model, RayModel) else
               raw_from_field(model, places))
     reached = np.isfinite(pixels).all(axis=1)
-    inside = inside_picture(pixels, model.image_size)
+    if isinstance(model, RayModel):
+        for step in HALF_PX * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]]):
+            reached &= np.isfinite(model.unproject(pixels + step, z_mm)).all(axis=1)
+    inside = reached & inside_picture(pixels, model.image_size)
     chosen = inside if inside.sum() >= 12 else reached
     if not chosen.any():
         raise Conflict("The calibration does not cover its own area.",
@@ -206,4 +212,8 @@ def _grid(low: Array, high: Array, grid: tuple[int, int]) -> Points:
 
 def _length(vectors: Points) -> Array:
     length = np.linalg.norm(vectors, axis=-1)
-    return np.where(np.isfinite(length), length, np.inf)
+    if not np.isfinite(length).all():
+        raise Conflict("The camera in this format does not reach the whole covered area.",
+                       "Fit another physical lens model to the same points, and export that version.",
+                       reason="no-approximation")
+    return length

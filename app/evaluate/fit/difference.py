@@ -7,7 +7,7 @@ from app.core.field import Region
 from app.core.geometry import Points
 from app.core.json_values import PointJson, nullable
 from app.evaluate.board.lens_difference import lens_difference
-from app.evaluate.fit.residuals import rms
+from app.evaluate.fit.residuals import largest, rms
 from app.evaluate.fit.uncertainty import grid_over
 from app.fitting.ray_camera.lens_prior import camera_intrinsics
 from app.models import CameraModel, field_from_raw, raw_from_field
@@ -70,7 +70,7 @@ def difference_report(one: CameraModel, other: CameraModel, region: Region) -> D
                 "grid": None, "lens": lens}
     worst = np.unravel_index(np.nanargmax(mm), mm.shape)
     return {"rms_mm": rms(mm.ravel()), "median_mm": float(np.nanmedian(mm)), "max_mm": float(mm[worst]),
-            "worst_place": places[worst].tolist(), "rms_px": rms(px.ravel()), "max_px": float(np.nanmax(px)),
+            "worst_place": places[worst].tolist(), "rms_px": rms(px.ravel()), "max_px": largest(px),
             "grid": {"places": places.tolist(), "mm": nullable(mm), "mm_vector": nullable(vectors), "px": nullable(px)},
             "lens": lens}
 

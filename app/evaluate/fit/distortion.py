@@ -77,5 +77,5 @@ def distortion_report(model: CameraModel, region: Region, clicks: Mapping[str, P
         per_border[name] = {"before_pct": before, "after_pct": after}
     known = ([pct for b in per_border.values() if (pct := b[when]) is not None] for when in ("before_pct", "after_pct"))
     before, after = (float(np.mean(values)) if values else None for values in known)
-    return {"before_pct": before, "after_pct": after, "kind": "none" if before is None else distortion_kind(before),
+    return {"before_pct": before, "after_pct": after, "kind": None if before is None else distortion_kind(before),
             "standard_lens_pct": STANDARD_LENS_PCT, "per_border": per_border}

@@ -16,7 +16,7 @@ from app.evaluate.fit.next_click import next_best_click
 from app.evaluate.fit.observability import observability_warnings
 from app.evaluate.fit.reach import reach_warnings
 from app.evaluate.fit.report_types import ExpectedFigures, FeatureRow, FitReport, ReportedNotes, ReportedPose
-from app.evaluate.fit.residuals import FeatureResiduals, feature_residuals, mm_per_px, residual_rows, rms
+from app.evaluate.fit.residuals import FeatureResiduals, feature_residuals, largest, mm_per_px, residual_rows, rms
 from app.evaluate.fit.uncertainty import knows_its_error, sigma_report
 from app.evaluate.fit.verdict import GOOD_MM, FitAccuracy, fit_verdict
 from app.fitting import FITTERS
@@ -39,6 +39,7 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
     rests = [i for i, used in enumerate(fit.used) if used]
     checks = [i for i, used in enumerate(fit.used) if not used]
     held = _joined([held_out[i] for i in rests]) if held_out is not None else np.empty(0)
+    fitted_px, fitted_mm = (_joined([each[i] for i in rests]) for each in (inside, inside_mm))
     check_mm = rms(_joined([inside_mm[i] for i in checks]))
     cv_rms_mm = rms(held)
     spared = whole_lines(observations, fit.used, needs_every_border=FITTERS[fit.model.NAME].NEEDS_EVERY_BORDER)
@@ -70,8 +71,7 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
                                         "model may not describe the lens correctly.", model=freer.title, mm=apart_mm),
             say("warning.another-lens.fix", "Use {model}, or compare all models.", model=freer.title)))
     return {
-        "rms_px": rms(_joined([inside[i] for i in rests])), "max_px": _max(_joined([inside[i] for i in rests])),
-        "rms_mm": rms(_joined([inside_mm[i] for i in rests])), "max_mm": _max(_joined([inside_mm[i] for i in rests])),
+        "rms_px": rms(fitted_px), "max_px": largest(fitted_px), "rms_mm": rms(fitted_mm), "max_mm": largest(fitted_mm),
         "mm_per_px": mm_per_px(_joined(inside), _joined(inside_mm)), "cv_rms_mm": cv_rms_mm, "check_rms_mm": check_mm,
         "inliers": int(sum(fine.sum() for fine in fit.inliers)),
         "outliers": int(sum((~fine).sum() for fine in fit.inliers)),
@@ -127,11 +127,6 @@ def _joined(parts: list[np.ndarray]) -> np.ndarray:
     return np.concatenate([np.empty(0), *parts])
 
 
-def _max(values: np.ndarray) -> float | None:
-    finite = values[np.isfinite(values)]
-    return float(finite.max()) if finite.size else None
-
-
 def _border_clicks(fit: Fit, observations: Observations) -> Mapping[str, np.ndarray]:
     pairs = list(zip(observations, fit.inliers, strict=True))
     return {name: np.concatenate([np.empty((0, 2)), *(o.points[fine] for o, fine in pairs if o.feature == name)])
@@ -140,5 +135,5 @@ def _border_clicks(fit: Fit, observations: Observations) -> Mapping[str, np.ndar
 
 def _feature_json(r: FeatureResiduals, fine: np.ndarray, used: bool) -> FeatureRow:
     return {"feature": r.observation.feature_json, "kind": r.observation.kind, "n": len(r.px), "used": used,
-            "rms_px": rms(r.px[fine]), "rms_mm": rms(r.mm[fine]), "max_mm": _max(r.mm[fine]),
+            "rms_px": rms(r.px[fine]), "rms_mm": rms(r.mm[fine]), "max_mm": largest(r.mm[fine]),
             "residuals": residual_rows(r, r.observation.points, r.foot, r.px, ~fine)}

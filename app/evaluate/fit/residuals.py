@@ -87,6 +87,12 @@ def mm_per_px(px: NDArray[np.float64], mm: NDArray[np.float64]) -> float | None:
     return float(np.median(mm[known] / px[known])) if known.any() else None
 
 
+def largest(values: NDArray[np.float64]) -> float | None:
+    """Largest of the finite values; None when there are none."""
+    finite = values[np.isfinite(values)]
+    return float(finite.max()) if finite.size else None
+
+
 def rms(values: NDArray[np.float64]) -> float | None:
     """Root mean square of the finite values; None when there are none."""
     finite = values[np.isfinite(values)]

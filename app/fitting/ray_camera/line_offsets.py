@@ -15,6 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from app.core.geometry import Array, Mask
+from app.core.report_json import MAX_OFFSET_MM
 
 SIGMAS_MM = np.geomspace(0.05, 30.0, 28)
 SIGMA_SPREAD = 0.7  # σ of the logarithm of σ; its mean square is what the field says
@@ -49,7 +50,7 @@ def line_sigmas_mm(jacobian: Array, columns: Sequence[int], offsets_mm: Array, p
         for one in np.unique(kind):
             sigma[kind == one] = _posterior_sigma(schur, pull, weights / sigma**2, weights, kind == one, usual_mm)
         posterior = np.linalg.inv(schur + np.diag(weights / sigma**2))
-        second_moment = (posterior @ pull) ** 2 + np.diag(posterior)
+        second_moment = np.minimum((posterior @ pull) ** 2 + np.diag(posterior), MAX_OFFSET_MM**2)  # or it runs away
         weights = (TAIL + 1) / (TAIL + second_moment / sigma**2)
     return sigma * np.sqrt(SPREAD / weights)
 

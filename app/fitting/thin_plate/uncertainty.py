@@ -76,7 +76,8 @@ def node_covariance(base_fit: Fit, clicked: Points, trusted: Mask, constraints: 
         total += size * _positive_semidefinite(own - shared - shared.T + hat @ design(constraints)[0] @ hat.T)
     turned = np.linalg.inv(slope / unit + np.eye(2))
     blocks = np.einsum("aij,ajbk,blk->aibl", turned, total.reshape(len(nodes), 2, len(nodes), 2), turned)
-    return np.round(_positive_semidefinite(blocks.reshape(total.shape)), DIGITS)
+    rounding = 0.5 * 10.0**-DIGITS * len(total)  # at most so much it takes from a variance, which must stay positive
+    return np.round(_positive_semidefinite(blocks.reshape(total.shape)) + rounding * np.eye(len(total)), DIGITS)
 
 
 def _base_jacobian(base_fit: Fit, sensitivity: Sensitivity, corrected: Points) -> Array:

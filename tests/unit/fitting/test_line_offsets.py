@@ -46,3 +46,13 @@ def test_what_lines_tell_of_a_shared_place_is_known_as_well_as_is_told(painted):
             before = line_sigmas_mm(jacobian, range(1, lines + 1), found[1:], before, USUAL_MM, np.zeros(lines))
         off.append(found[0] / np.sqrt(np.linalg.inv(jacobian.T @ jacobian)[0, 0]))
     assert 0.7 < np.sqrt(np.mean(np.square(off))) < 1.05  # with one far off on the safe side
+
+
+@pytest.mark.parametrize("told", [0.0, 1e-6, 1.0])
+@pytest.mark.parametrize("off_mm", [1e3, 1e8])
+def test_offsets_beyond_belief_are_bounded(off_mm, told):
+    """Of a search that ended nowhere: lines kilometres beside their places, of which points tell one sum or nothing."""
+    offsets, prior_mm = off_mm * np.arange(1, 7), np.full(6, USUAL_MM)
+    jacobian = np.concatenate([np.full((3, 6), told), np.diag(1 / prior_mm)])
+    sigmas = line_sigmas_mm(jacobian, range(6), offsets, prior_mm, USUAL_MM, np.zeros(6))
+    assert (sigmas > 0).all() and (sigmas < 1000).all()

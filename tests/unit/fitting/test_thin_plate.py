@@ -7,7 +7,7 @@ import pytest
 
 from app.core.errors import BadInput, FitFailed
 from app.core.geometry import ImageSize
-from app.core.records import Observation
+from app.core.records import Observation, observations_from_json
 from app.evaluate.fit.comparison import parameter_count
 from app.evaluate.fit.observability import observability_warnings
 from app.evaluate.fit.uncertainty import expected_error, grid_over
@@ -21,6 +21,7 @@ from app.models.lens_models import BrownConrady
 from app.models.thin_plate import ThinPlate
 from app.models.thin_plate_spline import Spline
 from app.workflows import calibration
+from tests.support import point_sets
 from tests.support.examples import example_parameters, plain_examples
 from tests.support.fields import FULL, jittered, marks_seen, plain_field, seen
 from tests.support.tiers import long, rounds
@@ -319,3 +320,12 @@ def test_the_errors_derivatives_are_those_of_the_map():
     across = np.stack([-run[:, 1], run[:, 0]], axis=1) / np.linalg.norm(run, axis=1, keepdims=True)
     np.testing.assert_allclose(px, np.einsum("ni,ni->n", across, ahead - image) / 1e-3, rtol=0.02)
     assert np.isnan(sensitivity_of(fit.model).field_jacobian(np.array([[9e4, 0.0, 0.0]]), NODE_NAMES)).all()
+
+
+@pytest.mark.parametrize("name", ["two points a border", "every feature twice"])
+def test_the_covariance_of_nearly_exact_points_is_a_covariance_once_it_is_rounded(name):
+    view = point_sets.View("half", 90)
+    observations = observations_from_json(point_sets.SETS[name](view))
+    made = calibration.calibrate(observations, point_sets.FIELD, view.region, point_sets.SIZE, "thin-plate",
+                                 cross_validate=False)
+    assert 0 < calibration.uncertainty(made.model, made.report["covariance"], view.region)["rms"] < 3

@@ -10,13 +10,16 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadInput, Conflict, TouchlineError
+from app.core.field import Region
 from app.core.field_json import field_from_json
+from app.core.geometry import ImageSize
 from app.core.records import Calibration, Observation
 from app.formats import FORMATS, Format
 from app.formats.approximation import exact_camera
 from app.formats.camera_file import CameraFile
 from app.imaging.correction import correction_map
 from app.models import MODELS, RayModel, field_from_raw, model_from_json, parameters_json
+from app.models.lens_models import BrownConrady
 from app.models.polynomial import Polynomial
 from app.models.top_view import RECTANGLE_FIELDS
 from app.workflows import interchange
@@ -230,3 +233,17 @@ def test_a_file_that_is_imported_is_the_same_camera_over_the_same_region(format,
     np.testing.assert_allclose(other.project(flat), model.project(flat), atol=1e-6)
     pixels = _pixels(model)
     np.testing.assert_allclose(other.corrected_from_raw(pixels), model.corrected_from_raw(pixels), atol=1e-6)
+
+
+def test_a_place_at_the_very_end_of_a_lens_makes_no_error_infinite():
+    """The far corner lies where the lens folds back: written and read, it is on one side or the other of that."""
+    region = Region("corner", (0.0, 3025.0), (0.0, 2025.0), 180)
+    terms = (0.27341522555560455, -2.0664203962135934, -0.002933045311720396, 1.4783583102005027e-05,
+             -4.888251678968877, 0.0, 0.0, 0.0)
+    model = BrownConrady(terms, 811.1558458798219, 1.0004198026769184, (388.36112400731434, 259.9904033303603),
+                         (-0.00018047405513214003, 3.1361062677204408, 0.059040759806470146),
+                         (1534.2957428607692, 837.3090857253, 3628.738155830111), 780.0, 522.0, 10, 7, region,
+                         ImageSize(780, 580))
+    rows = {row["format"]: row for row in interchange.formats(of_model(model))}
+    json.dumps(rows, allow_nan=False)
+    assert rows["opencv"]["exact"] and rows["opencv"]["loss"] is None and rows["opencv"]["problem"] is None

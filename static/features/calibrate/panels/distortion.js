@@ -32,7 +32,7 @@ export function Distortion({ report }) {
   const all = it?.distortion,
     full = Math.max(1.5 * STANDARD_PCT, ...rows.map(({ before }) => 1.1 * Math.abs(before ?? 0))),
     at = (/** @type {number} */ v) => 50 + (50 * v) / full;
-  const value = all ? `${pct(all.before_pct)} %, ${kindOf(all)}` : "";
+  const value = !all ? "" : all.kind === null ? "–" : `${pct(all.before_pct)} %, ${KINDS[all.kind]}`;
   return html`<section aria-label=${t("common.distortion")}>
     <${Fold} id="distortion" title=${t("common.distortion")} value=${value}>
     ${rows.map(({ border, before, after }) => html`<div
@@ -66,15 +66,18 @@ export function Distortion({ report }) {
       </span>
     </p>
     ${all && html`<p class="reason" data-testid="distortion">
-      ${t("calibrate.distortion.found", {
-        kind: capitalised(kindOf(all)),
-        before: pct(all.before_pct),
-        after: pct(all.after_pct),
-      })}
+      ${found(all)}
     </p>`}
     <//>
   </section>`;
 }
 
-/** @param {import("../../../core/types").Report["distortion"]} all */
-const kindOf = ({ kind }) => (kind === null ? "–" : KINDS[kind]);
+/** Which distortion was found; where one is unknown, what would make it known.
+ * @param {import("../../../core/types").Report["distortion"]} all */
+function found({ kind, before_pct, after_pct }) {
+  if (kind === null) return t("calibrate.distortion.unknown");
+  const values = { kind: capitalised(KINDS[kind]), before: pct(before_pct) };
+  return after_pct === null
+    ? t("calibrate.distortion.after-unknown", values)
+    : t("calibrate.distortion.found", { ...values, after: pct(after_pct) });
+}

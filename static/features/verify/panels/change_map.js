@@ -22,9 +22,9 @@ export function ChangeMap() {
     unit = Math.max(rect.width, rect.height) / 200, // one screen pixel, about
     at = (/** @type {Point} */ p) => turned(p, it.rotate);
   const arrows = sampled(grid),
-    longest = Math.max(...arrows.map(({ by }) => Math.hypot(...by))),
+    longest = Math.max(0, ...arrows.map(({ by }) => Math.hypot(...by))),
     apart = (EVERY * Math.hypot(r.x[1] - r.x[0], r.y[1] - r.y[0])) / Math.hypot(24, 18),
-    times = roundDown((REACH * apart) / longest);
+    times = longest > 0 ? roundDown((REACH * apart) / longest) : 1; // without a change nothing is drawn longer
   const { median_mm, max_mm, worst_place } = now.difference,
     figures = { median: mm(median_mm), worst: mm(max_mm) };
   return html`<section aria-label=${t("verify.change", { former: now.from })} data-testid="change-map">
