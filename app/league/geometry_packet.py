@@ -1,6 +1,5 @@
 """The league's geometry packet: which cameras are in it, which are not and why, and the field."""
 
-import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import deepcopy
@@ -136,11 +135,6 @@ def _problem(one: PublishedCamera, judged_mm: float, before: Iterable[PublishedC
                             camera=name, other=twin.name, number=one.number),
                         say("publishing.another-number", "Give {camera} another number.", camera=name),
                         reason="number-taken")
-    if not math.isfinite(judged_mm):
-        return Conflict(say("publishing.area-not-covered", "The lens of a packet does not cover the whole area of "
-                            "{camera}.", camera=name),
-                        say("publishing.smaller-area", "Calibrate a smaller area with this camera, or use a lens with "
-                            "less distortion."), reason="loss-unlimited")
     if judged_mm > config.limit_mm and name not in config.approved:
         return Conflict(say("publishing.above-limit", "Teams would receive {camera} with an error of {mm:.0f} mm; you "
                             "are asked above {limit_mm:g} mm.", camera=name, mm=judged_mm, limit_mm=config.limit_mm),

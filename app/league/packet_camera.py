@@ -5,7 +5,6 @@ where points happen to be many; so it is fitted to a lens that bends freely and 
 area, at the carpet and at robot tops. Its error is that lens's expected error and the known distance from it.
 """
 
-import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -62,7 +61,7 @@ class PacketCamera:
     def judged_mm(self) -> float:
         """The error by which it is published, mm: the expected one, also at robot tops where that is no guess; else
         the largest loss."""
-        if not math.isfinite(self.loss.worst_at_any_height_mm) or self.expected is None:
+        if self.expected is None:
             return self.loss.worst_at_any_height_mm
         hat = self.expected.get("hat")
         return max(self.expected["rms"], hat["rms"] if hat and hat.get("known", True) else 0.0)
@@ -85,8 +84,7 @@ class PacketCamera:
 
     def to_json(self) -> dict[str, Any]:
         """Return the figures as JSON; None for what is not known."""
-        loss = self.loss.to_json() if math.isfinite(self.loss.worst_at_any_height_mm) else None
-        return {"exact": self.exact, "loss": loss, "level": self.level, "expected": self.expected,
+        return {"exact": self.exact, "loss": self.loss.to_json(), "level": self.level, "expected": self.expected,
                 "fit_expected": self.fit}
 
 

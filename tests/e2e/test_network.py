@@ -17,6 +17,9 @@ from tests.support.manual_pictures import manual_picture
 from tests.support.words import t
 
 
+ASKED_MM = 10
+
+
 def activate(server, camera: str, name: str, index: int) -> None:
     data = interchange.export(example(name, index), "json").data
     made = server.api("POST", "/calibrations/import", files={"file": ("a.json", data)}, data={"camera": camera}).json()
@@ -41,8 +44,8 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
     expect(page.get_by_test_id("sent-overhead")).to_contain_text(t("network.sent.ready"))
 
     with Listener(**way) as ear:
-        for name in ("group", "port", "ttl"):
-            page.get_by_test_id(f"network-{name}").fill(str(way[name]))
+        for name, value in ({name: way[name] for name in ("group", "port", "ttl")} | {"limit_mm": ASKED_MM}).items():
+            page.get_by_test_id(f"network-{name}").fill(str(value))
             with page.expect_response(is_set):
                 page.get_by_test_id(f"network-{name}").press("Tab")
         with page.expect_response(is_set):
@@ -63,14 +66,18 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
         expect(page.get_by_test_id("sent-east")).to_have_attribute("data-published", "true")
         ear.hear_until(lambda came: len(listener.Packet.FromString(came.data).geometry.calib) == 2)
 
-        page.get_by_test_id("listen").click()
-        expect(page.get_by_test_id("nobody")).to_be_visible()
+        expect(page.get_by_test_id("nobody")).to_be_visible()  # it listens while it publishes
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
-            port = said(geometry_packet(published_cameras([example("ssl", 1)], PublishingConfig())), **way,
-                        sock=stranger)
+            theirs = listener.Packet.FromString(geometry_packet(published_cameras([example("ssl", 1)],
+                                                                                  PublishingConfig())))
+            theirs.geometry.models.chip_fixed_loss.MergeFrom(listener.CLASSES["SSL_BallModelChipFixedLoss"](
+                damping_xy_first_hop=0.5, damping_xy_other_hops=0.8, damping_z=0.5))
+            port = said(theirs.SerializeToString(), **way, sock=stranger)
             told = page.get_by_test_id("contradiction")
             expect(told).to_contain_text(
                 t("network.contradiction", sender="127.0.0.1", number=0, camera="overhead"), timeout=LONG_MS)
+            expect(page.get_by_test_id("passed-on")).to_contain_text("127.0.0.1")
+            ear.hear_until(lambda came: listener.Packet.FromString(came.data).geometry.HasField("models"))
             manual_picture(page.get_by_test_id("network"), "ssl-vision")
             page.get_by_test_id(f"take-over-127.0.0.1-{port}-0").click()
             notice = page.get_by_test_id("notice").filter(

@@ -99,7 +99,7 @@ def test_a_good_version_is_ready_and_is_activated_by_the_primary_button(kept, be
     expect(state(page, "neighbour-east", "ok")).to_contain_text("mm")
     expect(page.get_by_test_id("check-lens")).to_have_count(0)  # the active one has no lens
     expect(state(page, "difference", "note")).to_contain_text(like("verify.difference.worst"))
-    expect(page.get_by_test_id("check-export")).not_to_have_attribute("data-state", "running", timeout=LONG_MS)
+    expect(page.get_by_test_id("check-packet")).not_to_have_attribute("data-state", "running", timeout=LONG_MS)
     expect(page.get_by_test_id("change-map")).to_contain_text(like("verify.change.caption"))
     assert not grave(page)
     manual_picture(page, "calibrating")
@@ -178,16 +178,16 @@ def test_leaving_ends_the_checks_and_a_refused_one_is_unknown(kept, before, serv
     expect(page.get_by_test_id("headline")).not_to_have_text(t("verify.checking"), timeout=LONG_MS)
     page.route("**/calibrations/*/check?job=true", lambda route: route.fulfill(
         status=503, json={"detail": "The server is busy.", "fix": "Try again."}))
-    page.route("**/calibrations/*/exports", lambda route: None)  # never answered
+    page.route("**/calibrations/*/packet", lambda route: None)  # never answered
     page.reload()
     operator.is_at("verify")
     expect(state(page, "lines", "unknown")).to_contain_text("The server is busy. Try again.")
-    state(page, "export", "running")
+    state(page, "packet", "running")
     expect(page.get_by_test_id("next")).not_to_have_text(t("verify.checking"))  # it cannot turn out bad
     page.unroute("**/calibrations/*/check?job=true")
-    page.unroute("**/calibrations/*/exports")
+    page.unroute("**/calibrations/*/packet")
     page.get_by_test_id("step-points").click()
     expect(page.get_by_test_id("checklist")).to_have_count(0)
     page.get_by_test_id("step-verify").click()
     state(page, "lines", "ok")
-    expect(page.get_by_test_id("check-export")).not_to_have_attribute("data-state", "running", timeout=LONG_MS)
+    expect(page.get_by_test_id("check-packet")).not_to_have_attribute("data-state", "running", timeout=LONG_MS)

@@ -242,3 +242,9 @@ def test_a_real_field_without_lines_is_declined(real_data):
     told, made = AutomaticRequest(field, field.region("full")).answer(
         Frame(_read(real_data("fields/agh_mirosot/img/wc_empty_nowindows_allLights.png"))))
     assert made is None and told["doubts"]
+
+
+def test_the_leagues_lens_keeps_square_pixels_whatever_the_search_began_with(plain):
+    told, made = answered(plain, model="ssl")
+    assert told["model"] == "ssl" and made is not None
+    assert Restored.of(made).model.aspect == 1

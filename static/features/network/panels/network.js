@@ -134,16 +134,6 @@ function Way({ it }) {
       title=${t("network.way.ttl.hint")}
     />
     <${Entry} name="interval_s" label=${t("network.way.interval")} value=${it.interval_s} step="any" />
-    <label title=${t("network.way.pass-on.hint")}>
-      <input
-        type="checkbox"
-        data-testid="network-pass_on"
-        checked=${it.pass_on}
-        disabled=${changing.value}
-        onChange=${(/** @type {any} */ e) => void setPublishing({ pass_on: e.target.checked })}
-      />
-      ${t("network.way.pass-on")}
-    </label>
     <${Entry}
       name="limit_mm"
       label=${t("network.way.limit")}
@@ -151,7 +141,17 @@ function Way({ it }) {
       step="any"
       title=${t("network.way.limit.hint")}
     />
-  </div>`;
+  </div>
+  <label class="line" title=${t("network.way.pass-on.hint")}>
+    <input
+      type="checkbox"
+      data-testid="network-pass_on"
+      checked=${it.pass_on}
+      disabled=${changing.value}
+      onChange=${(/** @type {any} */ e) => void setPublishing({ pass_on: e.target.checked })}
+    />
+    ${t("network.way.pass-on")}
+  </label>`;
 }
 
 /**
@@ -207,7 +207,7 @@ function Sent({ it }) {
           </td>
           <td>${c.fit_expected ? mm(c.fit_expected.rms) : t("network.sent.not-known")}</td>
           <td class=${above(c.expected?.rms, it)} title=${lossOf(c)}>
-            ${c.expected ? mm(c.expected.rms) : t("network.sent.not-known")}
+            ${c.expected ? mm(c.expected.rms) : c.loss ? `≤ ${mm(c.loss.worst_mm)}` : t("network.sent.not-known")}
           </td>
           <td class=${above(topsOf(c), it)}>${topsOf(c) === null ? t("network.sent.not-known") : mm(topsOf(c))}</td>
           <td>
