@@ -16,7 +16,6 @@ from tests.support.group_listener import Listener, free_group, said
 from tests.support.manual_pictures import manual_picture
 from tests.support.words import t
 
-
 ASKED_MM = 10
 
 

@@ -184,10 +184,10 @@ def test_leaving_ends_the_checks_and_a_refused_one_is_unknown(kept, before, serv
     expect(state(page, "lines", "unknown")).to_contain_text("The server is busy. Try again.")
     state(page, "packet", "running")
     expect(page.get_by_test_id("next")).not_to_have_text(t("verify.checking"))  # it cannot turn out bad
-    page.unroute("**/calibrations/*/check?job=true")
-    page.unroute("**/calibrations/*/packet")
     page.get_by_test_id("step-points").click()
     expect(page.get_by_test_id("checklist")).to_have_count(0)
+    page.unroute("**/calibrations/*/check?job=true")
+    page.unroute("**/calibrations/*/packet")
     page.get_by_test_id("step-verify").click()
     state(page, "lines", "ok")
     expect(page.get_by_test_id("check-packet")).not_to_have_attribute("data-state", "running", timeout=LONG_MS)

@@ -59,10 +59,10 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
             say("warning.inside-not-checked.fix",
                 "Add a few points on a line or landmark inside the field, such as the centre circle.")))
     height_is_known = all(w.reason != "height-unknown" for w in warnings)
-    if freer is not None and isinstance(fit.model, RayCamera):  # its own covariance knows nothing of what it lacks
-        sigma = sigma_report(freer.freer, region, hat_mm, height_is_known, stand_in=fit.model)
-    else:
-        sigma = sigma_report(fit, region, hat_mm, height_is_known)
+    # of a lens with one term, its own covariance knows nothing of what it lacks
+    determined, stand_in = (freer.freer, fit.model) if freer is not None and isinstance(fit.model, RayCamera) else (
+        fit, None)
+    sigma = sigma_report(determined, region, hat_mm, height_is_known, stand_in=stand_in)
     apart_mm = 0.0 if freer is None else max(freer.carpet_mm, freer.hat_mm or 0.0)
     if freer is not None and apart_mm > GOOD_MM:
         warnings.append(Warning(
@@ -81,7 +81,8 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
                         in zip(residuals, fit.inliers, fit.used, strict=True)],
         "verdict": fit_verdict(FitAccuracy(
             _without(cv_rms_mm, rms(lines_mm)), check_mm, sigma, knows_inside, isinstance(fit.model, RayModel),
-            reaches=not ends, hat_height_mm=hat_mm, apart_mm=apart_mm, freer="" if freer is None else freer.title)),
+            reaches=not ends, hat_height_mm=hat_mm, apart_mm=apart_mm, freer="" if freer is None else freer.title,
+            is_apart_expected=stand_in is not None)),
         "next_click": next_best_click(fit, field, region, fit.model.image_size, fit.notes.get("click_sigma_px", 0.5)),
         "warnings": [w.to_json() for w in warnings],
         "camera": _camera_json(fit.model),

@@ -21,7 +21,7 @@ class FitAccuracy:
     cv_mm: of points left out, without what the lines themselves are off. sigma: the expected error, as
     uncertainty.py reports it; "known" under "hat" is false where robot tops are a guess. knows_inside: whether anything
     tells of the places between the borders. reaches: whether the lens maps the whole field in sight. apart_mm: how far
-    a freer lens, by its title, is from it.
+    a freer lens, by its title, is from it; is_apart_expected: whether sigma counts that already.
     """
 
     cv_mm: float | None
@@ -33,6 +33,7 @@ class FitAccuracy:
     hat_height_mm: float
     apart_mm: float = 0.0
     freer: str = ""
+    is_apart_expected: bool = False
 
 
 def level_of(mm: float) -> Level:
@@ -74,7 +75,7 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
              else say("verdict.checked", "Error on check points: {mm:.1f} mm.", mm=mm) if mm == known.check_mm
              else say("verdict.cross-validated", "Cross-validated error: {mm:.1f} mm.", mm=mm))
     if known.apart_mm > GOOD_MM:  # as in the comparison of all models: what it misses, and what it has elsewhere
-        mm = mm if known.is_physical and mm == expected else float(np.hypot(mm, known.apart_mm))
+        mm = mm if known.is_apart_expected and mm == expected else float(np.hypot(mm, known.apart_mm))
         where = say("verdict.contradicted", "Error inside the field: {mm:.1f} mm. {model} places the field "
                     "{apart_mm:.0f} mm away with the same points.", mm=mm, model=known.freer, apart_mm=known.apart_mm)
     elif not known.knows_inside:
