@@ -69,8 +69,9 @@ function begin(of, it) {
   stop = new AbortController();
   const questions = questionsOf(it),
     asked = questions.map(({ id, title }) => check({ id, title, state: "running" }));
-  const [lines, ...others] = asked;
-  const items = [lines, ...fieldFinding(it), accuracyFinding(it), modelFinding(it), heightFinding(it), ...others];
+  const [lines, packet, ...others] = asked;
+  const accuracy = [accuracyFinding(it), packet]; // what the version has, and what teams receive of it
+  const items = [lines, ...fieldFinding(it), ...accuracy, modelFinding(it), heightFinding(it), ...others];
   found.value = { of, items, change: null };
   for (const question of questions) void answer(question, stop.signal);
 }
@@ -114,6 +115,11 @@ function questionsOf(it) {
   const other = former.value;
   return [
     { id: "lines", title: t("verify.lines"), find: (stopped) => findLines(it, stopped) },
+    {
+      id: "packet",
+      title: t("verify.packet"),
+      find: async (stopped) => packetFinding(await get(`/calibrations/${it.id}/packet`, stopped)),
+    },
     ...(other ? changeQuestions(it, other) : []),
     ...neighboursOf(it).map(({ id, name, active_calibration }) => ({
       id: `neighbour-${id}`,
@@ -121,11 +127,6 @@ function questionsOf(it) {
       find: (/** @type {AbortSignal} */ stopped) =>
         findNeighbour(it, `neighbour-${id}`, name, active_calibration, stopped),
     })),
-    {
-      id: "packet",
-      title: t("verify.packet"),
-      find: async (stopped) => packetFinding(await get(`/calibrations/${it.id}/packet`, stopped)),
-    },
   ];
 }
 

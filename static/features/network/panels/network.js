@@ -142,7 +142,7 @@ function Way({ it }) {
       title=${t("network.way.limit.hint")}
     />
   </div>
-  <label class="line" title=${t("network.way.pass-on.hint")}>
+  <label class="tick" title=${t("network.way.pass-on.hint")}>
     <input
       type="checkbox"
       data-testid="network-pass_on"
