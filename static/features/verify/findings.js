@@ -30,7 +30,7 @@ const modelAddress = (it) => (it.snapshot ? `#/calibrate/${it.snapshot}/model` :
 const warningOf = (it, ...reasons) => it.report.warnings.find((w) => reasons.includes(w.reason));
 
 /** @param {Calibration} it @param {import("./types").CalibrationCheck} answer */
-export function linesFinding(it, { found_share, lines_found, missing, lines, verdict: { level, reason } }) {
+export function linesFinding(it, { found_share, lines_found, missing, lines, verdict: { lines_level: level, reason } }) {
   const length = t("verify.lines.found", {
       found: lines_found,
       count: lines.length,
