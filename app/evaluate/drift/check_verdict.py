@@ -67,7 +67,8 @@ def check_verdict(found: CheckFigures, lines: Sequence[LineDeviation]) -> CheckV
     worst = max(found["p95_mm"] or 0.0, *(plane["p95_mm"] for plane in (found["carpet"], found["hat"]) if plane),
                 far_mm / PAINT)
     since, change = _since(found, worst), found["change"]
-    lines_level = level_of(worst / SURE if since == "unchanged" and change is not None else worst)
+    then = worst if change is None or since == "moved" else max(worst - change["mm"], 0.0) / SURE  # within noise
+    lines_level = level_of(then)
     if since == "moved" and change is not None:
         lines_level = _worse(lines_level, level_of(change["mm"]))
     if found["missing"]:
