@@ -13,14 +13,16 @@ from app.evaluate.cameras.rig_agreement import agreement
 from app.evaluate.drift.line_check import MOST, LineMeasurements
 from app.evaluate.fit.residuals import rms
 from app.evaluate.fit.verdict import GOOD_MM
-from app.models import CameraModel, field_from_raw
+from app.models import CameraModel
 
 MIN_PLACES, MIN_LINES = 8, 2
 MIN_MARKING = 4  # places of a line that tell whether it alone was painted anew
 PAINTED = 3.0  # times the bound: so far a single line must lie off to count as one
 MOTION_TERMS = 8  # of the smooth motion of a plane's picture
 NOISES = 3.0
-MEASURED_PX = 0.5  # two measurements of one line may differ by so much all along it, as of the edge of a wall beside it
+LINE_PX = 0.2  # σ: two measurements of one line may differ all along it, as beside the edge of a wall
+SURE_SIGMAS = 3.0
+TINY = 1e-6
 
 
 class Change(TypedDict):
@@ -43,7 +45,7 @@ def change_since(seen: LineMeasurements | None, model: CameraModel, size: ImageS
     lines = set(seen.marking[of].tolist())
     if seen.share < MOST or of.sum() < MIN_PLACES or len(lines) < MIN_LINES:
         return None
-    noise, count, pixel_mm = _scatter(seen), int(of.sum()), _pixel_mm(seen, model)
+    noise, count = _scatter(seen), int(of.sum())
     evidence = seen.evidence()
     moved = fit_offset_field(evidence)
     smooth = np.sum(moved.at(evidence.places)[0] * evidence.normals, axis=1)
@@ -55,17 +57,19 @@ def change_since(seen: LineMeasurements | None, model: CameraModel, size: ImageS
         mm = seen.off_mm[of & (seen.marking == number)]
         if len(mm) >= MIN_MARKING:
             figures.append(abs(float(np.median(mm))) / PAINTED)
-    least_mm = max(MEASURED_PX * pixel_mm, NOISES * noise * float(np.sqrt(MOTION_TERMS / count)))
-    return {"mm": max(figures), "least_mm": least_mm,
+    mm = max(figures)
+    least_mm = max(mm / max(_chance(seen), TINY), NOISES * noise * float(np.sqrt(MOTION_TERMS / count)))
+    return {"mm": mm, "least_mm": least_mm,
             "left_mm": float(np.sqrt(max((rms(evidence.offset_mm - smooth) or 0.0) ** 2 - noise**2, 0.0))),
             "found_share": seen.share}
 
 
-def _pixel_mm(seen: LineMeasurements, model: CameraModel) -> float:
-    """Return what a pixel across the lines is on the carpet, where it is large."""
-    places, half = seen.expected_px[seen.found], seen.normal_px[seen.found] / 2
-    mm = np.linalg.norm(field_from_raw(model, places + half) - field_from_raw(model, places - half), axis=1)
-    return float(np.percentile(mm[np.isfinite(mm)], 95)) if np.isfinite(mm).any() else 0.0
+def _chance(seen: LineMeasurements) -> float:
+    """Return how far lines lie off in the picture, as a share of what the lines' own errors may add up to by chance."""
+    of_line = [np.abs(seen.off_px[seen.found & (seen.marking == number)]) for number in range(len(seen.names))]
+    lines = [float(np.median(px)) for px in of_line if len(px)]
+    sum_of_squares = float(np.sum((np.array(lines) / LINE_PX) ** 2))
+    return float(np.sqrt(sum_of_squares / (len(lines) + SURE_SIGMAS * np.sqrt(2 * len(lines)))))
 
 
 def _scatter(seen: LineMeasurements) -> float:
