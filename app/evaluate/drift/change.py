@@ -8,6 +8,7 @@ from typing_extensions import TypedDict
 from app.core.errors import FitFailed
 from app.core.field import Field
 from app.core.geometry import Array, ImageSize
+from app.evaluate.cameras.evidence import OffsetMeasurements
 from app.evaluate.cameras.offsets import MIN_MEASURES, fit_offset_field
 from app.evaluate.cameras.rig_agreement import agreement
 from app.evaluate.drift.line_check import MOST, LineMeasurements
@@ -23,6 +24,7 @@ NOISES = 3.0
 LINE_PX = 0.2  # σ: two measurements of one line may differ all along it, as beside the edge of a wall
 SURE_SIGMAS = 3.0
 TINY = 1e-6
+BOTH = 2  # directions of the carpet
 
 
 class Change(TypedDict):
@@ -49,8 +51,8 @@ def change_since(seen: LineMeasurements | None, model: CameraModel, size: ImageS
     evidence = seen.evidence()
     moved = fit_offset_field(evidence)
     smooth = np.sum(moved.at(evidence.places)[0] * evidence.normals, axis=1)
-    figures = [rms(smooth) or 0.0]
-    if count >= MIN_MEASURES[-1]:
+    figures = [0.0 if (stands := _stands(seen, evidence)) else rms(smooth) or 0.0]
+    if count >= MIN_MEASURES[-1] and not stands:
         with suppress(FitFailed):  # where no part of the carpet is known, the lines speak for themselves
             figures.append(agreement(model, size, model, size, field, evidence, moved)["carpet"]["p95_mm"])
     for number in lines:
@@ -62,6 +64,20 @@ def change_since(seen: LineMeasurements | None, model: CameraModel, size: ImageS
     return {"mm": mm, "least_mm": least_mm,
             "left_mm": float(np.sqrt(max((rms(evidence.offset_mm - smooth) or 0.0) ** 2 - noise**2, 0.0))),
             "found_share": seen.share}
+
+
+def _stands(seen: LineMeasurements, evidence: OffsetMeasurements) -> bool:
+    """Return whether most places lie where they lay, and fix the camera: then only single lines can lie elsewhere.
+
+    Such a line was painted anew, or was measured at the edge of its paint once and in its middle now.
+    """
+    still = np.abs(seen.off_px[seen.found]) <= LINE_PX
+    if still.mean() <= MOST:
+        return False
+    resting = OffsetMeasurements.of_lines(evidence.places[still], evidence.normals[still], np.zeros(int(still.sum())),
+                                          evidence.offset_mm[still])
+    _, directions = fit_offset_field(resting).known_mm(evidence.places)
+    return float(np.mean(directions == BOTH)) > MOST
 
 
 def _chance(seen: LineMeasurements) -> float:
