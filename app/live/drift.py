@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from app.core.errors import BadImage, TouchlineError
 from app.core.statements import say
 from app.evaluate.drift.alarm import DriftWatch
-from app.evaluate.drift.check_verdict import verdict_in
+from app.evaluate.drift.checked import verdict_in
 from app.evaluate.drift.monitor import DriftReference, DriftSample
 from app.images import ImageLimits, decode_in_process
 from app.live.capture import FrameCapture
@@ -140,7 +140,7 @@ def _reference(pictures: list[NDArray[np.uint8]], applied: AppliedCalibration) -
     try:
         if (lines := DriftReference.of(pictures, *where)) is None:
             return None
-        verdict = verdict_in(pictures[0], *where)
+        verdict = verdict_in(pictures[0], applied.record)
     except (TouchlineError, np.linalg.LinAlgError):
         return None
-    return _Reference(lines, verdict["sentence"] if verdict["level"] == "poor" else "")
+    return _Reference(lines, verdict["sentence"] if verdict["lines_level"] == "poor" else "")

@@ -1,6 +1,6 @@
 """Check whether a calibration still holds in a new picture, line by line, in mm. Nothing is fitted or stored."""
 
-from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,15 +10,14 @@ from app.core import opencv
 from app.core.common_sentences import CALIBRATE_AGAIN_FOR_SIZE, DETECTING_FIELD_LINES, other_image_size
 from app.core.errors import Conflict
 from app.core.geometry import ImageSize, Pixels
-from app.core.json_values import PointJson, number
+from app.core.json_values import PointJson
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration
-from app.core.statements import say
-from app.evaluate.drift.check_figures import CheckFigures, check_figures
-from app.evaluate.drift.check_verdict import INCONCLUSIVE, CheckVerdict, check_verdict
-from app.evaluate.drift.line_check import LineDeviation, LineMeasurements, line_deviations, measure_lines
+from app.evaluate.drift.check_figures import CheckFigures
+from app.evaluate.drift.check_verdict import CheckVerdict, is_conclusive
+from app.evaluate.drift.checked import checked
+from app.evaluate.drift.line_check import LineDeviation, LineMeasurements
 from app.evaluate.fit.verification import MIN_FOUND
-from app.models.restored import Restored
 from app.workflows.automatic import detect_lines
 from app.workflows.automatic_request import median_frame
 from app.workflows.calibration import subprogress
@@ -56,7 +55,8 @@ class CalibrationCheck(Check):
 
     Shares are of the length of the lines that should be visible. missing: markings that should be visible, are not
     covered, and were not detected; others_share: of other long lines; left_mm: rms that no camera movement explains;
-    own_mm: the largest error of the calibration's own report when it was made.
+    own_mm, own_level: the largest error and the verdict of the
+    calibration's own report when it was made; change: how far lines lie from where its points had them then.
     """
 
     snapshot: str
@@ -67,16 +67,10 @@ def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_prog
     size = ImageSize(pixels.shape[1], pixels.shape[0])
     if size != calibration.image_size:
         raise Conflict(other_image_size(size, calibration.image_size), CALIBRATE_AGAIN_FOR_SIZE, reason="size-mismatch")
-    model, field, region = Restored.of(calibration)
     progress(0.0, DETECTING_FIELD_LINES)
     gray = opencv.to_grey(pixels)
-    seen = measure_lines(model, gray, field, region)
-    progress(0.7, say("progress.evaluating", "Evaluating"))
-    lines = line_deviations(seen)
-    others = _other_lines_px(gray, seen) / max(float(seen.stands_for_px.sum()), 1e-9)
-    found = check_figures(seen, model, size, field, others_share=others, own_mm=_own_mm(calibration.report))
-    verdict = check_verdict(found, lines)
-    if verdict["reason"] in INCONCLUSIVE:  # what lies where a line is expected is then something else
+    seen, lines, found, verdict = checked(calibration, gray, partial(_others_share, gray))
+    if not is_conclusive(found):  # what lies where a line is expected is then something else
         found = {**found, "rms_mm": None, "p95_mm": None, "rms_px": None, "left_mm": None, "carpet": None, "hat": None}
         lines = [{**line, "mean_mm": None, "rms_mm": None, "worst_mm": None, "rms_px": None} for line in lines]
     return {"calibration": calibration.id, "camera": calibration.camera, "version": calibration.version,
@@ -85,14 +79,8 @@ def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_prog
             "points": _drawn(seen)}
 
 
-def _own_mm(report: Mapping[str, Any]) -> float | None:
-    """Return the worst figure that the calibration had when it was made; None in an imported report."""
-    told = [(report.get("verdict") or {}).get("mm"), *(row.get("rms_mm") for row in report.get("per_feature") or ())]
-    return max((mm for mm in map(number, told) if mm is not None), default=None)
-
-
-def _other_lines_px(gray: Pixels, seen: LineMeasurements) -> float:
-    """Return the length of long bright lines where none is expected; 0 where most lines were found."""
+def _others_share(gray: Pixels, seen: LineMeasurements) -> float:
+    """Return the length of long bright lines where none is expected, as a share of what is; 0 where most was found."""
     if seen.share >= MIN_FOUND:
         return 0.0
     total = 0.0
@@ -102,7 +90,7 @@ def _other_lines_px(gray: Pixels, seen: LineMeasurements) -> float:
             continue
         away = np.array([np.linalg.norm(seen.expected_px - point, axis=1).min(initial=np.inf) for point in chain[::8]])
         total += length * float(np.mean(away > ON_LINE_PX))
-    return total
+    return total / max(float(seen.stands_for_px.sum()), 1e-9)
 
 
 def _drawn(seen: LineMeasurements) -> list[CheckedPlace]:

@@ -27,11 +27,11 @@ from app.evaluate.cameras.own_accuracy import own_accuracy
 from app.evaluate.cameras.rectangles import Rectangles, most_common
 from app.evaluate.cameras.rig_agreement import agreement
 from app.evaluate.cameras.rig_verdict import RigTrouble, Source
-from app.evaluate.drift.check_verdict import verdict_in
+from app.evaluate.drift.checked import verdict_in
 from app.evaluate.fit.report_types import Level
 from app.images import ImageDecoder
 from app.models import CameraModel
-from app.models.restored import Restored, model_of
+from app.models.restored import model_of
 from app.store.files import read_checked
 from app.workflows.calibration import subprogress
 from app.workflows.pair import evaluate_pair, ray_cameras
@@ -90,8 +90,8 @@ def _of_accuracy(camera: CameraOfRig, calibration: Calibration, pixels: Pixels |
         yield camera_trouble(camera["camera"], own.reason, own.text, own.fix, own.level)
     if pixels is None or (pixels.shape[1], pixels.shape[0]) != tuple(calibration.image_size):
         return
-    found = verdict_in(pixels, *Restored.of(calibration))
-    if found["level"] == "poor":
+    found = verdict_in(pixels, calibration)
+    if found["lines_level"] == "poor":
         where = say("rig.in-image-from", "In the image from {camera}:", camera=camera["title"])
         yield camera_trouble(camera["camera"], "lines-misplaced", join(where, found["sentence"]), found["fix"], "poor")
 

@@ -108,6 +108,18 @@ def test_a_version_is_checked_against_today_and_nothing_is_made_or_activated_by_
     assert standing.get(f"{API}/calibrations").json() == before
 
 
+def test_a_foreign_calibration_that_was_never_right_is_not_said_to_have_moved(standing, made, seen):
+    id, knocked = made["result"]["calibration"], kept(standing, np.roll(seen.pixels, 5, axis=1))
+    file = standing.get(f"{API}/calibrations/{id}/export/ssl-vision?approximate=true").content
+    theirs = standing.post(f"{API}/calibrations/import", data={"field": "ssl-div-b", "region": "full",
+                                                                "image_size": "816x682"},
+                           files={"file": ("camera.txt", file)})
+    assert theirs.status_code == 201, theirs.text
+    told = standing.post(f"{API}/calibrations/{theirs.json()['id']}/check", json={"snapshot": knocked}).json()
+    assert (told["verdict"]["reason"], told["verdict"]["level"]) == ("never-right", "poor")
+    assert told["change"] is None and told["own_level"] == "unknown" and told["verdict"]["lines_level"] == "poor"
+
+
 @pytest.mark.parametrize("body, status, reason", [
     ({"snapshot": "none"}, 404, None), ({"snapshot": "a", "camera": "b"}, 422, "bad-request"),
     ({}, 422, "no-camera"), ({"camera": "nobody"}, 404, None), ({"frames": 0}, 422, None)])

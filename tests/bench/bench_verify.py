@@ -53,7 +53,7 @@ def true_mm(made: dict[str, Any], scene: Scene) -> dict[str, float]:
 def gate(made: dict[str, Any], check: dict[str, Any]) -> str:
     """Return the worst of what the page shows: fine, note or warn."""
     level, reasons = made["report"]["verdict"]["level"], {w["reason"] for w in made["report"]["warnings"]}
-    lines = check["verdict"]["level"]
+    lines = check["verdict"]["lines_level"]
     if level in ("poor", "unknown") or lines == "poor" or reasons & BLOCKING:
         return "warn"
     return "fine" if level == lines == "good" and "height-unknown" not in reasons else "note"

@@ -78,3 +78,25 @@ def test_check_says_whether_it_still_holds_and_ends_with_5_where_it_does_not(tou
     assert code == 0 and json.loads(out)["verdict"]["reason"] == "moved"
     code, _, err = touchline("check", "cal.json", "blank.png")
     assert code == 3 and "640 × 480" in err and "fix: " in err
+
+
+def test_check_of_an_unchanged_calibration_ends_as_its_report_does(touchline, automatic, tmp_path):
+    record = json.loads((tmp_path / "cal.json").read_text())
+    for level, expected in (("fair", 0), ("poor", 5)):
+        record["report"]["verdict"]["level"] = level
+        (tmp_path / "cal.json").write_text(json.dumps(record))
+        code, out, _ = touchline("check", "cal.json", "frame.png")
+        assert code == expected == touchline("report", "cal.json", "--picture", "frame.png", "--out", "r.html")[0]
+        assert out.startswith(f"The calibration is unchanged, and it was {level}: ")
+
+
+def test_check_does_not_say_that_a_camera_has_moved_whose_imported_calibration_was_never_right(
+        touchline, automatic, tmp_path):
+    assert touchline("export", "cal.json", "--format", "ssl-vision", "-o", "camera.txt", "--approximate")[0] == 0
+    assert touchline("import", "camera.txt", "--field", "ssl-div-b", "--region", "full", "--image-size", "816x682",
+                     "-o", "theirs.json")[0] == 0
+    cv2.imwrite(str(tmp_path / "knocked.png"), np.roll(cv2.imread(str(tmp_path / "frame.png")), 5, axis=1))
+    code, out, _ = touchline("check", "theirs.json", "knocked.png")
+    assert code == 5 and out.startswith("This calibration was never verified, and does not describe this camera: ")
+    assert "camera has moved." not in out.replace("Nothing shows that the camera has moved.", "")
+    assert "Calibrate this camera." in out

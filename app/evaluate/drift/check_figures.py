@@ -8,7 +8,9 @@ from app.core.field import Field
 from app.core.geometry import ImageSize
 from app.evaluate.cameras.offsets import fit_offset_field
 from app.evaluate.cameras.rig_agreement import PlaneDifference, agreement
+from app.evaluate.drift.change import Change
 from app.evaluate.drift.line_check import LineMeasurements
+from app.evaluate.drift.promise import OwnLevel, Promise
 from app.evaluate.fit.residuals import rms
 from app.models import CameraModel
 
@@ -19,9 +21,9 @@ class CheckFigures(TypedDict):
     """How far off, mm: of the places (rms, p95), and carried over carpet and hats (p95, max). None where not known.
 
     left_mm: rms of what is not a motion of the camera, as of a lens that was changed. others_share: length of long
-    lines that lie where none is expected, as a share of what is. own_mm: the error in its own report. missing:
-    markings that should be in sight, are not covered, and are not there; missing_share: of the expected length;
-    missing_inside: of that inside the borders.
+    lines that lie where none is expected, as a share of what is. own_mm, own_level: the error and the verdict in its
+    own report. change: since then, None where its points do not tell. missing: markings that should be in sight, are
+    not covered, and are not there; missing_share: of the expected length; missing_inside: of that inside the borders.
     """
 
     found_share: float
@@ -37,10 +39,12 @@ class CheckFigures(TypedDict):
     missing_inside: float
     others_share: float
     own_mm: float | None
+    own_level: OwnLevel
+    change: Change | None
 
 
-def check_figures(seen: LineMeasurements, model: CameraModel, size: ImageSize, field: Field, *,
-                  others_share: float = 0.0, own_mm: float | None = None) -> CheckFigures:
+def check_figures(seen: LineMeasurements, model: CameraModel, size: ImageSize, field: Field, promise: Promise,
+                  change: Change | None, others_share: float = 0.0) -> CheckFigures:
     """Compute them from where the lines are."""
     of = seen.found
     mm = np.abs(seen.off_mm[of])
@@ -59,4 +63,5 @@ def check_figures(seen: LineMeasurements, model: CameraModel, size: ImageSize, f
             "rms_mm": rms(mm), "p95_mm": float(np.percentile(mm, 95)) if len(mm) else None,
             "rms_px": rms(seen.off_px[of]), "left_mm": left, "carpet": carpet, "hat": hat,
             "missing": np.array(seen.names)[seen.missing].tolist(), "missing_share": seen.missing_share,
-            "missing_inside": seen.missing_inside, "others_share": others_share, "own_mm": own_mm}
+            "missing_inside": seen.missing_inside, "others_share": others_share,
+            "own_mm": promise.mm, "own_level": promise.level, "change": change}

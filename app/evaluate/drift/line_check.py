@@ -5,24 +5,29 @@ expects it. A camera that was knocked shows it elsewhere, so the search widens s
 first tells how the picture as a whole has moved, and is then measured again, near that place. A marking that is not
 there while others are is looked for by itself, further off: a model that was never right inside the field has its
 borders where they are, and nothing else.
+
+The same search begins where a calibration's own points lay, and tells how far the lines lie from there: whatever the
+model makes of them, that is a change since then.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import partial
 from typing import Self
 
 import numpy as np
 from typing_extensions import TypedDict
 
-from app.core.field import Field, Region
+from app.core.field import Arc, Field, Line, Region
 from app.core.geometry import Array, ImageSize, Indices, Mask, Pixels, Points, inside_picture
+from app.core.records import Observations
 from app.evaluate.cameras.evidence import OffsetMeasurements
 from app.evaluate.cameras.offsets import OffsetField, fit_offset_field
 from app.evaluate.drift.expected import expected_lines
+from app.evaluate.drift.observed import ObservedLines
 from app.evaluate.fit.residuals import rms
 from app.evaluate.fit.verification import MARKING_FOUND
 from app.fitting.field_lines.line_samples import LineSamples, fine_pattern
-from app.fitting.field_lines.pattern import FieldPattern
 from app.models import CameraModel, field_from_raw
 from app.vision.lines.profiles import GROUND_PX, STEP_PX, across_lines, brightness_across
 from app.vision.lines.strays import strays
@@ -34,7 +39,7 @@ APART_PX = 6.0
 CLEAR_PX = 4.0
 BETTER = 0.04  # of the expected length: less gained by a wider search is chance
 PLENTY = 0.85  # of the expected length, found near by: nothing is looked for further off
-MIN_MARKING_POINTS = 3
+MIN_MARKING_POINTS, MIN_OBSERVED_POINTS = 3, 2
 MIN_MOTION_POINTS = 12  # measures that tell how a picture has moved
 MOST = 0.5  # of the expected length
 BORDER_MM = 50.0  # nearer to a border, a line is the border
@@ -122,8 +127,26 @@ PER_PLACE = tuple(member.name for member in fields(LineMeasurements) if member.n
 
 def measure_lines(model: CameraModel, gray: Pixels, field: Field, region: Region) -> LineMeasurements:
     """(h, w) grey. The narrowest search that finds plenty, or about as much as any."""
+    size, pattern = ImageSize(gray.shape[1], gray.shape[0]), fine_pattern(field)
+    samples = partial(expected_lines, model, pattern, size, PLACES, APART_PX, region=region)
+    names = tuple(marking.name for marking in pattern.markings)
+    return _measured(_Search(model, gray, region, size, pattern.markings, names, samples, MIN_MARKING_POINTS,
+                             since=False))
+
+
+def measure_change(model: CameraModel, gray: Pixels, field: Field, region: Region, observations: Observations,
+                   ) -> LineMeasurements | None:
+    """Measure how far the lines lie from where they were observed, off_px and off_mm; None where that is not known.
+
+    observations: on carpet; without their outliers.
+    """
     size = ImageSize(gray.shape[1], gray.shape[0])
-    search = _Search(model, gray, field, region, size)
+    then = ObservedLines.of(model, field, region, observations, size, PLACES)
+    return None if then is None else _measured(_Search(model, gray, region, size, then.features, then.names,
+                                                       then.samples, MIN_OBSERVED_POINTS, since=True))
+
+
+def _measured(search: "_Search") -> LineMeasurements:
     best, motion = search.near(None, CAPTURES_PX[0]), None
     for capture in CAPTURES_PX[1:]:
         if best.share > PLENTY:
@@ -163,37 +186,40 @@ def _moved(measured: LineMeasurements) -> OffsetField | None:
 
 @dataclass(frozen=True, eq=False)
 class _Search:
+    """samples: the places to look at, of these features, by how clear of others they are to be, px.
+
+    since: offsets are from those very places, and not from the features.
+    """
+
     model: CameraModel
     gray: Pixels
-    field: Field
     region: Region
     size: ImageSize
-
-    @cached_property
-    def pattern(self) -> FieldPattern:
-        return fine_pattern(self.field)
+    features: tuple[Line | Arc, ...]
+    names: tuple[str, ...]
+    samples: Callable[[float], LineSamples]
+    least: int  # points of a marking
+    since: bool
 
     def near(self, moved: OffsetField | None, capture_px: float, only: Indices | None = None) -> LineMeasurements:
         """Measure lines within capture_px of where they are expected, after a motion of the whole picture.
 
         only: of these markings, by number.
         """
-        pattern = self.pattern
         capture = capture_px * max(self.size.width / 1280, 0.8)
-        clear_px = max(CLEAR_PX, CLEAR_PX if moved is not None and only is None else capture)
-        at = expected_lines(self.model, pattern, self.size, PLACES, APART_PX, clear_px, self.region)
+        at = self.samples(max(CLEAR_PX, CLEAR_PX if moved is not None and only is None else capture))
         if only is not None:
             at = at.of(np.isin(at.marking, only))
         start = at.places if moved is None else at.places + np.nan_to_num(moved.at(at.places)[0])
         profiles = across_lines(self.gray, start, at.normals, at.width_px, at.marking, capture)
         hits = profiles.found & at.clear & inside_picture(start, self.size, 2)
         hits &= ~strays(profiles.middle, hits, at.marking)
-        for number in range(len(pattern.markings)):
-            if (hits & (at.marking == number)).sum() < MIN_MARKING_POINTS:
+        for number in range(len(self.features)):
+            if (hits & (at.marking == number)).sum() < self.least:
                 hits &= at.marking != number
         raw = start + np.where(hits, profiles.middle, np.nan)[:, None] * at.normals
         usual = float(np.median(profiles.contrast[hits])) if hits.any() else 0.0
-        return self._measurements(pattern, at, raw, ~hits & self._bare(start, at, BARE * usual))
+        return self._measurements(at, raw, ~hits & self._bare(start, at, BARE * usual))
 
     def _bare(self, places: Points, at: LineSamples, least_contrast: float) -> Mask:
         """Return (n,) whether the brightness across each place is that of carpet alone."""
@@ -203,18 +229,19 @@ class _Search:
         rows = np.where(np.abs(away) <= reach[:, None], rows, np.nan)
         return inside_picture(places, self.size, 2) & (np.nanstd(rows, axis=1) < least_contrast)
 
-    def _measurements(self, pattern: FieldPattern, at: LineSamples, raw: Points, bare: Mask) -> LineMeasurements:
+    def _measurements(self, at: LineSamples, raw: Points, bare: Mask) -> LineMeasurements:
         clear = at.clear
         spot, there = field_from_raw(self.model, raw), field_from_raw(self.model, at.places)
         foot, normal = np.full_like(spot, np.nan), np.full_like(spot, np.nan)
-        for number, marking in enumerate(pattern.markings):
+        for number, marking in enumerate(self.features):
             of = at.marking == number
-            foot[of], normal[of] = marking.nearest(spot[of]), marking.normals(there[of])
+            foot[of] = there[of] if self.since else marking.nearest(spot[of])
+            normal[of] = marking.normals(marking.nearest(there[of]) if self.since else there[of])
         off_mm = np.sum((spot - foot) * normal, axis=1)
         off_px = np.sum((raw - at.places) * at.normals, axis=1)
-        return LineMeasurements(tuple(m.name for m in pattern.markings), at.marking[clear], at.places[clear],
-                                at.normals[clear], raw[clear], off_px[clear], foot[clear], normal[clear], off_mm[clear],
-                                at.length_px[clear], bare[clear], self._inside(there[clear]))
+        return LineMeasurements(self.names, at.marking[clear], at.places[clear], at.normals[clear], raw[clear],
+                                off_px[clear], foot[clear], normal[clear], off_mm[clear], at.length_px[clear],
+                                bare[clear], self._inside(there[clear]))
 
     def _inside(self, places: Points) -> Mask:
         low, high = np.transpose([self.region.x_mm, self.region.y_mm])

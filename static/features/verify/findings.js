@@ -30,12 +30,15 @@ const modelAddress = (it) => (it.snapshot ? `#/calibrate/${it.snapshot}/model` :
 const warningOf = (it, ...reasons) => it.report.warnings.find((w) => reasons.includes(w.reason));
 
 /** @param {Calibration} it @param {import("./types").CalibrationCheck} answer */
-export function linesFinding(it, { found_share, lines_found, missing, lines, verdict: { level, reason } }) {
+export function linesFinding(it, { found_share, lines_found, missing, lines, verdict }) {
   const length = t("verify.lines.found", {
       found: lines_found,
       count: lines.length,
       share: number(100 * found_share, 0),
     }),
+    // what its report says of itself is a finding of its own
+    { lines_level: level, reason } = verdict,
+    neverRight = reason === "never-right" && verdict.fix,
     farthest = lines.toSorted((a, b) => (b.worst_mm ?? 0) - (a.worst_mm ?? 0))[0],
     known = { id: "lines", text: length, href: pointsAddress(it) };
   if (level === null)
@@ -55,7 +58,7 @@ export function linesFinding(it, { found_share, lines_found, missing, lines, ver
       text: `${length} ${t("verify.lines.not-detected", {
         lines: missing.map((name) => lineName(name)).join(", "),
       })}`,
-      fix: t("verify.lines.missing.fix"),
+      fix: neverRight || t("verify.lines.missing.fix"),
     });
   if (level === "good") return check({ ...known, state: "ok", title: t("verify.lines.ok"), href: "" });
   const where = farthest
@@ -67,7 +70,7 @@ export function linesFinding(it, { found_share, lines_found, missing, lines, ver
     title: level === "poor" ? t("verify.lines.misplaced") : t("verify.lines.slightly-misplaced"),
     value: farthest ? `${mm(farthest.worst_mm)} mm` : "",
     text: `${length}${where}`,
-    fix: t("verify.lines.misplaced.fix"),
+    fix: neverRight || t("verify.lines.misplaced.fix"),
   });
 }
 

@@ -34,8 +34,11 @@ class Scene:
         return {"spec": self.spec.as_json(), "camera": self.camera.as_json(), "paint": self.paint.as_json()}
 
 
-def render(spec: SceneSpec, camera: OpenCvCamera | None = None) -> Scene:
-    """Draw a scene; the same for the same spec. camera: another than the spec's, such as it after a knock."""
+def render(spec: SceneSpec, camera: OpenCvCamera | None = None, moment: int = 0) -> Scene:
+    """Draw a scene; the same for the same spec. camera: another than the spec's, such as it after a knock.
+
+    moment: another one of the same field and camera has other light, things and noise.
+    """
     rng = np.random.default_rng([spec.seed, 11])
     field, region, camera = fields()[spec.field], region_of(spec), camera or camera_of(spec)
     straight = OpenCvCamera(camera.size, camera.matrix, camera.distortion, camera.rotation, camera.translation_mm,
@@ -52,6 +55,7 @@ def render(spec: SceneSpec, camera: OpenCvCamera | None = None) -> Scene:
     colour = floor_colours(x, y, field, spec, rng)
     white = coverage(paint, x, y, (x_u, x_v, y_u, y_v), texture, 12.0)[..., None]
     light = (colour * (1 - white) + np.array(PAINT) * white).astype(np.float32)
+    rng = np.random.default_rng([spec.seed, 11, moment]) if moment else rng
     light = draw_things(light, x, y, straight, field, spec, SAMPLES, rng)
     width, height = spec.size
     light = light.reshape(height, SAMPLES, width, SAMPLES, 3).mean(axis=(1, 3))

@@ -162,7 +162,6 @@ export default {
   "progress.detecting": "Erkennung",
   "progress.done": "Fertig",
   "progress.edges": "Kanten werden erkannt: {image} ({number} von {count})",
-  "progress.evaluating": "Auswertung",
   "progress.evaluating-lens": "Das Objektiv wird ausgewertet",
   "progress.evaluating-pair": "Das Kamerapaar wird ausgewertet: {part}",
   "progress.field-lines": "Feldlinien werden erkannt",
