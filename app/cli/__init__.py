@@ -50,7 +50,7 @@ COMMANDS = {  # name: (module:function in this package, the first line of its he
     "auto": ("auto:auto", "Detect the field lines in an image and calibrate from them, if all checks pass."),
     "detect": ("detection:detect", "Detect the ball and the robots in an image, with numbers, orientations and "
                                    "positions."),
-    "check": ("checking:check", "Compare the field lines with a calibration. Exit code 0 if it is valid enough."),
+    "check": ("checking:check", "Compare the field lines with a calibration. Exit code 5 if it is below --enough."),
     "batch": ("batch:batch", "Calibrate or check every image of a folder."),
     "transform": ("calibration:transform", "Convert pixels to field millimetres, or back."),
     "rig": ("rigs:rig", "Cameras that share a field: compare them, or join their images."),

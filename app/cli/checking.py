@@ -32,7 +32,7 @@ def check(
                                                "and the detected lines.")] = None,
     enough: EnoughOption = Enough.fair, as_json: AsJson = False,
 ) -> None:
-    """Compare the field lines with a calibration. Exit code 5 if it is below --enough: it is no better than it was."""
+    """Compare the field lines with a calibration. Exit code 5 if it is below --enough."""
     calibrated = files.read_calibration(calibration)
     with progress_bar("Checking the calibration") as progress, files.decoded(pictures) as reads:
         frame = median_frame(reads, subprogress(progress, 0.0, 0.4))

@@ -226,8 +226,10 @@ class Calibration:
 
     def lens_option(self) -> dict[str, Any]:
         """Return the value of the option "lens" of another fit: the camera, and its covariance where it is known."""
+        known = self.covariance
+        own = {name: entry for name, entry in known.items() if name != "freer"} if isinstance(known, Mapping) else known
         return {"name": self.model_name, "parameters": dict(self.model_parameters),
-                **({} if self.covariance is None else {"covariance": self.covariance})}
+                **({} if own is None else {"covariance": own})}
 
     @property
     def covariance(self) -> Any:

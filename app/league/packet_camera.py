@@ -18,7 +18,7 @@ from app.core.records import Calibration, Fit, Warning, observations_from_json
 from app.core.statements import say
 from app.evaluate.fit.approximation import ApproximationError, approximation_error
 from app.evaluate.fit.contradiction import MIN_TERMS, explains, fit_rms_px, freer_lens
-from app.evaluate.fit.covariance_json import covariance_from_json
+from app.evaluate.fit.covariance_json import fit_from_json
 from app.evaluate.fit.observability import observability_warnings
 from app.evaluate.fit.report_types import Level, SigmaReport
 from app.evaluate.fit.uncertainty import grid_over, sigma_report
@@ -136,12 +136,12 @@ def _determined_fit(calibration: Calibration, model: CameraModel, region: Region
 
     None where there are no points, or such a lens does not explain them.
     """
-    covariance, options = calibration.report.get("covariance"), calibration.options
-    if isinstance(model, RayCamera) and covariance is not None and (
-            len(model.lens_terms) >= MIN_TERMS or options.get("lens") is not None):
+    covariance, options = calibration.covariance, calibration.options
+    if isinstance(model, RayCamera) and covariance is not None:
         try:
-            names, matrix = covariance_from_json(covariance, model)
-            return Fit(model, (), (), covariance=matrix, parameter_names=names)
+            known, stand_in = fit_from_json(covariance, model)
+            if stand_in is not None or len(model.lens_terms) >= MIN_TERMS or options.get("lens") is not None:
+                return known
         except TouchlineError:
             pass  # an imported one may belong to anything
     if not calibration.observations:

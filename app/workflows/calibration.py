@@ -17,7 +17,7 @@ from app.core.records import Fit, Observations
 from app.core.statements import join, stated
 from app.evaluate.fit import residual_vectors as vectors
 from app.evaluate.fit.contradiction import bends_otherwise, contradiction, freer_lens
-from app.evaluate.fit.covariance_json import covariance_from_json
+from app.evaluate.fit.covariance_json import fit_from_json
 from app.evaluate.fit.cross_validation import held_out_mm
 from app.evaluate.fit.difference import Difference, DifferenceGrid, difference_report
 from app.evaluate.fit.distortion import distortion_kind, sag_pct
@@ -94,9 +94,8 @@ def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float
     if z_mm != 0 and not isinstance(model, RayModel):
         raise Conflict(f"{model.TITLE}: positions are available on the carpet only, not {z_mm:g} mm above it.",
                        "Use a physical lens model, or z_mm 0.", reason="no-rays")
-    names, matrix = covariance_from_json(covariance, model)
-    fit = Fit(model, (), (), covariance=matrix, parameter_names=names)
-    sigma = expected_error(fit, region, z_mm, grid_over(region, columns, rows))
+    fit, stand_in = fit_from_json(covariance, model)
+    sigma = expected_error(fit, region, z_mm, grid_over(region, columns, rows), stand_in=stand_in)
     figures: ErrorFigures = sigma.to_json()
     return {**figures, "grid": {"places": sigma.places.tolist(), "sigma_mm": nullable(sigma.sigma_mm)}}
 

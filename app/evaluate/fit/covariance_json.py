@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.errors import Conflict
+from app.core.errors import Conflict, TouchlineError
+from app.core.records import Fit
 from app.fitting import sensitivity_of
-from app.models import CameraModel
+from app.models import CameraModel, model_from_json
+from app.models.ray_camera import RayCamera
 
 LINE = re.compile(r"line_\d{1,6}")  # a line's own offset, which moves no ray
 MAX_VARIANCE = 1e18  # a σ of 10⁹ px, mm or rad: a larger one overflows in products
@@ -30,10 +32,32 @@ def covariance_from_json(value: Any, model: CameraModel) -> tuple[tuple[str, ...
         if not (_named(names, model) and matrix.shape == (len(names), len(names)) and _is_covariance(matrix)):
             raise ValueError("no covariance of this model")
     except (TypeError, ValueError, KeyError, OverflowError, np.linalg.LinAlgError):
-        raise Conflict("The covariance in the calibration does not belong to its lens model. The expected error is "
-                       "unknown.",
-                       "Calibrate again with its points.", reason="foreign-covariance") from None
+        raise _foreign() from None
     return names, matrix
+
+
+def fit_from_json(value: Any, model: CameraModel) -> tuple[Fit, RayCamera | None]:
+    """Return the fit that tells the model's error, and the model where that is another's: it only stands in for it.
+
+    value: a report's "covariance"; Conflict where it is not that model's.
+    """
+    names, matrix = covariance_from_json(value, model)
+    freer = value.get("freer")
+    if not isinstance(freer, Mapping) or not isinstance(model, RayCamera):
+        return Fit(model, (), (), covariance=matrix, parameter_names=names), None
+    try:
+        other = model_from_json(freer["model"], freer["parameters"])
+    except (TouchlineError, KeyError, TypeError) as error:
+        raise _foreign() from error
+    if not isinstance(other, RayCamera):
+        raise _foreign()
+    names, matrix = covariance_from_json(freer, other)
+    return Fit(other, (), (), covariance=matrix, parameter_names=names), model
+
+
+def _foreign() -> Conflict:
+    return Conflict("The covariance in the calibration does not belong to its lens model. The expected error is "
+                    "unknown.", "Calibrate again with its points.", reason="foreign-covariance")
 
 
 def _named(names: tuple[Any, ...], model: CameraModel) -> bool:

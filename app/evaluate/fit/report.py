@@ -15,12 +15,19 @@ from app.evaluate.fit.folds import whole_lines
 from app.evaluate.fit.next_click import next_best_click
 from app.evaluate.fit.observability import observability_warnings
 from app.evaluate.fit.reach import reach_warnings
-from app.evaluate.fit.report_types import ExpectedFigures, FeatureRow, FitReport, ReportedNotes, ReportedPose
+from app.evaluate.fit.report_types import (
+    CovarianceJson,
+    ExpectedFigures,
+    FeatureRow,
+    FitReport,
+    ReportedNotes,
+    ReportedPose,
+)
 from app.evaluate.fit.residuals import FeatureResiduals, feature_residuals, largest, mm_per_px, residual_rows, rms
 from app.evaluate.fit.uncertainty import knows_its_error, sigma_report
 from app.evaluate.fit.verdict import GOOD_MM, FitAccuracy, fit_verdict
 from app.fitting import FITTERS
-from app.models import CameraModel, RayModel
+from app.models import CameraModel, RayModel, parameters_json
 from app.models.ray_camera import RayCamera
 
 MAX_LINE_SIGMAS = 4.0
@@ -86,8 +93,7 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
         "next_click": next_best_click(fit, field, region, fit.model.image_size, fit.notes.get("click_sigma_px", 0.5)),
         "warnings": [w.to_json() for w in warnings],
         "camera": _camera_json(fit.model),
-        "covariance": None if fit.covariance is None or not knows_its_error(fit) else {
-            "names": list(fit.parameter_names), "matrix": fit.covariance.tolist()},
+        "covariance": _covariance_json(fit, None if stand_in is None else determined),
         **_reported(fit.notes),
     }
 
@@ -98,6 +104,17 @@ def expected_figures(report: Mapping[str, Any]) -> ExpectedFigures:
     hat = sigma.get("hat") or {}
     return {"expected_mm": sigma.get("rms"), "expected_hat_mm": hat.get("rms"),
             "hat_height_mm": number(hat.get("z_mm"))}
+
+
+def _covariance_json(fit: Fit, freer: Fit | None) -> CovarianceJson | None:
+    """Return the fit's covariance, with the freer fit that tells its error; None where it does not know it."""
+    if fit.covariance is None or not knows_its_error(fit):
+        return None
+    found: CovarianceJson = {"names": list(fit.parameter_names), "matrix": fit.covariance.tolist()}
+    if freer is not None and freer.covariance is not None:
+        found["freer"] = {"model": freer.model.NAME, "parameters": parameters_json(freer.model),
+                          "names": list(freer.parameter_names), "matrix": freer.covariance.tolist()}
+    return found
 
 
 def _reported(notes: Mapping[str, Any]) -> ReportedNotes:

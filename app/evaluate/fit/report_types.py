@@ -110,9 +110,19 @@ class ReportedPose(TypedDict):
     tilt_deg: float
 
 
+class FreerFit(TypedDict):
+    """A lens that bends freely, fitted to the same points: it tells the error of a lens with one term."""
+
+    model: str
+    parameters: dict[str, Any]
+    names: list[str]
+    matrix: list[list[float]]
+
+
 class CovarianceJson(TypedDict):
     names: list[str]
     matrix: list[list[float]]
+    freer: NotRequired[FreerFit]
 
 
 class BorderDegree(TypedDict):

@@ -8,8 +8,7 @@ from numpy.typing import ArrayLike
 
 from app.core.errors import TouchlineError
 from app.core.geometry import Points, inside_picture
-from app.core.records import Fit
-from app.evaluate.fit.covariance_json import covariance_from_json
+from app.evaluate.fit.covariance_json import fit_from_json
 from app.evaluate.fit.uncertainty import expected_error
 from app.fitting import sensitivity_of
 from app.models import raw_from_field
@@ -51,8 +50,7 @@ def _sigma(camera: SceneCamera, place: Points, z_mm: float) -> float | None:
     if covariance is None or sensitivity_of(model) is None or (z_mm and camera.frustum is None):
         return None
     try:
-        names, matrix = covariance_from_json(covariance, model)
-        fit = Fit(model, (), (), covariance=matrix, parameter_names=names)
-        return float(expected_error(fit, camera.region, z_mm, place.reshape(1, 1, 2)).sigma_mm[0, 0])
+        fit, stand_in = fit_from_json(covariance, model)
+        return float(expected_error(fit, camera.region, z_mm, place.reshape(1, 1, 2), stand_in=stand_in).sigma_mm[0, 0])
     except TouchlineError:  # the model does not see the place, or its covariance is another's
         return None

@@ -1,11 +1,13 @@
 """The camera in the packet: the best that it can hold for the points, and what teams can expect of it."""
 
 import json
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
+from app.core.errors import Conflict
 from app.core.field import Region
 from app.core.geometry import ImageSize
 from app.core.records import Calibration, Observation
@@ -21,6 +23,7 @@ from app.models.top_view import RECTANGLE_FIELDS
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.lens import LENSES
 from app.store.fields import load_fields
+from app.workflows.calibration import uncertainty
 from app.workflows.calibration_request import CalibrationRequest
 from tests.support.league_geometry import ssl_vision_image2field, vision_processor_image2field
 from tests.support.sim_clicks import border_observations
@@ -91,6 +94,21 @@ def test_a_model_with_one_term_tells_what_it_lacks():
     report, model = calibrated("strong", "ssl").report, model_of(calibrated("strong", "ssl"))
     assert 0.7 < true_mm("strong", model.unproject) / report["sigma_mm"]["rms"] < 1.5
     assert report["verdict"]["mm"] >= report["sigma_mm"]["rms"] - 1e-9
+    found = uncertainty(model, json.loads(json.dumps(report["covariance"])), REGION, 0.0, 13, 11)
+    assert found["rms"] == pytest.approx(report["sigma_mm"]["rms"])  # the map is of the same error
+    assert "freer" not in calibrated("strong", "ssl").lens_option()["covariance"]
+
+
+@pytest.mark.parametrize("spoil", [{"model": "nobody"}, {"parameters": {}}, {"names": []}, {"matrix": [[-1.0]]},
+                                   {"model": "polynomial"}])
+def test_a_foreign_fit_in_an_imported_report_is_refused_and_fitted_anew(spoil):
+    calibration = calibrated("strong", "ssl")
+    covariance = calibration.covariance
+    spoilt = {**covariance, "freer": {**covariance["freer"], **spoil}}
+    with pytest.raises(Conflict):
+        uncertainty(model_of(calibration), spoilt, REGION)
+    packet = packet_camera(replace(calibration, report={**calibration.report, "covariance": spoilt}))
+    assert packet.expected["rms"] == pytest.approx(packet_camera(calibration).expected["rms"], rel=0.2)
 
 
 @pytest.mark.parametrize("model", ["brown-conrady", "ssl"])
