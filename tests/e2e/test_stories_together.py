@@ -173,4 +173,4 @@ def test_of_two_who_change_the_same_the_slower_one_is_told_and_nothing_is_lost(p
     expect(page.get_by_text("Another user has changed the publishing settings since you opened them.")).to_be_visible()
     page.unroute("**/api/v1/publishing")
     expect(page.get_by_test_id("network-ttl")).to_have_value("3")
-    assert server.api("GET", "/publishing").json()["limit_mm"] == 10
+    assert server.api("GET", "/publishing").json()["limit_mm"] == 30
