@@ -22,7 +22,7 @@ from app.evaluate.fit.covariance_json import fit_from_json
 from app.evaluate.fit.observability import observability_warnings
 from app.evaluate.fit.report_types import Level, SigmaReport
 from app.evaluate.fit.uncertainty import grid_over, sigma_report
-from app.evaluate.fit.verdict import GOOD_MM, level_expected
+from app.evaluate.fit.verdict import GOOD_MM, LEVELS, level_expected
 from app.formats.approximation import exact_camera, nearest_camera
 from app.formats.ssl_geometry import camera_from_wire, camera_number, camera_to_wire
 from app.formats.ssl_vision import FORMAT as SSL_VISION
@@ -43,7 +43,7 @@ class PacketCamera:
     loss: of that message, decoded as a listener does, against the calibration. exact: whether it is the calibration's
     own camera, so that only the rounding to four bytes is lost. expected: the error of what teams receive, None where
     neither the calibration nor its points tell it. fit: the calibration's own, likewise. ignored_px: the largest error
-    of a reader that ignores a negative term.
+    of a reader that ignores a negative term. own_level: of the calibration, where the packet's camera is made of that.
     """
 
     sent: SSL_GeometryCameraCalibration
@@ -52,10 +52,12 @@ class PacketCamera:
     expected: SigmaReport | None = None
     fit: SigmaReport | None = None
     ignored_px: float = 0.0
+    own_level: Level = "good"
 
     @property
     def level(self) -> Level | None:
-        return None if self.expected is None else level_expected(self.expected)
+        """The level of what teams receive: no better than the calibration's own."""
+        return None if self.expected is None else max(level_expected(self.expected), self.own_level, key=LEVELS.index)
 
     @property
     def judged_mm(self) -> float:
@@ -128,7 +130,14 @@ def _fitted(calibration: Calibration) -> PacketCamera:
     expected = None if fit is None else sigma_report(
         fit, region, field.hat_height_mm, _height_is_known(calibration, fit, model, field, region), stand_in=back)
     return PacketCamera(sent, approximation_error(model, back, region, field.hat_height_mm), is_exact, expected,
-                        calibration.report.get("sigma_mm"), _ignored_px(back, region, field.hat_height_mm))
+                        calibration.report.get("sigma_mm"), _ignored_px(back, region, field.hat_height_mm),
+                        _own_level(calibration) if source is model else "good")
+
+
+def _own_level(calibration: Calibration) -> Level:
+    """Return the level of its verdict, which cross-validation counts in, too; good where it has none."""
+    level = (calibration.report.get("verdict") or {}).get("level")
+    return next((known for known in LEVELS if known == level), "good")
 
 
 def _determined_fit(calibration: Calibration, model: CameraModel, region: Region) -> Fit | None:

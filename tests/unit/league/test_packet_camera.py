@@ -123,6 +123,14 @@ def test_both_programs_of_the_league_place_pixels_as_we_do(model):
             assert off.max() < 0.01, (rule, off.max())
 
 
+def test_it_is_called_no_better_than_the_calibration_that_it_is_made_of():
+    """Points left out may tell of what the expected error does not know."""
+    calibration = calibrated("mild", "brown-conrady")
+    assert packet_camera(calibration).level in ("good", "fair")
+    poor = {**calibration.report, "verdict": {**calibration.report["verdict"], "level": "poor"}}
+    assert packet_camera(replace(calibration, report=poor)).level == "poor"
+
+
 def test_a_negative_term_and_its_readers_fault_are_told():
     packet, back = received(calibrated("pincushion", "brown-conrady"))
     assert back.lens_terms[0] < 0 and packet.ignored_px > 1
