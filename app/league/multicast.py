@@ -4,6 +4,7 @@ import contextlib
 import errno
 import socket
 import threading
+from collections import deque
 from typing import NamedTuple
 
 from app.core.errors import BadInput
@@ -11,6 +12,7 @@ from app.core.statements import say
 from app.league.multicast_address import MulticastAddress, is_here
 from app.ssl_protocol.protobuf import MAX_BYTES
 
+OWN_PORTS = 4  # of sockets that were opened one after the other: their last packets may still be heard
 STALE = (errno.ENETUNREACH, errno.ENETDOWN, errno.EHOSTUNREACH, errno.ENODEV, errno.EADDRNOTAVAIL, errno.ENXIO)
 
 
@@ -26,6 +28,7 @@ class MulticastSender:
         self.address = address
         self._lock = threading.Lock()
         self._socket: socket.socket | None = None
+        self._ports: deque[int] = deque(maxlen=OWN_PORTS)
 
     def check(self) -> None:
         """NetworkError where a packet would not leave now; nothing is sent."""
@@ -51,6 +54,8 @@ class MulticastSender:
                 self._socket = self._socket or self._opened()
                 try:
                     self._socket.sendto(packet, (self.address.group, self.address.port))
+                    if (port := self._socket.getsockname()[1]) not in self._ports:
+                        self._ports.append(port)
                     return
                 except OSError as error:
                     self._close()
@@ -58,9 +63,9 @@ class MulticastSender:
                         raise self.address.network_error(error) from None
 
     def is_own_packet(self, address: str, port: int) -> bool:
-        """Tell whether a packet from this address is our own, looped back to this machine."""
+        """Tell whether a packet from this address is our own, looped back to this machine, also after it was closed."""
         with self._lock:
-            ours = self._socket is not None and self._socket.getsockname()[1] == port
+            ours = port in self._ports
         return ours and is_here(address)
 
     def close(self) -> None:

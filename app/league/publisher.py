@@ -53,9 +53,10 @@ class Publisher:
 
     def __init__(self, config: PublishingConfig, active: Callable[[], Sequence[Calibration]],
                  fit: FitPacketCamera, fields: Mapping[str, Field] = NO_FIELDS,
-                 passed_on: Callable[[], PassedOn | None] = lambda: None) -> None:
+                 passed_on: Callable[[], PassedOn | None] = lambda: None,
+                 sender: MulticastSender | None = None) -> None:
         self.config = config
-        self.sender = MulticastSender(config.address)
+        self.sender = sender or MulticastSender(config.address)
         self.status = PublishStatus()
         self._active, self._fit, self._fields, self._passed_on = active, fit, fields, passed_on
         self._wakened = threading.Event()

@@ -37,6 +37,7 @@ class Publishing:
         self._active, self._fields = active, fields
         self._passed_on, self._kept, self._keep = passed_on, passed_on, keep
         self._lock = threading.Lock()
+        self._senders: tuple[MulticastSender, ...] = ()  # now and before, whose last packets may still be heard
         self._publisher: Publisher | None = None
         self._listener: GeometryListener | None = None
         self._running = False
@@ -143,7 +144,9 @@ class Publishing:
             self._publisher = None
             publisher.close()
         if config.enabled and self._publisher is None:
-            self._publisher = Publisher(config, self._active, self.packet_camera, self._fields, self._newest_passed_on)
+            self._senders = (*self._senders[-1:], MulticastSender(config.address))  # known as ours before it sends
+            self._publisher = Publisher(config, self._active, self.packet_camera, self._fields, self._newest_passed_on,
+                                        self._senders[-1])
         listens = config.absorb or config.enabled  # who publishes must know who else does
         if listener is not None and (not listens or listener.address != config.address):
             self._listener = None
@@ -167,8 +170,7 @@ class Publishing:
         return found.to_json() if self.config.pass_on and found and field is not None and found.is_of(field) else None
 
     def _is_own(self, address: str, port: int) -> bool:
-        sender = self.sender
-        return sender is not None and sender.is_own_packet(address, port)
+        return any(sender.is_own_packet(address, port) for sender in self._senders)
 
 
 def _left_out(cameras: Iterable[PublishedCamera]) -> list[Warning]:

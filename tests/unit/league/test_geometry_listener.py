@@ -21,6 +21,7 @@ from app.league.geometry_packet import geometry_packet, published_cameras
 from app.league.multicast_address import MulticastAddress
 from app.league.packet_camera import packet_camera
 from app.league.publisher import Publisher
+from app.league.publishing import Publishing
 from app.league.received import contradictions, received_json
 from app.ssl_protocol.protobuf import decode, encode
 from app.ssl_protocol.ssl_vision_pb2 import SSL_DetectionFrame, SSL_GeometryData, SSL_Source, SSL_WrapperPacket
@@ -140,6 +141,21 @@ def test_our_own_packets_are_not_somebody_elses():
     finally:
         listener.close()
         publisher.close()
+
+
+def test_our_own_packets_stay_ours_while_the_settings_change():
+    """The first of a new sender and the last of the one before are heard while they are exchanged."""
+    told = free_group()
+    publishing = Publishing(PublishingConfig(enabled=True, interval_s=0.1, **told), lambda: [example("ssl", 0)])
+    publishing.start()
+    try:
+        for number in range(20):
+            publishing.apply(replace(publishing.config, numbers={"north": number}))
+            own = publishing.received()["own"]
+            until(lambda own=own: publishing.received()["own"] > own)
+        assert publishing.received()["items"] == []
+    finally:
+        publishing.close()
 
 
 def test_another_calibration_for_our_number_contradicts_and_an_echo_of_ours_does_not(there):
