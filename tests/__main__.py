@@ -1,44 +1,134 @@
-"""Runs the default tests:  .venv/bin/python -m tests
+"""Runs the tests:  .venv/bin/python -m tests [CAPABILITY …] [--merge | --all | --within MINUTES] [of pytest …]
 
-With --all those that are marked `long` as well. Brings its own browser where it can, and says what it does. Two runs
-of pytest, because Playwright keeps an event loop in the main thread: first everything without a browser, then the page
-in a real Chromium; one story in Firefox and WebKit, where those are installed. Other arguments go to both.
+Without a word the default tier. CAPABILITY: all tests of rigs, boards, … and the rules of the code's structure.
+--merge: the merge tier too; what it took is written to tests/seconds.tsv. --all: the long tests too. --within: the
+default tier, then as much of the merge tier as there is time for since the start; where TOUCHLINE_CHANGED_SINCE names a
+commit, of what changed since. Other arguments go to pytest.
 
-No test is run twice: one that fails now and then shows a race, in the page or in the test. Races are looked for with
-late answers (tests/support/late_answers.py).
+Brings its own browser where it can, and says what it does. Two runs of pytest, because Playwright keeps an event loop
+in the main thread: first everything without a browser, then the page in a real Chromium; one story in Firefox and
+WebKit, where those are installed. No test is run twice: one that fails now and then shows a race, in the page or in the
+test. Races are looked for with late answers (tests/support/late_answers.py).
 """
 
+import argparse
+import compileall
 import os
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
+from itertools import takewhile
 from pathlib import Path
 
+from tests.support.capabilities import CAPABILITIES, EVERYTHING, tests_of, tests_touched
+from tests.support.tiers import BROWSER
+
 ROOT = Path(__file__).parents[1]
-ALL = "--all"
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # of each worker: there is one for each core
 NO_TESTS = 5  # pytest's exit code where nothing was selected
+STRUCTURE = "tests/project/test_architecture.py"
+DEFAULT, MERGE, ALL = ("not merge", "not long"), ("not long",), ()
+REST = ("merge", "not long")  # of the merge tier, after the default one
 
 
 def main() -> int:
-    """Exit code 0 where both runs passed."""
-    chromium = find_chromium() or install_from_packages() or install_with_playwright()
-    if chromium is None:
-        say("There is no Chromium, and none could be installed. Install one, such as: apt-get install chromium. "
-            "Or set TOUCHLINE_CHROMIUM to the path of a Chromium or Chrome. The tests without a browser run now.")
-    else:
-        say(f"Browser for the tests of the page: {chromium}{version_of(chromium)}")
-    environment = {**ONE_THREAD, **os.environ, **({"TOUCHLINE_CHROMIUM": chromium} if chromium else {})}
-    tier = "" if ALL in sys.argv else " and not long"
-    say("1 of 2: everything without a browser")
-    first = pytest(f"not e2e{tier}", environment, at_once(spare=1))
-    if chromium is None:
-        return first or 1
-    say("2 of 2: the page in a real browser")
-    second = pytest(f"e2e{tier}", environment, at_once())
-    return first or second
+    """Exit code 0 where all runs passed."""
+    started_s = time.time()
+    asked, words = arguments().parse_known_args()
+    capabilities = list(takewhile(CAPABILITIES.__contains__, words))
+    runs = Runs(words[len(capabilities):])
+    if capabilities:
+        return runs.both(ALL if asked.all else MERGE, [*tests_of(*capabilities), STRUCTURE])
+    if asked.merge or asked.all:
+        return runs.both(ALL if asked.all else MERGE, measured=not words)
+    if code := runs.both(DEFAULT):
+        return code
+    return 0 if asked.within is None else runs.rest(started_s + 60 * asked.within)
+
+
+def arguments() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m tests", allow_abbrev=False, description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    tier = parser.add_mutually_exclusive_group()
+    tier.add_argument("--merge", action="store_true")
+    tier.add_argument("--all", action="store_true")
+    tier.add_argument("--within", type=float, metavar="MINUTES")
+    return parser
+
+
+class Runs:
+    """Runs of pytest: what needs no browser, then what needs one."""
+
+    def __init__(self, words: Sequence[str]) -> None:
+        """words: arguments of pytest."""
+        self.words = words
+        self.chromium = find_chromium() or install_from_packages() or install_with_playwright()
+        if self.chromium is None:
+            say("There is no Chromium, and none could be installed. Install one, such as: apt-get install chromium. Or "
+                "set TOUCHLINE_CHROMIUM to the path of a Chromium or Chrome. The tests without a browser run now.")
+        else:
+            say(f"Browser for the tests of the page: {self.chromium}{version_of(self.chromium)}")
+        self.environment = {**ONE_THREAD, **os.environ,
+                            **({"TOUCHLINE_CHROMIUM": self.chromium} if self.chromium else {})}
+        # Workers, and the servers that they start, read compiled modules: a third of the time to start.
+        self.environment.pop("PYTHONDONTWRITEBYTECODE", None)
+        compileall.compile_dir(ROOT / "app", quiet=1, workers=0)
+
+    def both(self, tier: Sequence[str], files: Sequence[str] = (), measured: bool = False,
+             until_s: Sequence[float] = ()) -> int:
+        """Exit code of one tier, of these files or of those that pytest's arguments name, else of all.
+
+        measured: whether the seconds are written. until_s: when the one run and the other start no further test.
+        """
+        named = any((ROOT / word.partition("::")[0]).exists() for word in self.words)
+        pages = [path for path in files if path.startswith(BROWSER)]
+        others = [path for path in files if path not in pages]
+        say("1 of 2: everything without a browser")
+        first = 0
+        if others or not files:
+            where = others or ([] if named else ["--ignore", BROWSER])
+            first = self.pytest(("not e2e", *tier), self.at_once(spare=1), where, measured, until_s[:1])
+        if self.chromium is None:
+            return first or 1
+        say("2 of 2: the page in a real browser")
+        if pages or not files:
+            where = pages or ([] if named else [BROWSER])
+            return self.pytest(("e2e", *tier), self.at_once(), where, measured, until_s[1:]) or first
+        return first
+
+    def rest(self, end_s: float) -> int:
+        """Exit code of as much of the merge tier as a change asks for and the time allows."""
+        commit = os.environ.get("TOUCHLINE_CHANGED_SINCE", "")
+        changed = subprocess.run(["git", "diff", "--name-only", commit, "--"], cwd=ROOT, capture_output=True, text=True)
+        files = tests_touched(changed.stdout.split()) if commit and changed.returncode == 0 else EVERYTHING
+        if not files:
+            say("The default tests cover what has changed.")
+            return 0
+        left_s = end_s - time.time()
+        what = files if files == EVERYTHING else f"{len(files)} files that the change asks for"
+        say(f"The merge tier, as far as {max(left_s, 0) / 60:.1f} min allow: {what}")
+        return self.both(REST, [] if files == EVERYTHING else files, until_s=[end_s - left_s / 2, end_s])
+
+    def at_once(self, spare: int = 0) -> list[str]:
+        """One worker for each core, unless an argument says otherwise; one without tests left takes some of another's.
+
+        spare: so many more, where tests wait for sockets and processes most of the time.
+        """
+        if any(word.startswith("-n") for word in self.words):
+            return []
+        return ["-n", str(min(4, (os.cpu_count() or 1) + spare)), "--dist", "worksteal"]
+
+    def pytest(self, marks: Sequence[str], workers: list[str], files: Sequence[str], measured: bool,
+               until_s: Sequence[float]) -> int:
+        """One run; a run with nothing to do has passed."""
+        plugin = ["-p", "tests.support.seconds"] if measured else []
+        command = [sys.executable, "-m", "pytest", "-m", " and ".join(marks), *workers, *plugin, *self.words, *files]
+        until = {"TOUCHLINE_TESTS_UNTIL": str(until_s[0])} if until_s else {}
+        code = subprocess.run(command, cwd=ROOT, env=self.environment | until).returncode
+        return 0 if code == NO_TESTS else code
 
 
 def find_chromium() -> str | None:
@@ -106,24 +196,6 @@ def works(path: str) -> bool:
 
 def version_of(path: str) -> str:
     return ", " + subprocess.run([path, "--version"], capture_output=True, text=True).stdout.strip()
-
-
-def at_once(spare: int = 0) -> list[str]:
-    """One worker for each core, unless an argument says otherwise; one that has no test left takes some of another's.
-
-    spare: so many more, where tests wait for sockets and processes most of the time.
-    """
-    if any(argument.startswith("-n") for argument in sys.argv[1:]):
-        return []
-    return ["-n", str(min(4, (os.cpu_count() or 1) + spare)), "--dist", "worksteal"]
-
-
-def pytest(marker: str, environment: dict[str, str], more: Sequence[str] = ()) -> int:
-    """One run; a run with nothing to do has passed."""
-    arguments = [argument for argument in sys.argv[1:] if argument != ALL]
-    command = [sys.executable, "-m", "pytest", "-m", marker, *more, *arguments]
-    code = subprocess.run(command, cwd=ROOT, env=environment).returncode
-    return 0 if code == NO_TESTS else code
 
 
 def say(text: str) -> None:

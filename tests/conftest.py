@@ -4,6 +4,8 @@ import io
 import os
 import sys
 import tempfile
+import time
+from collections import defaultdict
 from pathlib import Path
 
 import pytest
@@ -14,10 +16,32 @@ from tests.support.leftovers import forget_cached, leftovers
 from tests.support.paths import SHARED_DATA as DATA
 from tests.support.postgres import PostgresServer, programs
 from tests.support.store_opener import StoreOpener
+from tests.support.tiers import BROWSER, read_seconds, tier_of
 from tests.support.waiting import until
 
 settings.register_profile("same every time", derandomize=True, deadline=None)
 settings.load_profile("same every time")
+UNTIL_S = float(os.environ.get("TOUCHLINE_TESTS_UNTIL", "0"))  # no test starts after it, where it is not 0
+
+
+def pytest_collection_modifyitems(items):
+    """Mark what is in the merge tier or needs a browser; where the time is limited, the quick files come first."""
+    timed = read_seconds()
+    took_s = defaultdict(float)
+    for item in items:
+        if item.nodeid.startswith(BROWSER):
+            item.add_marker(pytest.mark.e2e)
+        if tier_of(item.nodeid, timed) == "merge":
+            item.add_marker(pytest.mark.merge)
+            took_s[item.path] += timed[item.nodeid].seconds if item.nodeid in timed else 0
+    if UNTIL_S:
+        items.sort(key=lambda item: (took_s[item.path], item.path))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup():
+    if 0 < UNTIL_S < time.time():
+        pytest.skip("the time of this run is up")
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -36,13 +36,6 @@ WHERE = """async (picture) => {
 expect.set_options(timeout=SOON_MS)
 
 
-def pytest_collection_modifyitems(items):
-    here = Path(__file__).parent
-    for item in items:
-        if here in Path(item.fspath).parents:
-            item.add_marker(pytest.mark.e2e)
-
-
 @pytest.fixture(scope="session")
 def browser_type_launch_args(browser_type_launch_args, browser_type):
     path = chromium_path()

@@ -77,8 +77,13 @@ def nested(levels):
 
 
 @pytest.mark.parametrize("value", [
-    None, 3, [SHEET], {}, {**SHEET, "name": "\ud800"}, {**SHEET, "\ud800": 1}, {**SHEET, "spots": nested(300)},
-    {**SHEET, "spots": nested(100_000)}, {**SHEET, "name": object()}, {**SHEET, "name": 10**9999},
-    {**SHEET, (1, 2): 3}, {**SHEET, "x" * 10_000: 1}], ids=lambda value: type(value).__name__)
+    None, 3, [SHEET], {}, {**SHEET, "name": "\ud800"}, {**SHEET, "\ud800": 1}, {**SHEET, "name": object()},
+    {**SHEET, "name": 10**9999}, {**SHEET, (1, 2): 3}, {**SHEET, "x" * 10_000: 1}], ids=lambda value: type(value).__name__)
 def test_whatever_is_given_the_refusal_is_short(value):
     assert refusal(value).startswith("The sheet") and len(refusal(value)) < 200
+
+
+@pytest.mark.parametrize("levels", [300, 100_000])
+def test_lists_within_lists_are_refused_however_deep(levels):
+    answer = refusal({**SHEET, "spots": nested(levels)})
+    assert answer.startswith("The sheet") and len(answer) < 200

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import FitFailed
-from app.core.records import Observation
+from app.core.records import ImageSize, Observation
 from app.evaluate.cameras.epipolar_check import geometry
 from app.evaluate.cameras.evidence import OffsetMeasurements, from_clicks, from_matches
 from app.evaluate.cameras.offsets import fit_offset_field
@@ -18,11 +18,11 @@ from app.fitting.two_view.fundamental_matrix import fundamental_matrix
 from app.fitting.two_view.relative_pose import ideal_px
 from app.models import raw_from_field
 from app.models.rotation import matrix_from_vector, vector_from_matrix
-from tests.support.pair_over_field import FIELD, cameras
+from tests.support.pair_over_field import FIELD
 from tests.support.rig_over_field import true_models
 
 rng = np.random.default_rng
-SIZE = cameras()[0].image_size
+SIZE = ImageSize(1280, 1024)  # of the cameras
 KNOCK_MM = 30.0
 
 

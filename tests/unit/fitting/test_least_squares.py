@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
 
 from app.fitting.least_squares import minimise
 
@@ -56,6 +55,8 @@ def test_a_robust_loss_resists_strays():
 
 
 def test_it_agrees_with_scipy():
+    from scipy.optimize import least_squares
+
     rng = np.random.default_rng(0)
     noise = rng.normal(0, 0.1, T.size)
     theirs = least_squares(lambda s: decay(s)[0] + noise, [1.0, 0.1], method="lm", xtol=1e-14, ftol=1e-14).x

@@ -1,0 +1,44 @@
+"""A plugin of pytest that writes the seconds of a whole run to tests/seconds.tsv (python -m tests --merge).
+
+A busy or a slower machine stretches all tests alike: the seconds are divided by the median stretch of those that the
+file knows already. A row changes only where the difference is more than one measurement scatters.
+"""
+
+from collections import defaultdict
+from statistics import median
+
+from tests.support.tiers import BROWSER, LIMITS_S, SCATTER, SECONDS, Timed, read_seconds, tier_of, write_seconds
+
+NEAR = 0.8  # default tests below this part of their limit have no row
+
+seconds: dict[str, float] = defaultdict(float)
+left_out: set[str] = set()  # long, skipped or failed
+
+
+def pytest_runtest_logreport(report) -> None:
+    seconds[report.nodeid] += report.duration
+    if not report.passed or "long" in report.keywords:
+        left_out.add(report.nodeid)
+
+
+def pytest_sessionfinish(session) -> None:
+    """In the one process that hears of all tests."""
+    if not hasattr(session.config, "workerinput"):
+        known = read_seconds() if SECONDS.exists() else {}
+        measured = {test: took for test, took in seconds.items() if test not in left_out}
+        write_seconds(updated(known, measured, left_out))
+
+
+def updated(known: dict[str, Timed], measured: dict[str, float], unmeasured: set[str]) -> dict[str, Timed]:
+    """Return the rows after a run: of what it measured, what it left out, and what another kind of run measures."""
+    ratios = [took / known[test].seconds for test, took in measured.items() if test in known]
+    stretch = median(ratios) if ratios else 1.0
+    browser = any(test.startswith(BROWSER) for test in measured)
+    rows = {test: row for test, row in known.items() if test in unmeasured or test.startswith(BROWSER) != browser}
+    for test, took in measured.items():
+        tier, now = tier_of(test, known), took / stretch
+        if test in known and 1 / SCATTER <= now / known[test].seconds <= SCATTER:
+            now = known[test].seconds
+        if tier != "default" or now > NEAR * LIMITS_S["default"]:
+            rows[test] = Timed(tier, now)
+    return rows
