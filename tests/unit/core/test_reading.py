@@ -78,7 +78,8 @@ def nested(levels):
 
 @pytest.mark.parametrize("value", [
     None, 3, [SHEET], {}, {**SHEET, "name": "\ud800"}, {**SHEET, "\ud800": 1}, {**SHEET, "name": object()},
-    {**SHEET, "name": 10**9999}, {**SHEET, (1, 2): 3}, {**SHEET, "x" * 10_000: 1}], ids=lambda value: type(value).__name__)
+    {**SHEET, "name": 10**9999}, {**SHEET, (1, 2): 3}, {**SHEET, "x" * 10_000: 1},
+], ids=lambda value: type(value).__name__)
 def test_whatever_is_given_the_refusal_is_short(value):
     assert refusal(value).startswith("The sheet") and len(refusal(value)) < 200
 
