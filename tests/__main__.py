@@ -22,7 +22,7 @@ from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
 
-from tests.support.capabilities import CAPABILITIES, EVERYTHING, tests_of, tests_touched
+from tests.support.capabilities import CAPABILITIES, EVERYTHING, files_of, files_touched
 from tests.support.tiers import BROWSER
 
 ROOT = Path(__file__).parents[1]
@@ -41,7 +41,7 @@ def main() -> int:
     capabilities = list(takewhile(CAPABILITIES.__contains__, words))
     runs = Runs(words[len(capabilities):])
     if capabilities:
-        return runs.both(ALL if asked.all else MERGE, [*tests_of(*capabilities), STRUCTURE])
+        return runs.both(ALL if asked.all else MERGE, [*files_of(*capabilities), STRUCTURE])
     if asked.merge or asked.all:
         return runs.both(ALL if asked.all else MERGE, measured=not words)
     if code := runs.both(DEFAULT):
@@ -103,7 +103,7 @@ class Runs:
         """Exit code of as much of the merge tier as a change asks for and the time allows."""
         commit = os.environ.get("TOUCHLINE_CHANGED_SINCE", "")
         changed = subprocess.run(["git", "diff", "--name-only", commit, "--"], cwd=ROOT, capture_output=True, text=True)
-        files = tests_touched(changed.stdout.split()) if commit and changed.returncode == 0 else EVERYTHING
+        files = files_touched(changed.stdout.split()) if commit and changed.returncode == 0 else EVERYTHING
         if not files:
             say("The default tests cover what has changed.")
             return 0

@@ -128,3 +128,8 @@ def test_every_picture_is_shown_by_a_page_and_taken_by_a_test():
     taken = {name for test in (TESTS / "e2e").glob("test_*.py")
              for name in re.findall(r'manual_picture\(.+, "([\w-]+)"\)', test.read_text())}
     assert {f"img/{name}.webp" for name in taken} == shown == {f"img/{file.name}" for file in PICTURES.iterdir()}
+
+
+def test_every_benchmark_has_its_figures_and_its_command():
+    quoted = (HELP / "figures.md").read_text()
+    assert [path.name for path in sorted((TESTS / "bench").glob("bench_*.py")) if path.name not in quoted] == []

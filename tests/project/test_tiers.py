@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.capabilities import CAPABILITIES, EVERYTHING, TESTS, matches, tests_of, tests_touched
+from tests.support.capabilities import CAPABILITIES, EVERYTHING, TESTS, matches, files_of, files_touched
 from tests.support.paths import ROOT
 from tests.support.seconds import updated
 from tests.support.tiers import LIMITS_S, Timed, outgrown, read_seconds, tier_of
@@ -64,20 +64,20 @@ def test_what_has_no_row_is_a_default_test_but_in_the_browser():
 def test_each_capability_has_code_and_tests_by_its_name(name):
     code = [path for pattern in ("app/**/*.py", "static/features/**/*.js", "static/core/**/*.js")
             for path in ROOT.glob(pattern) if matches(str(path.relative_to(ROOT)), CAPABILITIES[name])]
-    assert len(code) >= 3 and len(tests_of(name)) >= 3
+    assert len(code) >= 3 and len(files_of(name)) >= 3
     for pattern in CAPABILITIES[name]:
         assert any(matches(str(path.relative_to(ROOT)), [pattern]) for top in ("app", "static", "tests")
                    for path in (ROOT / top).rglob("*")), f"{name}: nothing is called {pattern}"
 
 
-def test_a_change_asks_for_the_tests_of_its_capability_of_the_kernel_for_everything():
-    rigs = tests_touched(["app/services/rigs.py", "README.md"])
+def test_a_change_asks_for_the_files_of_its_capability_of_the_kernel_for_everything():
+    rigs = files_touched(["app/services/rigs.py", "README.md"])
     assert "tests/api/test_rest_rigs.py" in rigs and "tests/e2e/test_pair.py" in rigs
-    assert rigs == tests_of("rigs")
-    assert tests_touched(["app/services/rigs.py", "app/core/records.py"]) == EVERYTHING
-    assert tests_touched(["tests/unit/store/test_store.py"]) == ["tests/unit/store/test_store.py"]
-    assert tests_touched(["README.md", "static/help/rigs.md"]) == []
-    assert tests_touched(["app/store/a_new_file.py"]) == EVERYTHING
+    assert rigs == files_of("rigs")
+    assert files_touched(["app/services/rigs.py", "app/core/records.py"]) == EVERYTHING
+    assert files_touched(["tests/unit/store/test_store.py"]) == ["tests/unit/store/test_store.py"]
+    assert files_touched(["README.md", "static/help/rigs.md"]) == []
+    assert files_touched(["app/store/a_new_file.py"]) == EVERYTHING
 
 
 def test_every_test_outside_the_project_can_be_asked_for():

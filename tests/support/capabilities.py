@@ -30,14 +30,14 @@ def matches(path: str, patterns: Iterable[str]) -> bool:
     return any(fnmatch(path, pattern) for pattern in patterns)
 
 
-def tests_of(*capabilities: str) -> list[str]:
+def files_of(*capabilities: str) -> list[str]:
     """Return the test files of these capabilities, relative to the project."""
     files = (str(path.relative_to(ROOT)) for path in sorted(ROOT.glob("tests/**/test_*.py")))
     patterns = [pattern for name in capabilities for pattern in CAPABILITIES[name]]
     return [path for path in files if matches(path, TESTS) and matches(path, patterns)]
 
 
-def tests_touched(changed: Iterable[str]) -> list[str] | str:
+def files_touched(changed: Iterable[str]) -> list[str] | str:
     """Return the test files that a change of these files asks for; EVERYTHING where one belongs to no capability."""
     found: set[str] = set()
     for path in changed:
@@ -49,5 +49,5 @@ def tests_touched(changed: Iterable[str]) -> list[str] | str:
         elif not names:
             return EVERYTHING
         else:
-            found.update(tests_of(*names))
+            found.update(files_of(*names))
     return sorted(path for path in found if (ROOT / path).exists())
