@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.capabilities import CAPABILITIES, EVERYTHING, TESTS, matches, files_of, files_touched
+from tests.support.capabilities import CAPABILITIES, EVERYTHING, TESTS, files_of, files_touched, matches
 from tests.support.paths import ROOT
 from tests.support.seconds import updated
 from tests.support.tiers import LIMITS_S, Timed, outgrown, read_seconds, tier_of
