@@ -1,11 +1,16 @@
 """A plugin of pytest that writes the seconds of a whole run to tests/seconds.tsv (python -m tests --merge).
 
-A busy or a slower machine stretches all tests alike: the seconds are divided by the median stretch of those that the
-file knows already. A row changes only where the difference is more than one measurement scatters.
+What a test has for itself counts: its set-up, its call and its teardown, without the fixtures that it shares with
+others, which the first of them would pay for. A busy or a slower machine stretches all tests alike: the seconds are
+divided by the median stretch of those that the file knows already. A row changes only where the difference is more than
+one measurement scatters.
 """
 
+import time
 from collections import defaultdict
 from statistics import median
+
+import pytest
 
 from tests.support.tiers import BROWSER, LIMITS_S, SCATTER, SECONDS, Timed, read_seconds, tier_of, write_seconds
 
@@ -13,10 +18,30 @@ NEAR = 0.8  # default tests below this part of their limit have no row
 
 seconds: dict[str, float] = defaultdict(float)
 left_out: set[str] = set()  # long, skipped or failed
+shared_s: list[float] = []   # of the fixtures that the present test has set up for others too
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_fixture_setup(fixturedef):
+    started_s = time.perf_counter()
+    try:
+        return (yield)
+    finally:
+        if fixturedef.scope != "function":
+            shared_s.append(time.perf_counter() - started_s)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(call):
+    """In the process of the test; the report takes what was shared to the one that writes."""
+    report = yield
+    report.shared_s = sum(shared_s)
+    shared_s.clear()
+    return report
 
 
 def pytest_runtest_logreport(report) -> None:
-    seconds[report.nodeid] += report.duration
+    seconds[report.nodeid] += max(report.duration - report.shared_s, 0)
     if not report.passed or "long" in report.keywords:
         left_out.add(report.nodeid)
 
