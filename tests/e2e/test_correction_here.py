@@ -297,11 +297,34 @@ def active(page, own_server, border_draft) -> str:
     return made
 
 
-def test_a_live_picture_is_corrected_from_the_raw_stream_alone(page, own_server, active):
+def test_a_live_picture_is_corrected_from_the_raw_stream_alone_and_by_the_server_without_graphics(page, own_server,
+                                                                                                   active):
+    its_graphics_come_back_and_the_server_helps_out(page, own_server)
+    page.unroute_all(behavior="ignoreErrors")
+    is_corrected_from_the_raw_stream_alone(page, own_server, active)
+
+
+def its_graphics_come_back_and_the_server_helps_out(page, own_server):
+    page.route("**/stream_worker.js", lambda route: route.fulfill(
+        response=(told := route.fetch()), body=KEEP_CONTEXT + told.text()))
+    page.goto(f"{own_server.url}/#/cameras/overhead/live")
+    page.get_by_test_id("look-side").click()
+    stage = page.get_by_test_id("live-overhead")
+    expect(stage).to_have_attribute("data-compared", "side", timeout=LONG_MS)
+    worker = page.workers[-1]
+    until(lambda: worker.evaluate("Boolean(self.taken)"), bool)
+    with page.expect_websocket(lambda socket: "view=side" in socket.url, timeout=LONG_MS):
+        worker.evaluate("self.taken.getExtension('WEBGL_lose_context').loseContext()")
+    with page.expect_websocket(lambda socket: "view=raw" in socket.url, timeout=LONG_MS):
+        pass  # after some seconds this browser tries again
+    expect(stage).to_have_attribute("data-compared", "side")
+
+
+def is_corrected_from_the_raw_stream_alone(page, own_server, active):
     """One stream for all ways to look at it; with the server's own way, another one."""
     streams: list[str] = []
     page.on("websocket", lambda socket: streams.extend(re.findall(r"view=([\w-]+)", socket.url)))
-    page.goto(f"{own_server.url}/#/cameras/overhead/live")
+    page.reload()
     expect(page.get_by_test_id("look-wipe")).to_be_enabled(timeout=LONG_MS)
     for mode in ("side", "wipe", "corrected"):
         page.get_by_test_id(f"look-{mode}").click()
@@ -328,20 +351,3 @@ def test_a_live_picture_is_corrected_from_the_raw_stream_alone(page, own_server,
     with page.expect_websocket(lambda socket: "view=side" in socket.url, timeout=LONG_MS):
         page.get_by_test_id("look-side").click()
     expect(page.get_by_test_id("live-overhead")).to_have_attribute("data-compared", "side", timeout=LONG_MS)
-
-
-@pytest.mark.usefixtures("active")
-def test_graphics_that_are_taken_away_from_a_live_picture_come_back_and_the_server_helps_out(page, own_server):
-    page.route("**/stream_worker.js", lambda route: route.fulfill(
-        response=(told := route.fetch()), body=KEEP_CONTEXT + told.text()))
-    page.goto(f"{own_server.url}/#/cameras/overhead/live")
-    page.get_by_test_id("look-side").click()
-    stage = page.get_by_test_id("live-overhead")
-    expect(stage).to_have_attribute("data-compared", "side", timeout=LONG_MS)
-    worker = page.workers[-1]
-    until(lambda: worker.evaluate("Boolean(self.taken)"), bool)
-    with page.expect_websocket(lambda socket: "view=side" in socket.url, timeout=LONG_MS):
-        worker.evaluate("self.taken.getExtension('WEBGL_lose_context').loseContext()")
-    with page.expect_websocket(lambda socket: "view=raw" in socket.url, timeout=LONG_MS):
-        pass  # after some seconds this browser tries again
-    expect(stage).to_have_attribute("data-compared", "side")
