@@ -9,43 +9,25 @@ from tests.e2e.conftest import LONG_MS
 from tests.support.waiting import until
 from tests.support.words import like, t
 
-# A former address, the present one, and what is to be seen there. {}: a picture, see `kept`.
-ADDRESSES = [
-    ("#/", "#/cameras", "camera-overhead"),
-    ("#/live/overhead", "#/cameras/overhead/live", "live-desk"),
-    ("#/live/new camera", "#/cameras/new", "camera-form"),
-    ("#/seeing/overhead", "#/cameras/overhead/detection", "seeing-page"),
-    ("#/versions/overhead", "#/cameras/overhead/versions", "versions-page"),
-    ("#/versions", "#/library/versions", "versions-page"),
-    ("#/library", "#/library/images", "images-page"),
-    ("#/cameras/overhead", "#/cameras/overhead/live", "live-desk"),
-    ("#/cameras/overhead/calibrate", "#/cameras/overhead/calibrate", "camera-images-page"),
-    ("#/cameras/overhead/drift", "#/cameras/overhead/drift", "drift-page"),
-    ("#/cameras/overhead/settings", "#/cameras/overhead/settings", "tab-camera-form"),
-    ("#/field", "#/field", "field-page"),
-    ("#/lenses", "#/lenses", "lenses-page"),
-    ("#/library/import", "#/library/import", "import-page"),
-    ("#/system", "#/system/publishing", "publishing-page"),
-    ("#/rig", "#/field/new", "new-rig-page"),
-    ("#/rig/above", "#/field/rigs/above", "rig-page"),
-    ("#/pair", "#/field/pairs", "pair-desk"),
-    ("#/pair/{}/{}", "#/field/pairs/{}/{}", "picture-b"),
-    ("#/scene", "#/field/scene", "scene-page"),
-    ("#/scene/rig/above", "#/field/scene/rig/above", "scene-page"),
-    ("#/lens", "#/lenses/board", "board-desk"),
-    ("#/capture/overhead", "#/lenses/board/overhead", "capture-page"),
-    ("#/straight", "#/lenses/edges", "straight-desk"),
-    ("#/rolls/overhead", "#/lenses/ball/overhead", "rolls-page"),
-    ("#/jobs", "#/system/jobs", "jobs-page"),
-    ("#/settings", "#/system/server", "settings-page"),
-    ("#/{}", "#/calibrate/{}/field", "step-field"),
-    ("#/{}/picture", "#/calibrate/{}/field", "step-field"),
-    ("#/{}/borders", "#/calibrate/{}/points", "step-points"),
-    ("#/{}/model", "#/calibrate/{}/points", "models"),
-    ("#/{}/compare", "#/calibrate/{}/verify", "step-verify"),
-    ("#/{}/activate", "#/calibrate/{}/verify", "step-verify"),
-    ("#/calibrate/{}", "#/calibrate/{}/field", "step-field"),
-]
+# What is to be seen at each address; {}: a picture. tests/page/addresses.test.mjs has all former ones.
+ADDRESSES = {
+    "#/cameras": "camera-overhead", "#/cameras/new": "camera-form", "#/cameras/overhead/live": "live-desk",
+    "#/cameras/overhead/calibrate": "camera-images-page", "#/cameras/overhead/drift": "drift-page",
+    "#/cameras/overhead/detection": "seeing-page", "#/cameras/overhead/settings": "tab-camera-form",
+    "#/cameras/overhead/versions": "versions-page",
+    "#/field": "field-page", "#/field/new": "new-rig-page", "#/field/rigs/above": "rig-page",
+    "#/field/pairs": "pair-desk", "#/field/pairs/{}/{}": "picture-b", "#/field/scene": "scene-page",
+    "#/field/scene/rig/above": "scene-page",
+    "#/lenses": "lenses-page", "#/lenses/board": "board-desk", "#/lenses/board/overhead": "capture-page",
+    "#/lenses/edges": "straight-desk", "#/lenses/ball/overhead": "rolls-page",
+    "#/library/images": "images-page", "#/library/versions": "versions-page", "#/library/import": "import-page",
+    "#/system/publishing": "publishing-page", "#/system/jobs": "jobs-page", "#/system/server": "settings-page",
+    "#/calibrate/{}/field": "step-field", "#/calibrate/{}/points": "step-points",
+    "#/calibrate/{}/verify": "step-verify",
+}
+FORMER = {"#/": "#/cameras", "#/scene/rig/above": "#/field/scene/rig/above", "#/pair/{}/{}": "#/field/pairs/{}/{}",
+          "#/capture/overhead": "#/lenses/board/overhead", "#/jobs": "#/system/jobs",
+          "#/{}/activate": "#/calibrate/{}/verify"}
 
 
 @pytest.fixture(scope="module")
@@ -60,28 +42,26 @@ def kept(server):
 def test_former_addresses_lead_to_the_present_ones_and_a_reload_or_the_way_back_shows_the_same(operator, kept):
     page, url = operator.page, operator.server.url
 
-    def is_at(address: str, place: str) -> None:
-        expect(page).to_have_url(f"{url}/{address}", timeout=LONG_MS)
-        there = page.get_by_test_id(place)
-        if place.startswith("step-"):
+    def is_at(address: str) -> None:
+        expect(page).to_have_url(f"{url}/{address.replace('{}', kept)}", timeout=LONG_MS)
+        there = page.get_by_test_id(ADDRESSES[address])
+        if address.startswith("#/calibrate"):
             expect(there).to_have_attribute("aria-current", "step", timeout=LONG_MS)
         expect(there).to_be_visible(timeout=LONG_MS)
 
-    visited = []
-    for former, present, place in ADDRESSES:
-        former, present = former.replace("{}", kept), present.replace("{}", kept)
-        page.goto(f"{url}/{former}")
-        is_at(present, place)
+    for former, present in FORMER.items():
+        page.goto(f"{url}/{former.replace('{}', kept)}")
+        is_at(present)
         page.reload()
-        is_at(present, place)
-        visited.append((present, place))
-    for present, place in reversed(visited[:-1]):  # a former address is no stop on the way back
+        is_at(present)
+    for present in reversed([*FORMER.values()][:-1]):  # a former address is no stop on the way back
         page.go_back()
-        is_at(f"{present}/{kept}/{kept}" if present == "#/field/pairs" else present, place)  # the last two pictures
+        is_at(present)
+    is_said_to_lead_nowhere(page, url)
 
 
-def test_an_address_of_nothing_says_so_and_leads_on(operator):
-    page, url = operator.page, operator.server.url
+def is_said_to_lead_nowhere(page, url: str) -> None:
+    """An address of nothing says so, and leads on."""
     for address in ("#/system/nothing", "#/%E0%A4%A", "#/calibrate/1/2/3/4"):
         page.goto(f"{url}/{address}")
         expect(page.get_by_role("heading", name=t("shell.nowhere.title")).first).to_be_visible()

@@ -95,18 +95,6 @@ def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(desk, operat
     expect(desk.get_by_test_id("held-next")).to_have_count(0)
 
 
-def test_a_picture_has_its_own_view_whatever_that_is_called(page, server):
-    page.goto(f"{server.url}/index.html")
-    said = page.evaluate("""async () => {
-      const { foundLens, viewReport } = await import("/features/board/board.js");
-      const warnings = [{ reason: "noisy-corners" }, { reason: "no-board", index: 1, text: "No", fix: "board." }];
-      const views = [{ name: "shelf 3" }, { name: "desk", text: "Left out." }];
-      foundLens.value = { snapshots: ["a", "b", "c"], report: { warnings, views } };
-      return ["a", "b", "c", "d"].map((id) => viewReport({ id })).map((seen) => seen && [seen.view?.name, seen.why]);
-    }""")
-    assert said == [["shelf 3", ""], [None, "No board."], ["desk", "Left out."], None]
-
-
 @pytest.mark.long
 def test_a_search_says_how_far_it_is_and_can_be_stopped(desk, server, snow):
     before = jobs_so_far(server)
@@ -128,11 +116,8 @@ def test_pictures_without_a_board_are_refused_with_what_to_do(desk, grey, tmp_pa
     desk.get_by_test_id("next").click()
     expect(desk.get_by_test_id("board-refusal")).to_contain_text("Count the inner corners again", timeout=LONG_MS)
     desk.screenshot(path=tmp_path / "refused.png")
-
-
-def test_the_form_asks_for_what_a_charuco_board_has_more(desk):
     expect(desk.get_by_test_id("board-marker_mm")).to_have_count(0)
-    desk.get_by_test_id("board-kind").select_option("charuco")
+    desk.get_by_test_id("board-kind").select_option("charuco")  # the form asks for what such a board has more
     expect(desk.get_by_test_id("board-marker_mm")).to_be_visible()
     desk.reload()
     expect(desk.get_by_test_id("board-dictionary")).to_be_visible()

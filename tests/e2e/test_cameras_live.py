@@ -40,15 +40,38 @@ def added(server):
         server.api("DELETE", f"/cameras/{id}")
 
 
-def test_cameras_are_live_on_the_start_page_and_nothing_is_sent_when_it_is_left(operator, server, tmp_path):
+def test_cameras_are_live_on_the_start_page_as_long_as_they_are_drawn_and_looked_at(operator, server, added, tmp_path):
     page = operator.page
+    added("dead", "picture://none.png")
+    page.reload()  # the list of cameras is the page's own
     is_live(page, "overhead")
-    page.screenshot(path=tmp_path / "grid.png")
     shown = page.get_by_test_id("live-overhead").locator("canvas").bounding_box()
     assert shown["width"] > 150 and shown["height"] > 100
+    expect(page.get_by_test_id("live-dead")).to_have_attribute("data-state", "offline", timeout=LONG_MS)
+    expect(page.get_by_test_id("live-dead")).to_contain_text("none.png")
+    is_live(page, "overhead")  # the others go on
+    page.screenshot(path=tmp_path / "grid.png")
+    is_undrawn_without_ink(page)
     operator.take()
     # Still read: the next picture comes at once.
     until(lambda: status(server, "overhead"), lambda now: now["viewers"] == 0 and now["state"] == "live")
+
+
+def is_undrawn_without_ink(page):
+    """A stream is called live only as long as this browser draws it."""
+    for worker in page.workers:
+        worker.evaluate("""() => {
+          self.pen = OffscreenCanvasRenderingContext2D.prototype;
+          pen.kept = pen.drawImage;
+          pen.drawImage = () => { throw Error("no ink"); };
+        }""")
+    stream = page.get_by_test_id("live-overhead")
+    expect(stream).to_have_attribute("data-state", "undrawn")
+    expect(page.get_by_test_id("state-overhead")).to_have_text(t("live.state.undrawn"))
+    expect(stream).to_contain_text("no ink")
+    for worker in page.workers:
+        worker.evaluate("() => { pen.drawImage = pen.kept; }")
+    is_live(page, "overhead")
 
 
 def test_one_camera_is_looked_at_raw_corrected_and_side_by_side(operator, server, added):
@@ -110,17 +133,6 @@ def test_a_camera_is_tried_kept_changed_and_removed(operator, server):
     assert server.api("DELETE", "/cameras/second").status_code == 204
 
 
-def test_a_dead_camera_says_what_to_do_and_the_others_go_on(operator, added, tmp_path):
-    page = operator.page
-    added("dead", "picture://none.png")
-    operator.visit()
-    page.reload()
-    expect(page.get_by_test_id("live-dead")).to_have_attribute("data-state", "offline", timeout=LONG_MS)
-    expect(page.get_by_test_id("live-dead")).to_contain_text("none.png")
-    is_live(page, "overhead")
-    page.screenshot(path=tmp_path / "dead.png")
-
-
 HOLD = """
 const listen = Worker.prototype.addEventListener;
 Worker.prototype.addEventListener = function (kind, take) {
@@ -145,24 +157,6 @@ def test_a_stream_is_called_live_only_once_this_browser_has_drawn_it(arriving, s
     asked()  # which it does once it has shown what it was told
     assert page.get_by_test_id("live-overhead").get_attribute("data-state") == "connecting"
     page.evaluate("self.isReleased = true")
-    is_live(page, "overhead")
-
-
-def test_a_stream_is_called_live_only_as_long_as_this_browser_draws_it(operator):
-    page = operator.page
-    is_live(page, "overhead")
-    for worker in page.workers:
-        worker.evaluate("""() => {
-          self.pen = OffscreenCanvasRenderingContext2D.prototype;
-          pen.kept = pen.drawImage;
-          pen.drawImage = () => { throw Error("no ink"); };
-        }""")
-    stream = page.get_by_test_id("live-overhead")
-    expect(stream).to_have_attribute("data-state", "undrawn")
-    expect(page.get_by_test_id("state-overhead")).to_have_text(t("live.state.undrawn"))
-    expect(stream).to_contain_text("no ink")
-    for worker in page.workers:
-        worker.evaluate("() => { pen.drawImage = pen.kept; }")
     is_live(page, "overhead")
 
 

@@ -68,7 +68,17 @@ def test_side_by_side_both_pictures_go_together_when_zoomed_and_panned(compared,
     until(apart_now, lambda now: now == pytest.approx(apart, abs=0.5))
 
 
-def test_side_by_side_the_pointers_place_is_marked_in_the_other_picture(compared, server):
+def test_a_place_is_found_again_in_the_other_picture_by_pointer_by_key_by_grid_and_at_the_worst_one(compared, server,
+                                                                                                   tmp_path):
+    marked_side_by_side(compared, server)
+    held_key_or_button(compared.page)
+    compared.page.keyboard.press("w")
+    under_a_grid(compared, server, tmp_path)
+    at_the_worst_place(compared, tmp_path)
+
+
+def marked_side_by_side(compared, server):
+    """The pointer's place is marked in the other picture."""
     page = compared.page
     page.keyboard.press("s")
     expect(page.get_by_test_id("side-names")).to_be_visible()
@@ -147,8 +157,8 @@ def test_who_asks_for_less_motion_swaps_by_hand(compared):
     expect(page.get_by_test_id("blink-legend")).not_to_have_attribute("data-showing", before)
 
 
-def test_a_held_key_or_button_shows_the_other_picture_until_it_is_let_go(compared):
-    page = compared.page
+def held_key_or_button(page):
+    """It shows the other picture until it is let go."""
     page.keyboard.press("r")
     expect(page.get_by_test_id("corrected-half")).to_be_hidden()
     page.keyboard.down("f")
@@ -186,8 +196,8 @@ def bend(points):
     return across.max() / np.linalg.norm(chord)
 
 
-def test_the_grid_of_field_millimetres_is_straight_when_corrected_and_bent_in_the_raw_picture(compared, server,
-                                                                                            tmp_path):
+def under_a_grid(compared, server, tmp_path):
+    """Of field millimetres: it is straight when corrected, and bent in the raw picture."""
     page = compared.page
     page.keyboard.press("g")
     expect(page.get_by_test_id("grid-legend")).to_contain_text(t("compare.grid.heading", spacing=500))
@@ -215,7 +225,8 @@ def test_the_grid_of_field_millimetres_is_straight_when_corrected_and_bent_in_th
     expect(page.get_by_test_id("grid-corrected")).to_have_count(0)
 
 
-def test_the_worst_place_says_what_to_do_there_and_the_button_goes_to_do_it(compared, tmp_path):
+def at_the_worst_place(compared, tmp_path):
+    """It says what to do there, and the button goes to do it."""
     page = compared.page
     page.keyboard.press("e")
     cure = page.get_by_test_id("worst-cure")

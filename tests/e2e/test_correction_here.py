@@ -33,11 +33,6 @@ DRAWN = """async ({ png, mesh, data, width, height }) => {
   warp.end();
   return drawn;
 }"""
-BENT = """async ({ mesh, data, model, points }) => {
-  const { bentMesh } = await import("/features/calibrate/live_mesh.js");
-  const nodes = new Float32Array(Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0)).buffer);
-  return Array.from(bentMesh({ ...mesh, nodes }, model, points).nodes);
-}"""
 LOSE = """(canvas) => {
   window.taken = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
   taken.loseContext();
@@ -79,28 +74,6 @@ def test_every_models_picture_is_what_opencv_makes_of_it(arriving, raw_picture, 
         assert got.std() > 5 and np.percentile(off, 99.9) <= 2, (name, i, np.percentile(off, 99.9), off.max())
 
 
-def test_the_page_bends_the_correction_as_the_server_does(operator, server, border_draft):
-    snapshot, draft = border_draft("polynomial")
-    page = operator.visit(modules=True).page
-
-    def told(observations) -> dict:
-        body = {**draft, "snapshot": snapshot, "observations": observations, "options": {"degree": 3}}
-        return server.api("POST", "/fit/preview?quick=true&mesh_margin_px=40", json=body).json()
-
-    before = told(draft["observations"])
-    moved = [{**o, "points": [[x + 1.5 * (i == 3), y - 2 * (i == 4)] for i, (x, y) in enumerate(o["points"])]}
-             for o in draft["observations"]]
-    after = told(moved)
-    assert not any(r["outlier"] for f in after["report"]["per_feature"] for r in f["residuals"])
-    want = np.frombuffer(base64.b64decode(after["mesh"]["raw_px"]), "<f4")
-    got = np.array(page.evaluate(BENT, {
-        "mesh": {**after["mesh"], "raw_px": "", "overlay": []}, "data": after["mesh"]["raw_px"],
-        "model": before["model"]["parameters"], "points": {o["feature"]: o["points"] for o in moved}}), float)
-    was = np.frombuffer(base64.b64decode(before["mesh"]["raw_px"]), "<f4")
-    assert want.shape != was.shape or np.abs(want - was).max() > 0.5  # it was bent at all
-    np.testing.assert_allclose(got, want, atol=2e-3)
-
-
 @pytest.fixture
 def correcting(operator, border_draft):
     """A function that puts the operator before clicked borders, in a browser that corrects whatever it draws with."""
@@ -132,13 +105,58 @@ def drawn(page) -> np.ndarray:
     return seen.astype(int)
 
 
-def test_the_corrected_picture_follows_a_dragged_point_while_the_server_is_silent(correcting):
+def test_beside_the_raw_picture_the_corrected_one_takes_no_click_comes_back_and_follows_a_drag(correcting):
     operator = beside(correcting("polynomial"))
+    nothing_is_clicked_over_it(operator)
+    undone(operator)
+    its_graphics_come_back_and_no_click_is_lost(operator)
+    undone(operator)
+    it_follows_a_dragged_point_while_the_server_is_silent(operator)
+
+
+def undone(operator: Operator) -> None:
+    """The last change, and the fit of what there was before it."""
+    operator.page.get_by_test_id("stage").focus()
+    operator.page.keyboard.press("Control+z")
+    operator.draft()
+    expect(operator.page.get_by_test_id("verdict")).not_to_have_class(re.compile("stale"), timeout=LONG_MS)
+
+
+def nothing_is_clicked_over_it(operator: Operator) -> None:
+    page = operator.page
+    before, stage = operator.draft(), page.get_by_test_id("stage").bounding_box()
+    page.mouse.click(stage["x"] + 0.75 * stage["width"], stage["y"] + 0.5 * stage["height"])
+    expect(page.get_by_test_id("read-out")).to_contain_text(t("canvas.stage.no-position"))
+    page.mouse.click(stage["x"] + 0.3 * stage["width"], stage["y"] + 0.45 * stage["height"])
+    after = until(operator.draft, lambda now: now["observations"] != before["observations"])
+    counts = [sum(len(o["points"]) for o in d["observations"]) for d in (before, after)]
+    assert counts[1] == counts[0] + 1  # the second press, on the raw one
+
+
+def its_graphics_come_back_and_no_click_is_lost(operator: Operator) -> None:
+    """Though they are taken away in a drag."""
+    page = operator.page
+    at_rest = until(lambda: drawn(page), lambda picture: picture.std() > 10)
+    clicked = operator.points("left")
+    x, y = clicked[3]
+    page.mouse.move(*operator.spot(x, y))
+    page.mouse.down()
+    page.mouse.move(*operator.spot(x + 20, y), steps=3)
+    page.get_by_test_id("corrected").evaluate(LOSE)
+    expect(page.get_by_test_id("side-names")).to_have_count(0)  # the raw picture alone, meanwhile
+    page.mouse.move(*operator.spot(x + 10, y), steps=3)
+    page.mouse.up()
+    page.evaluate("() => taken.restoreContext()")
+    expect(page.get_by_test_id("side-names")).to_be_visible()
+    until(lambda: np.percentile(np.abs(drawn(page) - at_rest), 90), lambda levels: levels < 30)
+    assert len(operator.points("left")) == len(clicked) and operator.points("left")[3][0] > x + 5
+
+
+def it_follows_a_dragged_point_while_the_server_is_silent(operator: Operator) -> None:
     page = operator.page
     x, y = operator.points("left")[3]
     page.mouse.move(*operator.spot(x, y))
     at_rest = until(lambda: drawn(page), lambda picture: picture.std() > 10)
-
     page.route("**/api/v1/fit/*", lambda route: None)  # asked, and never answered
     page.mouse.down()
     page.mouse.move(*operator.spot(x + 20, y), steps=3)
@@ -148,18 +166,6 @@ def test_the_corrected_picture_follows_a_dragged_point_while_the_server_is_silen
     page.keyboard.press("Escape")
     page.mouse.up()
     page.unroute_all(behavior="ignoreErrors")
-
-
-def test_over_the_corrected_picture_nothing_is_clicked(correcting):
-    operator = beside(correcting("polynomial"))
-    page = operator.page
-    before, stage = operator.draft(), page.get_by_test_id("stage").bounding_box()
-    page.mouse.click(stage["x"] + 0.75 * stage["width"], stage["y"] + 0.5 * stage["height"])
-    expect(page.get_by_test_id("read-out")).to_contain_text(t("canvas.stage.no-position"))
-    page.mouse.click(stage["x"] + 0.3 * stage["width"], stage["y"] + 0.45 * stage["height"])
-    after = until(operator.draft, lambda now: now["observations"] != before["observations"])
-    counts = [sum(len(o["points"]) for o in d["observations"]) for d in (before, after)]
-    assert counts[1] == counts[0] + 1  # the second press, on the raw one
 
 
 def test_another_picture_is_drawn_from_its_own_pixels_once_they_are_there(correcting, straight_picture, frame_points):
@@ -227,25 +233,6 @@ def test_every_way_to_compare_is_drawn_without_a_request_and_as_the_server_would
     assert np.abs(ours[inner] - theirs[inner]).mean() < 3
 
 
-def test_graphics_that_are_taken_away_in_a_drag_come_back_and_no_click_is_lost(correcting):
-    operator = beside(correcting("polynomial"))
-    page = operator.page
-    at_rest = until(lambda: drawn(page), lambda picture: picture.std() > 10)
-    clicked = operator.points("left")
-    x, y = clicked[3]
-    page.mouse.move(*operator.spot(x, y))
-    page.mouse.down()
-    page.mouse.move(*operator.spot(x + 20, y), steps=3)
-    page.get_by_test_id("corrected").evaluate(LOSE)
-    expect(page.get_by_test_id("side-names")).to_have_count(0)  # the raw picture alone, meanwhile
-    page.mouse.move(*operator.spot(x + 10, y), steps=3)
-    page.mouse.up()
-    page.evaluate("() => taken.restoreContext()")
-    expect(page.get_by_test_id("side-names")).to_be_visible()
-    until(lambda: np.percentile(np.abs(drawn(page) - at_rest), 90), lambda levels: levels < 30)
-    assert len(operator.points("left")) == len(clicked) and operator.points("left")[3][0] > x + 5
-
-
 def test_a_browser_without_webgl_leaves_all_to_the_server(browser_type, browser_type_launch_args, own_server,
                                                           border_draft):
     args = {**browser_type_launch_args, "args": [*ARGUMENTS, "--disable-3d-apis"]}
@@ -310,11 +297,34 @@ def active(page, own_server, border_draft) -> str:
     return made
 
 
-def test_a_live_picture_is_corrected_from_the_raw_stream_alone(page, own_server, active):
+def test_a_live_picture_is_corrected_from_the_raw_stream_alone_and_by_the_server_without_graphics(page, own_server,
+                                                                                                   active):
+    its_graphics_come_back_and_the_server_helps_out(page, own_server)
+    page.unroute_all(behavior="ignoreErrors")
+    is_corrected_from_the_raw_stream_alone(page, own_server, active)
+
+
+def its_graphics_come_back_and_the_server_helps_out(page, own_server):
+    page.route("**/stream_worker.js", lambda route: route.fulfill(
+        response=(told := route.fetch()), body=KEEP_CONTEXT + told.text()))
+    page.goto(f"{own_server.url}/#/cameras/overhead/live")
+    page.get_by_test_id("look-side").click()
+    stage = page.get_by_test_id("live-overhead")
+    expect(stage).to_have_attribute("data-compared", "side", timeout=LONG_MS)
+    worker = page.workers[-1]
+    until(lambda: worker.evaluate("Boolean(self.taken)"), bool)
+    with page.expect_websocket(lambda socket: "view=side" in socket.url, timeout=LONG_MS):
+        worker.evaluate("self.taken.getExtension('WEBGL_lose_context').loseContext()")
+    with page.expect_websocket(lambda socket: "view=raw" in socket.url, timeout=LONG_MS):
+        pass  # after some seconds this browser tries again
+    expect(stage).to_have_attribute("data-compared", "side")
+
+
+def is_corrected_from_the_raw_stream_alone(page, own_server, active):
     """One stream for all ways to look at it; with the server's own way, another one."""
     streams: list[str] = []
     page.on("websocket", lambda socket: streams.extend(re.findall(r"view=([\w-]+)", socket.url)))
-    page.goto(f"{own_server.url}/#/cameras/overhead/live")
+    page.reload()
     expect(page.get_by_test_id("look-wipe")).to_be_enabled(timeout=LONG_MS)
     for mode in ("side", "wipe", "corrected"):
         page.get_by_test_id(f"look-{mode}").click()
@@ -341,20 +351,3 @@ def test_a_live_picture_is_corrected_from_the_raw_stream_alone(page, own_server,
     with page.expect_websocket(lambda socket: "view=side" in socket.url, timeout=LONG_MS):
         page.get_by_test_id("look-side").click()
     expect(page.get_by_test_id("live-overhead")).to_have_attribute("data-compared", "side", timeout=LONG_MS)
-
-
-@pytest.mark.usefixtures("active")
-def test_graphics_that_are_taken_away_from_a_live_picture_come_back_and_the_server_helps_out(page, own_server):
-    page.route("**/stream_worker.js", lambda route: route.fulfill(
-        response=(told := route.fetch()), body=KEEP_CONTEXT + told.text()))
-    page.goto(f"{own_server.url}/#/cameras/overhead/live")
-    page.get_by_test_id("look-side").click()
-    stage = page.get_by_test_id("live-overhead")
-    expect(stage).to_have_attribute("data-compared", "side", timeout=LONG_MS)
-    worker = page.workers[-1]
-    until(lambda: worker.evaluate("Boolean(self.taken)"), bool)
-    with page.expect_websocket(lambda socket: "view=side" in socket.url, timeout=LONG_MS):
-        worker.evaluate("self.taken.getExtension('WEBGL_lose_context').loseContext()")
-    with page.expect_websocket(lambda socket: "view=raw" in socket.url, timeout=LONG_MS):
-        pass  # after some seconds this browser tries again
-    expect(stage).to_have_attribute("data-compared", "side")

@@ -38,11 +38,14 @@ def test_a_file_that_is_no_picture_is_refused_with_its_fix(operator, content):
     expect(notice).to_have_count(0)
 
 
-@pytest.mark.parametrize("way", [PASTE, DROP])
-def test_a_picture_can_be_pasted_and_dropped(operator, straight_picture, way):
-    operator.page.evaluate(way, [base64.b64encode(straight_picture.read_bytes()).decode(), "image/png"])
-    expect(operator.page.get_by_test_id("step-field")).to_have_attribute("aria-current", "step")
-    expect(operator.page.get_by_test_id("picture")).to_be_visible()
+def test_a_picture_can_be_pasted_and_dropped(operator, straight_picture):
+    page, given = operator.page, [base64.b64encode(straight_picture.read_bytes()).decode(), "image/png"]
+    for way in (PASTE, DROP):
+        page.evaluate(way, given)
+        expect(page.get_by_test_id("step-field")).to_have_attribute("aria-current", "step")
+        expect(page.get_by_test_id("picture")).to_be_visible()
+        page.goto(f"{operator.server.url}/#/cameras")
+        expect(page.get_by_test_id("picture")).to_have_count(0)
 
 
 def test_a_finger_places_a_point_under_a_loupe_and_two_fingers_zoom(browser, server, straight_picture):
@@ -125,16 +128,30 @@ def test_a_button_whose_work_was_refused_keeps_the_focus_and_the_next_key_is_its
     assert asked == ["east", "east"]
 
 
-def test_help_lists_the_keys_of_every_action_and_opens_the_manual(operator):
+def test_help_lists_the_keys_switches_those_of_one_letter_off_and_opens_the_manual(operator):
     page = operator.page
     page.keyboard.press("?")
     expect(page.get_by_test_id("keys")).to_contain_text(t("common.undo"))
     expect(page.get_by_test_id("keys")).to_contain_text("Ctrl Z")
-    page.keyboard.press("F1")
+    page.get_by_test_id("letters").uncheck()
+    page.keyboard.press("Escape")
+    page.reload()
+    expect(page.get_by_test_id("camera-overhead")).to_be_visible()
+    page.keyboard.press("?")
+    page.keyboard.press("i")
+    page.keyboard.press("F1")  # heard after those
+    expect(page.get_by_test_id("manual")).to_be_visible()
+    assert page.url.endswith("#/cameras")
+    page.get_by_role("tab", name=t("help.tab.keys")).click()
+    page.get_by_test_id("letters").check()
+    page.get_by_role("tab", name=t("help.tab.manual")).click()
     page.get_by_test_id("manual").get_by_role("link", name="Marking points").click()
     expect(page.get_by_test_id("manual")).to_contain_text("middle of the painted line")
     page.keyboard.press("Escape")
     expect(page.get_by_test_id("help-panel")).to_have_count(0)
+    page.get_by_test_id("stage").focus()
+    page.keyboard.press("i")
+    expect(page.get_by_test_id("jobs-page")).to_be_visible()
 
 
 def test_the_page_asks_nobody_but_its_own_server(page, server):

@@ -22,25 +22,88 @@ WATCH = """() => {
 
 
 @pytest.fixture
-def editing(operator, straight_picture, frame_points):
-    """Six points on the left border, clicked."""
-    operator.open(straight_picture, "table", "full").click("left", frame_points["left"])
-    assert operator.points("left") == frame_points["left"]
-    return operator
+def editing(arriving, server, straight_picture, frame_points):
+    """Six points on the left border, the last of them clicked."""
+    kept = server.api("POST", "/snapshots", files={"file": straight_picture.read_bytes()}).json()
+    draft = {"field": "table", "region": "full", "model": None, "options": {}, "observations": [
+        {"feature": "left", "kind": "line", "points": frame_points["left"][:5]}]}
+    arriving.go_on(kept["id"], draft, "points").click("left", frame_points["left"][5:])
+    assert arriving.points("left") == frame_points["left"]
+    return arriving
 
 
-def test_undo_and_redo_go_through_every_change(editing, frame_points):
-    page = editing.page
+def test_points_are_edited_by_keyboard_and_mouse_and_every_change_can_be_undone(editing, frame_points):
+    by_keyboard(editing, frame_points["left"])
+    by_mouse(editing, frame_points["left"])
+    zoomed_and_panned(editing)
+    assert editing.points("left") == frame_points["left"]
+
+
+def by_keyboard(editing, left):
+    """Arrows move by a tenth of a pixel, with shift by one; Tab goes from point to point, then leaves the picture."""
+    page, (x, y) = editing.page, left[5]
+    for key in ("ArrowRight", "ArrowRight", "Shift+ArrowUp"):
+        page.keyboard.press(key)
+    assert editing.points("left")[5] == [pytest.approx(x + 0.2, abs=1e-9), y - 1]
+    for _ in range(3):
+        page.keyboard.press("Control+z")
+    assert editing.points("left") == left
     page.keyboard.press("Delete")
     assert len(editing.points("left")) == 5
     page.keyboard.press("Control+z")
-    assert editing.points("left") == frame_points["left"]
-    for _ in range(6):
-        page.keyboard.press("Control+z")
-    assert editing.points("left") == []
-    for _ in range(6):
-        page.keyboard.press("Control+Shift+Z")
-    assert editing.points("left") == frame_points["left"]
+    page.keyboard.press("Control+z")  # the click
+    assert editing.points("left") == left[:5]
+    page.keyboard.press("Control+Shift+Z")
+    assert editing.points("left") == left
+    page.get_by_test_id("stage").focus()
+    page.keyboard.press("Escape")
+    for index in range(6):
+        page.keyboard.press("Tab")
+        expect(page.locator(f"[data-point='left:{index}'].picked")).to_be_visible()
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.dataset.testid") != "stage"
+
+
+def by_mouse(editing, left):
+    """A drag is one change; a box selects what lies in it."""
+    page = editing.page
+    page.mouse.move(*editing.spot(80, 210))
+    page.mouse.down()
+    for x in range(80, 100, 2):
+        page.mouse.move(*editing.spot(x, 212))
+    expect(page.get_by_test_id("loupe")).to_be_visible()
+    page.mouse.up()
+    assert editing.points("left")[2] == [pytest.approx(98, abs=0.02), pytest.approx(212, abs=0.02)]
+    page.keyboard.press("Control+z")
+    assert editing.points("left") == left
+    page.keyboard.down("Shift")
+    page.mouse.move(*editing.spot(40, 100))
+    page.mouse.down()
+    page.mouse.move(*editing.spot(120, 300), steps=4)
+    page.mouse.up()
+    page.keyboard.up("Shift")
+    expect(page.locator(".point.picked")).to_have_count(3)
+    page.keyboard.press("Delete")
+    assert len(editing.points("left")) == 3
+    page.keyboard.press("Control+z")
+
+
+def zoomed_and_panned(editing):
+    """The wheel zooms about the pointer, and space pans."""
+    page = editing.page
+    left, top, across, down = page.get_by_test_id("picture").evaluate(WHERE)
+    before = tuple(map(round, editing.spot(80, 210)))  # a browser tells whole pixels of a wheel
+    there = (before[0] - left) / across - 0.5, (before[1] - top) / down - 0.5
+    page.mouse.move(*before)
+    page.mouse.wheel(0, -600)  # nobody waits until the page has heard it
+    expect(page.locator("[data-testid=read-out] .zoom")).to_have_text(re.compile("^2"))
+    assert editing.spot(*there) == (pytest.approx(before[0], abs=0.5), pytest.approx(before[1], abs=0.5))
+    page.keyboard.down(" ")
+    page.mouse.down()
+    page.mouse.move(before[0] + 50, before[1] + 30)
+    page.mouse.up()
+    page.keyboard.up(" ")
+    assert editing.spot(*there) == (pytest.approx(before[0] + 50, abs=0.5), pytest.approx(before[1] + 30, abs=0.5))
 
 
 @pytest.mark.long
@@ -58,69 +121,6 @@ def test_undo_takes_back_another_field_and_its_region(editing):
     for _ in range(3):
         page.keyboard.press("Control+z")
     assert {**editing.draft(), "updated_at": None} == {**before, "updated_at": None}
-
-
-def test_arrow_keys_move_a_point_by_a_tenth_and_with_shift_by_one(editing):
-    page = editing.page
-    x, y = editing.points("left")[5]
-    page.keyboard.press("ArrowRight")
-    page.keyboard.press("ArrowRight")
-    page.keyboard.press("Shift+ArrowUp")
-    assert editing.points("left")[5] == [pytest.approx(x + 0.2, abs=1e-9), y - 1]
-
-
-def test_tab_goes_from_point_to_point_and_then_leaves_the_picture(editing):
-    page = editing.page
-    page.keyboard.press("Escape")
-    for index in range(6):
-        page.keyboard.press("Tab")
-        expect(page.locator(f"[data-point='left:{index}'].picked")).to_be_visible()
-    page.keyboard.press("Tab")
-    assert page.evaluate("document.activeElement.dataset.testid") != "stage"
-
-
-def test_a_drag_moves_the_point_and_is_one_change(editing, frame_points):
-    page = editing.page
-    page.mouse.move(*editing.spot(80, 210))
-    page.mouse.down()
-    for x in range(80, 100, 2):
-        page.mouse.move(*editing.spot(x, 212))
-    expect(page.get_by_test_id("loupe")).to_be_visible()
-    page.mouse.up()
-    assert editing.points("left")[2] == [pytest.approx(98, abs=0.02), pytest.approx(212, abs=0.02)]
-    page.keyboard.press("Control+z")
-    assert editing.points("left") == frame_points["left"]
-
-
-def test_a_box_selects_what_lies_in_it(editing):
-    page = editing.page
-    page.keyboard.down("Shift")
-    page.mouse.move(*editing.spot(40, 100))
-    page.mouse.down()
-    page.mouse.move(*editing.spot(120, 300), steps=4)
-    page.mouse.up()
-    page.keyboard.up("Shift")
-    expect(page.locator(".point.picked")).to_have_count(3)
-    page.keyboard.press("Delete")
-    assert len(editing.points("left")) == 3
-
-
-def test_the_wheel_zooms_about_the_pointer_and_space_pans(editing):
-    page = editing.page
-    left, top, across, down = page.get_by_test_id("picture").evaluate(WHERE)
-    before = tuple(map(round, editing.spot(80, 210)))  # a browser tells whole pixels of a wheel
-    there = (before[0] - left) / across - 0.5, (before[1] - top) / down - 0.5
-    page.mouse.move(*before)
-    page.mouse.wheel(0, -600)  # nobody waits until the page has heard it
-    expect(page.locator("[data-testid=read-out] .zoom")).to_have_text(re.compile("^2"))
-    assert editing.spot(*there) == (pytest.approx(before[0], abs=0.5), pytest.approx(before[1], abs=0.5))
-    page.keyboard.down(" ")
-    page.mouse.down()
-    page.mouse.move(before[0] + 50, before[1] + 30)
-    page.mouse.up()
-    page.keyboard.up(" ")
-    assert editing.spot(*there) == (pytest.approx(before[0] + 50, abs=0.5), pytest.approx(before[1] + 30, abs=0.5))
-    assert len(editing.points("left")) == 6
 
 
 @pytest.mark.long

@@ -29,28 +29,7 @@ def damage_lens(data, old, new):
         rows.commit()
 
 
-def test_a_damaged_version_is_a_banner_with_what_to_do_and_the_page_goes_on(page, own_server):
-    api = own_server.api
-    imported_lens(api)
-    own_server.stop()
-    damage_lens(own_server.data, "640", "641")
-    own_server.start()
-    (damage,) = api("GET", "/health").json()["damaged"]
-    page.goto(own_server.url)
-    told = page.get_by_test_id("problem").filter(has_text=like("shell.problem.damaged"))  # a full disk is told as well
-    expect(told).to_have_count(1, timeout=LONG_MS)
-    page.get_by_test_id("bell").click()
-    expect(told).to_contain_text(damage["file"])
-    expect(told).to_contain_text(damage["fix"])
-    for camera in CAMERAS:
-        expect(page.get_by_test_id(f"live-{camera['id']}")).to_have_attribute("data-state", "live", timeout=LONG_MS)
-    manual_picture(page, "troubleshooting")
-    told.get_by_role("link").click()
-    expect(page.get_by_test_id("health-warnings")).to_contain_text(damage["file"])
-    expect(page.get_by_test_id("status")).to_have_attribute("data-level", "bad")  # told as long as it is so
-
-
-def test_the_newest_good_backup_is_restored_once_it_is_said_what_that_costs_and_every_page_is_of_now(
+def test_damage_is_a_banner_and_the_newest_good_backup_is_restored_once_it_is_said_what_that_costs(
         page, standing_context, own_server):
     api = own_server.api
     imported_lens(api)
@@ -59,12 +38,13 @@ def test_the_newest_good_backup_is_restored_once_it_is_said_what_that_costs_and_
     damage_lens(own_server.data, "640", "650")
     own_server.start()
     assert api("GET", f"/lenses/{lens['id']}").status_code == 503
+    is_told_and_the_page_goes_on(page, own_server)
+
     newer = api("POST", "/cameras", json={**CAMERAS[0], "id": "newer", "name": "Newer"})
     assert newer.status_code == 201, newer.text
     other = standing_context.new_page()
     other.goto(own_server.url)
     expect(other.get_by_test_id("camera-newer")).to_be_visible(timeout=LONG_MS)
-    page.goto(f"{own_server.url}/#/system/server")
     page.get_by_test_id("find-backup").click(timeout=LONG_MS)
     told = page.get_by_test_id("restoration")
     expect(told).to_contain_text(like("settings.restore.backup"))
@@ -84,3 +64,20 @@ def test_the_newest_good_backup_is_restored_once_it_is_said_what_that_costs_and_
     expect(other.get_by_test_id("camera-newer")).to_have_count(0, timeout=LONG_MS)
     page.goto(f"{own_server.url}/#/lenses")
     expect(page.get_by_text("640 × 480 px")).to_be_visible(timeout=LONG_MS)
+
+
+def is_told_and_the_page_goes_on(page, server):
+    """By a banner that says what to do, and leads to where it is done."""
+    (damage,) = server.api("GET", "/health").json()["damaged"]
+    page.goto(server.url)
+    told = page.get_by_test_id("problem").filter(has_text=like("shell.problem.damaged"))  # a full disk is told as well
+    expect(told).to_have_count(1, timeout=LONG_MS)
+    page.get_by_test_id("bell").click()
+    expect(told).to_contain_text(damage["file"])
+    expect(told).to_contain_text(damage["fix"])
+    for camera in CAMERAS:
+        expect(page.get_by_test_id(f"live-{camera['id']}")).to_have_attribute("data-state", "live", timeout=LONG_MS)
+    manual_picture(page, "troubleshooting")
+    told.get_by_role("link").click()
+    expect(page.get_by_test_id("health-warnings")).to_contain_text(damage["file"])
+    expect(page.get_by_test_id("status")).to_have_attribute("data-level", "bad")  # told as long as it is so

@@ -30,7 +30,7 @@ def said(page):
     return page.get_by_test_id("residual-said")
 
 
-def test_what_is_pointed_at_in_the_plot_is_ringed_in_the_picture_and_a_click_selects_it(astray, tmp_path):
+def test_what_is_pointed_at_in_the_plot_is_ringed_in_the_picture_selected_and_told(astray, tmp_path):
     page = astray.page
     plot = page.get_by_test_id("residuals")
     plot.scroll_into_view_if_needed()
@@ -51,6 +51,23 @@ def test_what_is_pointed_at_in_the_plot_is_ringed_in_the_picture_and_a_click_sel
     expect(page.locator(f'[data-point="{feature}:{index}"]')).to_have_class("point picked")
     page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] - 60)
     expect(ring).to_have_count(0)
+    told_in_px_and_mm(astray)
+
+
+def told_in_px_and_mm(astray):
+    """As the server has them."""
+    page = astray.page
+    draft = astray.draft()
+    body = {key: draft[key] for key in ("field", "region", "model", "options", "observations")}
+    report = astray.server.api("POST", "/fit/preview", json={**body, "snapshot": astray.snapshot}).json()["report"]
+    right = next(f for f in report["per_feature"] if f["feature"] == "right")["residuals"]
+    x, y = astray.spot(*astray.points("right")[1])
+    page.mouse.move(x, y)
+    mm = right[1]["mm"]
+    told = f"{mm:.0f}" if mm >= 10 else f"{mm:.1f}"
+    expect(said(page)).to_contain_text(f"{right[1]['px']:.2f} px, {told} mm")
+    page.get_by_test_id("unit-mm").click()
+    expect(page.get_by_test_id("residuals")).to_have_attribute("aria-label", re.compile(r"\bmm\b"))
 
 
 @pytest.mark.long
@@ -100,21 +117,6 @@ def test_a_key_is_not_undone_by_figures_that_came_just_before_it(astray):
     }""")
     until(lambda: line.evaluate("line => new DOMMatrix(line.style.transform).e"), lambda x: x > 0)
     expect(plot).to_have_attribute("data-at", "1")
-
-
-def test_residuals_are_told_in_px_and_in_mm_as_the_server_has_them(astray):
-    page = astray.page
-    draft = astray.draft()
-    body = {key: draft[key] for key in ("field", "region", "model", "options", "observations")}
-    report = astray.server.api("POST", "/fit/preview", json={**body, "snapshot": astray.snapshot}).json()["report"]
-    right = next(f for f in report["per_feature"] if f["feature"] == "right")["residuals"]
-    x, y = astray.spot(*astray.points("right")[1])
-    page.mouse.move(x, y)
-    mm = right[1]["mm"]
-    told = f"{mm:.0f}" if mm >= 10 else f"{mm:.1f}"
-    expect(said(page)).to_contain_text(f"{right[1]['px']:.2f} px, {told} mm")
-    page.get_by_test_id("unit-mm").click()
-    expect(page.get_by_test_id("residuals")).to_have_attribute("aria-label", re.compile(r"\bmm\b"))
 
 
 @pytest.mark.long

@@ -6,7 +6,9 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS, Operator
+from tests.support.held_requests import holding, wait_until_held
 from tests.support.old_answer import OldAnswer
+from tests.support.waiting import until
 from tests.support.words import t
 
 
@@ -38,17 +40,30 @@ def test_a_reload_goes_on_where_the_operator_stood(operator, straight_picture, f
     assert operator.draft() == before
 
 
-def test_a_click_that_was_not_saved_yet_survives_a_reload(operator, straight_picture, frame_points):
-    operator.open(straight_picture, "table", "full").click("left", frame_points["left"][:3])
-    operator.draft()
+def test_a_click_that_was_not_saved_yet_survives_a_reload_and_one_undone_while_it_is_saved_is_gone(
+        arriving, server, straight_picture, frame_points):
+    operator, page, left = arriving, arriving.page, frame_points["left"]
+    kept = server.api("POST", "/snapshots", files={"file": straight_picture.read_bytes()}).json()
+    operator.go_on(kept["id"], {"field": "table", "region": "full", "model": None, "options": {}, "observations": [
+        {"feature": "left", "kind": "line", "points": left[:3]}]}, "points")
     drafts = "**/api/v1/drafts/*"
-    operator.page.route(drafts, lambda route: route.abort() if route.request.method == "PUT" else route.continue_())
-    operator.click("left", frame_points["left"][3:4])
-    expect(operator.page.get_by_test_id("saved")).to_have_attribute("data-state", "away")
-    operator.page.reload()
-    expect(operator.page.get_by_test_id("border-left")).to_contain_text(t("common.points", count=4))
-    operator.page.unroute(drafts)  # only now: what came back was kept by the browser alone
-    assert operator.points("left") == frame_points["left"][:4]
+    page.route(drafts, lambda route: route.abort() if route.request.method == "PUT" else route.continue_())
+    operator.click("left", left[3:4])
+    expect(page.get_by_test_id("saved")).to_have_attribute("data-state", "away")
+    page.reload()
+    expect(page.get_by_test_id("border-left")).to_contain_text(t("common.points", count=4))
+    page.unroute(drafts)  # only now: what came back was kept by the browser alone
+    assert operator.points("left") == left[:4]
+
+    operator.wait_for_picture()
+    with holding(page, drafts, "PUT") as saves:
+        operator.click("left", left[4:5])
+        wait_until_held(page, saves)
+        page.keyboard.press("Control+z")
+    until(lambda: operator.points("left"), lambda points: points == left[:4])
+    page.reload()
+    operator.wait_for_picture()
+    assert operator.points("left") == left[:4]
 
 
 def test_two_tabs_that_disagree_are_asked_and_either_answer_loses_nothing(operator, server, straight_picture,
@@ -101,7 +116,7 @@ def test_of_two_changes_by_another_hand_the_later_one_is_shown(operator, server,
         left = [{"feature": "left", "kind": "line", "points": points}]
         assert server.api("PUT", path, json=empty | {"observations": left}, headers={"If-Match": tag}).ok
 
-    def until(holds):
+    def wait_until(holds):
         for _ in range(LONG_MS // 50):
             if holds():
                 return
@@ -116,10 +131,10 @@ def test_of_two_changes_by_another_hand_the_later_one_is_shown(operator, server,
     operator.open(straight_picture, "table", "full")
     kept, path = operator.draft(), f"/drafts/{operator.snapshot}"
     empty = {name: kept[name] for name in ("field", "region", "model", "options")}
-    until(lambda: told)  # the page hears of others from here on
+    wait_until(lambda: told)  # the page hears of others from here on
     page.route("**/api/v1/drafts/*", hold)
     save(frame_points["left"][:1])
-    until(lambda: held)
+    wait_until(lambda: held)
     save(frame_points["left"][:2])
     page.wait_for_timeout(1000)  # a page that asks for both at once has asked by now
     late[0] = False

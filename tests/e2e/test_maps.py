@@ -109,13 +109,3 @@ def _shares(operator, places):
 
 def _brightness(colour):
     return sum(colour[:3])
-
-
-def test_between_the_places_of_a_map_its_value_is_bilinear(arriving):
-    """Across 1, 2; down 1, 5: each corner its own, a quarter of the way across and three quarters down between them."""
-    found = arriving.visit(modules=True).page.evaluate("""async () => {
-      const { valueAt } = await import("/features/compare/heat.js");
-      const map = { places: [[[0, 0], [100, 0]], [[0, -100], [100, -100]]], values: [[1, 2], [5, 6]] };
-      return [[0, 0], [100, 0], [0, -100], [100, -100], [25, -75], [101, 0]].map((p) => valueAt(map, p));
-    }""")
-    assert found == [1, 2, 5, 6, pytest.approx(4.25), None]

@@ -13,6 +13,7 @@ from playwright.sync_api import expect
 from app.core.field import BORDERS
 from tests.e2e.conftest import LONG_MS, Operator, Server
 from tests.support.board_film import film
+from tests.support.demo_cameras import HEIGHT, WIDTH
 from tests.support.held_requests import holding, wait_until_held
 from tests.support.manual_pictures import manual_picture
 from tests.support.old_answer import OldAnswer
@@ -125,15 +126,6 @@ def test_settings_are_read_without_secrets_and_a_name_is_kept(operator, server, 
     assert operator.draft()["updated_by"] == "Ada"
 
 
-def test_an_address_is_gone_to_by_itself_so_that_a_reload_or_the_way_back_meets_no_other(operator, straight_picture):
-    page = operator.open(straight_picture, "table", "full").page
-    written = """(hash) => { const written = window.written = [], write = history.pushState.bind(history);
-      history.pushState = (...to) => { written.push(to[2]); write(...to); }; location.hash = hash; }"""
-    page.evaluate(written, "#/cameras/overhead/live")
-    expect(page.get_by_test_id("look-corrected")).to_be_visible(timeout=LONG_MS)
-    assert page.evaluate("window.written") == []
-
-
 def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, server, versions):
     page = operator.page
     page.goto(f"{server.url}/#/cameras/table/versions")
@@ -199,16 +191,6 @@ def test_a_page_is_left_to_the_picture_it_was_opened_from(operator, straight_pic
     assert operator.snapshot == snapshot and operator.points("left") == frame_points["left"]
 
 
-def test_every_step_can_be_looked_at_and_says_what_is_missing(operator, straight_picture):
-    page = operator.open(straight_picture, "table", "full").page
-    for step, missing in (("points", like("shell.sentence.mark")), ("verify", t("shell.sentence.save-first")),
-                          ("field", t("shell.sentence.check-field", width=640, height=480))):
-        page.get_by_test_id(f"step-{step}").click()
-        expect(page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step")
-        expect(page.get_by_test_id("sentence")).to_contain_text(missing)
-    assert not [border for border in BORDERS if operator.points(border)]
-
-
 @pytest.mark.long
 def test_a_board_before_a_live_camera_is_taken_by_itself_and_gives_a_lens(operator, server, tmp_path):
     page, folder = operator.page, server.data / "shown"
@@ -240,20 +222,23 @@ def test_a_board_before_a_live_camera_is_taken_by_itself_and_gives_a_lens(operat
     server.api("DELETE", "/cameras/film")
 
 
-def test_a_picture_that_opens_late_does_not_take_back_who_went_elsewhere(operator, server):
+def test_a_picture_that_opens_late_does_not_take_back_who_went_elsewhere_and_no_address_is_written(operator, server):
     page, picture = operator.page, server.api("POST", "/snapshots", json={"camera": "overhead"}).json()["id"]
+    written = """(hash) => { const written = window.written = [], write = history.pushState.bind(history);
+      history.pushState = (...to) => { written.push(to[2]); write(...to); }; location.hash = hash; }"""
     with (page.expect_response(f"**/api/v1/drafts/{picture}"),  # what opening it asks last
           holding(page, f"**/api/v1/snapshots/{picture}", "GET") as asked):
         page.goto(f"{server.url}/#/calibrate/{picture}/points")
         wait_until_held(page, asked)
-        page.goto(f"{server.url}/#/cameras/overhead/live")
+        page.evaluate(written, "#/cameras/overhead/live")
         expect(page.get_by_test_id("live-desk")).to_be_visible()
     page.evaluate("() => fetch('/api/v1/health').then((r) => r.text())")  # by now the answer has been read
-    expect(page.get_by_test_id("live-desk")).to_be_visible()
+    expect(page.get_by_test_id("look-corrected")).to_be_visible(timeout=LONG_MS)
     assert page.url.endswith("#/cameras/overhead/live")
+    assert page.evaluate("window.written") == []  # a reload or the way back meets no other
 
 
-def test_a_camera_lists_its_own_images_small_and_leads_on_with_one(operator, server):
+def test_a_camera_lists_its_own_images_and_every_step_of_one_can_be_looked_at(operator, server):
     page = operator.page
     taken = until(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda answer: answer.ok)
     snapshot = taken.json()["id"]
@@ -266,19 +251,12 @@ def test_a_camera_lists_its_own_images_small_and_leads_on_with_one(operator, ser
     image.click()
     operator.is_at("points")
     assert operator.snapshot == snapshot
-
-
-def test_a_notice_is_left_behind_with_its_view_once_it_could_be_read(operator):
-    page = operator.page
-    page.get_by_test_id("file").set_input_files({"name": "a.png", "mimeType": "image/png", "buffer": b"none"})
-    expect(page.get_by_test_id("notice")).to_be_visible()
-    page.get_by_test_id("rail-system").click()
-    expect(page.get_by_test_id("publishing-page")).to_be_visible()
-    expect(page.get_by_test_id("notice")).to_be_visible()  # it has only just been told
-    page.clock.set_fixed_time(time.time() + 60)
-    page.get_by_test_id("rail-library").click()
-    expect(page.get_by_test_id("images-page")).to_be_visible()
-    expect(page.get_by_test_id("notice")).to_have_count(0)
+    for step, missing in (("points", like("shell.sentence.mark")), ("verify", t("shell.sentence.save-first")),
+                          ("field", t("shell.sentence.check-field", width=WIDTH, height=HEIGHT))):
+        page.get_by_test_id(f"step-{step}").click()
+        operator.is_at(step)
+        expect(page.get_by_test_id("sentence")).to_contain_text(missing)
+    assert not [border for border in BORDERS if operator.points(border)]
 
 
 def test_who_signed_in_with_the_token_signs_out_again(page, tmp_path):

@@ -29,7 +29,15 @@ class Desk:
     def __init__(self, page, server):
         self.page, self.server = page, server
 
+    def at(self, pictures):
+        """Before two pictures, by their address."""
+        ids = [self.server.api("POST", "/snapshots", files={"file": picture}).json()["id"] for picture in pictures]
+        self.page.goto(f"{self.server.url}/#/field/pairs/{'/'.join(ids)}")
+        self.wait_for_pictures()
+        return self
+
     def open(self, pictures):
+        """The same by hand."""
         self.page.get_by_test_id("rail-field").click()
         self.page.get_by_test_id("do-pair").click()
         expect(self.page.get_by_test_id("choice-a")).to_be_visible()
@@ -131,7 +139,7 @@ def seen():
 def desk(operator, server, seen):
     """At the two simulated pictures, nothing clicked."""
     operator.page.set_viewport_size({"width": 1500, "height": 900})
-    return Desk(operator.page, server).open(seen.pictures)
+    return Desk(operator.page, server).at(seen.pictures)
 
 
 @pytest.fixture
@@ -162,7 +170,44 @@ def test_things_clicked_in_both_pictures_tell_the_geometry_and_its_lines(desk, s
     page.screenshot(path=tmp_path / "matched.png")
 
 
-def test_a_mistake_is_named_coloured_removed_and_brought_back(matched, seen, tmp_path):
+def test_matches_are_made_by_keyboard_and_a_mistake_is_named_removed_and_brought_back(operator, server, seen, tmp_path):
+    operator.page.set_viewport_size({"width": 1500, "height": 900})
+    desk = Desk(operator.page, server).open(seen.pictures)
+    all_by_keyboard(desk)
+    desk.match(seen.a[0], seen.b[0])
+    matches = desk.page.get_by_test_id("matches").locator("li")
+    for count in (2, 1, 0):  # the last one removed leaves the one before chosen
+        expect(matches).to_have_count(count)
+        desk.page.keyboard.press("Delete")
+    desk.load(seen, range(24))
+    a_mistake(desk, seen, tmp_path)
+
+
+def all_by_keyboard(desk):
+    page = desk.page
+    page.get_by_test_id("half-a").focus()
+    page.keyboard.press("a")
+    expect(page.get_by_test_id("half-b")).to_be_focused()
+    page.keyboard.press("a")
+    expect(page.get_by_test_id("mark-b-1")).to_have_attribute("data-waits", "false")
+    x, y = desk.kept()["matches"][0]["b"]
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Shift+ArrowUp")
+    page.keyboard.press("Control+ArrowDown")
+    assert desk.kept()["matches"][0]["b"] == [pytest.approx(x + 0.1, abs=0.011), pytest.approx(y + 9, abs=0.011)]
+    page.keyboard.press("Delete")
+    expect(page.get_by_test_id("mark-a-1")).to_have_count(0)
+    page.keyboard.press("Control+z")
+    expect(page.get_by_test_id("mark-a-1")).to_have_count(1)
+    before = page.get_by_test_id("read-out-b").inner_text()
+    page.keyboard.press("+")
+    expect(page.get_by_test_id("read-out-b")).not_to_have_text(before)
+    page.keyboard.press("0")
+    until(page.get_by_test_id("read-out-b").inner_text, lambda now: now == before)
+
+
+def a_mistake(matched, seen, tmp_path):
+    """Named, coloured, removed and brought back."""
     page = matched.page
     matched.settled()
     page.mouse.move(*matched.spot("b", seen.b[19]))
@@ -278,27 +323,6 @@ def test_a_reload_and_a_second_tab_go_on_with_every_click_even_a_half_match(desk
     desk.wait_for_pictures()
     expect(desk.page).to_have_url(address)
     expect(desk.page.get_by_test_id("matches").locator("li")).to_have_count(5)
-
-
-def test_all_of_it_can_be_done_by_keyboard(desk):
-    page = desk.page
-    page.get_by_test_id("half-a").focus()
-    page.keyboard.press("a")
-    expect(page.get_by_test_id("half-b")).to_be_focused()
-    page.keyboard.press("a")
-    expect(page.get_by_test_id("mark-b-1")).to_have_attribute("data-waits", "false")
-    x, y = desk.kept()["matches"][0]["b"]
-    page.keyboard.press("ArrowRight")
-    page.keyboard.press("Shift+ArrowUp")
-    page.keyboard.press("Control+ArrowDown")
-    assert desk.kept()["matches"][0]["b"] == [pytest.approx(x + 0.1, abs=0.011), pytest.approx(y + 9, abs=0.011)]
-    page.keyboard.press("Delete")
-    expect(page.get_by_test_id("mark-a-1")).to_have_count(0)
-    page.keyboard.press("Control+z")
-    expect(page.get_by_test_id("mark-a-1")).to_have_count(1)
-    before = page.get_by_test_id("read-out-b").inner_text()
-    page.keyboard.press("+")
-    expect(page.get_by_test_id("read-out-b")).not_to_have_text(before)
 
 
 @pytest.mark.long
@@ -434,13 +458,3 @@ def test_it_fits_every_screen_in_both_themes(desk, seen, tmp_path, scheme, width
     for name in ("pair-report", "matches"):
         page.get_by_test_id(name).scroll_into_view_if_needed()
         page.screenshot(path=tmp_path / f"{name}.png")
-
-
-def test_the_last_match_removed_leaves_the_one_before_chosen(desk, seen):
-    for i in range(2):
-        desk.match(seen.a[i], seen.b[i])
-    matches = desk.page.get_by_test_id("matches").locator("li")
-    expect(matches).to_have_count(2)
-    for left in (1, 0):
-        desk.page.keyboard.press("Delete")
-        expect(matches).to_have_count(left)

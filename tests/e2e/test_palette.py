@@ -1,4 +1,4 @@
-"""The palette finds places, cameras, images, manual pages and commands; keys of one letter can be switched off."""
+"""The palette finds places, cameras, images, manual pages and commands."""
 
 import re
 
@@ -50,26 +50,6 @@ def test_whatever_there_is_is_found_by_a_few_letters_from_anywhere(operator, ser
     page.keyboard.press("ArrowUp")
     page.get_by_test_id("found").filter(has_text=t("shell.palette.kind.image")).first.click()
     operator.is_at("points")
-
-
-def test_keys_of_one_letter_are_switched_off_and_stay_off(operator):
-    page = operator.page
-    page.keyboard.press("?")
-    page.get_by_test_id("letters").uncheck()
-    page.keyboard.press("Escape")
-    page.reload()
-    expect(page.get_by_test_id("camera-overhead")).to_be_visible()
-    page.keyboard.press("?")
-    page.keyboard.press("i")
-    page.keyboard.press("F1")  # heard after those
-    expect(page.get_by_test_id("manual")).to_be_visible()
-    expect(page).to_have_url(re.compile("#/cameras$"))
-    page.get_by_role("tab", name=t("help.tab.keys")).click()
-    page.get_by_test_id("letters").check()
-    page.keyboard.press("Escape")
-    page.get_by_test_id("stage").focus()
-    page.keyboard.press("i")
-    expect(page.get_by_test_id("jobs-page")).to_be_visible()
 
 
 def test_the_manual_is_in_sight_on_a_telephone(operator):

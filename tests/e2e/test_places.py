@@ -68,7 +68,7 @@ def way(request, browser, server):
     context.close()
 
 
-def test_cameras_are_gone_through_tab_by_tab(way):
+def test_in_each_place_of_the_rail_something_is_done(way, server):
     page = way.page
     way.press("rail-cameras")
     way.press("look-at-overhead")
@@ -80,33 +80,23 @@ def test_cameras_are_gone_through_tab_by_tab(way):
     way.press("step-camera")
     expect(page.get_by_test_id("tile-overhead")).to_be_visible()
 
-
-def test_a_field_gets_a_rig(way, server):
-    page = way.page
     way.press("rail-field")
     way.press("do-new-rig")
     expect(page.get_by_test_id("new-rig-page")).to_be_visible(timeout=LONG_MS)
     expect(page.get_by_test_id("next")).not_to_be_empty()
 
-
-def test_a_lens_may_come_from_straight_edges(way):
-    page = way.page
     way.press("rail-lenses")
     way.press("tab-edges")
     expect(page.get_by_test_id("straight-desk")).to_be_visible(timeout=LONG_MS)
 
-
-def test_an_image_is_found_in_the_library_and_opened(way, server):
     taken = until(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda answer: answer.ok)
-    page, picture = way.page, taken.json()["id"]
+    page.reload()  # the list of images is the page's own
+    picture = taken.json()["id"]
     way.press("rail-library")
     way.press(f"recent-{picture}")
     expect(page).to_have_url(re.compile(f"#/calibrate/{picture}/"))
     expect(page.get_by_test_id("picture")).to_be_visible(timeout=LONG_MS)
 
-
-def test_the_system_tells_its_jobs_and_takes_other_colours(way):
-    page = way.page
     way.press("rail-system")
     way.press("tab-jobs")
     expect(page.get_by_test_id("jobs-page")).to_be_visible(timeout=LONG_MS)

@@ -52,19 +52,6 @@ def said(page, text):
     expect(page.get_by_test_id("snap-said")).to_have_text(text)
 
 
-def test_a_click_beside_a_line_lands_on_its_middle_and_says_how_far(snapping, tmp_path):
-    page = snapping.page
-    with page.expect_response(re.compile("/snap$")):  # the look ahead
-        page.mouse.move(*snapping.spot(83, 200))
-    expect(page.get_by_test_id("loupe")).to_be_visible()
-    page.screenshot(path=tmp_path / "ahead.png")
-    page.mouse.click(*snapping.spot(83, 200))
-    said(page, re.compile(SNAPPED.replace(".*?", r"[23]\.\d") + "$"))
-    page.screenshot(path=tmp_path / "snapped.png")
-    [[x, _]] = left(snapping, (MIDDLE, 200))
-    assert x == pytest.approx(MIDDLE, abs=0.1)
-
-
 @pytest.mark.long
 def test_a_point_snaps_though_the_next_one_is_pressed_already_when_the_answer_comes(snapping):
     """A quick hand on a slow network."""
@@ -181,8 +168,23 @@ def test_a_line_that_the_fit_sees_is_chosen_by_clicking_it(fitted, tmp_path):
     expect(page.get_by_test_id("field-halfway-line")).to_have_class(re.compile("clicked"))
 
 
-def test_points_along_a_line_are_proposed_and_added_as_one_change(fitted, tmp_path):
+def test_a_click_lands_on_the_middle_of_its_line_and_points_along_it_are_proposed_and_added(fitted, tmp_path):
     page = fitted.page
+    page.get_by_test_id("border-left").click()
+    page.keyboard.press("Control+a")
+    page.keyboard.press("Delete")
+    with page.expect_response(re.compile("/snap$")):  # the look ahead
+        page.mouse.move(*fitted.spot(83, 200))
+    expect(page.get_by_test_id("loupe")).to_be_visible()
+    page.screenshot(path=tmp_path / "ahead.png")
+    page.mouse.click(*fitted.spot(83, 200))
+    said(page, re.compile(SNAPPED.replace(".*?", r"[23]\.\d") + "$"))
+    page.screenshot(path=tmp_path / "snapped.png")
+    [[x, _]] = left(fitted, (MIDDLE, 200))
+    assert x == pytest.approx(MIDDLE, abs=0.1)
+    for _ in range(3):  # the way to the line, the click, and what was deleted
+        page.keyboard.press("Control+z")
+    expect(page.locator("[data-point^='left:']")).to_have_count(6)
     page.get_by_test_id("border-top").click()
     page.keyboard.press("Control+a")
     page.keyboard.press("Delete")

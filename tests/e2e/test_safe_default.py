@@ -15,6 +15,7 @@ from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.auto_scenes import SceneSpec, scene_of
 from tests.support.demo_cameras import CAMERAS
+from tests.support.tiers import long
 from tests.support.words import t
 
 MOST_PRESSES = 6
@@ -61,7 +62,7 @@ PHONE = pytest.mark.browser_context_args(viewport={"width": 390, "height": 844},
 
 @pytest.mark.usefixtures("server")  # which the others share
 @pytest.mark.parametrize("press", [
-    by_mouse, pytest.param(by_keyboard, marks=pytest.mark.long), pytest.param(by_finger, marks=PHONE)])
+    pytest.param(by_finger, marks=PHONE), long(by_mouse), long(by_keyboard)])
 def test_from_the_first_page_by_the_primary_button_alone_to_an_active_calibration_that_is_right(
         new_context, own_server, tmp_path, press):
     arriving = Operator(new_context().new_page(), own_server)

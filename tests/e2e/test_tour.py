@@ -25,8 +25,28 @@ def stops(page):
     return seen
 
 
-def test_the_tour_tells_the_numbers_of_the_picture_that_is_open(clicked, server):
+def test_question_marks_and_the_tour_speak_of_the_picture_that_is_open(clicked, server):
     operator = clicked("brown-conrady")
+    a_question_mark_opens_the_manual_at_its_heading(operator.page)
+    its_numbers_are_told(operator, server)
+    what_it_speaks_of_is_brought_back(operator.page)
+
+
+def a_question_mark_opens_the_manual_at_its_heading(page):
+    page.get_by_test_id("explain-inside").focus()
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id("manual")).to_have_attribute("data-page", "points.md")
+    heading = page.locator("#manual-reading-the-results")
+    expect(heading).to_be_in_viewport()
+    expect(heading).to_be_focused()
+    page.get_by_test_id("manual").get_by_role("button", name=t("help.manual.all-pages")).click()
+    page.get_by_test_id("manual").get_by_role("link", name="Troubleshooting").click()
+    expect(page.get_by_test_id("manual").get_by_role("heading", name="Troubleshooting")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.get_by_test_id("help-panel")).to_have_count(0)
+
+
+def its_numbers_are_told(operator, server):
     page, draft = operator.page, operator.draft()
     body = {name: draft[name] for name in ("field", "region", "model", "options", "observations")}
     saved = server.api("POST", "/calibrations", json=body | {"snapshot": operator.snapshot}).json()
@@ -43,10 +63,9 @@ def test_the_tour_tells_the_numbers_of_the_picture_that_is_open(clicked, server)
     expect(page.get_by_test_id("tour")).to_have_count(0)
 
 
-def test_what_the_tour_speaks_of_is_brought_back_when_a_late_answer_pushed_it_out_of_sight(clicked):
-    page = clicked("division").page
+def what_it_speaks_of_is_brought_back(page):
+    """When a late answer pushed it out of sight."""
     ring, verdict = page.get_by_test_id("tour-ring"), page.get_by_test_id("verdict")
-    expect(verdict).not_to_have_attribute("data-level", "", timeout=LONG_MS)
     page.evaluate("localStorage.setItem('touchline-tour', JSON.stringify({ on: false, at: 4 }))")
     page.reload()
     expect(verdict).not_to_have_attribute("data-level", "", timeout=LONG_MS)
@@ -91,21 +110,6 @@ def test_the_tour_is_left_and_gone_on_with_where_it_was(operator):
     drawing = page.locator("aside.left .field").bounding_box()
     for side in ("x", "y", "width"):  # about what it speaks of, as far down as that is in sight
         assert abs(ring[side] - drawing[side]) < 12, side
-
-
-def test_a_question_mark_opens_the_manual_at_its_heading(clicked):
-    page = clicked("division").page
-    page.get_by_test_id("explain-inside").focus()
-    page.keyboard.press("Enter")
-    expect(page.get_by_test_id("manual")).to_have_attribute("data-page", "points.md")
-    heading = page.locator("#manual-reading-the-results")
-    expect(heading).to_be_in_viewport()
-    expect(heading).to_be_focused()
-    page.get_by_test_id("manual").get_by_role("button", name=t("help.manual.all-pages")).click()
-    page.get_by_test_id("manual").get_by_role("link", name="Troubleshooting").click()
-    expect(page.get_by_test_id("manual").get_by_role("heading", name="Troubleshooting")).to_be_visible()
-    page.keyboard.press("Escape")
-    expect(page.get_by_test_id("help-panel")).to_have_count(0)
 
 
 @pytest.mark.long

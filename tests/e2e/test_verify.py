@@ -89,6 +89,7 @@ def test_a_good_version_is_ready_and_is_activated_by_the_primary_button(kept, be
     good = kept("overhead", "brown-conrady", **TAPED)
     operator = before(good)
     page = operator.page
+    leaving_ends_the_checks_and_a_refused_one_is_unknown(operator)
     expect(page.get_by_test_id("next")).to_have_text(t("common.activate-version", version=good["version"]),
                                                      timeout=LONG_MS)
     expect(page.get_by_test_id("headline")).to_have_text(t("verify.headline.ready"))
@@ -116,6 +117,26 @@ def test_a_good_version_is_ready_and_is_activated_by_the_primary_button(kept, be
     expect(page.get_by_test_id("camera-overhead")).to_be_visible()
     expect(page).to_have_url(re.compile(r"#/cameras$"))
     assert active(server) == good["id"]
+
+
+def leaving_ends_the_checks_and_a_refused_one_is_unknown(operator):
+    page = operator.page
+    expect(page.get_by_test_id("headline")).not_to_have_text(t("verify.checking"), timeout=LONG_MS)
+    page.route("**/calibrations/*/check?job=true", lambda route: route.fulfill(
+        status=503, json={"detail": "The server is busy.", "fix": "Try again."}))
+    page.route("**/calibrations/*/packet", lambda route: None)  # never answered
+    page.reload()
+    operator.is_at("verify")
+    expect(state(page, "lines", "unknown")).to_contain_text("The server is busy. Try again.")
+    state(page, "packet", "running")
+    expect(page.get_by_test_id("next")).not_to_have_text(t("verify.checking"))  # it cannot turn out bad
+    page.get_by_test_id("step-points").click()
+    expect(page.get_by_test_id("checklist")).to_have_count(0)
+    page.unroute("**/calibrations/*/check?job=true")
+    page.unroute("**/calibrations/*/packet")
+    page.get_by_test_id("step-verify").click()
+    state(page, "lines", "ok")
+    expect(page.get_by_test_id("check-packet")).not_to_have_attribute("data-state", "running", timeout=LONG_MS)
 
 
 def test_a_bad_version_is_activated_only_after_a_warning(kept, before, server, tmp_path):
@@ -169,25 +190,3 @@ def test_a_neighbour_that_stands_elsewhere_and_another_lens_are_told(kept, befor
     expect(page.get_by_test_id("next")).to_have_text(
         re.compile(like("verify.activate-version-anyway").pattern + "$"), timeout=LONG_MS)
     shot(page, tmp_path / "neighbour.png")
-
-
-def test_leaving_ends_the_checks_and_a_refused_one_is_unknown(kept, before, server):
-    version = kept("overhead", "brown-conrady", **TAPED)
-    operator = before(version)
-    page = operator.page
-    expect(page.get_by_test_id("headline")).not_to_have_text(t("verify.checking"), timeout=LONG_MS)
-    page.route("**/calibrations/*/check?job=true", lambda route: route.fulfill(
-        status=503, json={"detail": "The server is busy.", "fix": "Try again."}))
-    page.route("**/calibrations/*/packet", lambda route: None)  # never answered
-    page.reload()
-    operator.is_at("verify")
-    expect(state(page, "lines", "unknown")).to_contain_text("The server is busy. Try again.")
-    state(page, "packet", "running")
-    expect(page.get_by_test_id("next")).not_to_have_text(t("verify.checking"))  # it cannot turn out bad
-    page.get_by_test_id("step-points").click()
-    expect(page.get_by_test_id("checklist")).to_have_count(0)
-    page.unroute("**/calibrations/*/check?job=true")
-    page.unroute("**/calibrations/*/packet")
-    page.get_by_test_id("step-verify").click()
-    state(page, "lines", "ok")
-    expect(page.get_by_test_id("check-packet")).not_to_have_attribute("data-state", "running", timeout=LONG_MS)
