@@ -1,4 +1,4 @@
-"""How a camera is, judged by the last status of its process: silent, without frames, frozen, or not the calibrated one."""
+"""How a camera is, by the last status of its process: silent, without frames, frozen, or not the calibrated one."""
 
 import pytest
 
