@@ -20,7 +20,7 @@ from tests.support.plumb_pictures import straightness_of
 from tests.support.straight_edges import FLOOR_PX, SIZE, arc, lens_of, lines_seen
 from tests.support.tiers import rounds
 
-FEW_OR_ALL = rounds("seeds", 3, 8)
+FEW_OR_ALL = rounds("seeds", 1, 8)
 WORLDS = [("division", (-0.25,)), ("division", (0.08,)), ("division-even", (-0.3, -0.1)),
           ("brown-conrady", (-0.28, 0.09))]
 
@@ -48,7 +48,7 @@ def test_lines_become_straight_to_the_noise_of_their_points(name, terms, seeds):
     assert min(after) > 0.9 * FLOOR_PX  # less would be following the noise
 
 
-@FEW_OR_ALL
+@rounds("seeds", 3, 8)
 @pytest.mark.parametrize(("name", "terms"), WORLDS)
 def test_the_truth_lies_within_what_sigma_promises(name, terms, seeds):
     truth = np.array([*terms, *lens_of(name, terms, centre=(8, -5)).centre_px])
