@@ -12,10 +12,14 @@ import pytest
 from starlette.testclient import TestClient
 
 from app.main import create_app
+from app.settings import Settings
+from tests.support.paths import CLICKS
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
 from tests.support.waiting import until
 
+CAMERAS = ({"id": "north", "name": "North half", "source": "sim://table?size=320x256&fps=200", "field": "table",
+            "region": "full"},)
 SOUTH = {"id": "south", "name": "South half", "source": "sim://table?size=320x256&seed=4", "field": "table",
          "region": "full"}
 
@@ -44,10 +48,27 @@ def shared(standing):
     standing.delete(f"{API}/cameras/south")
 
 
-def calibrated(client, task):
-    alive(client)
-    snapshot = client.post(f"{API}/snapshots", json={"camera": "north"}).json()
-    task = {**task, "snapshot": snapshot["id"], "camera": "north", "model": "homography", "options": {}}
+@pytest.fixture(scope="module")
+def in_use(tmp_path_factory):
+    """Another server, whose camera has an active version that is applied to its frames: its client, that version."""
+    settings = Settings(data=tmp_path_factory.mktemp("data"), cameras=CAMERAS)
+    with TestClient(create_app(settings), base_url="http://127.0.0.1:8000") as client:
+        yield client, activated(client)
+
+
+def activated(client, id="north"):
+    """A version that the camera's frames are corrected with."""
+    made = calibrated(client, id)
+    client.post(f"{API}/calibrations/{made['id']}/activate")
+    until(lambda: status_of(client, id)["calibration_applied"])
+    return made
+
+
+def calibrated(client, id="north"):
+    alive(client, id)
+    snapshot = client.post(f"{API}/snapshots", json={"camera": id}).json()
+    task = json.loads((CLICKS / "ssl_2008_half.json").read_text())
+    task |= {"snapshot": snapshot["id"], "camera": id, "model": "homography", "options": {}}
     task.pop("image_size", None)
     task["observations"] = [{**o, "points": [[x * 0.2 + 20, y * 0.2 + 20] for x, y in o["points"]]}
                             for o in task["observations"]]
@@ -105,18 +126,21 @@ def test_all_statuses_come_at_once_and_wake_nobody(shared):
     assert shared.get(f"{API}/cameras/status").json()["items"][1]["state"] == "live"
 
 
-def test_a_calibrated_camera_runs_though_nobody_looks_at_it(client, task):
-    def state():
-        return {one["id"]: one["state"] for one in client.get(f"{API}/cameras/status").json()["items"]}["south"]
+def test_a_calibrated_camera_runs_though_nobody_looks_at_it(in_use, task):
+    client, _ = in_use
 
-    client.post(f"{API}/cameras", json=SOUTH)
-    made = client.post(f"{API}/calibrations", json={**task, "camera": "south", "model": "homography"}).json()
+    def state():
+        return {one["id"]: one["state"] for one in client.get(f"{API}/cameras/status").json()["items"]}["unseen"]
+
+    client.post(f"{API}/cameras", json={**SOUTH, "id": "unseen"})
+    made = client.post(f"{API}/calibrations", json={**task, "camera": "unseen", "model": "homography"}).json()
     assert state() == "idle"
     client.post(f"{API}/calibrations/{made['id']}/activate")
     until(state, lambda now: now == "mismatch")  # its version is of another size
-    etag = client.get(f"{API}/cameras/south").headers["etag"]
-    client.patch(f"{API}/cameras/south", json={"source": "sim://table?size=780x580"}, headers={"If-Match": etag})
+    etag = client.get(f"{API}/cameras/unseen").headers["etag"]
+    client.patch(f"{API}/cameras/unseen", json={"source": "sim://table?size=780x580"}, headers={"If-Match": etag})
     until(state, lambda now: now == "live")
+    client.delete(f"{API}/cameras/unseen")
 
 
 def test_passwords_in_addresses_are_never_told(shared):
@@ -178,11 +202,8 @@ def test_a_frame_is_shown_as_jpeg_and_exactly_as_png(shared):
     refusal(shared.get(f"{API}/cameras/north/frame.png", params={"view": "side"}), 422)
 
 
-def test_the_corrected_view_comes_with_the_active_calibration(client, task):
-    refusal(client.get(f"{API}/cameras/north/frame.jpg", params={"view": "corrected"}), 409, "not-calibrated")
-    made = calibrated(client, task)
-    client.post(f"{API}/calibrations/{made['id']}/activate")
-    until(lambda: status_of(client)["calibration_applied"])
+def test_the_corrected_view_comes_with_the_active_calibration(in_use):
+    client, made = in_use
     assert status_of(client)["active_calibration"] == made["id"]
     shown = client.get(f"{API}/cameras/north/frame.jpg", params={"view": "corrected", "width": 320})
     assert shown.status_code == 200 and pixels_of(shown.content).shape[1] == 320
@@ -190,15 +211,17 @@ def test_the_corrected_view_comes_with_the_active_calibration(client, task):
     assert list(pixels_of(exact.content).shape[1::-1]) == made["corrected_size"]
 
 
-def test_a_camera_says_how_good_its_active_version_is(client, calibration, task):
-    data = {**client.get(f"{API}/calibrations/{calibration['id']}/export/json").json(), "camera": "north"}
+def test_a_camera_says_how_good_its_active_version_is(in_use, task):
+    client, made = in_use
+    client.post(f"{API}/cameras", json={**SOUTH, "id": "judged"})
+    data = {**client.get(f"{API}/calibrations/{made['id']}/export/json").json(), "camera": "judged"}
     imported = {**data, "report": {"verdict": "splendid", "sigma_mm": {"rms": "small"}}}
-    rays = client.post(f"{API}/calibrations", json={**task, "camera": "north", "model": "brown-conrady"}).json()
+    rays = client.post(f"{API}/calibrations", json={**task, "camera": "judged", "model": "brown-conrady"}).json()
     strange = client.post(f"{API}/calibrations/import", files={"file": json.dumps(imported).encode()}).json()
     for made in (rays, strange):
         client.post(f"{API}/calibrations/{made['id']}/activate")
-        camera = client.get(f"{API}/cameras/north").json()
-        assert client.get(f"{API}/cameras").json()["items"] == [camera]
+        camera = client.get(f"{API}/cameras/judged").json()
+        assert camera in client.get(f"{API}/cameras").json()["items"]
         shown = camera["active"]
         assert (shown["id"], shown["version"], shown["created_at"]) == (made["id"], made["version"], made["created_at"])
         assert shown["model"] == made["model"]["name"] and shown["verdict"] == (made["report"]["verdict"] or {})
@@ -207,26 +230,35 @@ def test_a_camera_says_how_good_its_active_version_is(client, calibration, task)
         assert [shown[name] for name in ("expected_mm", "expected_hat_mm", "hat_height_mm")] == figures
 
 
-def test_a_calibration_stays_with_the_camera_whose_picture_it_was_made_on(settings, task):
-    client = TestClient(create_app(settings), base_url="http://127.0.0.1:8000")
-    with client:
-        made = calibrated(client, task)
-        client.post(f"{API}/calibrations/{made['id']}/activate")
-        until(lambda: status_of(client)["calibration_applied"])
+def test_a_calibration_stays_with_the_camera_whose_picture_it_was_made_on(in_use):
+    client, _ = in_use
+    client.post(f"{API}/cameras", json={**SOUTH, "id": "moved"})
+    activated(client, "moved")
+    etag = client.get(f"{API}/cameras/moved").headers["etag"]
+    client.patch(f"{API}/cameras/moved", json={"source": "sim://vsss-3v3?size=320x256"}, headers={"If-Match": etag})
+    wrong = until(lambda: (s := status_of(client, "moved"))["state"] == "mismatch" and s)
+    assert wrong["problem"]["reason"] == "other-camera" and not wrong["calibration_applied"]
+    refusal(client.get(f"{API}/cameras/moved/frame.jpg", params={"view": "corrected"}), 409, "other-camera")
+    assert client.post(f"{API}/cameras/moved/confirm").status_code == 200
+    until(lambda: (s := status_of(client, "moved"))["calibration_applied"] and s["state"] == "live")
+
+
+@pytest.mark.long
+def test_it_stays_with_that_camera_after_a_restart(settings):
+    with TestClient(create_app(settings), base_url="http://127.0.0.1:8000") as client:
+        activated(client)
     other = {**settings.cameras[0].model_dump(), "source": "sim://vsss-3v3?size=320x256&fps=200"}
     with TestClient(create_app(settings.model_copy(update={"cameras": (type(settings.cameras[0])(**other),)})),
                     base_url="http://127.0.0.1:8000") as client:
         wrong = until(lambda: (s := status_of(client))["state"] == "mismatch" and s)
         assert wrong["problem"]["reason"] == "other-camera" and not wrong["calibration_applied"]
-        refusal(client.get(f"{API}/cameras/north/frame.jpg", params={"view": "corrected"}), 409, "other-camera")
-        assert client.post(f"{API}/cameras/north/confirm").status_code == 200
-        until(lambda: status_of(client)["calibration_applied"])
-        assert status_of(client)["state"] == "live"
 
 
-def test_who_added_changed_and_confirmed_a_camera_is_kept(client, task):
-    asked = f"{API}/cameras/south"
-    assert client.post(f"{API}/cameras", json=SOUTH, headers={"X-Operator": "Ada"}).json()["updated_by"] == "Ada"
+def test_who_added_changed_and_confirmed_a_camera_is_kept(in_use):
+    client, made = in_use
+    asked = f"{API}/cameras/kept"
+    added = client.post(f"{API}/cameras", json={**SOUTH, "id": "kept"}, headers={"X-Operator": "Ada"})
+    assert added.json()["updated_by"] == "Ada"
     first = client.get(asked)
     assert first.json()["updated_by"] == "Ada"
     seen = {"If-Match": first.headers["etag"], "X-Operator": "Bo"}
@@ -234,9 +266,6 @@ def test_who_added_changed_and_confirmed_a_camera_is_kept(client, task):
     assert changed.json()["updated_by"] == "Bo" and changed.json()["updated_at"] >= first.json()["updated_at"]
     settled = client.get(f"{API}/cameras/north").json()
     assert settled["updated_by"] is None and settled["updated_at"] is None
-    made = calibrated(client, task)
-    client.post(f"{API}/calibrations/{made['id']}/activate")
-    until(lambda: status_of(client)["calibration_applied"])
     assert client.post(f"{API}/cameras/north/confirm", headers={"X-Operator": "Cy"}).status_code == 200
     with sqlite3.connect(next(client.app.state.services.settings.data.glob("*.db"))) as rows:
         (body,) = rows.execute("SELECT body FROM identities WHERE camera = ?", (made["id"],)).fetchone()
@@ -244,14 +273,16 @@ def test_who_added_changed_and_confirmed_a_camera_is_kept(client, task):
     assert json.loads(body)["confirmed_by"] == "Cy"
 
 
-def test_a_file_that_is_imported_says_who_brought_it(client, calibration):
-    data = client.get(f"{API}/calibrations/{calibration['id']}/export/json").content
+def test_a_file_that_is_imported_says_who_brought_it(in_use):
+    client, made = in_use
+    data = client.get(f"{API}/calibrations/{made['id']}/export/json").content
     brought = client.post(f"{API}/calibrations/import", files={"file": ("c.json", data)}, headers={"X-Operator": "Ada"})
     assert brought.json()["made_by"] == "Ada"
 
 
-def test_confirming_without_a_calibration_is_refused(shared):
+def test_without_a_calibration_nothing_is_corrected_or_confirmed(shared):
     alive(shared)
+    refusal(shared.get(f"{API}/cameras/north/frame.jpg", params={"view": "corrected"}), 409, "not-calibrated")
     refusal(shared.post(f"{API}/cameras/north/confirm"), 409, "not-calibrated")
 
 

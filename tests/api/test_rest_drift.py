@@ -16,122 +16,148 @@ from tests.support.sim_clicks import border_observations
 from tests.support.waiting import until
 
 URL = "sim://table?size=480x384&fps=20&robots=3"
-CAMERAS = ({"id": "north", "name": "North", "source": URL, "field": "table", "region": "full"},)
-LONG_S = 60.0  # a machine that is busy paints and looks slowly
 
 
-@pytest.fixture
-def served(tmp_path):
-    with TestClient(create_app(Settings(data=tmp_path, cameras=CAMERAS)), base_url="http://127.0.0.1:8000") as client:
-        yield client
+class Followed:
+    """A camera of a server."""
+
+    def __init__(self, client, id):
+        self.client, self.path = client, f"{API}/cameras/{id}"
+        self.id = id
+
+    def drift(self):
+        return self.client.get(f"{self.path}/status").json()["drift"] or {"state": None}
+
+    def becomes(self, state):
+        return until(self.drift, lambda now: now["state"] == state)
+
+    def taken(self):
+        return self.client.post(f"{API}/snapshots", json={"camera": self.id}).json()["id"]
+
+    def activated(self, **more):
+        observations = [dict(o) for o in calibrated(URL, "brown-conrady").observations]
+        return self.activated_of({"field": "table", "region": "full", "model": "brown-conrady",
+                                  "observations": observations, **more})
+
+    def activated_of(self, task):
+        answer = self.client.post(f"{API}/calibrations", json={"camera": self.id, **task})
+        assert answer.status_code == 201, answer.text
+        id = answer.json()["id"]
+        assert self.client.post(f"{API}/calibrations/{id}/activate").status_code == 200
+        return id
+
+    def set_on(self, **controls):
+        assert self.client.patch(f"{self.path}/controls", json={"controls": controls}).status_code == 200
 
 
-def drift(client):
-    return client.get(f"{API}/cameras/north/status").json()["drift"] or {"state": None}
+@pytest.fixture(scope="module")
+def followed(standing):
+    """Cameras of one server, by their addresses; one is removed, and costs nothing more, when the next is added."""
+    added = []
+
+    def add(source=URL, field="table", region="full"):
+        remove()
+        added.append(f"camera-{len(added)}")
+        camera = {"id": added[-1], "name": added[-1].title(), "source": source, "field": field, "region": region}
+        assert standing.post(f"{API}/cameras", json=camera).status_code == 201
+        return Followed(standing, added[-1])
+
+    def remove():
+        if added:
+            standing.delete(f"{API}/cameras/{added[-1]}")
+
+    yield add
+    remove()
 
 
-def becomes(client, state):
-    return until(lambda: drift(client), lambda now: now["state"] == state)
-
-
-def activated(client, model="brown-conrady", **more):
-    made = calibrated(URL, model)
-    answer = client.post(f"{API}/calibrations", json={
-        "camera": "north", "field": "table", "region": "full", "model": model,
-        "observations": [dict(o) for o in made.observations], **more})
-    assert answer.status_code == 201, answer.text
-    id = answer.json()["id"]
-    assert client.post(f"{API}/calibrations/{id}/activate").status_code == 200
-    return id
-
-
-def set_on(client, **controls):
-    assert client.patch(f"{API}/cameras/north/controls", json={"controls": controls}).status_code == 200
-
-
-def test_a_knock_is_found_told_and_registered_anew(served):
-    taken = served.post(f"{API}/snapshots", json={"camera": "north"}).json()["id"]
-    first = activated(served, snapshot=taken)
-    steady = becomes(served, "steady")
+def test_a_knock_is_found_told_and_registered_anew(followed):
+    camera = followed()
+    client = camera.client
+    first = camera.activated(snapshot=camera.taken())
+    steady = camera.becomes("steady")
     assert steady["calibration"] == first and steady["reference"] == "calibration"
     assert steady["px"] < 0.1 and steady["sigma_mm"] < 1 and steady["alarm"] is False
-    set_on(served, knock=3)
-    alarm = becomes(served, "knocked")
+    camera.set_on(knock=3)
+    alarm = camera.becomes("knocked")
     assert alarm["px"] == pytest.approx(3, rel=0.15) and alarm["mm"] > 3 * alarm["px"]
     assert alarm["alarm"] is True and "has moved" in alarm["sentence"] and alarm["fix"] and alarm["since"] > 1e9
-    assert served.get(f"{API}/cameras/north/status").json()["drift_px"] == pytest.approx(alarm["px"], abs=0.2)
+    assert client.get(f"{camera.path}/status").json()["drift_px"] == pytest.approx(alarm["px"], abs=0.2)
 
-    events = until(lambda: served.get(f"{API}/events").json()["items"],
+    events = until(lambda: client.get(f"{API}/events").json()["items"],
                    lambda items: any(event["kind"] == "moved" for event in items))
     moved = next(event for event in events if event["kind"] == "moved")
-    assert moved["camera"] == "north" and re.fullmatch(r"North moved by [\d.]+ mm\.", moved["text"])
+    assert moved["camera"] == camera.id and re.fullmatch(r"Camera-\d+ moved by [\d.]+ mm\.", moved["text"])
 
-    job = finished(served, accepted(served.post(f"{API}/cameras/north/reregister", json={"frames": 3})))
+    job = finished(client, accepted(client.post(f"{camera.path}/reregister", json={"frames": 3})))
     assert job["state"] == "done", job
-    made = served.get(f"{API}/calibrations/{job['result']['calibration']}").json()
+    made = client.get(f"{API}/calibrations/{job['result']['calibration']}").json()
     assert made["parent"] == first and made["active"] is False and made["version"] == 2
-    before = served.get(f"{API}/calibrations/{first}").json()
+    before = client.get(f"{API}/calibrations/{first}").json()
     known = before["report"]["covariance"]
     for term, now, then in zip(("k1", "k2"), *(c["model"]["parameters"]["lens_terms"] for c in (made, before)),
                                strict=False):
         at = known["names"].index(term)
         assert abs(now - then) < 3 * known["matrix"][at][at] ** 0.5
     assert job["result"]["picture_px"] == pytest.approx(3, abs=0.8)
-    assert drift(served)["state"] == "knocked"  # never by itself
+    assert camera.drift()["state"] == "knocked"  # never by itself
 
-    served.post(f"{API}/calibrations/{made['id']}/activate")
-    again = becomes(served, "steady")
+    client.post(f"{API}/calibrations/{made['id']}/activate")
+    again = camera.becomes("steady")
     assert again["calibration"] == made["id"] and again["px"] < 0.2
 
 
 @pytest.mark.long
 def test_a_knock_before_the_server_started_is_seen(tmp_path):
     """Its picture tells: the camera that is there now stands otherwise."""
-    with TestClient(create_app(Settings(data=tmp_path, cameras=CAMERAS)), base_url="http://127.0.0.1:8000") as client:
-        activated(client, snapshot=client.post(f"{API}/snapshots", json={"camera": "north"}).json()["id"])
-        becomes(client, "steady")
-    bent = ({**CAMERAS[0], "source": URL + "&roll=0.6"},)
-    with TestClient(create_app(Settings(data=tmp_path, cameras=bent)), base_url="http://127.0.0.1:8000") as client:
-        assert becomes(client, "knocked")["px"] > 1
+    def started(source):
+        one = {"id": "north", "name": "North", "source": source, "field": "table", "region": "full"}
+        return TestClient(create_app(Settings(data=tmp_path, cameras=(one,))), base_url="http://127.0.0.1:8000")
+
+    with started(URL) as client:
+        camera = Followed(client, "north")
+        camera.activated(snapshot=camera.taken())
+        camera.becomes("steady")
+    with started(URL + "&roll=0.6") as client:
+        assert Followed(client, "north").becomes("knocked")["px"] > 1
 
 
 @pytest.mark.long
-def test_without_a_picture_the_first_seconds_are_what_it_is_held_against(served):
-    activated(served, image_size=[480, 384])
-    assert becomes(served, "steady")["reference"] == "start"
-    set_on(served, softer=2)
-    alarm = becomes(served, "out-of-focus")
+def test_without_a_picture_the_first_seconds_are_what_it_is_held_against(followed):
+    camera = followed()
+    camera.activated(image_size=[480, 384])
+    assert camera.becomes("steady")["reference"] == "start"
+    camera.set_on(softer=2)
+    alarm = camera.becomes("out-of-focus")
     assert alarm["softer_px"] > 1 and "Focus" in alarm["fix"]
-    set_on(served, softer=0)
-    becomes(served, "steady")
+    camera.set_on(softer=0)
+    camera.becomes("steady")
 
 
-def test_a_calibration_that_was_never_right_inside_the_field_is_an_alarm_though_nothing_moved(tmp_path):
+def test_a_calibration_that_was_never_right_inside_the_field_is_an_alarm_though_nothing_moved(followed):
     half = "sim://ssl-div-b?region=half&lens=strong&tilt=5&height=5000&size=640x512&robots=0&fps=20"
-    camera = {"id": "north", "name": "North", "source": half, "field": "ssl-div-b", "region": "half"}
-    with TestClient(create_app(Settings(data=tmp_path, cameras=[camera])), base_url="http://127.0.0.1:8000") as client:
-        taken = client.post(f"{API}/snapshots", json={"camera": "north"}).json()["id"]
-        source = source_from_url(half, SourceContext(load_fields()))
-        region = load_fields()["ssl-div-b"].region("half")
-        made = client.post(f"{API}/calibrations", json={
-            "camera": "north", "snapshot": taken, "field": "ssl-div-b", "region": "half", "model": "polynomial",
-            "observations": [o.to_json() for o in border_observations(source.camera, region, 9)]}).json()
-        assert client.post(f"{API}/calibrations/{made['id']}/activate").status_code == 200
-        told = becomes(client, "misplaced")
+    camera = followed(half, "ssl-div-b", "half")
+    source = source_from_url(half, SourceContext(load_fields()))
+    region = load_fields()["ssl-div-b"].region("half")
+    camera.activated_of({"snapshot": camera.taken(), "field": "ssl-div-b", "region": "half", "model": "polynomial",
+                         "observations": [o.to_json() for o in border_observations(source.camera, region, 9)]})
+    told = camera.becomes("misplaced")
     assert told["alarm"] is True and told["px"] < 0.1 and "Largest error" in told["sentence"] and told["fix"]
 
 
-def test_without_a_calibration_nothing_is_followed_or_registered(served):
-    assert drift(served)["state"] is None
-    refusal(served.post(f"{API}/cameras/north/reregister"), 409, "not-calibrated")
-    refusal(served.post(f"{API}/cameras/nowhere/reregister"), 404, "unknown-camera")
-    refusal(served.post(f"{API}/cameras/north/reregister", json={"frames": 0}), 422)
+def test_without_a_calibration_nothing_is_followed_or_registered(followed):
+    camera = followed()
+    assert camera.drift()["state"] is None
+    refusal(camera.client.post(f"{camera.path}/reregister"), 409, "not-calibrated")
+    refusal(camera.client.post(f"{API}/cameras/nowhere/reregister"), 404, "unknown-camera")
+    refusal(camera.client.post(f"{camera.path}/reregister", json={"frames": 0}), 422)
 
 
-def test_a_picture_without_lines_makes_no_version(served, picture):
-    first = activated(served, image_size=[480, 384])
-    blank = served.post(f"{API}/snapshots", files={"file": picture}).json()["id"]  # of another size, even
-    job = finished(served, accepted(served.post(f"{API}/cameras/north/reregister", json={"snapshot": blank})))
+def test_a_picture_without_lines_makes_no_version(followed, picture):
+    camera = followed()
+    client = camera.client
+    first = camera.activated(image_size=[480, 384])
+    blank = client.post(f"{API}/snapshots", files={"file": picture}).json()["id"]  # of another size, even
+    job = finished(client, accepted(client.post(f"{camera.path}/reregister", json={"snapshot": blank})))
     assert job["state"] == "failed" and job["problem"]["fix"]
-    kept = served.get(f"{API}/calibrations?camera=north").json()["items"]
+    kept = client.get(f"{API}/calibrations?camera={camera.id}").json()["items"]
     assert [one["id"] for one in kept] == [first]

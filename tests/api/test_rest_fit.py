@@ -104,10 +104,10 @@ def test_the_model_auto_is_a_lens_in_the_preview_and_saved_as_the_recommended_on
 
 @pytest.fixture
 def many(task):
-    """Every click two hundred times, each a little beside the others."""
+    """Every click eighteen times, each a little beside the others: more points than are fitted at once."""
     rng = np.random.default_rng(1)
-    return {**task, "observations": [{**o, "points": (np.repeat(o["points"], 200, axis=0) + rng.normal(
-        0, 0.1, (200 * len(o["points"]), 2))).tolist()} for o in task["observations"]]}
+    return {**task, "observations": [{**o, "points": (np.repeat(o["points"], 18, axis=0) + rng.normal(
+        0, 0.1, (18 * len(o["points"]), 2))).tolist()} for o in task["observations"]]}
 
 
 def test_many_points_are_fitted_where_the_fit_can_be_ended_and_answered_as_few_are(client, task, many):
@@ -128,7 +128,7 @@ def test_many_points_that_cannot_be_fitted_yet_are_told_as_few_are(client, many)
 
 
 def test_more_points_than_a_fit_has_time_for_are_refused(standing, many):
-    much = {**many, "observations": [{**o, "points": (np.round(o["points"], 1).tolist() * 4)[:6000]}
+    much = {**many, "observations": [{**o, "points": (np.round(o["points"], 1).tolist() * 40)[:6000]}
                                      for o in many["observations"]]}
     for path in ("fit/preview", "fit/attempt", "calibrations", "calibrations?job=true", "calibrations/compare"):
         refusal(standing.post(f"{API}/{path}", json=much), 422, "too-many-points")

@@ -29,8 +29,8 @@ def carpet(seed: int, size: ImageSize = SIZE) -> np.ndarray:
     return ground
 
 
-def frame(ground: np.ndarray, balls, rng: np.random.Generator, radius_px: float = 7.0) -> np.ndarray:
-    """A picture with balls at their sub-pixel places and noise of two grey levels."""
+def frame(ground: np.ndarray, balls, noise: np.ndarray, radius_px: float = 7.0) -> np.ndarray:
+    """A picture with balls at their sub-pixel places, and noise."""
     picture = ground.copy()
     for x, y in balls:
         left, top = int(x - 2 * radius_px), int(y - 2 * radius_px)
@@ -38,21 +38,24 @@ def frame(ground: np.ndarray, balls, rng: np.random.Generator, radius_px: float 
         yy, xx = np.mgrid[max(top, 0):max(top, 0) + part.shape[0], max(left, 0):max(left, 0) + part.shape[1]]
         share = np.clip(radius_px + 0.5 - np.hypot(xx - x, yy - y), 0, 1)[..., None]
         part[:] = part * (1 - share) + np.array([20, 120, 240], np.float32) * share
-    return np.clip(picture + rng.normal(0, 2, picture.shape), 0, 255).astype(np.uint8)
+    return np.clip(picture + noise, 0, 255).astype(np.uint8)
 
 
 def film(lens: Distortion, rolls, seed: int = 0, still: int = 3):
-    """Each frame as (seconds, pixels). rolls: (start, end, frames) one after the other, or a list of such at once."""
-    rng, ground, number = np.random.default_rng(seed), carpet(seed), 0
-    for _ in range(still):
-        yield number / FPS, frame(ground, [], rng)
-        number += 1
+    """Each frame as (seconds, pixels). rolls: (start, end, frames) one after the other, or a list of such at once.
+
+    The noise of two grey levels is cut at random places out of one larger picture of it: a draw a pixel would cost more
+    than all that is done with the film.
+    """
+    rng, ground = np.random.default_rng(seed), carpet(seed)
+    noise = rng.normal(0, 2, np.add(ground.shape, (97, 89, 0))).astype(np.float32)
+    places: list[list[Points]] = [[] for _ in range(still)]
     for together in rolls:
-        together = together if isinstance(together, list) else [together]
-        paths = [path(lens, *roll) for roll in together]
-        for step in range(max(len(p) for p in paths)):
-            yield number / FPS, frame(ground, [p[step] for p in paths if step < len(p)], rng)
-            number += 1
+        paths = [path(lens, *roll) for roll in (together if isinstance(together, list) else [together])]
+        places += [[p[step] for p in paths if step < len(p)] for step in range(max(len(p) for p in paths))]
+    for number, balls in enumerate(places):
+        top, left = rng.integers(0, (98, 90))
+        yield number / FPS, frame(ground, balls, noise[top:top + SIZE.height, left:left + SIZE.width])
 
 
 def chords(rng: np.random.Generator, lens: Distortion, count: int, noise_px: float = 0.25):

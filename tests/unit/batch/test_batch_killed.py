@@ -18,7 +18,7 @@ from tests.support.paths import ROOT
 from tests.support.tiers import long
 from tests.support.waiting import LONG_S, gone, stopped, until
 
-PICTURES, BEFORE_IT_WAITS = 5, 2
+PICTURES, BEFORE_IT_WAITS = 4, 2
 TOUCHLINE = [sys.executable, "-c", "from app.cli import main; main()"]
 # Writes the table with each row, and stops as by Ctrl-Z once there are two: in the middle, however fast the machine.
 WAITING = [sys.executable, "-c", f"""
@@ -52,7 +52,7 @@ def whole(archive, tmp_path_factory):
 
 
 def words_for(archive, table, *more):
-    return ["batch", str(archive), "--model", "brown-conrady", "--enough", "any", "--workers", "1", "-o", str(table),
+    return ["batch", str(archive), "--model", "homography", "--enough", "any", "--workers", "1", "-o", str(table),
             *more]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import FitFailed
-from app.core.records import ImageSize, Observation
+from app.core.records import Observation
 from app.evaluate.cameras.epipolar_check import geometry
 from app.evaluate.cameras.evidence import OffsetMeasurements, from_clicks, from_matches
 from app.evaluate.cameras.offsets import fit_offset_field
@@ -22,7 +22,6 @@ from tests.support.pair_over_field import FIELD
 from tests.support.rig_over_field import true_models
 
 rng = np.random.default_rng
-SIZE = ImageSize(1280, 1024)  # of the cameras
 KNOCK_MM = 30.0
 
 
@@ -46,7 +45,7 @@ def seen_by(models, count=40, z=(0.0, 0.0), seed=0):
 
 
 def judged(a, b, evidence):
-    return agreement(a, SIZE, b, SIZE, FIELD, evidence)
+    return agreement(a, a.image_size, b, b.image_size, FIELD, evidence)
 
 
 def test_two_calibrations_of_one_truth_agree(models):
@@ -72,7 +71,7 @@ def test_a_camera_that_was_turned_is_worst_far_from_it(models):
     a, b = models
     turned = replace(b, rotation=turned_by(b, KNOCK_MM / 3700))
     found = judged(a, turned, from_matches(a, turned, *seen_by(models)))
-    shared = shared_area(a, SIZE, turned, SIZE, FIELD)
+    shared = shared_area(a, a.image_size, turned, turned.image_size, FIELD)
     away = np.where(shared.both, np.linalg.norm(shared.places - b.position_mm[:2], axis=-1), 0)
     truth = away * KNOCK_MM / 3700
     assert found["carpet"]["max_mm"] == pytest.approx(truth.max(), rel=0.1)
@@ -127,7 +126,7 @@ def test_what_is_seen_by_nobody_or_tells_nothing_is_refused(models):
     assert refused.value.reason == "nothing-shared"
     far = replace(b, position_mm=(b.position_mm[0] + 40_000, *b.position_mm[1:]))
     with pytest.raises(FitFailed) as refused:
-        shared_area(a, SIZE, far, SIZE, FIELD)
+        shared_area(a, a.image_size, far, far.image_size, FIELD)
     assert refused.value.reason == "no-overlap"
 
 

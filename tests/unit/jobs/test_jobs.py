@@ -26,10 +26,19 @@ def standing():
         yield jobs
 
 
-@pytest.fixture
-def jobs():
+@pytest.fixture(scope="module")
+def single():
+    """An engine with one worker, which waits for work."""
     with JobEngine(workers=1) as jobs:
+        ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1}))
         yield jobs
+
+
+@pytest.fixture
+def jobs(single):
+    """That engine; a test leaves it with nothing to do."""
+    yield single
+    assert all(job.ended for job in single.all())
 
 
 def test_a_job_is_done_in_a_process_of_its_own_and_says_how_far_it_has_come(standing):
@@ -61,7 +70,7 @@ DEATHS = {"SIGKILL": "worker-died", "SIGSEGV": "worker-died", "null pointer": "w
           "SystemExit": "unexpected", "10 GB": "job-needs-memory"}
 
 
-@pytest.mark.parametrize("how", DEATHS)
+@pytest.mark.parametrize("how", [long(how) if how in ("SIGSEGV", "null pointer") else how for how in DEATHS])
 def test_a_job_that_kills_each_worker_has_failed_after_three_with_a_fix_and_the_next_one_is_done(standing, how):
     failed = ended(standing, standing.start("dying", sample_jobs.dies, {"how": how}))
     assert failed.state == "failed" and failed.problem["fix"].endswith(".")
@@ -103,9 +112,10 @@ def test_a_flood_of_words_harms_nobody_and_nan_is_null(standing):
     assert len(ended(standing, standing.start("much", sample_jobs.answers_much, {"bytes": 20_000_000})).result) == 2e7
 
 
-def test_a_worker_uses_one_thread_for_arithmetic_and_knows_no_token(jobs, monkeypatch):
+def test_a_worker_uses_one_thread_for_arithmetic_and_knows_no_token(monkeypatch):
     monkeypatch.setenv("TOUCHLINE_TOKEN", "a secret of sixteen letters")
-    found = ended(jobs, jobs.start("threads", sample_jobs.says_its_threads, {})).result
+    with JobEngine(workers=1) as jobs:
+        found = ended(jobs, jobs.start("threads", sample_jobs.says_its_threads, {})).result
     assert found == {"threads": 2, "token": None}  # the job, and the one that listens for the end
 
 

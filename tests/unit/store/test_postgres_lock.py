@@ -8,6 +8,7 @@ from app.core.errors import TouchlineError, Unavailable
 from app.core.geometry import ImageSize
 from app.store.store import Store
 from tests.support.store_writer import calibration
+from tests.support.tiers import rounds
 from tests.support.waiting import until
 
 LOCK = "app.store.lock."
@@ -91,7 +92,8 @@ def test_a_folder_without_pictures_does_not_belong_to_a_database_that_knows_some
         assert len(store.snapshots.list().items) == 1
 
 
-def test_postgresql_ended_ten_times_under_load_loses_nothing_that_was_said_to_be_saved(postgres, address, tmp_path):
+@rounds("times", 1, 10)
+def test_postgresql_ended_under_load_loses_nothing_that_was_said_to_be_saved(postgres, address, tmp_path, times):
     ended, saved, told = threading.Event(), [], []
 
     def save(camera):
@@ -105,7 +107,7 @@ def test_postgresql_ended_ten_times_under_load_loses_nothing_that_was_said_to_be
         threads = [threading.Thread(target=save, args=(camera,)) for camera in ("north", "south")]
         for thread in threads:
             thread.start()
-        for _ in range(10):
+        for _ in range(times):
             before = len(saved)
             until(lambda before=before: len(saved) >= before + 20)
             restart(postgres)

@@ -186,7 +186,7 @@ def in_the_dark(calibration, scene):
     return check(calibration, unlit(scene.pixels))
 
 
-@pytest.mark.parametrize("picture", [unlit, another_field, nothing_but_carpet])
+@pytest.mark.parametrize("picture", [unlit, another_field, long(nothing_but_carpet)])
 def test_where_the_lines_are_not_to_be_seen_no_figure_is_given(calibration, scene, in_the_dark, picture):
     found = in_the_dark if picture is unlit else check(calibration, picture(scene.pixels))
     assert found["verdict"]["reason"] in ("not-seen", "elsewhere") and found["verdict"]["fix"]
@@ -207,7 +207,7 @@ def test_a_picture_of_another_size_is_refused(calibration, scene):
     assert refused.value.reason == "size-mismatch" and refused.value.fix
 
 
-@pytest.mark.parametrize(("seed", "smaller"), [(6, {"size": (640, 480)}), (14, {"size": (640, 480)}), long(16, {}),
+@pytest.mark.parametrize(("seed", "smaller"), [(6, {"size": (640, 480)}), long(14, {"size": (640, 480)}), long(16, {}),
                                                long(20, {})])
 def test_paint_beside_its_place_is_no_moved_camera(seed, smaller):
     """Of the simulator that is not ours, whose lines lie 3 mm off: checked in its own picture, nothing has changed."""

@@ -16,6 +16,11 @@ def by_borders():
     return sim_rig(2, model="polynomial", cross_validate=True)
 
 
+@pytest.fixture(scope="module")
+def pictures():
+    return {f"cam{n}": sim_source(2, n).rendering.frame(3) for n in range(2)}
+
+
 @pytest.mark.parametrize(("own", "best", "reason"), [("unknown", "fair", "accuracy-unknown"),
                                                      ("poor", "poor", "not-accurate")])
 def test_a_rig_whose_cameras_agree_by_their_clicks_is_no_better_than_their_own_reports(by_borders, own, best, reason):
@@ -29,16 +34,14 @@ def test_a_rig_whose_cameras_agree_by_their_clicks_is_no_better_than_their_own_r
     assert {t["reason"] for camera in found["cameras"] for t in camera["troubles"]} == {reason}
 
 
-def test_with_pictures_it_is_poor_and_says_whose_lines_are_elsewhere(by_borders):
-    pictures = {f"cam{n}": sim_source(2, n).rendering.frame(3) for n in range(2)}
+def test_with_pictures_it_is_poor_and_says_whose_lines_are_elsewhere(by_borders, pictures):
     found = check(by_borders, pictures)
     assert found["verdict"]["level"] == "poor"
     told = [t for camera in found["cameras"] for t in camera["troubles"] if t["reason"] == "lines-misplaced"]
     assert told and all("Largest error" in t["text"] and t["fix"] for t in told)
 
 
-def test_cameras_with_a_lens_that_fits_keep_their_verdict():
-    pictures = {f"cam{n}": sim_source(2, n).rendering.frame(3) for n in range(2)}
+def test_cameras_with_a_lens_that_fits_keep_their_verdict(pictures):
     found = check(sim_rig(2, cross_validate=True), pictures)
     assert found["verdict"]["level"] == found["pairs"][0]["verdict"]["level"]
     assert not [t for camera in found["cameras"] for t in camera["troubles"] if t["reason"] == "lines-misplaced"]

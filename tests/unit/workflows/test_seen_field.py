@@ -12,9 +12,10 @@ from app.workflows.automatic_request import AutomaticRequest
 from app.workflows.seen_field import seen_field
 from tests.support.second_simulator import render, scene_spec
 from tests.support.taped_field import bare, visible
+from tests.support.tiers import rounds
 
 NEAR_MM = 25.0
-SEEDS = (5, 8)  # a whole Division A field, half a Division B field
+HALF, WHOLE = 8, 5  # seeds: half a Division B field, a whole Division A field
 
 
 @cache
@@ -25,7 +26,7 @@ def scene(seed):
     return shown, made
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@rounds("seed", HALF, WHOLE)
 def test_the_lines_inside_are_added_where_they_are(seed):
     shown, made = scene(seed)
     told = seen_field(shown.pixels, made, bare(shown.field))
@@ -44,13 +45,13 @@ def test_the_lines_inside_are_added_where_they_are(seed):
 
 
 def test_what_the_field_has_is_not_added_again():
-    shown, made = scene(SEEDS[0])
+    shown, made = scene(HALF)
     once = field_from_json(seen_field(shown.pixels, made, bare(shown.field))["field"])
     assert seen_field(shown.pixels, made, once)["added"] == []
 
 
 def test_a_picture_of_another_size_is_refused():
-    shown, made = scene(SEEDS[0])
+    shown, made = scene(HALF)
     with pytest.raises(Conflict) as refused:
         seen_field(shown.pixels[:-2], made, shown.field)
     assert refused.value.reason == "size-mismatch"

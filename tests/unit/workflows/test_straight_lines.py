@@ -11,14 +11,12 @@ from app.workflows.straight_lines import straightness
 from tests.support.plumb_pictures import department, picture, straightness_of
 from tests.support.tiers import long, rounds
 
-HALF_OR_WHOLE = rounds("shrink", 2, 1)
-
 
 def shrunk(pixels, by):
     return cv2.resize(pixels, None, fx=1 / by, fy=1 / by, interpolation=cv2.INTER_AREA)
 
 
-@HALF_OR_WHOLE
+@rounds("shrink", 4, 2, 1)
 def test_the_facade_becomes_straight_to_a_fifth_of_a_pixel(shrink):
     report = straightness_of(shrunk(picture("ipol_alvarez/building.png"), shrink))
     assert report["distortion"] == "significant"
@@ -29,7 +27,7 @@ def test_the_facade_becomes_straight_to_a_fifth_of_a_pixel(shrink):
     assert roof["used"] and roof["before_px"] > 8 / shrink and roof["after_px"] < 0.3  # the longest is used
 
 
-@HALF_OR_WHOLE
+@rounds("shrink", 2, 1)
 def test_the_facade_as_others_corrected_it_has_no_significant_distortion(shrink):
     report = straightness_of(shrunk(picture("ipol_alvarez/building_division_model.png"), shrink))
     assert report["distortion"] == "none"

@@ -1,0 +1,61 @@
+"""How a camera is, by the last status of its process: silent, without frames, frozen, or not the calibrated one."""
+
+import pytest
+
+from app.core.geometry import ImageSize
+from app.live.state import (
+    FROZEN_S,
+    INTERVALS,
+    OPEN_S,
+    STALL_S,
+    UNKNOWN_S,
+    ProcessStatus,
+    calibration_mismatch,
+    frozen_reason,
+    stall_reason,
+)
+from app.sources import Identity
+
+NORTH = Identity("rtsp://10.0.0.4/live")
+
+
+def reported(**values) -> ProcessStatus:
+    """What a camera's process has said at 0 s; unless told, live with 25 frames a second, the last one just now."""
+    usual = {"state": "live", "interval_s": 0.04, "age_s": 0.0, "size": [640, 480], "identity": NORTH.to_json()}
+    return ProcessStatus.initial(0.0).updated({**usual, **values}, 0.0)
+
+
+@pytest.mark.parametrize(("values", "after_s", "code"), [
+    ({}, STALL_S - 0.1, None), ({}, STALL_S + 0.1, "camera.process-silent"),
+    ({"age_s": STALL_S - 0.2}, 0.1, None), ({"age_s": STALL_S}, 0.1, "camera.no-frame"),
+    ({"interval_s": 1.25, "age_s": INTERVALS * 1.25 - 0.2}, 0.1, None),  # a slow camera
+    ({"interval_s": 1.25, "age_s": INTERVALS * 1.25}, 0.1, "camera.no-frame"),
+    ({"interval_s": 0.0, "age_s": UNKNOWN_S - 0.2}, 0.1, None),  # of which only one frame came yet
+    ({"interval_s": 0.0, "age_s": UNKNOWN_S}, 0.1, "camera.no-frame"),
+    ({"state": "connecting", "age_s": None, "since_s": OPEN_S - 0.2}, 0.1, None),
+    ({"state": "connecting", "age_s": None, "since_s": OPEN_S}, 0.1, "camera.no-response"),
+    ({"state": "connecting", "age_s": None}, UNKNOWN_S - 0.1, None),
+    ({"state": "connecting", "age_s": None}, UNKNOWN_S + 0.1, "camera.process-silent"),
+    ({"state": "offline", "age_s": 60.0}, 0.1, None)])  # and it says so itself
+def test_a_camera_is_stalled_when_it_is_silent_for_longer_than_its_own_pace_explains(values, after_s, code):
+    why = stall_reason(reported(**values), after_s)
+    assert (None if why is None else why.statements[0]["code"]) == code
+    assert stall_reason(reported(**values), after_s, grace_s=0.5) is None
+
+
+@pytest.mark.parametrize(("scheme", "unchanged_s", "frozen"), [
+    ("rtsp", FROZEN_S - 0.1, False), ("rtsp", FROZEN_S + 0.1, True), ("picture", 60.0, False), ("sim", 60.0, False)])
+def test_a_picture_that_never_changes_is_frozen_except_where_it_is_meant_to_stand_still(scheme, unchanged_s, frozen):
+    assert (frozen_reason(reported(quality={"unchanged_s": unchanged_s}), scheme) is not None) == frozen
+    assert frozen_reason(reported(), scheme) is None  # nobody has looked yet
+
+
+@pytest.mark.parametrize(("values", "confirmed", "size", "reason"), [
+    ({}, NORTH, ImageSize(640, 480), None), ({}, NORTH, ImageSize(320, 240), "other-size"),
+    ({}, Identity("rtsp://10.0.0.5/live"), ImageSize(640, 480), "other-camera"),
+    ({}, None, ImageSize(640, 480), None),  # nobody knows which one it was
+    ({}, Identity("rtsp://10.0.0.5/live"), None, None),  # it is not calibrated
+    ({"size": None, "identity": None}, NORTH, ImageSize(320, 240), None)])  # it has not said yet what it is
+def test_a_calibration_of_another_size_or_camera_is_named_with_what_to_do(values, confirmed, size, reason):
+    problem = calibration_mismatch(reported(**values), confirmed, size)
+    assert (problem and problem["reason"]) == reason and (problem is None or problem["fix"])
