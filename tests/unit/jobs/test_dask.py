@@ -6,7 +6,6 @@ import subprocess
 import sys
 import time
 
-import distributed
 import pytest
 from starlette.testclient import TestClient
 
@@ -278,6 +277,8 @@ def test_without_a_worker_a_job_fails_in_the_end_and_says_how_to_start_one(tmp_p
 
 
 def test_a_handshake_with_a_busy_scheduler_that_fails_is_made_again(cluster, monkeypatch):
+    import distributed
+
     connect, errors = distributed.Client, [OSError, TimeoutError, AssertionError]  # the last: two messages in one
 
     def fails_first(*arguments, **named):
