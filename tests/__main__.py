@@ -22,7 +22,7 @@ from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
 
-from tests.support.capabilities import CAPABILITIES, EVERYTHING, files_of, files_touched
+from tests.support.capabilities import CAPABILITIES, files_of, files_touched
 from tests.support.tiers import BROWSER
 
 ROOT = Path(__file__).parents[1]
@@ -31,6 +31,7 @@ ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # of each wo
 NO_TESTS = 5  # pytest's exit code where nothing was selected
 STRUCTURE = "tests/project/test_architecture.py"
 DEFAULT, MERGE, ALL = ("not merge", "not long"), ("not long",), ()
+COLLECTING_S = 60  # of both runs, before the first test starts
 REST = ("merge", "not long")  # of the merge tier, after the default one
 
 
@@ -103,14 +104,17 @@ class Runs:
         """Exit code of as much of the merge tier as a change asks for and the time allows."""
         commit = os.environ.get("TOUCHLINE_CHANGED_SINCE", "")
         changed = subprocess.run(["git", "diff", "--name-only", commit, "--"], cwd=ROOT, capture_output=True, text=True)
-        files = files_touched(changed.stdout.split()) if commit and changed.returncode == 0 else EVERYTHING
-        if not files:
+        files = files_touched(changed.stdout.splitlines()) if commit and changed.returncode == 0 else None
+        left_s = end_s - time.time()
+        if files == []:
             say("The default tests cover what has changed.")
             return 0
-        left_s = end_s - time.time()
-        what = files if files == EVERYTHING else f"{len(files)} files that the change asks for"
-        say(f"The merge tier, as far as {max(left_s, 0) / 60:.1f} min allow: {what}")
-        return self.both(REST, [] if files == EVERYTHING else files, until_s=[end_s - left_s / 2, end_s])
+        if left_s < COLLECTING_S:
+            say("No time is left for the merge tier.")
+            return 0
+        what = "everything" if files is None else f"{len(files)} files that the change asks for"
+        say(f"The merge tier, as far as {left_s / 60:.1f} min allow: {what}")
+        return self.both(REST, files or (), until_s=[end_s - left_s / 2, end_s])
 
     def at_once(self, spare: int = 0) -> list[str]:
         """One worker for each core, unless an argument says otherwise; one without tests left takes some of another's.

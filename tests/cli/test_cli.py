@@ -33,22 +33,6 @@ def picture(tmp_path):
     return path
 
 
-@pytest.fixture(scope="module")
-def calibrated():
-    """What the shell wrote as a calibration, once for all tests of this file."""
-    return []
-
-
-@pytest.fixture
-def calibration(calibrated, touchline, picture, tmp_path):
-    path = tmp_path / "cal.json"
-    if not calibrated:
-        assert touchline("calibrate", picture, "--points", CLICKS, "-o", path)[0] == 0
-        calibrated.append(path.read_bytes())
-    path.write_bytes(calibrated[0])
-    return path
-
-
 def test_help_and_version_answer(touchline):
     code, out, _ = touchline("--help")
     assert code == 0 and "calibrate" in out and "Exit codes" in out

@@ -14,10 +14,8 @@ from app.core.geometry import ImageSize
 from app.report import ReportPicture, contents, draw, page
 from app.report.drawing import Photograph, Stroke
 from app.store.store import Store
-from tests.support.paths import CLICKS as CLICKS_FOLDER
 from tests.support.pictures import encoded, gradient
 
-CLICKS = CLICKS_FOLDER / "ssl_2008_half.json"
 POOR = 5
 
 
@@ -29,20 +27,9 @@ def picture(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def written():
-    """The file of the calibration, made once."""
-    return {}
-
-
-@pytest.fixture
-def calibration(touchline, picture, written, tmp_path):
+def how():
     """A lens model, whose error is known everywhere."""
-    if not written:
-        assert touchline("calibrate", picture, "--points", CLICKS, "--model", "brown-conrady", "--height-mm", 4000,
-                         "-o", "cal.json")[0] == 0
-        written["cal.json"] = (tmp_path / "cal.json").read_bytes()
-    (tmp_path / "cal.json").write_bytes(written["cal.json"])
-    return tmp_path / "cal.json"
+    return "--model", "brown-conrady", "--height-mm", 4000
 
 
 def with_level(path: Path, level: str) -> Path:

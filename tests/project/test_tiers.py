@@ -1,10 +1,12 @@
 """No test has grown over its tier, and each part of the code is tested by what is run for it."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from tests.support.capabilities import CAPABILITIES, EVERYTHING, TESTS, files_of, files_touched, matches
+from tests.support import seconds
+from tests.support.capabilities import CAPABILITIES, TESTS, files_of, files_touched, matches
 from tests.support.paths import ROOT
 from tests.support.seconds import updated
 from tests.support.tiers import LIMITS_S, Timed, outgrown, read_seconds, tier_of
@@ -55,6 +57,20 @@ def test_a_run_keeps_the_rows_that_it_did_not_measure():
     assert set(rows) == {"tests/e2e/test_a.py::test_it", "tests/a.py::test_skipped"}
 
 
+def test_a_run_that_was_stopped_writes_nothing(monkeypatch):
+    """It would forget the tiers of all tests that it did not reach."""
+    written = []
+    monkeypatch.setattr(seconds, "write_seconds", written.append)
+    session = SimpleNamespace(config=SimpleNamespace(), shouldfail=False)
+    for code in (pytest.ExitCode.INTERRUPTED, pytest.ExitCode.INTERNAL_ERROR):
+        seconds.pytest_sessionfinish(session, code)
+    seconds.pytest_sessionfinish(SimpleNamespace(config=SimpleNamespace(), shouldfail="after one"),
+                                 pytest.ExitCode.TESTS_FAILED)
+    assert written == []
+    seconds.pytest_sessionfinish(session, pytest.ExitCode.TESTS_FAILED)
+    assert len(written) == 1
+
+
 def test_what_has_no_row_is_a_default_test_but_in_the_browser():
     assert tier_of("tests/unit/test_new.py::test_it", {}) == "default"
     assert tier_of("tests/e2e/test_new.py::test_it[chromium]", {}) == "merge"
@@ -74,10 +90,10 @@ def test_a_change_asks_for_the_files_of_its_capability_of_the_kernel_for_everyth
     rigs = files_touched(["app/services/rigs.py", "README.md"])
     assert "tests/api/test_rest_rigs.py" in rigs and "tests/e2e/test_pair.py" in rigs
     assert rigs == files_of("rigs")
-    assert files_touched(["app/services/rigs.py", "app/core/records.py"]) == EVERYTHING
+    assert files_touched(["app/services/rigs.py", "app/core/records.py"]) is None
     assert files_touched(["tests/unit/store/test_store.py"]) == ["tests/unit/store/test_store.py"]
     assert files_touched(["README.md", "static/help/rigs.md"]) == []
-    assert files_touched(["app/store/a_new_file.py"]) == EVERYTHING
+    assert files_touched(["app/store/a_new_file.py"]) is None
 
 
 def test_every_test_outside_the_project_can_be_asked_for():

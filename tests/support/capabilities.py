@@ -19,7 +19,6 @@ CAPABILITIES = {
     "scene": ("*/scene*", "*_scene*"),
     "straight": ("*straight*", "*plumb*", "*/roll*", "*_roll*"),
 }
-EVERYTHING = "everything"
 TESTS = ("tests/unit/*test_*.py", "tests/api/test_*.py", "tests/cli/test_*.py", "tests/e2e/test_*.py")
 # The default tests, and the tests of the project among them, tell what changes of these need.
 NO_CODE = ("*.md", "static/help/*", "tests/bench/*", "tests/project/*", "tests/seconds.tsv", ".github/*", "LICENSE",
@@ -37,8 +36,8 @@ def files_of(*capabilities: str) -> list[str]:
     return [path for path in files if matches(path, TESTS) and matches(path, patterns)]
 
 
-def files_touched(changed: Iterable[str]) -> list[str] | str:
-    """Return the test files that a change of these files asks for; EVERYTHING where one belongs to no capability."""
+def files_touched(changed: Iterable[str]) -> list[str] | None:
+    """Return the test files that a change of these files asks for; None, for all, where one is of no capability."""
     found: set[str] = set()
     for path in changed:
         names = [name for name, patterns in CAPABILITIES.items() if matches(path, patterns)]
@@ -47,7 +46,7 @@ def files_touched(changed: Iterable[str]) -> list[str] | str:
         elif matches(path, NO_CODE):
             continue
         elif not names:
-            return EVERYTHING
+            return None
         else:
             found.update(files_of(*names))
     return sorted(path for path in found if (ROOT / path).exists())

@@ -12,9 +12,10 @@ from statistics import median
 
 import pytest
 
-from tests.support.tiers import BROWSER, LIMITS_S, SCATTER, SECONDS, Timed, read_seconds, tier_of, write_seconds
+from tests.support.tiers import BROWSER, LIMITS_S, SCATTER, Timed, read_seconds, tier_of, write_seconds
 
 NEAR = 0.8  # default tests below this part of their limit have no row
+TINY_S = 0.1  # a difference that is no reason to write another figure
 
 seconds: dict[str, float] = defaultdict(float)
 left_out: set[str] = set()  # long, skipped or failed
@@ -46,12 +47,12 @@ def pytest_runtest_logreport(report) -> None:
         left_out.add(report.nodeid)
 
 
-def pytest_sessionfinish(session) -> None:
-    """In the one process that hears of all tests."""
-    if not hasattr(session.config, "workerinput"):
-        known = read_seconds() if SECONDS.exists() else {}
+def pytest_sessionfinish(session, exitstatus) -> None:
+    """In the one process that hears of all tests; a run that was stopped would forget the rows of the others."""
+    whole = exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED) and not session.shouldfail
+    if whole and not hasattr(session.config, "workerinput"):
         measured = {test: took for test, took in seconds.items() if test not in left_out}
-        write_seconds(updated(known, measured, left_out))
+        write_seconds(updated(read_seconds(), measured, left_out))
 
 
 def updated(known: dict[str, Timed], measured: dict[str, float], unmeasured: set[str]) -> dict[str, Timed]:
@@ -62,8 +63,9 @@ def updated(known: dict[str, Timed], measured: dict[str, float], unmeasured: set
     rows = {test: row for test, row in known.items() if test in unmeasured or test.startswith(BROWSER) != browser}
     for test, took in measured.items():
         tier, now = tier_of(test, known), took / stretch
-        if test in known and 1 / SCATTER <= now / known[test].seconds <= SCATTER:
-            now = known[test].seconds
+        before = known[test].seconds if test in known else now
+        if abs(now - before) < TINY_S or 1 / SCATTER <= now / before <= SCATTER:
+            now = before
         if tier != "default" or now > NEAR * LIMITS_S["default"]:
             rows[test] = Timed(tier, now)
     return rows
