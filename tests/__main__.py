@@ -6,9 +6,10 @@ default tier, then as much of the merge tier as there is time for since the star
 commit, of what changed since. Other arguments go to pytest.
 
 Brings its own browser where it can, and says what it does. Two runs of pytest, because Playwright keeps an event loop
-in the main thread: first everything without a browser, then the page in a real Chromium; one story in Firefox and
-WebKit, where those are installed. No test is run twice: one that fails now and then shows a race, in the page or in the
-test. Races are looked for with late answers (tests/support/late_answers.py).
+in the main thread: everything without a browser, and the page in a real Chromium; one story in Firefox and WebKit,
+where those are installed. The few stories of the default tier run beside the rest, others after it. No test is run
+twice: one that fails now and then shows a race, in the page or in the test. Races are looked for with late answers
+(tests/support/late_answers.py).
 """
 
 import argparse
@@ -21,6 +22,7 @@ import time
 from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from tests.support.capabilities import CAPABILITIES, files_of, files_touched
 from tests.support.tiers import BROWSER
@@ -45,7 +47,7 @@ def main() -> int:
         return runs.both(ALL if asked.all else MERGE, [*files_of(*capabilities), STRUCTURE])
     if asked.merge or asked.all:
         return runs.both(ALL if asked.all else MERGE, measured=not words)
-    if code := runs.both(DEFAULT):
+    if code := runs.beside():
         return code
     return 0 if asked.within is None else runs.rest(started_s + 60 * asked.within)
 
@@ -77,6 +79,20 @@ class Runs:
         # Workers, and the servers that they start, read compiled modules: a third of the time to start.
         self.environment.pop("PYTHONDONTWRITEBYTECODE", None)
         compileall.compile_dir(ROOT / "app", quiet=1, workers=0)
+
+    def beside(self) -> int:
+        """Exit code of the default tier: browsers wait most of the time, so their run is told after the other one."""
+        if self.chromium is None or self.words:
+            return self.both(DEFAULT)
+        say("1 of 2: everything without a browser, and meanwhile the page in a real one")
+        with TemporaryFile() as told:
+            with subprocess.Popen(self.command(("e2e", *DEFAULT), ["-n", "1"], [BROWSER]), cwd=ROOT,
+                                  env=self.environment, stdout=told, stderr=subprocess.STDOUT) as page:
+                first = self.pytest(("not e2e", *DEFAULT), self.at_once(), ["--ignore", BROWSER])
+            say("2 of 2: the page in a real browser")
+            told.seek(0)
+            print(told.read().decode(errors="replace"), flush=True)
+        return first or page.returncode
 
     def both(self, tier: Sequence[str], files: Sequence[str] = (), measured: bool = False,
              until_s: Sequence[float] = ()) -> int:
@@ -125,12 +141,15 @@ class Runs:
             return []
         return ["-n", str(min(4, (os.cpu_count() or 1) + spare)), "--dist", "worksteal"]
 
-    def pytest(self, marks: Sequence[str], workers: list[str], files: Sequence[str], measured: bool,
-               until_s: Sequence[float]) -> int:
+    def command(self, marks: Sequence[str], workers: Sequence[str], files: Sequence[str]) -> list[str]:
+        return [sys.executable, "-m", "pytest", "-m", " and ".join(marks), *workers, *self.words, *files]
+
+    def pytest(self, marks: Sequence[str], workers: Sequence[str], files: Sequence[str], measured: bool = False,
+               until_s: Sequence[float] = ()) -> int:
         """One run; a run with nothing to do has passed."""
         plugin = ["-p", "tests.support.seconds"] if measured else []
-        command = [sys.executable, "-m", "pytest", "-m", " and ".join(marks), *workers, *plugin, *self.words, *files]
         until = {"TOUCHLINE_TESTS_UNTIL": str(until_s[0])} if until_s else {}
+        command = self.command(marks, [*workers, *plugin], files)
         code = subprocess.run(command, cwd=ROOT, env=self.environment | until).returncode
         return 0 if code == NO_TESTS else code
 

@@ -48,13 +48,18 @@ def render(spec: SceneSpec, camera: OpenCvCamera | None = None, moment: int = 0)
     slopes = (np.gradient(x, axis=1), np.gradient(x, axis=0), np.gradient(y, axis=1), np.gradient(y, axis=0))
     with np.errstate(invalid="ignore"):
         beyond = ~(np.hypot(x, y) < 30_000) | ~np.isfinite(sum(slopes))
-    x, y = np.where(beyond, 29_000.0, x), np.where(beyond, 29_000.0, y)
-    x_u, x_v, y_u, y_v = (np.where(beyond, 100.0, s) for s in slopes)
+    x[beyond] = y[beyond] = 29_000.0
+    for slope in slopes:
+        slope[beyond] = 100.0
     texture = np.asarray(cv2.GaussianBlur(rng.normal(0, 1, (512, 512)), (0, 0), 2), np.float64)
     texture /= texture.std()
+    white = coverage(paint, x, y, slopes, texture, 12.0)[..., None]
+    del slope, slopes, beyond  # five million samples are 40 MB a number
     colour = floor_colours(x, y, field, spec, rng)
-    white = coverage(paint, x, y, (x_u, x_v, y_u, y_v), texture, 12.0)[..., None]
-    light = (colour * (1 - white) + np.array(PAINT) * white).astype(np.float32)
+    light = np.empty(colour.shape, np.float32)
+    for of_row, floor, paint_share in zip(light, colour, white, strict=True):
+        of_row[:] = floor * (1 - paint_share) + np.array(PAINT) * paint_share
+    del colour, white
     rng = np.random.default_rng([spec.seed, 11, moment]) if moment else rng
     light = draw_things(light, x, y, straight, field, spec, SAMPLES, rng)
     width, height = spec.size

@@ -29,11 +29,12 @@ def floor_colours(x: Array, y: Array, field: Field, spec: SceneSpec, rng: np.ran
     tint = CARPET * rng.uniform(0.7, 1.3, 3)
     if spec.field.startswith("vsss"):
         tint = np.array([0.02, 0.02, 0.022]) * rng.uniform(0.8, 1.6)  # a black table
-    colour = np.where(carpet[..., None], tint, FLOOR * rng.uniform(0.5, 1.5)) * (1 + 0.06 * grain[..., None])
+    colour = np.where(carpet[..., None], tint, FLOOR * rng.uniform(0.5, 1.5))
+    colour *= 1 + 0.06 * grain[..., None]
     if spec.things.seams:
         apart = rng.uniform(0.2, 0.45) * field.width_mm
         away = np.abs((y + rng.uniform(0, apart)) % apart - apart / 2)
-        colour = colour * np.where((away < 2.5) & carpet, 1.25, 1.0)[..., None]
+        colour *= np.where((away < 2.5) & carpet, 1.25, 1.0)[..., None]
     return colour
 
 
