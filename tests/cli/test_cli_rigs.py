@@ -10,6 +10,7 @@ from app.core.records import Calibration
 from app.formats import FORMATS
 from app.images import encode
 from app.store.store import Store
+from tests.support.exported import example
 from tests.support.rig_over_field import sim_rig, sim_source, sim_task
 
 
@@ -72,6 +73,15 @@ def test_matches_are_taken_as_pair_takes_them(touchline, files, matches):
     code, out, _ = touchline("rig", "check", *files, "--matches", "matches.json", "--json")
     (pair,) = json.loads(out)["pairs"]
     assert code == 0 and pair["from"] == "matches" and pair["agreement"]["n"] == 60
+
+
+def test_heights_in_the_file_of_matches_come_before_the_option(touchline, tmp_path):
+    for name in ("north", "south"):
+        (tmp_path / f"{name}.json").write_bytes(FORMATS["json"].write(example("division", 0)))
+    points = [[600, 500], [640, 480], [700, 520]]
+    (tmp_path / "m.json").write_text(json.dumps({"points_a": points, "points_b": points, "z_mm": [150, 150]}))
+    code, _, err = touchline("rig", "check", "north.json", "south.json", "--matches", "m.json", "--z", "0")
+    assert code == 3 and "There are 2 heights for 3 matches." in err
 
 
 def test_the_stitched_picture_is_written_and_what_nobody_sees_is_said(touchline, files, tmp_path):

@@ -4,7 +4,7 @@ import { beforeEach, test } from "node:test";
 import { goTo } from "./window.mjs";
 import { snapshot } from "../../static/core/state.js";
 import { preview } from "../../static/features/calibrate/fitting.js";
-import { valueAt } from "../../static/features/compare/heat.js";
+import { differenceFrom, heat, valueAt } from "../../static/features/compare/heat.js";
 import { FACTORS, arrows, factor, longest, longestOf, magnify, magnifyBy } from
   "../../static/features/compare/residual_arrows.js";
 
@@ -24,6 +24,14 @@ test("between the places of a map its value is bilinear, and beyond them there i
   const at = [[0, 0], [100, 0], [0, -100], [100, -100], [25, -75], [101, 0], [50, 1]].map((p) => valueAt(MAP, p));
   assert.deepEqual(at, [1, 2, 5, 6, 4.25, null, null]);
   assert.equal(valueAt({ ...MAP, values: [[1, 2], [5, null]] }, [50, -50]), null);
+});
+
+test("a version is compared with the one that is asked for, else with the last one that was", () => {
+  const others = ["a", "b", undefined].map((id) => {
+    differenceFrom(id);
+    return heat.value.other;
+  });
+  assert.deepEqual([others, heat.value.what], [["a", "b", "b"], "difference"]);
 });
 
 test("the longest arrow is told apart from the outliers', and one without a length is none", () => {

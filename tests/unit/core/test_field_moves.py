@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.core.field import Landmark
 from app.core.field_json import field_from_json
 from app.core.field_moves import JoinedField, rounded_field
 from app.store.fields import load_fields
@@ -52,6 +53,12 @@ def test_landmarks_of_an_arc_stay_on_it_and_on_their_line():
     assert taped.landmarks["circle-top"].position[0] == pytest.approx(5.0)  # the halfway line's
     assert taped.landmarks["circle-right"].position[1] == pytest.approx(0.0)  # the centre line's
     assert taped.landmarks["centre"].position == pytest.approx((5.0, 0.0))
+
+
+def test_a_landmark_on_an_arc_alone_stays_at_its_angle():
+    field = replace(DIV_B, landmarks={**DIV_B.landmarks, "spot": Landmark("spot", (300.0, 400.0))})
+    taped = moved(field, arcs={"centre-circle": (20.0, 3.0, 4.0)})
+    assert taped.landmarks["spot"].position == pytest.approx((3.0 + 312.0, 4.0 + 416.0))
 
 
 def test_an_end_on_nothing_goes_with_its_own_line_alone():

@@ -105,6 +105,13 @@ def test_what_an_older_touchline_sends_is_recognised_and_named_by_where_it_lies(
         assert sorted([found.lines[name].start, found.lines[name].end]) == sorted([line.start, line.end]), name
 
 
+def test_a_message_with_one_boundary_width_has_it_behind_the_goals_too():
+    field = sent(*BOTH[0])
+    field.boundary_width = 250
+    field.ClearField("boundary_width_goal_line")
+    assert field_from_wire(field).extras["boundary"] == {"touch_mm": 250, "goal_mm": 250}
+
+
 @pytest.mark.parametrize(("program", "division"), BOTH)
 def test_a_field_that_is_made_of_a_message_is_the_same_again(program, division):
     made = field_from_wire(sent(program, division))

@@ -60,6 +60,11 @@ def test_there_and_back_is_the_same_place():
     assert np.abs(VIEW.field_from_view(VIEW.view_from_field(places)) - places).max() < 1e-9
 
 
+def test_the_corners_are_the_places_of_the_first_and_the_last_pixel():
+    corners = VIEW.view_from_field(np.array(VIEW.field_from_view_corner()))
+    np.testing.assert_allclose(corners, [[0, 0], [VIEW.size.width - 1, VIEW.size.height - 1]], atol=1e-9)
+
+
 def test_what_nobody_sees_is_said_with_its_place(rig):
     made, names = stitcher_of(rig, ("cam0",), VIEW)
     told = made.unseen_summary()

@@ -124,6 +124,14 @@ def test_what_a_job_made_is_kept_with_its_end_or_not_at_all(opener, store, monke
     jobs.close()
 
 
+def test_a_stop_while_a_result_is_saved_does_not_queue_the_job_again(store):
+    jobs, suspended = registry.JobRegistry(kept=3, kept_s=60), []
+    jobs.open(store.jobs)
+    job = jobs.add("adding", JobSpec("tests.support.sample_jobs:adds", {"a": 1, "b": 2}))
+    assert jobs.begin(job.id) and jobs.complete(job.id, lambda: suspended.append(jobs.suspend(job.id)))
+    assert suspended == [False] and jobs.get(job.id).state == store.jobs.get(job.id).state == "done"
+
+
 def test_a_part_that_failed_spoils_the_whole_whoever_catches_it(store):
     with pytest.raises(Unavailable), store.jobs.transaction():
         store.lenses.add({"made": 1})

@@ -12,6 +12,7 @@ from app.core.options import Option, read_options
 from app.core.records import Observation
 from app.fitting import FITTERS
 from app.models import MODELS, CameraModel, RayModel, field_from_raw, model_from_json, parameters_json, raw_from_field
+from app.models.rotation import vector_from_matrix
 from tests.support.examples import examples
 from tests.support.fields import grid, marks_seen, plain_field, seen
 
@@ -88,6 +89,15 @@ def test_a_point_out_of_reach_is_nan_not_a_guess(model):
             assert np.isnan(there).all() or np.isfinite(there).all()
     assert np.isnan(model.corrected_from_raw(np.array([[np.nan, 5.0], [5.0, np.inf], [1e9, 1e9]]))).all()
     assert np.isnan(model.raw_from_corrected(np.array([[np.nan, 5.0], [5.0, np.inf], [1e9, 1e9]]))).all()
+
+
+@pytest.mark.parametrize("name", [name for name in MODELS if issubclass(MODELS[name], RayModel)])
+def test_what_a_camera_sees_above_the_horizon_is_nowhere_on_the_carpet(name):
+    ahead = vector_from_matrix(np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]))  # level, along x
+    model = replace(examples(name)[2], rotation=tuple(map(float, ahead)))
+    x, y = model.centre_px
+    below, above = model.unproject(np.array([[x, y + 200.0], [x, y - 200.0]]))
+    assert below[0] > model.position_mm[0] and np.isnan(above).all()
 
 
 @every_example
