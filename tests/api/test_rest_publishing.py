@@ -87,13 +87,6 @@ def test_an_activation_is_on_the_air_at_once(client, way):
         assert ear.receive(0.5) is None
 
 
-def test_an_activation_wakes_the_publisher(client, monkeypatch):
-    woken = []
-    monkeypatch.setattr(client.app.state.services.publishing.publisher, "wake", lambda: woken.append(True))
-    kept(client)
-    assert woken == [True]
-
-
 def focal(came) -> float:
     return listener.Packet.FromString(came.data).geometry.calib[0].focal_length
 

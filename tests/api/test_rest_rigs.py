@@ -1,7 +1,5 @@
 """REST of rigs: kept by one hand at a time, checked, refitted alike, and seen as one picture."""
 
-from types import SimpleNamespace
-
 import cv2
 import numpy as np
 import pytest
@@ -12,8 +10,6 @@ from app.core.geometry import ImageSize
 from app.formats import FORMATS
 from app.images import encode
 from app.main import create_app
-from app.services import rigs
-from app.services.cache import LruCache
 from app.settings import Settings
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
@@ -252,16 +248,6 @@ def test_a_field_that_changed_under_its_name_changes_the_stitched_picture_at_onc
     before = height()
     assert client.put(f"{API}/fields/own", json={**field, "width_mm": field["width_mm"] + 1000}).status_code == 200
     assert height() > before
-
-
-def test_the_maps_of_a_rig_are_made_once_for_each_state_of_its_field(monkeypatch):
-    made = []
-    monkeypatch.setattr(rigs, "stitcher_of", lambda rig, cameras, view, _: made.append(view.field.width_mm) or [])
-    services = SimpleNamespace(stitchers=LruCache(9))
-    for width_mm in (6000.0, 6000.0, 6200.0):
-        field = {**FIELD.to_json(), "width_mm": width_mm}
-        rigs.stitcher_for(services, {"field": field, "cameras": []}, [], 300, None)
-    assert made == [6000.0, 6200.0]
 
 
 def test_another_region_of_a_camera_changes_the_stitched_picture_at_once(client, rig):
