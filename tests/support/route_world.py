@@ -31,8 +31,8 @@ from tests.support.tape import SIDES_AND_DIAGONALS, measured
 from tests.support.waiting import until
 
 NAME, HALVES = "ssl-div-b", ("half-left", "half-right")
-SOURCE = ("sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&size=480x384&robots=2&ball=true&speed=0"
-          "&numbers=drawn&fps=30")
+SOURCE = ("sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&size=320x256&robots=2&ball=true&speed=0"
+          "&numbers=drawn&fps=10")
 
 
 CAMERAS = [{"id": f"cam{number}", "source": SOURCE.format(number), "field": NAME, "region": half}
@@ -179,7 +179,7 @@ class World:
         store: Store = self.app.state.services.store  # a camera would have to see one roll
         id = f"{store.rolls.revision:016x}"
         store.rolls.add("cam1", id, {"points": [[100 + 10 * step, 100] for step in range(20)], "at": 0.0,
-                                     "seconds": 0.6, "rms_px": 0.1, "straight_px": 0.1, "image_size": [480, 384]})
+                                     "seconds": 0.6, "rms_px": 0.1, "straight_px": 0.1, "image_size": [320, 256]})
         return id
 
     def remove_soon(self, camera: str) -> None:
@@ -199,7 +199,7 @@ class World:
     def bent(self) -> dict[str, Any]:
         """A lens, as straight edges tell it."""
         lens = self.post("/straightness", clicked_edges())["lens"]
-        return {**lens, "image_size": [480, 384]}
+        return {**lens, "image_size": [320, 256]}
 
     @property
     def lens(self) -> str:
