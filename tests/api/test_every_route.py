@@ -6,6 +6,7 @@ asked for, so that each test can run alone.
 
 import json
 from collections.abc import Callable, Mapping
+from operator import attrgetter
 from typing import Any
 
 import pytest
@@ -33,40 +34,8 @@ def first(world: World) -> str:
     return world.calibrations[0]
 
 
-def other(world: World) -> str:
-    return world.other
-
-
-def camera(world: World) -> str:
-    return world.camera
-
-
-def live(world: World) -> str:
-    return world.live()
-
-
-def snapshot(world: World) -> str:
-    return world.snapshot
-
-
-def colours(world: World) -> str:
-    return world.kept_colours
-
-
-def clip(world: World) -> str:
-    return world.clip
-
-
-def rig(world: World) -> str:
-    return world.rig
-
-
-def job(world: World) -> str:
-    return world.job
-
-
-def lens(world: World) -> str:
-    return world.lens
+other, camera, live, snapshot, colours, clip, rig, job, lens = map(attrgetter, (
+    "other", "camera", "live_camera", "snapshot", "kept_colours", "clip", "rig", "job", "lens"))
 
 
 def pictured(world: World) -> dict[str, Any]:
@@ -92,7 +61,7 @@ def detection(world: World) -> dict[str, Any]:
 ASKED: dict[str, Mapping[str, Any]] = {
     "GET /archive": sent(),
     "GET /calibrations": sent(),
-    "POST /calibrations": sent(json=lambda w: w.fit),
+    "POST /calibrations": sent(json=attrgetter("fit")),
     "GET /calibrations/activations": sent(params={"camera": "cam0"}),
     "POST /calibrations/auto": sent(json=lambda w: {"field": NAME, "region": HALVES[0], **pictured(w)}),
     "POST /calibrations/board": sent(json=board()),
@@ -113,7 +82,7 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "GET /calibrations/{id}/report.html": sent(id=first),
     "GET /calibrations/{id}/report.json": sent(id=first),
     "GET /calibrations/{id}/residuals.json": sent(id=first),
-    "POST /calibrations/{id}/restore": sent(id=lambda w: w.deleted),
+    "POST /calibrations/{id}/restore": sent(id=attrgetter("deleted")),
     "GET /calibrations/{id}/scene.html": sent(id=first),
     "POST /calibrations/{id}/transform": sent(id=first, json={"from": "image", "to": "field", "points": POINTS}),
     "GET /calibrations/{id}/uncertainty.json": sent(id=first),
@@ -139,8 +108,8 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "POST /cameras/{id}/reregister": sent(id="cam0", json=pictured),
     "DELETE /cameras/{id}/rolls": sent(id=lambda w: w.rolled and "cam1"),
     "GET /cameras/{id}/rolls": sent(id=lambda w: w.rolled and "cam1"),
-    "DELETE /cameras/{id}/rolls/{roll}": sent(id="cam1", roll=lambda w: w.rolled),
-    "PATCH /cameras/{id}/rolls/{roll}": sent(id="cam1", roll=lambda w: w.rolled, json={"left_out": True}),
+    "DELETE /cameras/{id}/rolls/{roll}": sent(id="cam1", roll=attrgetter("rolled")),
+    "PATCH /cameras/{id}/rolls/{roll}": sent(id="cam1", roll=attrgetter("rolled"), json={"left_out": True}),
     "GET /cameras/{id}/seeing": sent(id="cam0"),
     "PUT /cameras/{id}/seeing": sent(id=camera, json={"on": True, "plan": "ssl"}),
     "GET /cameras/{id}/status": sent(id="cam0"),
@@ -162,16 +131,16 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "GET /fields": sent(),
     "GET /fields/{name}": sent(name=NAME),
     "PUT /fields/{name}": sent(name="own", json=lambda w: {**w.field.to_json(), "name": "own"}),
-    "DELETE /fields/{name}": sent(name=lambda w: w.own_field),
+    "DELETE /fields/{name}": sent(name=attrgetter("own_field")),
     "GET /fields/{name}/export/{format}": sent(name=NAME, format="json"),
-    "POST /fields/{name}/refit": sent(name=lambda w: w.changed_field, json={}),
+    "POST /fields/{name}/refit": sent(name=attrgetter("changed_field"), json={}),
     "POST /fields/read": sent(files=lambda w: {"file": json.dumps(w.field.to_json())}),
-    "POST /fields/measured": sent(json=lambda w: w.tape),
+    "POST /fields/measured": sent(json=attrgetter("tape")),
     "POST /fields/painted": sent(json=over_field),
     "POST /fields/seen": sent(json=lambda w: {**over_field(w), **pictured(w)}),
-    "POST /fit/attempt": sent(params={"quick": True}, json=lambda w: w.fit),
+    "POST /fit/attempt": sent(params={"quick": True}, json=attrgetter("fit")),
     "POST /fit/border": sent(json={"axis": "y_of_x", "points": [[x, 50.0 + x / 50] for x in range(0, 400, 40)]}),
-    "POST /fit/preview": sent(params={"quick": True}, json=lambda w: w.fit),
+    "POST /fit/preview": sent(params={"quick": True}, json=attrgetter("fit")),
     "GET /health": sent(),
     "GET /jobs": sent(),
     "DELETE /jobs/{id}": sent(id=job),
@@ -187,11 +156,11 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "GET /publishing": sent(),
     "PUT /publishing": sent(json={"enabled": False}),
     "GET /publishing/heard": sent(),
-    "POST /publishing/heard/{id}/import": sent(id=lambda w: w.sender, json={"camera_id": 0}),
+    "POST /publishing/heard/{id}/import": sent(id=attrgetter("sender"), json={"camera_id": 0}),
     "GET /rigs": sent(),
     "DELETE /rigs/{name}": sent(name=rig),
     "GET /rigs/{name}": sent(name=rig),
-    "PUT /rigs/{name}": sent(name="new", json=lambda w: w.rig_body),
+    "PUT /rigs/{name}": sent(name="new", json=attrgetter("rig_body")),
     "POST /rigs/{name}/check": sent(name=rig, json={"pictures": "none"}),
     "POST /rigs/{name}/refit": sent(name=rig, json={}),
     "GET /rigs/{name}/stitched.json": sent(name=rig, params={"width": 300}),

@@ -168,10 +168,14 @@ class World:
         distances = [{"from": a, "to": b, "mm": mm} for a, b, mm in measured(self.field, SIDES_AND_DIAGONALS)]
         return {"field": self.field.to_json(), "distances": distances}
 
-    def live(self, camera: str = "cam0") -> str:
-        """A camera that has begun to send."""
+    def wait_for(self, camera: str) -> str:
+        """Wait until a camera sends."""
         until(lambda: self.ask("GET", f"/cameras/{camera}/status").json()["state"] == "live")
         return camera
+
+    @property
+    def live_camera(self) -> str:
+        return self.wait_for("cam0")
 
     @property
     def rolled(self) -> str:
@@ -185,7 +189,7 @@ class World:
     def remove_soon(self, camera: str) -> None:
         """Remove a camera once it is live."""
         def remove() -> None:
-            self.live(camera)
+            self.wait_for(camera)
             self.ask("DELETE", f"/cameras/{camera}")
         threading.Thread(target=remove).start()
 
