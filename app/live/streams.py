@@ -81,6 +81,7 @@ class Streams:
         self._numbers: dict[StreamSpec, int] = {}
         self._last_number = 0
         self._newest: dict[int, bytes] = {}
+        self._ended: Exception | None = None
 
     @property
     def viewer_count(self) -> int:
@@ -101,6 +102,8 @@ class Streams:
         newest = self._newest.get(self._numbers[spec])
         if newest is not None:
             viewer.offer(newest, asyncio.get_running_loop().time())
+        if self._ended is not None:
+            viewer.end(self._ended)
         self._changed()
         try:
             yield viewer
@@ -124,6 +127,8 @@ class Streams:
         self._newest.clear()
 
     def end(self, reason: Exception) -> None:
+        """End all watching, also of those who come later: their request may have been on its way."""
+        self._ended = reason
         for viewer in [viewer for viewers in self._viewers.values() for viewer in viewers]:
             viewer.end(reason)
 

@@ -70,6 +70,17 @@ def test_a_viewer_gets_the_newest_pictures_with_what_they_are():
     assert status["state"] == "live" and status["problem"] is None and (status["width"], status["height"]) == (320, 256)
 
 
+def test_who_comes_to_a_camera_that_was_just_removed_is_told_so():
+    async def story():
+        camera = LiveCamera("north", spec(SIM))
+        await camera.stop()
+        with camera.watching(StreamSpec.requested("raw")) as viewer:
+            with pytest.raises(Unavailable) as told:
+                await viewer.next(5)
+            assert told.value.reason == "camera-gone"
+    run(story())
+
+
 def test_who_is_slow_misses_pictures_and_gets_the_newest():
     async def story():
         async with live(SIM) as camera:
