@@ -187,10 +187,17 @@ class World:
         return id
 
     def remove_soon(self, camera: str) -> None:
-        """Remove a camera once it is live."""
+        """Remove a camera once somebody has watched it for some frames."""
+        def status() -> dict[str, Any]:
+            return self.ask("GET", f"/cameras/{camera}/status").json()
+
         def remove() -> None:
-            self.wait_for(camera)
-            self.ask("DELETE", f"/cameras/{camera}")
+            try:
+                self.wait_for(camera)
+                first = until(status, lambda now: now["viewers"])["seq"]
+                until(status, lambda now: now["seq"] > first + 5)
+            finally:  # else the stream would never end
+                self.ask("DELETE", f"/cameras/{camera}")
         threading.Thread(target=remove).start()
 
     @cached_property
