@@ -4,7 +4,7 @@ import asyncio
 import os
 import threading
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import aclosing, asynccontextmanager, closing
 from typing import Any, ParamSpec, TypeVar
 
@@ -15,6 +15,7 @@ from app.core.errors import Cancelled
 from app.core.geometry import ImageSize
 from app.core.progress import Progress
 from app.core.records import Frame
+from app.evaluate.claims.claim import Claim
 from app.images import ImageDecoder, ImageLimits
 from app.imaging.mosaic import Stitcher
 from app.jobs import Job, JobEngine
@@ -41,6 +42,7 @@ Result = TypeVar("Result")
 MAX_FRAME_BYTES = 256 << 20  # decoded snapshots: a picture that is looked at is asked for many times in a row
 MAX_SCENE_PAGES = 4  # of 1 MB each; one takes a process and two seconds, and a version never changes
 MAX_STITCHER_BYTES = 128 << 20  # a rig's picture as the page shows it has some 20 MB
+MAX_CLAIMS_KEPT = 500  # of versions, by what never changes: their own pictures, and one another
 MAX_LARGE = 2  # pictures at once
 LARGE_PX = 4e6  # of a picture that is drawn or looked through: a second, and 100 MB
 POLL_S = 0.05  # how often a job that somebody waits for is looked at
@@ -71,6 +73,7 @@ class Services:
         self.stitchers: LruCache[tuple[object, ...], tuple[Stitcher, list[str]]] = LruCache(
             MAX_STITCHER_BYTES, lambda made: made[0].nbytes)
         self.scene_pages: LruCache[tuple[object, ...], bytes] = LruCache(MAX_SCENE_PAGES)
+        self.claims_kept: LruCache[tuple[str, ...], Sequence[Claim]] = LruCache(MAX_CLAIMS_KEPT)
         self._frames: LruCache[str, Frame] = LruCache(MAX_FRAME_BYTES, lambda frame: frame.pixels.nbytes)
         self._limits = limits
         jobs.result_savers.update(result_savers(store) | {"rig-check": self.rig_checks.save})

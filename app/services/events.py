@@ -119,9 +119,17 @@ def newest_events(noted: tuple[_Event, ...], store: Store, cameras: CameraServic
         return FROM_FILES if camera is None else titles.get(camera, camera)
 
     activated = [stated({"at": row["at"], "kind": "activated", "camera": row["camera"], "version": row["version"],
-                         "by": row["by"] or None, "text": say(
-                             "event.activated", "Version {version} of {camera} was activated.", version=row["version"],
-                             camera=title(row["camera"]))}) for row in store.calibrations.activations(limit)]
-    did = [stated({"at": event.at, "kind": event.kind, "camera": event.camera, "version": None, "by": None,
-                   "text": event.text(title(event.camera))}) for event in noted[:limit]]
+                         "by": row["by"] or None, "despite": row["despite"], "text": _activated(
+                             row["version"], title(row["camera"]), len(row["despite"]))})
+                 for row in store.calibrations.activations(limit)]
+    did: list[dict[str, Any]] = [
+        stated({"at": event.at, "kind": event.kind, "camera": event.camera, "version": None, "by": None, "despite": [],
+                "text": event.text(title(event.camera))}) for event in noted[:limit]]
     return sorted([*activated, *did], key=lambda event: event["at"], reverse=True)[:limit]
+
+
+def _activated(version: int, camera: str, problems: int) -> Sentence:
+    if not problems:
+        return say("event.activated", "Version {version} of {camera} was activated.", version=version, camera=camera)
+    return say("event.activated-despite", "Version {version} of {camera} was activated with {problems} known problems.",
+               version=version, camera=camera, problems=problems)

@@ -4,7 +4,8 @@ No camera at all counts as a camera: uploaded pictures have versions too. In the
 since a name may be anything; the version's body has it in words.
 """
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from hashlib import sha256
 from typing import Any
@@ -97,8 +98,8 @@ class CalibrationRepository(Repository):
             row.body = json_text(replace(known, note=note, active=False).to_json(), "The note")
         return self.get(id)
 
-    def activate(self, id: str, by: str = "", etag: str | None = None) -> Calibration:
-        """Make a version its camera's active one; the history says who did it and when.
+    def activate(self, id: str, by: str = "", etag: str | None = None, despite: Sequence[str] = ()) -> Calibration:
+        """Make a version its camera's active one; the history says who did it, when, and despite which claims.
 
         etag: the id of the version that is active, NOTHING_ACTIVE for none; Stale if it is another one by now.
         """
@@ -111,7 +112,7 @@ class CalibrationRepository(Repository):
                 raise self._unknown(id)  # deleted a moment ago
             self._check_active(activated, etag)
             rows.merge(checksummed(ActiveRow, chosen, what, **chosen))
-            rows.add(ActivationRow(**chosen, at=timestamp(self._clock), by=by))
+            rows.add(ActivationRow(**chosen, at=timestamp(self._clock), by=by, despite=json.dumps(list(despite))))
         return activated
 
     def _check_active(self, chosen: Calibration, etag: str | None) -> None:
@@ -144,13 +145,14 @@ class CalibrationRepository(Repository):
         return next(iter(self._active_ids(camera_key(camera))), None)
 
     def history(self, camera: str | None, limit: int = 50) -> tuple[dict[str, Any], ...]:
-        """Return what was activated for a camera, newest first: {"calibration", "at", "by"}."""
+        """Return what was activated for a camera, newest first: {"calibration", "at", "by", "despite"}."""
         query = (select(ActivationRow).where(ActivationRow.camera_key == camera_key(camera))
                  .order_by(ActivationRow.sequence.desc()).limit(limit))
-        return tuple({"calibration": row.calibration, "at": row.at, "by": row.by} for row in self._find(query))
+        return tuple({"calibration": row.calibration, "at": row.at, "by": row.by, "despite": _despite(row)}
+                     for row in self._find(query))
 
     def activations(self, limit: int = 50) -> tuple[dict[str, Any], ...]:
-        """Return what was activated for any camera, newest first: {"camera", "version", "at", "by"}.
+        """Return what was activated for any camera, newest first: {"camera", "version", "at", "by", "despite"}.
 
         Versions that were deleted since are there too, damaged ones are not. camera: None for pictures from files.
         """
@@ -160,7 +162,7 @@ class CalibrationRepository(Repository):
         with self._database.reading() as rows:
             found = rows.execute(query).all()
         return self._intact(found, lambda pair: {"camera": self._camera(pair[0]), "version": pair[1],
-                                                 "at": pair[0].at, "by": pair[0].by})
+                                                 "at": pair[0].at, "by": pair[0].by, "despite": _despite(pair[0])})
 
     def _camera(self, row: ActivationRow) -> str | None:
         """Return the name behind a key, which only a version's body has; read once, for it is always the same."""
@@ -183,6 +185,11 @@ def _shown(camera: str | None) -> Iterator[ColumnElement[bool]]:
     yield SHOWN
     if camera is not None:
         yield CalibrationRow.camera_key == camera_key(camera)
+
+
+def _despite(row: ActivationRow) -> list[str]:
+    """Return the codes of the claims that it was activated in spite of."""
+    return [] if row.despite is None else json.loads(row.despite)
 
 
 def _text(row: CalibrationRow, active: bool) -> str:

@@ -87,7 +87,7 @@ class ActiveRow(Checksummed):
 
 
 class ActivationRow(Base):
-    """What was active when, and who made it so: only ever added to."""
+    """What was active when, who made it so, and despite which claims (codes, JSON): only ever added to."""
 
     __tablename__ = "activations"
     __table_args__ = ({"sqlite_autoincrement": True},)
@@ -97,6 +97,7 @@ class ActivationRow(Base):
     calibration: Mapped[str] = mapped_column(ForeignKey("calibrations.id"))
     at: Mapped[str] = mapped_column(Text)
     by: Mapped[str] = mapped_column("made_by", Text)
+    despite: Mapped[str | None] = mapped_column(Text)
 
 
 class LensRow(Sequenced):

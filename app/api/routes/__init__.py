@@ -7,8 +7,8 @@ from fastapi import APIRouter
 
 # In the order of the documentation; where two paths match a request, the first one wins.
 RESOURCES = ("server_state", "cameras", "streams", "events", "snapshots", "fields", "fit", "calibrations", "lenses",
-             "judging", "rigs", "using", "jobs", "detections", "colours", "publishing", "board_capture", "rolls",
-             "without_clicks", "scenes", "clips")
+             "judging", "claims", "rigs", "using", "jobs", "detections", "colours", "publishing", "board_capture",
+             "rolls", "without_clicks", "scenes", "clips")
 
 
 def resources() -> Iterator[APIRouter]:

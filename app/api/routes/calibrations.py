@@ -6,6 +6,7 @@ from functools import partial
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
+from pydantic import Field
 from starlette.responses import Response
 
 from app.api.bodies import uploaded_file
@@ -18,8 +19,9 @@ from app.api.schemas.media import BINARY, BYTES, Responses, upload
 from app.api.schemas.requests import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
 from app.core.errors import TouchlineError
 from app.core.records import Calibration
+from app.services.activation import activate
 from app.services.container import Services
-from app.services.forms import Note, Strict
+from app.services.forms import Name, Note, Strict
 from app.services.import_file import MAX_IMPORT_BYTES, OPTIONS, import_file
 from app.services.result_savers import save_new_version
 from app.store.calibrations import NOTHING_ACTIVE, version_etag
@@ -30,8 +32,16 @@ from app.workflows.model_choice import Ranking
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 
+
 class NoteChange(Strict):
     note: Note
+
+
+class Activation(Strict):
+    """What a version is activated in spite of."""
+
+    despite: Annotated[list[Name], Field(max_length=50)] = Field(
+        [], description="codes of claims that stand against it")
 
 
 @router.get("/activations", response_model=responses.Activations)
@@ -167,17 +177,17 @@ def delete_calibration(services: ServicesDep, id: Id, if_match: IfMatch = None) 
 
 
 @router.post("/{id}/activate", response_model=responses.Calibration)
-async def activate_calibration(services: ServicesDep, by: OperatorDep, id: Id, if_match: IfMatch = None) -> Json:
+async def activate_calibration(request: Request, services: ServicesDep, by: OperatorDep, id: Id,
+                               body: Activation | None = None, if_match: IfMatch = None) -> Json:
     """Make a version its camera's active one; the former stays, so rolling back is activating that.
 
-    With If-Match, the id of the version that you saw as the active one or "none", only if it still is: else 412, with
-    who has activated what as `current`.
+    Its claims are tried first, with a frame of its camera where that is live. 409 `problems-found` where some stand
+    against it: with those as `claims`, and their codes as `despite`, which the body must name to activate it all the
+    same. With If-Match, the id of the version that you saw as the active one or "none", only if it still is: else 412,
+    with who has activated what as `current`.
     """
-    calibration = await services.run_in_thread(services.store.calibrations.activate, id, by, if_match)
-    if calibration.camera is not None:
-        services.live.refresh(calibration.camera)
-    services.publishing.publisher.wake()
-    return _version_json(calibration)
+    despite = [] if body is None else body.despite
+    return _version_json(await activate(services, id, by, if_match, despite, request.is_disconnected))
 
 
 @router.get("/{id}/exports", response_model=responses.Formats)

@@ -13,12 +13,13 @@ from app.api.responses import Json, disposition, finished_or_queued, picture
 from app.api.schemas import responses
 from app.api.schemas.media import HTML, files
 from app.api.schemas.requests import Id
-from app.core.errors import BadInput, NotFound, TouchlineError
+from app.core.errors import BadInput, NotFound
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
 from app.evaluate.fit.difference import Difference
 from app.models.restored import Restored, model_of
 from app.report.page import POLICY
+from app.services.claims import packet_json
 from app.services.container import Services
 from app.services.forms import HeightForm, Name, Number, Pair, Size, Strict
 from app.workflows import calibration as workflow
@@ -72,14 +73,7 @@ def packet_of(services: ServicesDep, id: Id) -> Json:
     expected: the error of that, on the carpet and at robot tops; fit_expected: the version's own. asked: whether it is
     published only after approval. problem: why a packet cannot hold it.
     """
-    calibration = services.store.calibrations.get(id)
-    publisher = services.publishing.publisher
-    found = publisher.packet_camera(calibration)
-    if isinstance(found, TouchlineError):
-        nothing = {"exact": False, "loss": None, "expected": None, "fit_expected": None, "level": None}
-        return Json({"calibration": id, **nothing, "asked": False, "warnings": [], "problem": found.to_json()})
-    return Json({"calibration": id, **found.to_json(), "asked": found.judged_mm > publisher.config.limit_mm,
-                 "warnings": [one.to_json() for one in found.warnings(calibration.camera or id)], "problem": None})
+    return Json(packet_json(services, services.store.calibrations.get(id)))
 
 
 def _uncertainty(calibration: Calibration, z_mm: float) -> Uncertainty:

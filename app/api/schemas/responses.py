@@ -9,6 +9,7 @@ from app.api.schemas.base import JsonObject, Texts, list_of, page_of, response
 from app.core.json_values import PointsJson, SizeJson
 from app.core.options import OptionJson
 from app.core.records import ObservationJson
+from app.evaluate.claims.claim import ClaimJson, Gate
 from app.evaluate.fit.report_types import SavedReport
 from app.league.config import PublishingConfig
 from app.live.status_types import ListedCameraStatus
@@ -50,9 +51,11 @@ Calibration = response("Calibration", id=str, version=int, camera=str | None, fi
     options=JsonObject, report=SavedReport, created_at=str, software=str, snapshot=str | None, image_sha256=str | None,
     parent=str | None, note=str, made_by=str, active=bool, field_definition=JsonObject)
 Calibrations = page_of("Calibrations", Calibration)
-# version: null where the version was deleted since
-Activation = response("Activation", calibration=str, version=int | None, at=str, by=str)
+# version: null where the version was deleted since; despite: the claims that stood against it
+Activation = response("Activation", calibration=str, version=int | None, at=str, by=str, despite=list[str])
 Activations = response("Activations", items=list_of(Activation))
+Claims = response("Claims", calibration=str, gate=Gate, items=list[ClaimJson])
+Readiness = response("Readiness", gate=Gate, items=list[ClaimJson])
 # what an export can hold, whether it holds this calibration exactly, else what the nearest costs
 Format = response("Format", format=str, title=str, holds=str, suffix=str, reads=bool, exact=bool,
     loss=JsonObject | None, problem=JsonObject | None)
@@ -89,9 +92,9 @@ Controls = response("Controls", items=list[JsonObject])
 CameraStatuses = response("CameraStatuses", items=list[ListedCameraStatus],
     fields=described(str, "a different revision after each change of a field"),
     restored=described(int, "how many backups were restored since the server started"))
-# version, by: of activations, null of others
+# version, by: of activations, null of others; despite: the claims that stood against one
 Event = response("Event", says=True, at=str, kind=events.Kind, camera=described(str | None, "null: images from files"),
-    version=int | None, by=str | None, text=str)
+    version=int | None, by=str | None, despite=list[str], text=str)
 Events = response("Events", items=list_of(Event))
 Clip = response("Clip", clip=str, camera=str, frames=int, seconds=float)
 Clips = page_of("Clips", Clip)

@@ -29,6 +29,7 @@ import straight from "./de/straight.js";
 import verify from "./de/verify.js";
 import versions from "./de/versions.js";
 import statedInChecks from "./de/statements/checks.js";
+import statedInClaims from "./de/statements/claims.js";
 import statedOfFits from "./de/statements/fits.js";
 import statedOfPoints from "./de/statements/points.js";
 import statedOfCameras from "./de/statements/cameras.js";
@@ -72,6 +73,7 @@ export const messages = {
 /** @type {Record<string, string>} */
 export const statements = {
   ...statedInChecks,
+  ...statedInClaims,
   ...statedInTables,
   ...statedInWorkflows,
   ...statedOfCameras,

@@ -1,0 +1,1 @@
+"""What the program claims of a calibration, and what came of trying to refute it."""
