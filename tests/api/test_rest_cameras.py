@@ -13,6 +13,7 @@ from starlette.testclient import TestClient
 
 from app.main import create_app
 from app.settings import Settings
+from tests.support.activation import activate_despite
 from tests.support.paths import CLICKS
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
@@ -59,7 +60,7 @@ def in_use(tmp_path_factory):
 def activated(client, id="north"):
     """A version that the camera's frames are corrected with."""
     made = calibrated(client, id)
-    client.post(f"{API}/calibrations/{made['id']}/activate")
+    activate_despite(client, made["id"])
     until(lambda: status_of(client, id)["calibration_applied"])
     return made
 
@@ -135,7 +136,7 @@ def test_a_calibrated_camera_runs_though_nobody_looks_at_it(in_use, task):
     client.post(f"{API}/cameras", json={**SOUTH, "id": "unseen"})
     made = client.post(f"{API}/calibrations", json={**task, "camera": "unseen", "model": "homography"}).json()
     assert state() == "idle"
-    client.post(f"{API}/calibrations/{made['id']}/activate")
+    activate_despite(client, made["id"])
     until(state, lambda now: now == "mismatch")  # its version is of another size
     etag = client.get(f"{API}/cameras/unseen").headers["etag"]
     client.patch(f"{API}/cameras/unseen", json={"source": "sim://table?size=780x580"}, headers={"If-Match": etag})
@@ -219,7 +220,7 @@ def test_a_camera_says_how_good_its_active_version_is(in_use, task):
     rays = client.post(f"{API}/calibrations", json={**task, "camera": "judged", "model": "brown-conrady"}).json()
     strange = client.post(f"{API}/calibrations/import", files={"file": json.dumps(imported).encode()}).json()
     for made in (rays, strange):
-        client.post(f"{API}/calibrations/{made['id']}/activate")
+        activate_despite(client, made["id"])
         camera = client.get(f"{API}/cameras/judged").json()
         assert camera in client.get(f"{API}/cameras").json()["items"]
         shown = camera["active"]

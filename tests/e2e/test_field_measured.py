@@ -8,6 +8,7 @@ from app.core.field_json import field_from_json
 from app.core.field_moves import JoinedField
 from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import Operator
+from tests.support.activation import activate_despite
 from tests.support.field_desk import OBLIQUE, calibrate_without_clicks, camera_of, copy, field_of, fill, save
 from tests.support.sim_clicks import border_clicks
 from tests.support.tape import SIDES_AND_DIAGONALS, measured
@@ -116,7 +117,7 @@ def test_lines_that_a_calibrated_image_shows_are_added_to_a_field_of_borders_alo
     made = field_desk.api("POST", "/calibrations", json={
         "snapshot": picture, "camera": "bare", "field": "bare", "region": "full", "model": "brown-conrady",
         "observations": clicks, "options": {"height_mm": {"value": camera.position_mm[2], "sigma": 20}}}).json()
-    field_desk.api("POST", f"/calibrations/{made['id']}/activate")
+    activate_despite(field_desk, made["id"])
     editor.goto(f"{field_desk.url}/#/library/fields/bare")
     editor.get_by_test_id("fold-measured").locator("summary").click()
     editor.get_by_test_id("add-seen").select_option(

@@ -9,6 +9,7 @@ from playwright.sync_api import expect
 from app.core.field import BORDERS
 from app.workflows import interchange
 from tests.e2e.conftest import LONG_MS, SOON_MS, Operator
+from tests.support.activation import activate_despite
 from tests.support.exported import example
 from tests.support.words import t
 
@@ -144,7 +145,7 @@ def test_of_two_who_change_the_same_the_slower_one_is_told_and_nothing_is_lost(p
     for path in ("cameras/status", "publishing"):
         page.route(f"**/api/v1/{path}", lambda route: route.abort() if route.request.method == "GET" else
                    route.continue_())
-    assert server.api("POST", f"/calibrations/{ids[0]}/activate", headers=headers).ok
+    activate_despite(server, ids[0], headers=headers)
     assert server.api("PATCH", f"/calibrations/{ids[2]}", json={"note": "by Grace"}, headers=headers).ok
 
     newest.get_by_test_id("shelf-activate").click()

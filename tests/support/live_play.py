@@ -3,6 +3,7 @@
 import numpy as np
 
 from app.store.fields import load_fields
+from tests.support.activation import activate_despite
 from tests.support.refusals import API
 from tests.support.sim_clicks import border_clicks
 from tests.support.sim_truth import truth_at
@@ -43,5 +44,5 @@ class Before:
                 "observations": [{"feature": name, "points": points.tolist()} for name, points in made.items()]}
         answer = client.post(f"{API}/calibrations", json=body)
         assert answer.status_code == 201, answer.text
-        assert client.post(f"{API}/calibrations/{answer.json()['id']}/activate").is_success
+        activate_despite(client, answer.json()["id"])
         return answer.json()

@@ -1,5 +1,6 @@
-// The one way to make a version the active one of its camera: all that shows it learns of it, and it can be undone.
-import { effect, untracked } from "@preact/signals";
+// The one way to make a version the active one of its camera: what the server holds against it is asked about first, all
+// that shows it learns of it, and it can be undone.
+import { effect, signal, untracked } from "@preact/signals";
 import { Problem, call, request } from "../../core/api.js";
 import { cameras, notify, notifyError } from "../../core/state.js";
 import { t } from "../../core/words.js";
@@ -7,7 +8,15 @@ import { readCameras } from "../calibrate/pictures.js";
 import { refreshStatuses } from "../live/camera_status.js";
 import { noteActivated } from "./versions.js";
 
-/** @typedef {{ id: string, version: number | null, camera: string | null }} Activated */
+/**
+ * @typedef {{ id: string, version: number | null, camera: string | null }} Activated
+ * @typedef {import("../verify/types").Claim} Claim
+ * @typedef {{ it: Activated, claims: Claim[], answer: (isAnyway: boolean) => void }} Warning claims: those that stand
+ * against it
+ */
+
+/** What the operator is asked; null while nothing is. */
+export const warning = signal(/** @type {Warning | null} */ (null));
 
 /** Which version is active, by camera, as far as lists of versions know it. */
 let told = new Map();
@@ -22,17 +31,20 @@ effect(() => {
 });
 
 /**
- * Activate it unless another version was activated since the page last heard; then ask.
+ * Activate it unless something stands against it, or another version was activated since the page last heard; then ask.
  * @param {Activated} it
+ * @param {string[]} [despite] codes of claims that the operator accepts
  * @returns {Promise<boolean>} whether it is active now; a refusal is shown
  */
-export async function activateCalibration(it) {
+export async function activateCalibration(it, despite = []) {
   const camera = cameras.value.find((c) => c.id === it.camera) ?? null,
     former = camera?.active_calibration ?? null;
   try {
     const seen = { headers: { "If-Match": former ?? "none" } };
-    await request("POST", `/calibrations/${it.id}/activate`, camera ? seen : {});
+    await request("POST", `/calibrations/${it.id}/activate`, { json: { despite }, ...(camera ? seen : {}) });
   } catch (error) {
+    if (error instanceof Problem && Array.isArray(error.body.claims))
+      return (await isWanted(it, error.body.claims)) && activateCalibration(it, error.body.despite);
     await refuse(it, error);
     return false;
   }
@@ -52,6 +64,19 @@ export async function activateCalibration(it) {
   });
   await refreshStatuses();
   return true;
+}
+
+/** Ask whether it is to be activated in spite of these claims. @param {Activated} it @param {Claim[]} claims */
+const isWanted = (it, claims) =>
+  new Promise((/** @type {(isAnyway: boolean) => void} */ answer) => {
+    warning.value?.answer(false);
+    warning.value = { it, claims, answer };
+  });
+
+/** Answer the question that is open. @param {Warning} asked @param {boolean} isAnyway */
+export function answerWarning(asked, isAnyway) {
+  if (warning.value === asked) warning.value = null;
+  asked.answer(isAnyway);
 }
 
 /**

@@ -104,4 +104,7 @@ export default /** @type {const} */ ({
   "versions.version": "Version {version}",
   "versions.versions": "Versionen",
   "versions.versions-for": "Versionen für {camera}",
+  "versions.warning.activate-anyway": "Trotzdem aktivieren",
+  "versions.warning.consequence": "Die Kamera verwendet diese Version für alle Positionen, bis eine andere Version aktiviert wird.",
+  "versions.warning.title": "Version {version} hat Probleme",
 });

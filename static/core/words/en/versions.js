@@ -104,4 +104,7 @@ export default /** @type {const} */ ({
   "versions.version": "Version {version}",
   "versions.versions": "Versions",
   "versions.versions-for": "Versions for {camera}",
+  "versions.warning.activate-anyway": "Activate anyway",
+  "versions.warning.consequence": "The camera will use this version for all positions until another version is activated.",
+  "versions.warning.title": "Version {version} has problems",
 });

@@ -21,6 +21,7 @@ import { Tour } from "../../help/panels/tour.js";
 import { tour } from "../../help/tour.js";
 import { current } from "../steps.js";
 import { ACCEPTED } from "../../versions/imports.js";
+import { ActivationWarning } from "../../versions/panels/activation_warning.js";
 import { ComparePanel, VersionsPanel } from "../../versions/panels/versions.js";
 import { version } from "../../versions/versions.js";
 import { Checklist } from "../../verify/panels/checklist.js";
@@ -59,6 +60,7 @@ export function App() {
     <${StatusBar} />
     <${FileInput} />
     <${Palette} />
+    <${ActivationWarning} />
     ${dropping.value && html`<div class="drop-hint" aria-hidden="true">
       ${t("shell.drop")}
     </div>`}

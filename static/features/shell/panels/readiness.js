@@ -1,130 +1,51 @@
-// Beside the wall: whether a match could begin, point by point, and what has happened lately.
+// Beside the wall: what the server claims of the site before a match, and what has happened lately.
 import { useEffect } from "preact/hooks";
 import { signal } from "@preact/signals";
 import { call } from "../../../core/api.js";
-import { clock, mm } from "../../../core/format.js";
+import { clock } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { addressOf } from "../../../core/route.js";
-import { cameras } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
-import { statuses } from "../../live/camera_status.js";
-import { publishing } from "../../network/network.js";
-import { rigs } from "../../rig/rig.js";
-import { isBroken } from "../problems.js";
+import { toCheck } from "../../verify/claims.js";
 
-const EVENTS_MS = 5000,
+/** @typedef {import("../../verify/types").Claim} Claim */
+
+const LOOK_MS = 2000, // a knock is told by the second look after it
+  EVENTS_MS = 5000,
   SHOWN = 6;
-/** @typedef {{ state: "ok" | "note" | "bad", title: string, text: string, href: string, label: string }} Point */
 const events = signal(/** @type {{ at: string, kind: string, text: string, by: string | null }[]} */ ([]));
-const MARK = { ok: "✓", note: "○", bad: "▲" };
-
-const names = (/** @type {import("../../../core/types").Camera[]} */ some) => some.map((c) => c.name).join(", ");
-
-/** @returns {Point[]} */
-function points() {
-  const all = cameras.value,
-    live = all.filter((c) => statuses.value[c.id]?.state === "live"),
-    down = all.filter((c) => isBroken(c.id)),
-    waking = all.filter((c) => !live.includes(c) && !down.includes(c)),
-    calibrated = all.filter((c) => c.active_calibration),
-    bare = all.filter((c) => !c.active_calibration),
-    outdated = all.filter((c) => c.active?.field_changes.length),
-    moved = all.filter((c) => statuses.value[c.id]?.drift?.alarm),
-    out = publishing.value,
-    rig = rigs.value[0];
-  return [
-    {
-      state: down.length ? "bad" : waking.length ? "note" : "ok",
-      title: t("shell.readiness.live", { live: live.length, count: all.length }),
-      text: down.length ? names(down) : waking.length ? t("shell.readiness.starting", { cameras: names(waking) }) : "",
-      href: down.length ? addressOf("live", { camera: down[0].id }) : "",
-      label: t("shell.readiness.show"),
-    },
-    {
-      state: bare.length ? "bad" : "ok",
-      title: t("shell.readiness.calibrated", { calibrated: calibrated.length, count: all.length }),
-      text: bare.length ? t("shell.readiness.not-calibrated", { cameras: names(bare) }) : "",
-      href: bare.length ? addressOf("camera-images", { camera: bare[0].id }) : "",
-      label: t("shell.readiness.calibrate"),
-    },
-    {
-      state: moved.length ? "bad" : "ok",
-      title: moved.length ? t("shell.readiness.moved", { count: moved.length }) : t("shell.readiness.none-moved"),
-      text: moved.length ? names(moved) : "",
-      href: moved.length ? addressOf("drift", { camera: moved[0].id }) : "",
-      label: t("shell.readiness.fix"),
-    },
-    ...(outdated.length ? [ofOutdated(outdated)] : []),
-    ...(rig ? [ofRig(rig)] : []),
-    {
-      state: out?.problem ? "bad" : out?.state === "on-air" ? "ok" : "note",
-      title: out?.state === "on-air" ? t("shell.readiness.publishing") : t("shell.readiness.not-publishing"),
-      text: t("shell.readiness.geometry"),
-      href: addressOf("publishing"),
-      label: out?.state === "on-air" ? t("shell.readiness.show") : t("shell.readiness.set-up"),
-    },
-  ];
-}
-
-/** Calibrated before their field was changed. @param {import("../../../core/types").Camera[]} some @returns {Point} */
-const ofOutdated = (some) => ({
-  state: "bad",
-  title: t("common.field-changed"),
-  text: t("shell.readiness.calibrated-before", { cameras: names(some) }),
-  href: addressOf("versions", { camera: some[0].id }),
-  label: t("shell.readiness.fix"),
+const readiness = signal(
+  /** @type {{ gate: import("../../verify/types").Gate, items: Claim[] } | null} */ (null),
+);
+const MARK = { ok: "✓", note: "○", bad: "▲", unknown: "?", running: "" };
+const VERDICT = /** @type {const} */ ({
+  ready: ["good", "shell.readiness.ready"],
+  "not-tested": ["unknown", "shell.readiness.not-tested"],
+  problems: ["poor", "shell.readiness.not-ready"],
 });
+/** What the link beside a claim is called, by where it leads; else "Show". */
+const CURES = /** @type {const} */ ({ images: "shell.readiness.calibrate", publishing: "shell.readiness.set-up" });
 
-/** @param {import("../../rig/types").Rig} rig @returns {Point} */
-function ofRig({ name, title, checked }) {
-  const level = checked?.verdict.level;
-  return {
-    state: !checked ? "note" : level === "poor" ? "bad" : level === "good" ? "ok" : "note",
-    title: !checked
-      ? t("shell.readiness.not-checked")
-      : level === "poor"
-        ? t("shell.readiness.disagree")
-        : t("shell.readiness.agree"),
-    text: `${title || name}${checked?.p95_mm ? `: ${mm(checked.p95_mm)} mm` : ""}`,
-    href: addressOf("rig", { rig: name }),
-    label: checked ? t("shell.readiness.show") : t("shell.readiness.check"),
-  };
+/** Call it now and again while the panel is there. @param {() => Promise<void>} look @param {number} everyMs */
+function useLook(look, everyMs) {
+  useEffect(() => {
+    const ask = () => {
+      if (!document.hidden) look().catch(() => {}); // a silent server is told elsewhere
+    };
+    ask();
+    const timer = setInterval(ask, everyMs);
+    return () => clearInterval(timer);
+  }, []);
 }
 
 export function Readiness() {
-  useEffect(() => {
-    const look = () =>
-      void call("GET", `/events?limit=${SHOWN}`).then(
-        ({ items }) => {
-          events.value = items;
-        },
-        () => {}, // a silent server is told elsewhere
-      );
-    look();
-    const timer = setInterval(look, EVENTS_MS);
-    return () => clearInterval(timer);
-  }, []);
-  const all = points(),
-    isReady = all.every((p) => p.state !== "bad");
+  useLook(async () => {
+    events.value = (await call("GET", `/events?limit=${SHOWN}`)).items;
+  }, EVENTS_MS);
+  useLook(async () => {
+    readiness.value = await call("GET", "/readiness");
+  }, LOOK_MS);
   return html`
-    <section aria-label=${t("shell.readiness.title")} data-testid="readiness" data-ready=${String(isReady)}>
-      <h2>
-        ${t("shell.readiness.title")}${" "}
-        <b class=${`level ${isReady ? "good" : "poor"}`}>
-          ${isReady ? t("shell.readiness.ready") : t("shell.readiness.not-ready")}
-        </b>
-      </h2>
-      <ul class="readiness">
-        ${all.map(({ state, title, text, href, label }) => html`<li key=${title} data-state=${state}>
-          <span class="mark" aria-hidden="true">${MARK[state]}</span>
-          <div>
-            <b>${title}</b>
-            <small>${text}</small>
-          </div>
-          ${href && html`<a href=${href} aria-label=${`${label}: ${title}`}>${label}</a>`}
-        </li>`)}
-      </ul>
-    </section>
+    ${readiness.value && html`<${Claims} gate=${readiness.value.gate} items=${readiness.value.items} />`}
     ${events.value.length > 0 && html`<section aria-label=${t("shell.events.title")} data-testid="events">
       <h2>${t("shell.events.recent")}</h2>
       <ul class="events">
@@ -136,3 +57,37 @@ export function Readiness() {
     </section>`}
   `;
 }
+
+/** @param {{ gate: import("../../verify/types").Gate, items: Claim[] }} props */
+function Claims({ gate, items }) {
+  const [level, word] = VERDICT[gate];
+  return html`<section aria-label=${t("shell.readiness.title")} data-testid="readiness" data-gate=${gate}>
+    <h2>
+      ${t("shell.readiness.title")}${" "}
+      <b class=${`level ${level}`}>${t(word)}</b>
+    </h2>
+    <ul class="readiness">
+      ${items.map((claim) => html`<${Line} key=${claim.code} claim=${claim} />`)}
+    </ul>
+  </section>`;
+}
+
+/** @param {{ claim: Claim }} props */
+function Line({ claim }) {
+  const { id, state, title, value, text, fix, href } = toCheck(claim),
+    label = t(state === "bad" && claim.cure !== "images" ? "shell.readiness.fix" : labelOf(claim));
+  return html`<li data-testid=${`claim-${id}`} data-state=${state}>
+    <span class="mark" aria-hidden="true">${MARK[state]}</span>
+    <div>
+      <b>${title}</b>
+      <small>${[text, value].filter(Boolean).join(" ")}</small>
+    </div>
+    ${href && html`<a href=${href} title=${fix} aria-label=${`${label}: ${title}`}>${label}</a>`}
+  </li>`;
+}
+
+/** @param {Claim} claim */
+const labelOf = ({ cure, state }) =>
+  cure === "rig" && state === "not-tested"
+    ? "shell.readiness.check"
+    : (CURES[/** @type {keyof typeof CURES} */ (cure)] ?? "shell.readiness.show");

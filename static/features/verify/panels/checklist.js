@@ -6,8 +6,7 @@ import { t } from "../../../core/words.js";
 import { Title } from "../../../ui/title.js";
 import { robotTopsMm } from "../../calibrate/camera_height.js";
 import { isSaved, version } from "../../versions/versions.js";
-import { checks, gate, problems } from "../checks.js";
-import { ActivationWarning } from "./activation_warning.js";
+import { checks, gate, problemCount, untestedCount } from "../checks.js";
 import { ChangeMap } from "./change_map.js";
 
 /** Told apart by their shape, and their names for whoever hears the page. */
@@ -19,6 +18,9 @@ const ICONS = {
   unknown: { name: t("verify.state.unknown"), d: "M8 8.5a4 4 0 1 1 5.6 3.7c-1 .5-1.6 1.2-1.6 2.3v.5M12 19v.1" },
 };
 
+/** @type {Record<typeof gate.value, import("../types").CheckState>} */
+const GATE_ICONS = { ready: "ok", "not-tested": "unknown", problems: "bad", wait: "running" };
+
 export function Checklist() {
   const it = version.value;
   if (!it) return null;
@@ -28,7 +30,7 @@ export function Checklist() {
   return html`
     <section class="checklist" aria-label=${t("verify.checklist")} data-testid="checklist" data-gate=${gate.value}>
       <div class=${`headline ${gate.value}`} role="status">
-        <${Icon} state=${/** @type {const} */ ({ ok: "ok", warn: "bad", wait: "running" })[gate.value]} />
+        <${Icon} state=${GATE_ICONS[gate.value]} />
         <h2 data-testid="headline">${headline(it.active)}</h2>
         <small>${t("verify.version-points", { version: it.version, count: points })}</small>
       </div>
@@ -50,19 +52,24 @@ export function Checklist() {
       </ul>
     </section>
     <${ChangeMap} />
-    <${ActivationWarning} />
   `;
 }
 
 /** @param {boolean} isActive */
 function headline(isActive) {
-  const count = problems.value.length;
-  if (gate.value === "wait") return t("verify.checking");
-  if (isActive)
-    return gate.value === "ok" ? t("common.active") : t("verify.headline.active-problems", { count });
-  if (!camera.value) // there is nothing to activate
-    return gate.value === "ok" ? t("verify.headline.no-problems") : t("verify.headline.not-ready", { count });
-  return gate.value === "ok" ? t("verify.headline.ready") : t("verify.headline.not-ready", { count });
+  const count = problemCount.value;
+  switch (gate.value) {
+    case "wait":
+      return t("verify.checking");
+    case "problems":
+      return isActive ? t("verify.headline.active-problems", { count }) : t("verify.headline.not-ready", { count });
+    case "not-tested":
+      return t(isActive ? "verify.headline.active-not-tested" : "verify.headline.not-tested", {
+        count: untestedCount.value,
+      });
+    default: // without a camera there is nothing to activate
+      return isActive ? t("common.active") : t(camera.value ? "verify.headline.ready" : "verify.headline.no-problems");
+  }
 }
 
 /** @param {{ value: string | null, unit: string, of: string }} props null: it is not known */
