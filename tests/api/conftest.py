@@ -7,6 +7,7 @@ from starlette.testclient import TestClient
 
 from app.main import create_app
 from app.settings import Settings
+from tests.support.followed_camera import URL, Followed
 from tests.support.paths import CLICKS
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, without_size
@@ -48,6 +49,26 @@ def standing_calibration(standing) -> dict:
     task = json.loads((CLICKS / "ssl_2008_half.json").read_text())
     kept = standing.post(f"{API}/snapshots", files={"file": encoded("png", gradient(780, 580))}).json()
     return standing.post(f"{API}/calibrations", json={**without_size(task), "snapshot": kept["id"]}).json()
+
+
+@pytest.fixture(scope="module")
+def followed(standing):
+    """Cameras of one server, by their addresses; one is removed, and costs nothing more, when the next is added."""
+    added = []
+
+    def add(source=URL, field="table", region="full"):
+        remove()
+        added.append(f"camera-{len(added)}")
+        camera = {"id": added[-1], "name": added[-1].title(), "source": source, "field": field, "region": region}
+        assert standing.post(f"{API}/cameras", json=camera).status_code == 201
+        return Followed(standing, added[-1])
+
+    def remove():
+        if added:
+            standing.delete(f"{API}/cameras/{added[-1]}")
+
+    yield add
+    remove()
 
 
 @pytest.fixture

@@ -9,65 +9,11 @@ from app.main import create_app
 from app.settings import Settings
 from app.sources import SourceContext, source_from_url
 from app.store.fields import load_fields
-from tests.support.live_cameras import calibrated
+from tests.support.followed_camera import URL, Followed
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
 from tests.support.sim_clicks import border_observations
 from tests.support.waiting import until
-
-URL = "sim://table?size=480x384&fps=20&robots=3"
-
-
-class Followed:
-    """A camera of a server."""
-
-    def __init__(self, client, id):
-        self.client, self.path = client, f"{API}/cameras/{id}"
-        self.id = id
-
-    def drift(self):
-        return self.client.get(f"{self.path}/status").json()["drift"] or {"state": None}
-
-    def becomes(self, state):
-        return until(self.drift, lambda now: now["state"] == state)
-
-    def taken(self):
-        return self.client.post(f"{API}/snapshots", json={"camera": self.id}).json()["id"]
-
-    def activated(self, **more):
-        observations = [dict(o) for o in calibrated(URL, "brown-conrady").observations]
-        return self.activated_of({"field": "table", "region": "full", "model": "brown-conrady",
-                                  "observations": observations, **more})
-
-    def activated_of(self, task):
-        answer = self.client.post(f"{API}/calibrations", json={"camera": self.id, **task})
-        assert answer.status_code == 201, answer.text
-        id = answer.json()["id"]
-        assert self.client.post(f"{API}/calibrations/{id}/activate").status_code == 200
-        return id
-
-    def set_on(self, **controls):
-        assert self.client.patch(f"{self.path}/controls", json={"controls": controls}).status_code == 200
-
-
-@pytest.fixture(scope="module")
-def followed(standing):
-    """Cameras of one server, by their addresses; one is removed, and costs nothing more, when the next is added."""
-    added = []
-
-    def add(source=URL, field="table", region="full"):
-        remove()
-        added.append(f"camera-{len(added)}")
-        camera = {"id": added[-1], "name": added[-1].title(), "source": source, "field": field, "region": region}
-        assert standing.post(f"{API}/cameras", json=camera).status_code == 201
-        return Followed(standing, added[-1])
-
-    def remove():
-        if added:
-            standing.delete(f"{API}/cameras/{added[-1]}")
-
-    yield add
-    remove()
 
 
 def test_a_knock_is_found_told_and_registered_anew(followed):

@@ -6,7 +6,10 @@ from tests.support.refusals import API
 
 
 def activate_despite(client: Any, id: str, **sent: Any) -> None:
-    """Activate it, and in spite of all that the server names. client: a TestClient, or a server of the browser tests."""
+    """Activate it, in spite of all that the server names.
+
+    client: a TestClient, or a server of the browser tests.
+    """
     def ask(json: Any) -> Any:
         if hasattr(client, "api"):
             return client.api("POST", f"/calibrations/{id}/activate", json=json, **sent)
