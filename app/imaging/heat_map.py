@@ -8,19 +8,20 @@ from app.core import opencv
 
 SHADES = 256
 BAR_PX, MARGIN_PX, LABEL_PX = 18, 14, 64
+TICKS = (0.0, 5.0, 15.0)  # mm, of every map: where good and usable end, so that a colour always means the same
 Colour = tuple[int, int, int]
 INK, PAPER = BRIGHT, DARK = (230, 236, 233), (28, 23, 20)
 
 
 def heat_map(values: NDArray[np.float64], *, width: int, height: int, unit: str, title: str,
-             top: float | None = None, ink: Colour = INK, paper: Colour = PAPER) -> NDArray[np.uint8]:
-    """Draw values (rows, columns) over a rectangle of width × height px, with a scale from 0 to top at its right.
+             ink: Colour = INK, paper: Colour = PAPER) -> NDArray[np.uint8]:
+    """Draw values (rows, columns) over a rectangle of width × height px, with its scale at its right.
 
-    NaN is left as paper. top: the scale's end; None takes a round number above the largest value. ink, paper: BGR.
+    NaN is left as paper, and more than the scale's end has its colour. ink, paper: BGR.
     """
     known = values[np.isfinite(values)]
     largest = float(known.max()) if known.size else 1.0
-    end = top or round_up(largest)
+    end = TICKS[-1]
     field = opencv.resize_grid(np.where(np.isfinite(values), values, np.nan), width, height)
     picture = np.full((height + 2 * MARGIN_PX + 16, width + 3 * MARGIN_PX + BAR_PX + LABEL_PX, 3), paper, np.uint8)
     shades = opencv.viridis()
@@ -32,8 +33,8 @@ def heat_map(values: NDArray[np.float64], *, width: int, height: int, unit: str,
     bar_x = x0 + width + MARGIN_PX
     ramp = shades[np.linspace(SHADES - 1, 0, height).astype(int)]
     picture[y0:y0 + height, bar_x:bar_x + BAR_PX] = ramp[:, None]
-    for share in (0.0, 0.5, 1.0):
-        opencv.draw_text(picture, f"{end * share:g} {unit}", (bar_x + BAR_PX + 5, int(y0 + height * (1 - share)) + 4),
+    for tick in TICKS:
+        opencv.draw_text(picture, f"{tick:g} {unit}", (bar_x + BAR_PX + 5, int(y0 + height * (1 - tick / end)) + 4),
                          ink)
     opencv.draw_text(picture, title, (x0, MARGIN_PX + 4), ink)
     if known.size:
@@ -48,11 +49,3 @@ def heat_map(values: NDArray[np.float64], *, width: int, height: int, unit: str,
         opencv.draw_text(picture, f"{largest:.2g} {unit}", (int(min(max(x - 20, x0 + 2), x0 + width - 60)),
                                                    int(y + (18 if y < y0 + height / 2 else -12))), ink)
     return picture
-
-
-def round_up(value: float) -> float:
-    """The next of 1, 2, 5 × 10ⁿ."""
-    if not value > 0:
-        return 1.0
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-9)))

@@ -18,7 +18,7 @@ from app.core.geometry import ImageSize
 from app.core.records import Calibration, Observations, observations_from_json
 from app.images import encode
 from app.imaging.correction import CorrectedView
-from app.imaging.heat_map import heat_map, round_up
+from app.imaging.heat_map import heat_map
 from app.models.restored import Restored
 from app.report.contents import ReportPicture
 from app.workflows import calibration as workflow
@@ -168,13 +168,11 @@ def _clicks(observations: Observations, outliers: Sequence[NDArray[np.bool_]], s
 
 
 def _maps(uncertainty: Mapping[str, Any], region: Region) -> dict[str, str]:
-    """Both maps with one scale, so that they can be compared."""
     found = {name: part["map"] for name, part in uncertainty.items() if part["map"] is not None}
     if not found:
         return {}
-    top = round_up(max(part["max"] for part in found.values()))
     scale = MAP_PX / max(region.width_mm, region.height_mm)
     width, height = (max(40, round(side * scale)) for side in (region.width_mm, region.height_mm))
     return {name: data_address(encode(heat_map(
-        np.array(part["grid"]["sigma_mm"], float), width=width, height=height, unit="mm", top=top,
+        np.array(part["grid"]["sigma_mm"], float), width=width, height=height, unit="mm",
         title=f"z = {part['z_mm']:g} mm", ink=INK, paper=PAPER)), "png") for name, part in found.items()}

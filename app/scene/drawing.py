@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from app.core.field import Field
 from app.core.text_format import format_number
-from app.imaging.heat_map import round_up
+from app.imaging.heat_map import TICKS
 from app.scene import METRES, NO_SHADOWS
 from app.scene.cameras import Colour, Handle, add_quad, viser_scale
 from app.scene.geometry.boards import BoardViews
@@ -148,9 +148,9 @@ def draw_boards(scene: viser.SceneApi, boards: BoardViews) -> None:
 
 def common_scale_mm(cameras: list[SceneCamera]) -> float | None:
     """Return the upper end of the common colour scale, mm; None where no error is known."""
-    known = [surface.largest_mm for camera in cameras for surface in (camera.carpet_error, camera.hat_error)
-             if isinstance(surface, ErrorSurface)]
-    return round_up(max(known)) if known else None
+    is_known = any(isinstance(surface, ErrorSurface) for camera in cameras
+                   for surface in (camera.carpet_error, camera.hat_error))
+    return TICKS[-1] if is_known else None
 
 
 def draw_error_surfaces(scene: viser.SceneApi, name: str, camera: SceneCamera, top_mm: float,

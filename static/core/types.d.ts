@@ -104,7 +104,7 @@ export interface Format {
 }
 /** Millimetres on a grid of field places: expected error of one version, or the difference between two. */
 export interface HeatMap {
-  of: string; what: "expected" | "difference"; z_mm: number; other: string | null; places: Point[][]; values: (number | null)[][]; top: number;
+  of: string; what: "expected" | "difference"; z_mm: number; other: string | null; places: Point[][]; values: (number | null)[][];
   at: { corrected: (Point | null)[]; image: (Point | null)[] }; median_mm: number; worst_mm: number; worst_place: Point; rms_px: number | null; max_px: number | null;
 }
 export interface Notice { id: number; at: number; level: "info" | "warn"; text: string; fix: string; action?: { label: string; run: () => void } }

@@ -5,20 +5,8 @@ import { html } from "../../core/html.js";
 import { t } from "../../core/words.js";
 import { paneSize } from "../viewport.js";
 import { shownMap } from "../../features/compare/heat.js";
+import { STOPS, TOP_MM } from "../../ui/map_scale.js";
 
-/** Even steps of lightness, told apart by colour-blind eyes and in grey (viridis). */
-export const STOPS = [
-  "#440154",
-  "#482878",
-  "#3e4a89",
-  "#31688e",
-  "#26828e",
-  "#1f9e89",
-  "#35b779",
-  "#6ece58",
-  "#b5de2b",
-  "#fde725",
-];
 const LARGEST_PX = 900; // of the canvas: the grid knows no more, and the browser smooths the rest
 const LABEL_PX = 130,
   LEGEND_PX = 110; // room for the words beside the mark, and for the legend below it
@@ -83,7 +71,7 @@ export function Heat({ frame, size: [width, height], margin = 0, x, y, k }) {
  * @param {number} density
  * @param {number} margin
  */
-function draw(canvas, { values, top }, at, density, margin) {
+function draw(canvas, { values }, at, density, margin) {
   const g = canvas.getContext("2d"),
     columns = values[0].length;
   if (!g) return;
@@ -92,7 +80,7 @@ function draw(canvas, { values, top }, at, density, margin) {
   const corner = (r, c) => {
     const p = at[r * columns + c],
       v = values[r][c];
-    return p && v !== null ? [(p[0] + margin) * density, (p[1] + margin) * density, v / top] : null;
+    return p && v !== null ? [(p[0] + margin) * density, (p[1] + margin) * density, v / TOP_MM] : null;
   };
   for (let r = 0; r + 1 < values.length; r++)
     for (let c = 0; c + 1 < columns; c++) {

@@ -91,7 +91,6 @@ const ask = latestWins(async (/** @type {Question} */ asking) => {
       other,
       places,
       values,
-      top: roundTop(found.max ?? found.max_mm),
       at: { corrected, image },
       median_mm: found.median ?? found.median_mm,
       worst_mm: found.max ?? found.max_mm,
@@ -145,10 +144,4 @@ export function valueAt({ places, values }, [x, y]) {
   const [a, b, d, e] = [values[r][c], values[r][c + 1], values[r + 1][c], values[r + 1][c + 1]];
   if (a === null || b === null || d === null || e === null) return null;
   return (a * (1 - p) + b * p) * (1 - q) + (d * (1 - p) + e * p) * q;
-}
-
-/** A scale's end that reads well, at or above the largest value. @param {number} value */
-function roundTop(value) {
-  const ten = 10 ** Math.floor(Math.log10(Math.max(value, 1e-6)));
-  return [1, 1.5, 2, 3, 4, 5, 6, 8, 10].map((f) => f * ten).find((v) => v >= value * (1 - 1e-9)) ?? 10 * ten;
 }

@@ -8,7 +8,7 @@ export default /** @type {const} */ ({
   "common.cancel": "Abbrechen",
   "common.carpet": "Teppich",
   "common.close": "Schließen",
-  "common.colour-scale": "Farbskala von 0 bis {worst} mm",
+  "common.colour-scale": "Farbskala: 0, {good} und {worst} mm oder mehr",
   "common.corners": "Ecken",
   "common.corrected": "Entzerrt",
   "common.distortion": "Verzeichnung",

@@ -8,7 +8,7 @@ export default /** @type {const} */ ({
   "common.cancel": "Cancel",
   "common.carpet": "Carpet",
   "common.close": "Close",
-  "common.colour-scale": "Colour scale from 0 to {worst} mm",
+  "common.colour-scale": "Colour scale: 0, {good} and {worst} mm or more",
   "common.corners": "Corners",
   "common.corrected": "Corrected",
   "common.distortion": "Distortion",

@@ -6,8 +6,8 @@ import { modelTitle } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { rich } from "../../../ui/rich.js";
+import { MapScale } from "../../../ui/map_scale.js";
 import { Title } from "../../../ui/title.js";
-import { STOPS } from "../../../canvas/layers/heat.js";
 import { goToModelComparison, worstPlaceFix } from "../../calibrate/warning_fixes.js";
 import { comparableVersions, differenceFrom, hatMm, heat, isMapWanted, mapRefusal, shownMap } from "../heat.js";
 import { arrows } from "../residual_arrows.js";
@@ -28,15 +28,7 @@ export function HeatLegend() {
             other: numberOf(heat.value.other),
           })}
     </h2>
-    ${map && html`<div class="scale" role="img" aria-label=${t("common.colour-scale", { worst: tick(map.top) })}>
-      <i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
-      <div>
-        ${[0, 0.5, 1].map((share) => html`<span key=${share}>
-          ${tick(share * map.top)}
-          ${share === 1 ? " mm" : ""}
-        </span>`)}
-      </div>
-    </div>`}
+    ${map && html`<${MapScale} />`}
     ${why
       ? html`<p data-testid="no-map">
         <b>${why.detail}</b> ${why.fix}${" "}
@@ -65,9 +57,6 @@ const Height = ({ atHats, label }) => html`<button
 >
   ${label}
 </button>`;
-
-/** 0, 1.5, 3: no more digits than the scale has. @param {number} value */
-const tick = (value) => String(Number(value.toPrecision(2)));
 
 /** In the compare step: what can be laid over the picture, with its figures. */
 export function HeatPanel() {

@@ -9,7 +9,6 @@ import { ActionButton } from "../../../ui/action_button.js";
 import { rich } from "../../../ui/rich.js";
 import { Working } from "../../../ui/working.js";
 import { path } from "../../../canvas/drawing.js";
-import { STOPS } from "../../../canvas/layers/heat.js";
 import {
   found,
   others,
@@ -200,7 +199,7 @@ function Picture({ name, at, info }) {
         aria-label=${worst.value ? t("rig.overlay.worst", { worst: mm(top) }) : t("rig.overlay.lines")}
       >
         ${showMap.value &&
-          pairs.map((p) => html`<${Cells} key=${`${p.a} ${p.b}`} pair=${p} px=${px} k=${k} top=${top} />`)}
+          pairs.map((p) => html`<${Cells} key=${`${p.a} ${p.b}`} pair=${p} px=${px} k=${k} />`)}
         ${info.overlay.map((l) => html`<path key=${l.feature} class="paint" d=${path(l.points)} />`)}
         <${TrackMarks} px=${px} k=${k} />
         ${mark && html`<g class="where" transform=${`translate(${mark[0]} ${mark[1]})`}>
@@ -217,15 +216,7 @@ function Picture({ name, at, info }) {
       </span>`}
     </div>
     <figcaption>
-      ${showMap.value && worst.value && 
-        html`<div class="scale" role="img" aria-label=${t("common.colour-scale", { worst: mm(top) })}>
-          <i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
-          <div>
-            <span>0</span>
-            <span>${mm(top / 2)}</span>
-            <span>${mm(top)} mm</span>
-          </div>
-        </div>`}
+      ${showMap.value && worst.value && html`<${MapScale} />`}
       <p class="reason" data-testid="unseen">
         ${info.unseen.words}
       </p>
@@ -233,8 +224,8 @@ function Picture({ name, at, info }) {
   </figure>`;
 }
 
-/** One pair's map. @param {{ pair: Pair, px: (p: Point) => Point, k: number, top: number }} props */
-function Cells({ pair, px, k, top }) {
+/** One pair's map. @param {{ pair: Pair, px: (p: Point) => Point, k: number }} props */
+function Cells({ pair, px, k }) {
   const at = pair.agreement?.[plane.value];
   if (!at) return null;
   const { x, y, mm: cells } = at.map,
@@ -251,7 +242,7 @@ function Cells({ pair, px, k, top }) {
           y=${cy - h / 2}
           width=${w}
           height=${h}
-          fill=${STOPS[Math.round((v / (top || 1)) * (STOPS.length - 1))]}
+          fill=${STOPS[Math.round(Math.min(1, v / TOP_MM) * (STOPS.length - 1))]}
         >
           <title>${mm(v)} mm</title>
         </rect>`;

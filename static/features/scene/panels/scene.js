@@ -6,9 +6,9 @@ import { html } from "../../../core/html.js";
 import { addressOf, go } from "../../../core/route.js";
 import { cameras } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
+import { MapScale } from "../../../ui/map_scale.js";
 import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
-import { STOPS } from "../../../canvas/layers/heat.js";
 import { rigs } from "../../rig/rig.js";
 import {
   before,
@@ -115,17 +115,8 @@ export function SceneForm() {
             </button>`)
           }
         </div>
-        ${sceneView.value.sheet !== "none" && it.sheet_top_mm !== null && html`<div
-          class="scale scene-scale"
-          role="img"
-          aria-label=${t("common.colour-scale", { worst: mm(it.sheet_top_mm) })}
-        >
-          <i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
-          <div>
-            <span>0</span>
-            <span>${mm(it.sheet_top_mm / 2)}</span>
-            <span>${mm(it.sheet_top_mm)} mm</span>
-          </div>
+        ${sceneView.value.sheet !== "none" && it.sheet_top_mm !== null && html`<div class="scene-scale">
+          <${MapScale} />
         </div>`}
       </section>
     `}
