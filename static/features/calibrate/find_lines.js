@@ -6,6 +6,7 @@ import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { editing, region, rotation, snapshot } from "../../core/state.js";
 import { t } from "../../core/words.js";
+import { rememberDetected, withoutDetected } from "./detected_points.js";
 import { draft } from "./draft.js";
 import { proposals } from "./line_suggestions.js";
 import { others } from "./presence.js";
@@ -39,7 +40,7 @@ export function toggleAutoDetect() {
   }
 }
 
-/** Look for the lines in the image; clicks that are there stay. */
+/** Look for the lines in the image; clicks that are there stay, what was detected before is replaced. */
 export async function findLines() {
   const picture = snapshot.value,
     document = doc.value;
@@ -57,26 +58,31 @@ export async function findLines() {
     (stop, onProgress) => runJob("/calibrations/auto", body, stop, onProgress),
     (/** @type {FoundLines} */ { observations, verdict }) => {
       if (snapshot.value?.id !== picture.id) return; // another picture by now: its draft is not ours
-      const fresh = onUnclickedLines(observations),
+      const clicked = withoutDetected(picture.id, doc.value.observations),
+        fresh = onUnclickedLines(observations, clicked),
         isSure = verdict.level !== "unsure" && verdict.level !== "nothing";
       if (!isSure)
         proposals.value = {
           along: false,
           items: fresh.map(({ feature, points }) => ({ feature: String(feature), points })),
         };
-      else if (fresh.length) change({ ...doc.value, observations: [...doc.value.observations, ...fresh] });
+      else if (fresh.length) {
+        change({ ...doc.value, observations: [...clicked, ...fresh] });
+        rememberDetected(picture.id, fresh);
+      }
       const points = isSure ? fresh.reduce((sum, o) => sum + o.points.length, 0) : 0;
       found.value = { of: doc.value, verdict, points };
     },
   );
 }
 
-/** Detect by itself, from now on: once an image, where nobody has placed a point or is about to. */
+/** Detect by itself, from now on: once an image, field, area and rotation, where nobody has placed a point or is about to. */
 export function startDetecting() {
   /** @type {Set<string>} */
   const tried = new Set();
   effect(() => {
     const picture = snapshot.value?.id,
+      asked = [picture, doc.value.field, region.value?.name, rotation.value].join(" "),
       isWanted =
         editing.value &&
         region.value !== null &&
@@ -86,8 +92,8 @@ export function startDetecting() {
         finding.value === null && // of an image that was left
         autoDetect.value;
     untracked(() => {
-      if (!picture || !isWanted || tried.has(picture)) return;
-      tried.add(picture);
+      if (!picture || !isWanted || tried.has(asked)) return;
+      tried.add(asked);
       void findLines();
     });
   });
@@ -95,11 +101,18 @@ export function startDetecting() {
 
 /**
  * What was found on lines that nobody has clicked: clicks are the operator's, and stay.
- * @param {import("../../core/types").Observation[]} detected
+ * @param {import("../../core/types").Observation[]} detected @param {import("../../core/types").Observation[]} clicked
  */
-function onUnclickedLines(detected) {
-  const clicked = new Set(doc.value.observations.filter((o) => o.points.length).map((o) => String(o.feature)));
-  return detected.filter((o) => !clicked.has(String(o.feature)));
+function onUnclickedLines(detected, clicked) {
+  const lines = new Set(clicked.filter((o) => o.points.length).map((o) => String(o.feature)));
+  return detected.filter((o) => !lines.has(String(o.feature)));
+}
+
+/** The document over another field, area or rotation: points that were detected for the former go with it.
+ * @param {Partial<import("../../core/types").Doc>} values */
+export function changePlace(values) {
+  const observations = withoutDetected(snapshot.value?.id, values.observations ?? doc.value.observations);
+  change({ ...doc.value, ...values, observations });
 }
 
 /** @type {import("../../core/actions.js").Action[]} */

@@ -1,8 +1,8 @@
 // Actions that bring a picture to the page, and that turn its field.
 import { filePicker } from "../../core/actions.js";
-import { change, doc } from "../../core/document.js";
 import { nextCamera, region, rotation, snapshot } from "../../core/state.js";
 import { t } from "../../core/words.js";
+import { changePlace } from "./find_lines.js";
 import { backgroundProgress, takePicture } from "./pictures.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
@@ -40,7 +40,7 @@ export const FIELD_ACTIONS = [
     short: t("calibrate.picture-actions.rotate.short"),
     keys: ["t"],
     group: "pictures",
-    run: () => change({ ...doc.value, rotate: (rotation.value + 90) % 360 }),
+    run: () => changePlace({ rotate: (rotation.value + 90) % 360 }),
     enabled: () => region.value !== null,
   },
 ];

@@ -1,5 +1,5 @@
 // Which field the picture shows, which part of it, and how it stands.
-import { change, doc } from "../../../core/document.js";
+import { doc } from "../../../core/document.js";
 import { areaName, areaTitle, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/route.js";
@@ -8,6 +8,7 @@ import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { onField } from "../editing.js";
+import { changePlace } from "../find_lines.js";
 import { rememberField } from "../pictures.js";
 import { FieldDrawing } from "./field_drawing.js";
 
@@ -32,7 +33,7 @@ export function FieldPanel() {
       <select
         data-testid="region"
         value=${doc.value.region}
-        onChange=${(/** @type {any} */ e) => change({ ...doc.value, region: e.target.value, rotate: null })}
+        onChange=${(/** @type {any} */ e) => changePlace({ region: e.target.value, rotate: null })}
       >
         ${Object.keys(f?.regions ?? {}).map((name) => html`<option key=${name} value=${name}>
           ${areaTitle(name)}
@@ -88,8 +89,7 @@ function chooseField(name) {
   const regions = Object.keys(next.regions),
     same = doc.value.region && regions.includes(doc.value.region);
   rememberField(name);
-  change({
-    ...doc.value,
+  changePlace({
     observations: onField(doc.value.observations, next),
     field: name,
     region: same ? doc.value.region : (regions[0] ?? null),
