@@ -67,7 +67,8 @@ def row(client: TestClient, seed: int, model: str) -> dict[str, Any]:
     claims = client.get(f"{API}/calibrations/{made['id']}/claims").json()
     sigma = made["report"]["sigma_mm"] or {}
     return {"seed": seed, "gate": claims["gate"], "model": made["model"]["name"],
-            "not held": {c["code"]: c["state"] for c in claims["items"] if c["state"] != "held"}, **true_mm(made, scene),
+            "not held": {c["code"]: c["state"] for c in claims["items"] if c["state"] != "held"},
+            **true_mm(made, scene),
             "expected": sigma.get("rms", np.nan), "expected_hat": sigma.get("hat", {}).get("rms", np.nan)}
 
 

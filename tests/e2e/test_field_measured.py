@@ -7,7 +7,7 @@ from playwright.sync_api import expect
 from app.core.field_json import field_from_json
 from app.core.field_moves import JoinedField
 from app.sources import SourceContext, source_from_url
-from tests.e2e.conftest import Operator
+from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.activation import activate_despite
 from tests.support.field_desk import OBLIQUE, calibrate_without_clicks, camera_of, copy, field_of, fill, save
 from tests.support.sim_clicks import border_clicks
@@ -32,9 +32,8 @@ def test_an_open_draft_follows_its_field_and_an_outdated_calibration_is_made_aga
     assert "centre-line" not in {o["feature"] for o in asked.value.post_data_json["observations"]}
     assert "centre-line" in {o["feature"] for o in operator.draft()["observations"]}, "what was clicked is kept"
     page.goto(f"{field_desk.url}/#/cameras")
-    expect(page.get_by_test_id("readiness")).to_contain_text(
-        t("shell.readiness.calibrated-before", cameras="The hall camera"))
-    expect(page.get_by_test_id("readiness")).to_have_attribute("data-ready", "false")
+    expect(page.get_by_test_id("claim-cameras-field")).to_contain_text("The hall camera", timeout=LONG_MS)
+    expect(page.get_by_test_id("readiness")).to_have_attribute("data-gate", "problems")
     page.goto(f"{field_desk.url}/#/cameras/hall/versions")
     changed = f"{t('markings.centre-line')}, {t('markings.centre-circle')}"
     expect(page.get_by_test_id("outdated")).to_contain_text(changed)
