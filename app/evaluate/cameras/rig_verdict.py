@@ -9,6 +9,7 @@ from app.core.statements import Sentence, Stated, join, say, stated
 from app.core.text_format import format_mm
 from app.evaluate.cameras.own_accuracy import capped_level
 from app.evaluate.cameras.rig_agreement import RigAgreement
+from app.evaluate.cameras.robot_tops import HatUnknown
 from app.evaluate.fit.report_types import Level
 from app.evaluate.fit.verdict import GOOD_MM, LEVELS, level_of
 
@@ -22,6 +23,13 @@ WORDS = {"good": say("rig.good", "The cameras agree."),
          "fair": say("rig.fair", "The cameras agree roughly. A robot shifts slightly when it passes from one to "
                                  "another."),
          "poor": say("rig.poor", "The cameras do not agree.")}
+
+
+TOPS_UNKNOWN: dict[HatUnknown, Sentence] = {
+    "no-rays": say("rig.tops-no-rays", "At robot tops the difference is unknown: that requires physical lens models."),
+    "no-covariance": say("rig.tops-no-covariance", "At robot tops the difference is unknown, because the accuracy of "
+                                                   "an imported calibration is unknown."),
+    "not-seen": say("rig.tops-not-seen", "The cameras share no area at robot tops.")}
 
 
 class PairVerdict(Stated):
@@ -58,19 +66,30 @@ class ComparedPair(TypedDict):
 def of_pair(a: str, b: str, found: RigAgreement, source: Source) -> PairVerdict:
     """Judge two cameras called a and b."""
     carpet, hat = found["carpet"], found["hat"]
-    worst = max(carpet["p95_mm"], hat["p95_mm"] if hat else 0.0)
-    level = level_of(worst)
+    level = level_of(carpet["p95_mm"])
+    if hat:  # an error that is only expected does not show that they disagree
+        at_tops = level_of(hat["p95_mm"])
+        level = capped_level(level, ["fair" if at_tops == "poor" and found["hat_from"] == "expected" else at_tops])
     differ = "{a} and {b} differ by {mean} on average, at most {most} at ({x:.0f}, {y:.0f}) mm"
     values = {"a": a, "b": b, "mean": format_mm(carpet["mean_mm"]), "most": format_mm(carpet["max_mm"]),
               "x": carpet["where"][0], "y": carpet["where"][1]}
-    sentence = (say("rig.differ-at-tops", differ + "; at robot tops at most {tops}.", **values,
-                    tops=format_mm(hat["max_mm"])) if hat else say("rig.differ", differ + ".", **values))
+    if hat is None:
+        unknown = found["hat_unknown"]
+        sentence = join(say("rig.differ", differ + ".", **values), TOPS_UNKNOWN[unknown] if unknown else "")
+    else:
+        values["tops"] = format_mm(hat["max_mm"])
+        sentence = (say("rig.expected-at-tops", differ + "; at robot tops up to about {tops} is expected.", **values)
+                    if found["hat_from"] == "expected" else
+                    say("rig.differ-at-tops", differ + "; at robot tops at most {tops}.", **values))
     if not found["both_directions"]:
         sentence = join(sentence, say("rig.one-direction", "In most of the shared area this is known in one direction "
                                       "only, because a line does not show movement along itself."))
     fixes = []
-    if level != "good":
+    if level_of(carpet["p95_mm"]) != "good":
         fixes.append(_cure(a, b, found))
+    elif level != "good":
+        fixes.append(say("rig.tops.fix", "Measure the heights of both cameras and enter them as known camera heights, "
+                         "or add matches at robot tops."))
     if not found["both_directions"]:
         fixes.append(say("rig.one-direction.fix", "Mark lines that cross in both images, or add matches."))
     elif found["covered"] < COVERED:
