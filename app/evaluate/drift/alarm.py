@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from app.core.statements import Sentence, Stated, say, stated
+from app.core.statements import Sentence, Stated, join, say, stated
 from app.evaluate.drift.monitor import DriftSample
 
 State = Literal["learning", "unfollowed", "steady", "misplaced", "knocked", "out-of-focus", "replaced", "covered",
@@ -11,6 +11,7 @@ State = Literal["learning", "unfollowed", "steady", "misplaced", "knocked", "out
 ALARMS = ("misplaced", "knocked", "out-of-focus", "replaced")
 STAYS = ("steady", "misplaced")
 PASSING = ("covered", "dark", "replaced")
+MONITORED = (*ALARMS, "steady")
 
 KNOCKED_PX, KNOCKED_MM = 0.5, 1.5  # either is a knock: half of what must be found
 MIN_PX = 0.1  # less is no knock, however many mm a pixel is
@@ -55,10 +56,14 @@ def state_of(sample: DriftSample, was_knocked: bool = False) -> State:
 
 
 class DriftJson(Stated):
-    """Whether a camera stands as it did; px and mm are not exceeded by 95 % of its region. since: unix, s."""
+    """Whether a camera stands as it did; px and mm are not exceeded by 95 % of its region. since: unix, s.
+
+    monitored: whether a movement would be seen now; an alarm stays while it would not.
+    """
 
     state: State
     alarm: bool
+    monitored: bool
     since: float
     px: float | None
     mm: float | None
@@ -76,6 +81,7 @@ class DriftStatus:
 
     worded: the sample that the sentence is about; an alarm's sentence changes only with its figures.
     misplaced: what is wrong with the calibration itself, in a sentence; empty for nothing.
+    hidden: why an alarm's camera cannot be seen now, None where it can.
     """
 
     state: State
@@ -83,9 +89,10 @@ class DriftStatus:
     sample: DriftSample | None = None
     worded: DriftSample | None = None
     misplaced: str = ""
+    hidden: State | None = None
 
     def with_sample(self, sample: DriftSample) -> "DriftStatus":
-        return replace(self, sample=sample, worded=self.worded if self.alarm and self._much_like(sample) else sample)
+        return replace(self, hidden=None, sample=sample, worded=self.worded if self.alarm and self._much_like(sample) else sample)
 
     def _much_like(self, sample: DriftSample) -> bool:
         before, now = self.worded.judged if self.worded else None, sample.judged
@@ -97,16 +104,29 @@ class DriftStatus:
     def alarm(self) -> bool:
         return self.state in ALARMS
 
+    def outlasts(self, state: State) -> bool:
+        """Return whether it is an alarm that a look like that does not disprove.
+
+        A covered camera is one whose scene is recognised: that disproves that it was replaced.
+        """
+        return self.alarm and (state == "dark" or (state == "covered" and self.state != "replaced"))
+
+    @property
+    def sentence(self) -> str:
+        told = self.misplaced if self.state == "misplaced" else sentence(self.state, self.worded)
+        return told if self.hidden is None else join(told, SENTENCES[self.hidden])
+
     def to_json(self) -> DriftJson:
         judged = self.sample.judged if self.sample else None
         return stated(DriftJson(
-            state=self.state, alarm=self.alarm, since=round(self.since, 3),
+            state=self.state, alarm=self.alarm,
+            monitored=self.state in MONITORED and self.hidden is None, since=round(self.since, 3),
             px=_rounded(judged.px if judged else None), mm=_rounded(judged.mm if judged else None),
             sigma_px=_rounded(judged.sigma_px if judged else None),
             sigma_mm=_rounded(judged.sigma_mm if judged else None),
             softer_px=self.sample.softer_px if self.sample else None,
             seen=self.sample.seen if self.sample else 0,
-            sentence=self.misplaced if self.state == "misplaced" else sentence(self.state, self.worded),
+            sentence=self.sentence,
             fix=FIXES[self.state]))
 
 
@@ -120,7 +140,7 @@ class DriftWatch:
     @property
     def doubtful(self) -> bool:
         """Whether the last sample differs from the status: then the next should not wait."""
-        return bool(self._row) and self._row[-1][0] != self.status.state
+        return bool(self._row) and self._row[-1][0] not in (self.status.state, self.status.hidden)
 
     def misplaced(self, sentence: str) -> None:
         """Note what is wrong with the calibration itself: a camera that stays is then as wrong as one knocked."""
@@ -137,6 +157,8 @@ class DriftWatch:
         enough = LONGER if state in PASSING else 1 if self.status.state == "learning" and state in STAYS else HOLD
         if state == self.status.state:
             self.status = self.status.with_sample(sample)
+        elif len(self._row) >= enough and self.status.outlasts(state):
+            self.status = replace(self.status, hidden=state)
         elif len(self._row) >= enough:
             self.status = DriftStatus(state, self._row[-enough][1], sample, sample, self.status.misplaced)
         return self.status
