@@ -81,7 +81,7 @@ def check(rig: Mapping[str, Any], pictures: Mapping[str, Pixels], matches: Seque
         if name in calibrations:
             camera["troubles"] += _of_accuracy(camera, calibrations[name], pictures.get(name))
     troubles = [trouble for camera in status["cameras"] for trouble in camera["troubles"]]
-    return {**status, "pairs": pairs, "verdict": rig_verdict.of_rig(pairs, troubles)}
+    return {**status, "pairs": pairs, "verdict": rig_verdict.of_rig(pairs, troubles, titles)}
 
 
 def _of_accuracy(camera: CameraOfRig, calibration: Calibration, pixels: Pixels | None) -> Iterator[RigTrouble]:

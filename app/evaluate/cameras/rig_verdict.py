@@ -1,6 +1,6 @@
 """Verdicts on the figures of a rig: a level, a sentence for each pair, and what to do."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 from typing_extensions import TypedDict
@@ -39,7 +39,10 @@ class PairVerdict(Stated):
 
 
 class RigVerdict(Stated):
-    level: Level | None  # None: nothing could be compared
+    """reason: why there is no level; null where there is one."""
+
+    level: Level | None
+    reason: Literal["single-camera", "nothing-compared", "outdated"] | None
     sentence: str
     fix: str
 
@@ -115,21 +118,32 @@ def _cure(a: str, b: str, found: RigAgreement) -> Sentence:
                a=a, b=b, x=x, y=y)
 
 
-def of_rig(pairs: Sequence[ComparedPair], troubles: Sequence[RigTrouble]) -> RigVerdict:
-    """Judge all pairs, and what is wrong with single cameras.
+def of_rig(pairs: Sequence[ComparedPair], troubles: Sequence[RigTrouble], titles: Mapping[str, str]) -> RigVerdict:
+    """Judge all pairs, and what is wrong with single cameras. titles: of all cameras of the rig.
 
-    Cameras that agree can be wrong alike, or where only one of them looks: a trouble with a level caps the rig's.
+    Cameras that agree can be wrong alike, or where only one of them looks: a trouble with a level caps the rig's. So
+    does a camera that was compared with no other.
     """
-    judged = [(pair["verdict"], pair["agreement"]["carpet"]["max_mm"]) for pair in pairs
+    judged = [(pair, pair["verdict"], pair["agreement"]["carpet"]["max_mm"]) for pair in pairs
               if pair["verdict"] is not None and pair["agreement"] is not None]
+    if len(titles) < 2:
+        return stated(RigVerdict(level=None, reason="single-camera", sentence=say(
+            "rig.single", "This rig has one camera: there is no other that it could agree with."),
+            fix=join(*(trouble["fix"] for trouble in troubles[:1]), say(
+                "rig.single.fix", "Add the other cameras above the field to the rig."))))
     if not judged:
         fix = troubles[0]["fix"] if troubles else say(
             "rig.no-pair.fix", "Calibrate each camera, and make sure that the images overlap.")
-        return stated(RigVerdict(level=None, fix=fix, sentence=say(
+        return stated(RigVerdict(level=None, reason="nothing-compared", fix=fix, sentence=say(
             "rig.no-pair", "No two cameras of this rig can be compared.")))
-    worst, _ = max(judged, key=lambda pair: (LEVELS.index(pair[0]["level"]), pair[1]))
+    _, worst, _ = max(judged, key=lambda pair: (LEVELS.index(pair[1]["level"]), pair[2]))
     sentence = join(WORDS[worst["level"]], say("rig.largest", "Largest difference: {pair}", pair=worst["sentence"]))
     level = capped_level(worst["level"], [trouble["level"] for trouble in troubles])
     if level != worst["level"]:
         sentence = join(*(trouble["text"] for trouble in troubles if trouble["level"] == level), sentence)
-    return stated(RigVerdict(level=level, sentence=sentence, fix=join(worst["fix"], *(t["fix"] for t in troubles[:2]))))
+    compared = {camera for pair, _, _ in judged for camera in (pair["a"], pair["b"])}
+    if alone := [title for camera, title in titles.items() if camera not in compared]:
+        level = capped_level(level, ["fair"])
+        sentence = join(say("rig.not-compared", "Compared with no other camera: {cameras}.", cameras=alone), sentence)
+    return stated(RigVerdict(level=level, reason=None, sentence=sentence,
+                             fix=join(worst["fix"], *(t["fix"] for t in troubles[:2]))))

@@ -92,7 +92,8 @@ class DriftStatus:
     hidden: State | None = None
 
     def with_sample(self, sample: DriftSample) -> "DriftStatus":
-        return replace(self, hidden=None, sample=sample, worded=self.worded if self.alarm and self._much_like(sample) else sample)
+        worded = self.worded if self.alarm and self._much_like(sample) else sample
+        return replace(self, hidden=None, sample=sample, worded=worded)
 
     def _much_like(self, sample: DriftSample) -> bool:
         before, now = self.worded.judged if self.worded else None, sample.judged
