@@ -13,6 +13,7 @@ from app.evaluate.drift.alarm import ALARMS, DriftWatch, sentence, state_of
 from app.evaluate.drift.monitor import DriftReference, DriftSample
 from app.fitting.image_motion import MotionField, MotionSize, estimate_motion
 from app.sources import SourceContext, source_from_url
+from app.models import field_from_raw
 from app.sources.sim.render import Rendering
 from app.workflows.calibration_request import CalibrationRequest
 from tests.support.drifting_cameras import bumped, fitted, followed, knocked, moved_by
@@ -73,6 +74,20 @@ def test_a_hard_knock_is_told_in_millimetres_as_well(half, degrees):
     assert state_of(sample) == "knocked" and px > 4
     assert sample.judged.px == pytest.approx(px, rel=0.12)
     assert sample.judged.mm == pytest.approx(mm, rel=0.12)
+
+
+@rounds("px", 8, 2, 4, 16, 20)
+def test_a_picture_that_jumps_any_way_is_told_with_its_size(half, px):
+    """Along many lines as well: these lie where they lay, and must not outvote the few that show the motion."""
+    rendering, reference = half
+    model, there = reference.yardstick.flow.model, reference.yardstick
+    for degrees in range(0, 360, 30):
+        shift = px * np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+        jumped = cv2.warpAffine(rendering.frame_at(7, 7.0), np.float64([[1, 0, shift[0]], [0, 1, shift[1]]]),
+                                tuple(reference.size), flags=cv2.INTER_CUBIC)
+        truth = np.linalg.norm(field_from_raw(model, there.raw + shift) - there.field, axis=1)
+        told = reference.look(jumped)
+        assert told.judged.mm == pytest.approx(np.nanpercentile(truth, 95), rel=0.25), degrees
 
 
 @pytest.mark.parametrize("model", ["homography", "polynomial", "thin-plate"])
