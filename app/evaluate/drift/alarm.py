@@ -58,7 +58,8 @@ def state_of(sample: DriftSample, was_knocked: bool = False) -> State:
 class DriftJson(Stated):
     """Whether a camera stands as it did; px and mm are not exceeded by 95 % of its region. since: unix, s.
 
-    monitored: whether a movement would be seen now; an alarm stays while it would not.
+    monitored: whether a movement would be seen now; an alarm stays while it would not. doubt: what makes the
+    calibration itself only fair, though the camera stays; empty for nothing.
     """
 
     state: State
@@ -73,6 +74,7 @@ class DriftJson(Stated):
     seen: int
     sentence: str
     fix: str
+    doubt: str
 
 
 @dataclass(frozen=True)
@@ -80,8 +82,8 @@ class DriftStatus:
     """The state, since when (unix, s), and the newest sample that showed it.
 
     worded: the sample that the sentence is about; an alarm's sentence changes only with its figures.
-    misplaced: what is wrong with the calibration itself, in a sentence; empty for nothing.
-    hidden: why an alarm's camera cannot be seen now, None where it can.
+    misplaced: what is wrong with the calibration itself, in a sentence; empty for nothing. doubt: likewise what makes
+    it only fair. hidden: why an alarm's camera cannot be seen now, None where it can.
     """
 
     state: State
@@ -89,6 +91,7 @@ class DriftStatus:
     sample: DriftSample | None = None
     worded: DriftSample | None = None
     misplaced: str = ""
+    doubt: str = ""
     hidden: State | None = None
 
     def with_sample(self, sample: DriftSample) -> "DriftStatus":
@@ -127,8 +130,7 @@ class DriftStatus:
             sigma_mm=_rounded(judged.sigma_mm if judged else None),
             softer_px=self.sample.softer_px if self.sample else None,
             seen=self.sample.seen if self.sample else 0,
-            sentence=self.sentence,
-            fix=FIXES[self.state]))
+            sentence=self.sentence, fix=FIXES[self.state], doubt=self.doubt))
 
 
 class DriftWatch:
@@ -143,9 +145,12 @@ class DriftWatch:
         """Whether the last sample differs from the status: then the next should not wait."""
         return bool(self._row) and self._row[-1][0] not in (self.status.state, self.status.hidden)
 
-    def misplaced(self, sentence: str) -> None:
-        """Note what is wrong with the calibration itself: a camera that stays is then as wrong as one knocked."""
-        self.status = replace(self.status, misplaced=sentence)
+    def misplaced(self, sentence: str, doubt: str = "") -> None:
+        """Note what is wrong with the calibration itself: a camera that stays is then as wrong as one knocked.
+
+        doubt: what makes it only fair, which is no alarm.
+        """
+        self.status = replace(self.status, misplaced=sentence, doubt=doubt)
 
     def add(self, sample: DriftSample, now: float) -> DriftStatus:
         """now: unix, s, when the picture was taken."""
@@ -161,7 +166,8 @@ class DriftWatch:
         elif len(self._row) >= enough and self.status.outlasts(state):
             self.status = replace(self.status, hidden=state)
         elif len(self._row) >= enough:
-            self.status = DriftStatus(state, self._row[-enough][1], sample, sample, self.status.misplaced)
+            self.status = replace(self.status, state=state, since=self._row[-enough][1], sample=sample, worded=sample,
+                                  hidden=None)
         return self.status
 
     def unfollowed(self, now: float) -> DriftStatus:

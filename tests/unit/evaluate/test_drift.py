@@ -12,8 +12,8 @@ from app.core.records import observations_from_json
 from app.evaluate.drift.alarm import ALARMS, DriftWatch, sentence, state_of
 from app.evaluate.drift.monitor import DriftReference, DriftSample
 from app.fitting.image_motion import MotionField, MotionSize, estimate_motion
-from app.sources import SourceContext, source_from_url
 from app.models import field_from_raw
+from app.sources import SourceContext, source_from_url
 from app.sources.sim.render import Rendering
 from app.workflows.calibration_request import CalibrationRequest
 from tests.support.drifting_cameras import bumped, fitted, followed, knocked, moved_by
