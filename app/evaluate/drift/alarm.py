@@ -5,6 +5,7 @@ from typing import Literal
 
 from app.core.statements import Sentence, Stated, join, say, stated
 from app.evaluate.drift.monitor import DriftSample
+from app.evaluate.drift.orientation import SAID
 
 State = Literal["learning", "unfollowed", "steady", "misplaced", "knocked", "out-of-focus", "replaced", "covered",
                 "dark"]
@@ -51,7 +52,8 @@ def state_of(sample: DriftSample, was_knocked: bool = False) -> State:
         now, share = sample.judged, BACK if was_knocked else 1.0
         far = now.px >= share * KNOCKED_PX or now.mm >= share * KNOCKED_MM
         return "knocked" if far and now.px >= share * MIN_PX and sample.sure >= SURE else "steady"
-    states: dict[str, State] = {"soft": "out-of-focus", "gone": "replaced", "covered": "covered", "dark": "dark"}
+    states: dict[str, State] = {"soft": "out-of-focus", "gone": "replaced", "covered": "covered", "dark": "dark",
+                                "turned": "replaced", "mirrored": "replaced"}
     return states[sample.kind]
 
 
@@ -184,6 +186,8 @@ def _same_kind(before: State, state: State) -> bool:
 
 def sentence(state: State, sample: DriftSample | None) -> Sentence:
     """Describe the status for the operator."""
+    if state == "replaced" and sample is not None and (sample.kind == "turned" or sample.kind == "mirrored"):
+        return SAID[sample.kind]
     if state in SENTENCES or sample is None or sample.judged is None:
         return SENTENCES.get(state, SENTENCES["learning"])
     if state == "out-of-focus":

@@ -17,6 +17,7 @@ from app.core import opencv
 from app.core.field import Field, Region
 from app.core.geometry import Array, ImageSize, Mask, Points, inside_picture
 from app.evaluate.drift.expected import expected_lines
+from app.evaluate.drift.orientation import OrientationReference
 from app.evaluate.drift.search import best_motion
 from app.fitting.field_lines.line_samples import fine_pattern
 from app.fitting.image_motion import ImageMotion, MotionField, MotionSize, RegionSamples, estimate_motion
@@ -48,7 +49,7 @@ MAX_STILL = 0.6  # by chance, an eighth of them would be
 ONE_WAY = 0.5  # of the share that is seen of lines the other way: with less, they may have moved out of reach
 MIN_WAY = 4  # places that tell of lines one way
 
-Kind = Literal["seen", "soft", "covered", "gone", "dark"]
+Kind = Literal["seen", "soft", "covered", "gone", "dark", "turned", "mirrored"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +69,10 @@ class DriftSample:
 
 @dataclass(frozen=True, eq=False)
 class DriftReference:
-    """Tracked lines. across (n, 4): n · B. level: mean grey about the lines; thumb: the picture, very small."""
+    """Tracked lines. across (n, 4): n · B. level: mean grey about the lines; thumb: the picture, very small.
+
+    way_round: what tells whether the picture was turned or mirrored, which the lines do not.
+    """
 
     patches: LinePatches
     across: Array
@@ -76,6 +80,7 @@ class DriftReference:
     level: float
     thumb: NDArray[np.float64]
     size: ImageSize
+    way_round: OrientationReference
 
     @classmethod
     def of(cls, pictures: list[NDArray[np.uint8]], model: CameraModel, field: Field, region: Region,
@@ -97,7 +102,8 @@ class DriftReference:
         patches = LinePatches(places[good], normals[good], patches.away, patches.rows[good], patches.weight[good],
                               patches.contrast[good])
         across = np.einsum("ni,nik->nk", patches.normals, over[good])
-        return cls(patches, across, measure, float(patches.rows.mean()), _thumb(pictures[0]), size)
+        return cls(patches, across, measure, float(patches.rows.mean()), _thumb(pictures[0]), size,
+                   OrientationReference.of(pictures[0], model, region))
 
     def look(self, picture: NDArray[np.uint8], before: DriftSample | None = None) -> DriftSample:
         """Where the lines are now. before: the last sample; a camera that was knocked is likely to lie as it did."""
@@ -117,6 +123,8 @@ class DriftReference:
         sample, each_way = self._measured(picture, best)
         if sample is None:
             return self._unseen(picture, best)
+        if (way := self.way_round.compare(picture, self.yardstick.flow.model).way) is not None:
+            return DriftSample(way, sample.seen)
         if elsewhere is None and min(each_way) < ONE_WAY * max(each_way):
             # Lines along a motion are where they were, and outvote those that it moved out of reach.
             elsewhere = best_motion(self.patches, self.across, picture)
