@@ -246,6 +246,8 @@ export default {
   "scene.too-many": "{scenes} Szenen sind geöffnet; mehr sind nicht möglich.",
   "scene.unused": "Die Szene wurde geschlossen, weil sie nicht verwendet wurde.",
   "scene.versions-differ": "Die beiden Versionen gehören nicht zur selben Kamera und Bildgröße.",
+  "series.moved": "Die Kamera wurde bewegt, während die Bilder aufgenommen wurden.",
+  "series.moved.fix": "Befestigen Sie die Kamera, und nehmen Sie die Bilder dann erneut auf.",
   "server.error": "Ein interner Fehler ist aufgetreten (Fehler {error}).",
   "server.report-error": "Versuchen Sie es erneut. Tritt der Fehler wieder auf, melden Sie ihn mit den Protokollzeilen zu Fehler {error}.",
   "server.shutting-down": "Der Server wird beendet.",
