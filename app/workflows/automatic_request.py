@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 from typing_extensions import TypedDict
 
-from app.core.common_sentences import DETECTING_LINES, ONE_CAMERA
+from app.core.common_sentences import DETECTING_LINES, ONE_CAMERA, SERIES_MOVED, SERIES_MOVED_FIX
 from app.core.errors import Conflict, FitFailed, ProblemJson
 from app.core.field import Field, Region
 from app.core.field_json import field_from_json
@@ -125,8 +125,7 @@ class AutomaticRequest:
         doubts = [*proof.doubts(), *(refused[:1] if done is None else [])]
         if done is not None and _has_moved(done.model, self.field, self.region, frame, series):
             doubts.insert(0, stated(ProblemJson(
-                reason="series-moved", what=say("series.moved", "The camera moved while the images were taken."),
-                fix=say("series.moved.fix", "Fix the camera, then take the images again."))))
+                reason="series-moved", what=SERIES_MOVED, fix=SERIES_MOVED_FIX)))
         summary |= {"doubts": doubts, "verdict": verdict_of(doubts, proof, report and report["verdict"]),
                     "proof": proof.to_json(), "report": report}
         if done is None or doubts:
