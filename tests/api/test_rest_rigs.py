@@ -136,8 +136,11 @@ def test_a_check_by_clicks_says_what_it_cannot_see(client, rig):
 def test_a_rig_shows_its_newest_check_until_a_calibration_is_replaced(client, rig, as_job):
     def checked():
         (listed,) = client.get(RIGS).json()["items"]
-        assert listed["checked"] == client.get(rig).json()["checked"]
-        return listed["checked"]
+        one, other = listed["checked"], client.get(rig).json()["checked"]
+        for found in filter(None, (one, other)):
+            found.pop("outdated")  # a camera that is learnt anew may be monitored from one moment to the next
+        assert one == other
+        return one
 
     former = activate(client, 0)
     assert checked() is None
