@@ -47,7 +47,7 @@ def auto(
     task = AutomaticRequest(known, known.region(region, rotate), model, options, rough, note=note)
     with progress_bar("Detecting lines") as progress, files.decoded(pictures) as reads:
         frame = median_frame(reads, subprogress(progress, 0.0, 0.1))
-        found, calibration = task.answer(frame, subprogress(progress, 0.1, 1.0))
+        found, calibration = task.answer(frame, subprogress(progress, 0.1, 1.0), reads)
     told = json.dumps(found, allow_nan=False) if as_json else (
         "" if calibration is None else _summary(found, calibration, output))
     if points is not None:

@@ -35,6 +35,8 @@ REPEAT = say("advice.repeat", "Try again.")
 TRY_AGAIN = say("advice.try-again", "Try again in a moment.")
 TRY_WHEN_BACK = say("advice.try-when-back", "Try again when it is back.")
 TRIES_AGAIN = say("advice.tries-again", "Touchline tries again automatically. See the server log for the reason.")
+SERIES_MOVED = say("series.moved", "The camera moved while the images were taken.")
+SERIES_MOVED_FIX = say("series.moved.fix", "Fix the camera, then take the images again.")
 
 
 def install_package(name: str) -> Sentence:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import BadImage, TouchlineError
-from app.core.statements import say
+from app.core.statements import say, sentence_in
 from app.evaluate.drift.alarm import DriftWatch
 from app.evaluate.drift.checked import verdict_in
 from app.evaluate.drift.monitor import DriftReference, DriftSample
@@ -88,7 +88,7 @@ class CameraDriftMonitor:
                 if self._changed.wait(again_s):
                     return
                 again_s = min(2 * again_s, MAX_RETRY_S)
-        watch.misplaced(reference.misplaced)
+        watch.misplaced(reference.misplaced, reference.doubt)
         sample: DriftSample | None = None
         while not self._changed.is_set():
             taken = self._capture.after(seq, WAIT_S, in_passing=True)
@@ -126,10 +126,14 @@ class CameraDriftMonitor:
 
 
 class _Reference(NamedTuple):
-    """What is followed, and in a sentence how far the calibration is from it; empty where it is not wrong."""
+    """What is followed, and in a sentence how far the calibration is from it.
+
+    misplaced: where it is wrong, doubt: where it is only fair; else empty.
+    """
 
     lines: DriftReference
     misplaced: str
+    doubt: str
 
 
 def _reference(pictures: list[NDArray[np.uint8]], applied: AppliedCalibration) -> _Reference | None:
@@ -143,4 +147,5 @@ def _reference(pictures: list[NDArray[np.uint8]], applied: AppliedCalibration) -
         verdict = verdict_in(pictures[0], applied.record)
     except (TouchlineError, np.linalg.LinAlgError):
         return None
-    return _Reference(lines, verdict["sentence"] if verdict["lines_level"] == "poor" else "")
+    told, level = sentence_in(verdict, "sentence"), verdict["lines_level"]
+    return _Reference(lines, told if level == "poor" else "", told if level == "fair" else "")

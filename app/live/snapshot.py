@@ -6,21 +6,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.common_sentences import REPEAT
+from app.core.common_sentences import REPEAT, SERIES_MOVED, SERIES_MOVED_FIX
 from app.core.errors import Unavailable
 from app.core.statements import say
 from app.images import encode
 from app.live.capture import CapturedFrame, FrameCapture
 from app.vision.motion.background import Background
+from app.vision.motion.stillness import camera_shift_px
 
 MAX_FRAMES = 60
+STILL_PX = 1.0  # a camera that stands seems to move by a third of it
 
 
 def take_still(capture: FrameCapture, frames: int, over_s: float, timeout_s: float) -> tuple[dict[str, Any], bytes]:
     """Return the next frame, or what most of so many agree on that are spread over so long; a PNG.
 
     The JSON says how many frames went in, when the first and last were taken, and which share of the pixels was never
-    seen free of moving things. Unavailable where frames do not come.
+    seen free of moving things. Unavailable where frames do not come, and where the camera moved meanwhile.
     """
     deadline = time.monotonic() + timeout_s
     first = last = capture.next(capture.status()["seq"], timeout_s)
@@ -36,6 +38,8 @@ def take_still(capture: FrameCapture, frames: int, over_s: float, timeout_s: flo
         if taken.frame.pixels.shape != first.frame.pixels.shape:
             raise Unavailable(say("image.size-changed", "The image size changed while the image was taken."),
                               REPEAT, reason="size-changed")
+        if camera_shift_px(first.frame.pixels, taken.frame.pixels) > STILL_PX:
+            raise Unavailable(SERIES_MOVED, SERIES_MOVED_FIX, reason="series-moved")
         last = taken
         background.add(taken.frame.pixels)
         count += 1

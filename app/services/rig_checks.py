@@ -4,30 +4,19 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from typing_extensions import TypedDict
-
-from app.evaluate.cameras.rig_verdict import RigVerdict
 from app.services.cache import LruCache
+from app.services.rig_outdated import NewestCheck
 from app.store.repository import timestamp, utc_now
 from app.workflows.rig_types import RigReport
 
 MAX_CHECKS = 200
 
 
-class CheckedRig(TypedDict):
-    """p95_mm: on the carpet or at hat height, whichever is more, of the two cameras that are farthest apart; null where
-    none could be compared."""
-
-    at: str
-    verdict: RigVerdict
-    p95_mm: float | None
-
-
 class RigChecks:
     """Thread-safe. A rig here is one as app/workflows/rig.py takes it."""
 
     def __init__(self) -> None:
-        self._newest: LruCache[tuple[str, str], CheckedRig] = LruCache(MAX_CHECKS)
+        self._newest: LruCache[tuple[str, str], NewestCheck] = LruCache(MAX_CHECKS)
 
     def context(self, rig: Mapping[str, Any]) -> list[str]:
         """Return what a job needs to keep its result: the rig's name, and what its check depends on."""
@@ -44,7 +33,7 @@ class RigChecks:
                                          "p95_mm": max(p95, default=None)})
         return result
 
-    def get(self, rig: Mapping[str, Any]) -> CheckedRig | None:
+    def get(self, rig: Mapping[str, Any]) -> NewestCheck | None:
         """Return the newest check; None where this rig with these calibrations was not checked."""
         name, state = self.context(rig)
         return self._newest.get((name, state))

@@ -5,6 +5,8 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from anyio import from_thread
+
 from app.core.errors import BadInput, TouchlineError
 from app.core.field_json import field_from_json
 from app.core.progress import Progress
@@ -14,8 +16,9 @@ from app.evaluate.cameras.rig_verdict import RigTrouble
 from app.imaging.mosaic import FieldView, Stitcher, stitcher_of
 from app.services.container import Services
 from app.services.live import TakenFrame, take_frame
-from app.services.rig_checks import CheckedRig
+from app.services.rig_outdated import CheckedRig, as_of_now
 from app.store.documents import Document
+from app.store.repository import utc_now
 from app.workflows.rig import camera_trouble, rig_status
 from app.workflows.rig_types import RigStatus
 
@@ -71,12 +74,16 @@ def rig_spec(services: Services, rig: Document, pictures: Pictures | None = None
 
 
 def rig_json(services: Services, rig: Document) -> RigJson:
-    """Return the rig as the API shows it."""
+    """Return the rig as the API shows it; called in a worker thread of the event loop that its cameras run on."""
     spec, body = rig_spec(services, rig), rig.body
+    check = services.rig_checks.get(spec)
+    titles = {c["camera"]: c["title"] for c in spec["cameras"] if check is not None and c["calibration"] is not None}
+    statuses = {camera: from_thread.run_sync(services.live.status, camera) for camera in titles}
     return {"name": rig.name, "title": body["title"], "field": body["field"],
             "w_max_rectangle_px": body["w_max_rectangle_px"], "h_max_rectangle_px": body["h_max_rectangle_px"],
             "n_rectangles_x": body["n_rectangles_x"], "n_rectangles_y": body["n_rectangles_y"], **rig_status(spec),
-            "checked": services.rig_checks.get(spec), "updated_at": rig.updated_at, "updated_by": rig.updated_by}
+            "checked": None if check is None else as_of_now(check, titles, statuses, utc_now()),
+            "updated_at": rig.updated_at, "updated_by": rig.updated_by}
 
 
 def snapshots_by_camera(services: Services, rig: Document, texts: Iterable[str]) -> dict[str, str]:

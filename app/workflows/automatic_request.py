@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 from typing_extensions import TypedDict
 
-from app.core.common_sentences import DETECTING_LINES, ONE_CAMERA
+from app.core.common_sentences import DETECTING_LINES, ONE_CAMERA, SERIES_MOVED, SERIES_MOVED_FIX
 from app.core.errors import Conflict, FitFailed, ProblemJson
 from app.core.field import Field, Region
 from app.core.field_json import field_from_json
@@ -17,17 +17,21 @@ from app.core.json_values import SizeJson
 from app.core.progress import Progress, no_progress
 from app.core.reading import read
 from app.core.records import Calibration, Frame, ObservationJson
-from app.core.statements import say
+from app.core.statements import say, stated
+from app.evaluate.drift.alarm import state_of
+from app.evaluate.drift.monitor import DriftReference
 from app.evaluate.fit.report_types import FitReport
 from app.evaluate.fit.verification import AutomaticVerdict, Proof, verdict_of
 from app.fitting.field_lines.search import PosePrior
-from app.models import MODELS
+from app.models import MODELS, CameraModel
 from app.vision.motion.background import Background
 from app.workflows import automatic
 from app.workflows.calibration import subprogress
 from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.job_pictures import Pictures, job_pictures
 from app.workflows.model_choice import AUTO, LADDER
+
+LOOKED_AT = 5  # pictures of a series: a camera that sways is elsewhere in one of them
 
 
 def pose_prior_from_json(value: Mapping[str, Any]) -> PosePrior:
@@ -86,9 +90,11 @@ class AutomaticRequest:
         return cls(field, field.region(value["region"], value["rotate"]), value["model"], value["options"],
                    value["rough"], value["camera"], value["snapshot"], value["note"])
 
-    def answer(self, frame: Frame, progress: Progress = no_progress) -> tuple[AutomaticAnswer, Calibration | None]:
+    def answer(self, frame: Frame, progress: Progress = no_progress, series: Pictures = (),
+               ) -> tuple[AutomaticAnswer, Calibration | None]:
         """Return what was found, and the calibration where no doubt remains.
 
+        series: the pictures of which the frame is the median; its lines must lie alike in all of them.
         A picture without a match is an answer as well: the detected lines and why none matched.
         """
         progress(0.0, DETECTING_LINES)
@@ -117,6 +123,9 @@ class AutomaticRequest:
         proof = automatic.verify(found, lines, self.field, self.region)
         summary["observations"] = [o.to_json() for o in found.observations]
         doubts = [*proof.doubts(), *(refused[:1] if done is None else [])]
+        if done is not None and _has_moved(done.model, self.field, self.region, frame, series):
+            doubts.insert(0, stated(ProblemJson(
+                reason="series-moved", what=SERIES_MOVED, fix=SERIES_MOVED_FIX)))
         summary |= {"doubts": doubts, "verdict": verdict_of(doubts, proof, report and report["verdict"]),
                     "proof": proof.to_json(), "report": report}
         if done is None or doubts:
@@ -143,10 +152,18 @@ def median_frame(pictures: Pictures, progress: Progress = no_progress) -> Frame:
     return replace(first, pixels=np.ascontiguousarray(background.picture))
 
 
+def _has_moved(model: CameraModel, field: Field, region: Region, frame: Frame, series: Pictures) -> bool:
+    """Return whether the lines of the median lie elsewhere in one of its pictures: some, evenly spread."""
+    if len(series) < 2 or (reference := DriftReference.of([frame.pixels], model, field, region)) is None:
+        return False
+    looked_at = sorted(set(np.linspace(0, len(series) - 1, LOOKED_AT).round().astype(int).tolist()))
+    return any(state_of(reference.look(series[number][1]().pixels)) == "knocked" for number in looked_at)
+
+
 def run_auto(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"task", "pictures": [{"name", "path", "sha256"}, …], "keep"}; pictures are untrusted."""
     request = AutomaticRequest.from_json(spec["task"])
     with job_pictures(spec["pictures"]) as pictures:
         frame = median_frame(pictures, subprogress(progress, 0.0, 0.1))
-    summary, made = request.answer(frame, subprogress(progress, 0.1, 1.0))
+        summary, made = request.answer(frame, subprogress(progress, 0.1, 1.0), pictures)
     return {"told": summary, "made": made.to_json() if made is not None and spec["keep"] else None}

@@ -1,5 +1,6 @@
 """Check whether a calibration still holds in a new picture, line by line, in mm. Nothing is fitted or stored."""
 
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -8,16 +9,19 @@ from typing_extensions import TypedDict
 
 from app.core import opencv
 from app.core.common_sentences import CALIBRATE_AGAIN_FOR_SIZE, DETECTING_FIELD_LINES, other_image_size
-from app.core.errors import Conflict
+from app.core.errors import Conflict, TouchlineError
 from app.core.geometry import ImageSize, Pixels
 from app.core.json_values import PointJson
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration
+from app.core.statements import stated
 from app.evaluate.drift.check_figures import CheckFigures
 from app.evaluate.drift.check_verdict import CheckVerdict, is_conclusive
 from app.evaluate.drift.checked import checked
 from app.evaluate.drift.line_check import LineDeviation, LineMeasurements
+from app.evaluate.drift.orientation import FIX, SAID, UNKNOWN, Orientation, OrientationReference, State
 from app.evaluate.fit.verification import MIN_FOUND
+from app.models.restored import Restored
 from app.workflows.automatic import detect_lines
 from app.workflows.automatic_request import median_frame
 from app.workflows.calibration import subprogress
@@ -48,6 +52,7 @@ class Check(CheckFigures):
     verdict: CheckVerdict
     lines: list[LineDeviation]
     points: list[CheckedPlace]  # some of them, for drawing
+    orientation: State  # against the picture that the calibration came from
 
 
 class CalibrationCheck(Check):
@@ -62,21 +67,36 @@ class CalibrationCheck(Check):
     snapshot: str
 
 
-def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_progress) -> Check:
-    """(h, w[, 3]) pixels; Conflict size-mismatch for a picture of another size."""
+def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_progress, before: Pixels | None = None,
+          ) -> Check:
+    """(h, w[, 3]) pixels; Conflict size-mismatch for a picture of another size.
+
+    before: the picture that the calibration came from, where it is stored.
+    """
     size = ImageSize(pixels.shape[1], pixels.shape[0])
     if size != calibration.image_size:
         raise Conflict(other_image_size(size, calibration.image_size), CALIBRATE_AGAIN_FOR_SIZE, reason="size-mismatch")
     progress(0.0, DETECTING_FIELD_LINES)
     gray = opencv.to_grey(pixels)
     seen, lines, found, verdict = checked(calibration, gray, partial(_others_share, gray))
+    seen_as = _orientation(calibration, before, pixels)
+    if seen_as.way is not None:
+        verdict = stated(CheckVerdict(level="poor", lines_level=verdict["lines_level"], reason=seen_as.way,
+                                      sentence=SAID[seen_as.way], fix=FIX))
     if not is_conclusive(found):  # what lies where a line is expected is then something else
         found = {**found, "rms_mm": None, "p95_mm": None, "rms_px": None, "left_mm": None, "carpet": None, "hat": None}
         lines = [{**line, "mean_mm": None, "rms_mm": None, "worst_mm": None, "rms_px": None} for line in lines]
     return {"calibration": calibration.id, "camera": calibration.camera, "version": calibration.version,
             "model": calibration.model_name, "field": calibration.field["name"], "region": calibration.region,
             "image_size": list(calibration.image_size), "verdict": verdict, "lines": lines, **found,
-            "points": _drawn(seen)}
+            "points": _drawn(seen), "orientation": seen_as.state}
+
+
+def _orientation(calibration: Calibration, before: Pixels | None, now: Pixels) -> Orientation:
+    if before is None or before.shape[:2] != now.shape[:2]:
+        return UNKNOWN
+    model, _, region = Restored.of(calibration)
+    return OrientationReference.of(before, model, region).compare(now, model)
 
 
 def _others_share(gray: Pixels, seen: LineMeasurements) -> float:
@@ -101,8 +121,14 @@ def _drawn(seen: LineMeasurements) -> list[CheckedPlace]:
 
 
 def run_check(spec: Any, progress: Progress) -> CalibrationCheck:
-    """A job: {"calibration": whole, "snapshot", "pictures": [{"name", "path", "sha256"}, …], untrusted}."""
+    """A job: {"calibration": whole, "snapshot", "pictures": [{"name", "path", "sha256"}, …], untrusted, "before": the
+    calibration's own or null}."""
     with job_pictures(spec["pictures"]) as pictures:
         frame = median_frame(pictures, subprogress(progress, 0.0, 0.4))
-    found = check(Calibration.from_json(spec["calibration"]), frame.pixels, subprogress(progress, 0.4, 1.0))
+    before = None
+    if spec.get("before") is not None:
+        # Gone or damaged, it tells nothing.
+        with suppress(TouchlineError), job_pictures([spec["before"]]) as pictures:
+            before = pictures[0][1]().pixels
+    found = check(Calibration.from_json(spec["calibration"]), frame.pixels, subprogress(progress, 0.4, 1.0), before)
     return {**found, "snapshot": spec["snapshot"]}

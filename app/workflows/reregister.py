@@ -21,6 +21,9 @@ from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Frame, Observation, Observations, observations_from_json
 from app.core.statements import join, say, stated
 from app.evaluate.drift.line_tracking import SIGMA_PX, TrackedLines, track_lines
+from app.evaluate.drift.orientation import FIX as ORIENTATION_FIX
+from app.evaluate.drift.orientation import SAID as ORIENTATION
+from app.evaluate.drift.orientation import OrientationReference
 from app.fitting.image_motion import estimate_motion
 from app.fitting.ray_camera.lens_prior import camera_intrinsics
 from app.images import ImageDecoder
@@ -69,6 +72,10 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
         options = dict(calibration.options)
         observations = _moved_along(calibration, found, size)
         done = workflow.calibrate(observations, field, region, size, calibration.model_name, options, part)
+    if before is not None:
+        was = OrientationReference.of(before.pixels, model, region)
+        if (way := was.compare(frame.pixels, done.model).way) is not None:
+            raise FitFailed(ORIENTATION[way], ORIENTATION_FIX, reason=way)
     off_px = _off_px(done.model, found, field.as_painted(done.report, region))
     before_px = float(calibration.report.get("rms_px") or 0.0)
     if off_px > max(WORSE * before_px, WORSE_PX * max(size.width / 1280, 0.5)):

@@ -27,6 +27,7 @@ from app.evaluate.cameras.own_accuracy import own_accuracy
 from app.evaluate.cameras.rectangles import Rectangles, most_common
 from app.evaluate.cameras.rig_agreement import agreement
 from app.evaluate.cameras.rig_verdict import RigTrouble, Source
+from app.evaluate.cameras.robot_tops import expected_at_tops
 from app.evaluate.drift.checked import verdict_in
 from app.evaluate.fit.report_types import Level
 from app.images import ImageDecoder
@@ -80,7 +81,7 @@ def check(rig: Mapping[str, Any], pictures: Mapping[str, Pixels], matches: Seque
         if name in calibrations:
             camera["troubles"] += _of_accuracy(camera, calibrations[name], pictures.get(name))
     troubles = [trouble for camera in status["cameras"] for trouble in camera["troubles"]]
-    return {**status, "pairs": pairs, "verdict": rig_verdict.of_rig(pairs, troubles)}
+    return {**status, "pairs": pairs, "verdict": rig_verdict.of_rig(pairs, troubles, titles)}
 
 
 def _of_accuracy(camera: CameraOfRig, calibration: Calibration, pixels: Pixels | None) -> Iterator[RigTrouble]:
@@ -107,7 +108,8 @@ def _pair(rig: Mapping[str, Any], titles: Mapping[str, str], names: tuple[str, s
                        "verdict": None, "notes": [], "failed": None}
     try:
         evidence, source, notes = _evidence(rig, names, (a, b), models, pictures, given, progress)
-        found = agreement(models[0], a.image_size, models[1], b.image_size, field_from_json(rig["field"]), evidence)
+        found = agreement(models[0], a.image_size, models[1], b.image_size, field_from_json(rig["field"]), evidence,
+                          expected=(expected_at_tops(a), expected_at_tops(b)))
     except FitFailed as refusal:
         return {**answer, "failed": refusal.to_json()}
     verdict = rig_verdict.of_pair(titles[names[0]], titles[names[1]], found, source)

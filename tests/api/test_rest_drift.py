@@ -90,6 +90,18 @@ def test_a_calibration_that_was_never_right_inside_the_field_is_an_alarm_though_
     assert told["alarm"] is True and told["px"] < 0.1 and "Largest error" in told["sentence"] and told["fix"]
 
 
+@pytest.mark.parametrize(("aside_px", "is_doubted"), [(0.0, False), (1.0, True)])
+def test_a_calibration_whose_lines_lie_centimetres_aside_is_doubted_and_no_alarm(followed, aside_px, is_doubted):
+    camera = followed(URL.replace("robots=3", "robots=0"))
+    clicks = [{**o, "points": [[x + aside_px, y] for x, y in o["points"]]}
+              for o in calibrated(URL, "brown-conrady").observations]
+    camera.activated(snapshot=camera.taken(), observations=clicks)
+    told = camera.becomes("steady")
+    assert told["alarm"] is False and told["monitored"] is True
+    assert ("lines" in told["doubt"]) is is_doubted, told
+    assert ("doubt" in told["statements"]) is is_doubted
+
+
 def test_without_a_calibration_nothing_is_followed_or_registered(followed):
     camera = followed()
     assert camera.drift()["state"] is None

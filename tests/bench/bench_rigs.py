@@ -1,6 +1,6 @@
 """A rig's figures: the stitched picture against bare remaps, and what a check tells against the truth.
 
-    PYTHONPATH=.:tests python tests/bench/bench_rigs.py [stitch|check]
+    PYTHONPATH=.:tests python tests/bench/bench_rigs.py [stitch|check|tops]
 """
 
 import sys
@@ -9,10 +9,15 @@ import time
 import cv2
 import numpy as np
 
+from app.core.records import observations_from_json
+from app.evaluate.cameras.evidence import from_clicks
+from app.evaluate.cameras.rig_agreement import agreement
+from app.evaluate.cameras.robot_tops import expected_at_tops
 from app.imaging.mosaic import FieldView, stitcher_of
 from app.models import field_from_raw, model_from_json
+from app.models.restored import model_of
 from app.workflows.rig import check
-from tests.support.rig_over_field import FIELD, sim_rig, sim_source
+from tests.support.rig_over_field import FIELD, HALVES, apart_in_truth, random_halves, sim_rig, sim_source
 
 WIDTH = 1600
 ROUNDS = 40
@@ -62,15 +67,37 @@ def judge(count: int, seed: int, knocked: bool) -> None:
         at = [field_from_raw(models[name], cameras[name].raw_from_field(places)) for name in (pair["a"], pair["b"])]
         told.append(mm[np.isfinite(mm)])
         true.append(np.linalg.norm(at[1] - at[0], axis=1))
-        named += "It is Camera 1" in pair["verdict"]["fix"]
+        named += "The error is in Camera 1" in pair["verdict"]["fix"]
     told, true = np.concatenate(told), np.concatenate(true)
     print(f"{count} cameras, operator {seed}, {'one knocked by 30 mm' if knocked else 'as calibrated'}: told mean "
           f"{told.mean():.1f}, worst {told.max():.1f} mm; true mean {true.mean():.1f}, worst {true.max():.1f} mm; "
           f"named in {named} of {len(found['pairs'])} pairs")
 
 
+def tops(rigs: int, height_sigma_mm: float | None) -> None:
+    """Told over true disagreement at robot tops, of rigs that hang anyhow, checked by their clicks."""
+    ratios = []
+    for seed in range(rigs):
+        made, cameras = random_halves(seed, height_sigma_mm)
+        models = [model_of(calibration) for calibration in made]
+        of_a, of_b = ((model, observations_from_json(calibration.observations), FIELD.region(half))
+                      for model, calibration, half in zip(models, made, HALVES, strict=True))
+        expected = expected_at_tops(made[0]), expected_at_tops(made[1])
+        hat = agreement(models[0], made[0].image_size, models[1], made[1].image_size, FIELD,
+                        from_clicks(*of_a, *of_b, FIELD), expected=expected)["hat"]
+        mm = np.array(hat["map"]["mm"], float)
+        places = np.stack(np.meshgrid(hat["map"]["x"], hat["map"]["y"]), axis=-1)[np.isfinite(mm)]
+        true = apart_in_truth(models, cameras, places, FIELD.hat_height_mm)
+        ratios.append([hat["p95_mm"] / np.nanpercentile(true, 95), hat["max_mm"] / np.nanmax(true),
+                       hat["p95_mm"], np.nanpercentile(true, 95)])
+    low, middle = np.min(ratios, axis=0), np.median(ratios, axis=0)
+    print(f"{rigs} rigs, heights {'unknown' if height_sigma_mm is None else f'to {height_sigma_mm:g} mm'}: told over "
+          f"true at robot tops, p95 least {low[0]:.2f}, median {middle[0]:.2f}; largest least {low[1]:.2f}, median "
+          f"{middle[1]:.2f}; p95 median told {middle[2]:.0f}, true {middle[3]:.0f} mm")
+
+
 if __name__ == "__main__":
-    which = sys.argv[1:] or ["stitch", "check"]
+    which = sys.argv[1:] or ["stitch", "check", "tops"]
     if "stitch" in which:
         for cameras_above in (2, 4):
             stitch(cameras_above)
@@ -79,3 +106,6 @@ if __name__ == "__main__":
             for operator in (0, 1):
                 for was_knocked in (False, True):
                     judge(cameras_above, operator, was_knocked)
+    if "tops" in which:
+        for sigma_mm in (20.0, None):
+            tops(20, sigma_mm)

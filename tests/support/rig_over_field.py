@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 
+from app.core.geometry import with_z
 from app.core.records import Observation
 from app.models.lens_models import BrownConrady
 from app.models.rotation import vector_from_matrix
@@ -67,3 +68,36 @@ def sim_rig(count: int, seed: int = 0, model: str = "brown-conrady", options=Non
         members.append({"camera": f"cam{number}", "title": f"Camera {number}", "region": REGIONS[count][number],
                         "rotate": None, "calibration": calibration.to_json(), "picture": None})
     return {"name": "hall", "title": "Hall", "field": FIELD.to_json(), "rectangles": {}, "cameras": members}
+
+
+def random_halves(seed: int, height_sigma_mm: float | None = 20.0):
+    """Two cameras hung anyhow, each calibrated from clicks on its half: the calibrations, and the cameras in truth.
+
+    height_sigma_mm: of the tape to each camera; None: the heights are not known.
+    """
+    random, made, cameras = np.random.default_rng(seed), [], []
+    for number, half in enumerate(HALVES):
+        tilt, fill = random.uniform(1, 14), random.uniform(0.75, 0.9)
+        camera = simulated_source(f"sim://ssl-div-b?cameras=2&camera={number}&lens=half&tilt={tilt:.1f}&fill={fill:.2f}"
+                                  f"&seed={seed + 1}&robots=0&fps=30", FIELDS).camera
+        region = FIELD.region(half)
+        circle = camera.raw_from_field(FIELD.arcs["centre-circle"].sample(25))
+        circle = circle[camera.sees(circle)]
+        clicks = [*border_observations(camera, region, 12, 0.3, random),
+                  Observation("centre-circle", "line", circle + random.normal(0, 0.3, circle.shape)),
+                  *(Observation(name, "line", line_clicks(camera, FIELD.lines[name], 25, 0.3, random)[0])
+                    for name in ("centre-line", "halfway-line"))]
+        tape = {} if height_sigma_mm is None else {"height_mm": {
+            "value": camera.position_mm[2] + random.normal(0, height_sigma_mm), "sigma": height_sigma_mm}}
+        task = CalibrationRequest(tuple(clicks), FIELD, region, camera.image_size, "brown-conrady", tape,
+                                  camera=f"cam{number}")
+        made.append(task.record(task.run(cross_validate=False)))
+        cameras.append(camera)
+    return made, cameras
+
+
+def apart_in_truth(models, cameras, places, z_mm: float):
+    """How far two models place apart what both cameras see at places (n, 2) mm of the height z_mm, (n,) mm."""
+    at = [model.unproject(camera.raw_from_field(with_z(places, z_mm)), z_mm)
+          for model, camera in zip(models, cameras, strict=True)]
+    return np.linalg.norm(at[1] - at[0], axis=1)

@@ -98,7 +98,8 @@ async def check_calibration(request: Request, services: ServicesDep, id: Id, bod
                            "Send the snapshot for the check.", reason="no-camera")
         ids = [(await services.take_snapshot(camera, request.is_disconnected, body.frames)).id]
     pictures = await services.run_in_thread(services.store.snapshots.all_for_job, ids)
-    spec = {"calibration": calibration.to_json(), "snapshot": ids[0], "pictures": pictures}
+    before = await services.run_in_thread(services.cameras.calibration_picture, calibration)
+    spec = {"calibration": calibration.to_json(), "snapshot": ids[0], "pictures": pictures, "before": before}
     return await finished_or_queued(request, services, "check", run_check, spec, job)
 
 

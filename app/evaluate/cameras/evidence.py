@@ -8,7 +8,7 @@ share height / camera height. What is higher than MAX_HEIGHT_MM is left out.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Self
 
 import numpy as np
@@ -27,13 +27,14 @@ SAME_MM = 1.0  # two cameras may call one line by two names: a border of theirs,
 @dataclass(frozen=True, eq=False)
 class OffsetMeasurements:
     """places (n, 2) mm; normals (n, 2), length 1; offset_mm (n,); own_a_mm, own_b_mm (n,): how far each camera alone
-    puts it from where the field has it, NaN where the field says nothing."""
+    puts it from where the field has it, NaN where the field says nothing; z_mm (n,) above the carpet."""
 
     places: Points
     normals: Points
     offset_mm: Array
     own_a_mm: Array
     own_b_mm: Array
+    z_mm: Array
 
     def __len__(self) -> int:
         return len(self.offset_mm)
@@ -42,28 +43,33 @@ class OffsetMeasurements:
     def of_lines(cls, feet: Points, normals: Points, own_a: Array, own_b: Array) -> Self:
         """Places of the field's own markings, and each camera's distance from them along the normal."""
         fine = np.isfinite(own_a) & np.isfinite(own_b)
-        return cls(feet[fine], normals[fine], (own_b - own_a)[fine], own_a[fine], own_b[fine])
+        return cls(feet[fine], normals[fine], (own_b - own_a)[fine], own_a[fine], own_b[fine], np.zeros(fine.sum()))
 
     @classmethod
-    def of_places(cls, at_a: Points, at_b: Points, truth: Points | None = None) -> Self:
-        """The same things as placed by both, (n, 2) mm: two directions each."""
+    def of_places(cls, at_a: Points, at_b: Points, truth: Points | None = None, z_mm: float | Array = 0.0) -> Self:
+        """The same things at z_mm, one or (n,), as placed by both, (n, 2) mm: two directions each."""
         fine = np.isfinite(at_a).all(axis=1) & np.isfinite(at_b).all(axis=1)
-        at_a, at_b = at_a[fine], at_b[fine]
+        at_a, at_b, z = at_a[fine], at_b[fine], np.broadcast_to(z_mm, fine.shape)[fine]
         places, normals = np.repeat((at_a + at_b) / 2, 2, axis=0), np.tile(np.eye(2), (len(at_a), 1))
         nothing = np.full(2 * len(at_a), np.nan)
-        own = (nothing, nothing) if truth is None else tuple((at - truth[fine]).reshape(-1) for at in (at_a, at_b))
-        return cls(places, normals, (at_b - at_a).reshape(-1), *own)
+        own_a, own_b = (nothing if truth is None else (at - truth[fine]).reshape(-1) for at in (at_a, at_b))
+        return cls(places, normals, (at_b - at_a).reshape(-1), own_a, own_b, np.repeat(z, 2))
 
     @classmethod
     def together(cls, parts: list["OffsetMeasurements"]) -> Self:
         """Concatenate parts; FitFailed nothing-shared where there is nothing."""
-        names = ("places", "normals", "offset_mm", "own_a_mm", "own_b_mm")
+        names = [member.name for member in fields(cls)]
         if not sum(map(len, parts)):
             raise FitFailed("The two cameras have no lines or points in common.",
                             "Check with images that show field lines where both cameras look, mark the same lines in "
                             "both, or give matched points.",
                             reason="nothing-shared")
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+    def at_height(self, z_mm: float) -> Self:
+        """Return those within a third of a height."""
+        near = np.abs(self.z_mm - z_mm) <= z_mm / 3
+        return replace(self, **{member.name: getattr(self, member.name)[near] for member in fields(self)})
 
 
 def from_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Points,
@@ -73,8 +79,8 @@ def from_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Poi
     Those above the carpet need rays in both; without, FitFailed no-rays where there is nothing else.
     """
     z = np.asarray(z_mm, float)
-    return OffsetMeasurements.of_places(*placed_matches(a, b, pixels_a, pixels_b, np.where(
-        (z >= 0) & (z <= MAX_HEIGHT_MM), z, np.nan)))
+    z = np.where((z >= 0) & (z <= MAX_HEIGHT_MM), z, np.nan)
+    return OffsetMeasurements.of_places(*placed_matches(a, b, pixels_a, pixels_b, z), z_mm=z)
 
 
 def placed_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Points,

@@ -3,14 +3,16 @@
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from app.core.statements import Sentence, Stated, say, stated
+from app.core.statements import Sentence, Stated, join, say, stated
 from app.evaluate.drift.monitor import DriftSample
+from app.evaluate.drift.orientation import SAID
 
 State = Literal["learning", "unfollowed", "steady", "misplaced", "knocked", "out-of-focus", "replaced", "covered",
                 "dark"]
 ALARMS = ("misplaced", "knocked", "out-of-focus", "replaced")
 STAYS = ("steady", "misplaced")
 PASSING = ("covered", "dark", "replaced")
+MONITORED = (*ALARMS, "steady")
 
 KNOCKED_PX, KNOCKED_MM = 0.5, 1.5  # either is a knock: half of what must be found
 MIN_PX = 0.1  # less is no knock, however many mm a pixel is
@@ -50,15 +52,21 @@ def state_of(sample: DriftSample, was_knocked: bool = False) -> State:
         now, share = sample.judged, BACK if was_knocked else 1.0
         far = now.px >= share * KNOCKED_PX or now.mm >= share * KNOCKED_MM
         return "knocked" if far and now.px >= share * MIN_PX and sample.sure >= SURE else "steady"
-    states: dict[str, State] = {"soft": "out-of-focus", "gone": "replaced", "covered": "covered", "dark": "dark"}
+    states: dict[str, State] = {"soft": "out-of-focus", "gone": "replaced", "covered": "covered", "dark": "dark",
+                                "turned": "replaced", "mirrored": "replaced"}
     return states[sample.kind]
 
 
 class DriftJson(Stated):
-    """Whether a camera stands as it did; px and mm are not exceeded by 95 % of its region. since: unix, s."""
+    """Whether a camera stands as it did; px and mm are not exceeded by 95 % of its region. since: unix, s.
+
+    monitored: whether a movement would be seen now; an alarm stays while it would not. doubt: what makes the
+    calibration itself only fair, though the camera stays; empty for nothing.
+    """
 
     state: State
     alarm: bool
+    monitored: bool
     since: float
     px: float | None
     mm: float | None
@@ -68,6 +76,7 @@ class DriftJson(Stated):
     seen: int
     sentence: str
     fix: str
+    doubt: str
 
 
 @dataclass(frozen=True)
@@ -75,7 +84,8 @@ class DriftStatus:
     """The state, since when (unix, s), and the newest sample that showed it.
 
     worded: the sample that the sentence is about; an alarm's sentence changes only with its figures.
-    misplaced: what is wrong with the calibration itself, in a sentence; empty for nothing.
+    misplaced: what is wrong with the calibration itself, in a sentence; empty for nothing. doubt: likewise what makes
+    it only fair. hidden: why an alarm's camera cannot be seen now, None where it can.
     """
 
     state: State
@@ -83,9 +93,12 @@ class DriftStatus:
     sample: DriftSample | None = None
     worded: DriftSample | None = None
     misplaced: str = ""
+    doubt: str = ""
+    hidden: State | None = None
 
     def with_sample(self, sample: DriftSample) -> "DriftStatus":
-        return replace(self, sample=sample, worded=self.worded if self.alarm and self._much_like(sample) else sample)
+        worded = self.worded if self.alarm and self._much_like(sample) else sample
+        return replace(self, hidden=None, sample=sample, worded=worded)
 
     def _much_like(self, sample: DriftSample) -> bool:
         before, now = self.worded.judged if self.worded else None, sample.judged
@@ -97,17 +110,29 @@ class DriftStatus:
     def alarm(self) -> bool:
         return self.state in ALARMS
 
+    def outlasts(self, state: State) -> bool:
+        """Return whether it is an alarm that a look like that does not disprove.
+
+        A covered camera is one whose scene is recognised: that disproves that it was replaced.
+        """
+        return self.alarm and (state == "dark" or (state == "covered" and self.state != "replaced"))
+
+    @property
+    def sentence(self) -> str:
+        told = self.misplaced if self.state == "misplaced" else sentence(self.state, self.worded)
+        return told if self.hidden is None else join(told, SENTENCES[self.hidden])
+
     def to_json(self) -> DriftJson:
         judged = self.sample.judged if self.sample else None
         return stated(DriftJson(
-            state=self.state, alarm=self.alarm, since=round(self.since, 3),
+            state=self.state, alarm=self.alarm,
+            monitored=self.state in MONITORED and self.hidden is None, since=round(self.since, 3),
             px=_rounded(judged.px if judged else None), mm=_rounded(judged.mm if judged else None),
             sigma_px=_rounded(judged.sigma_px if judged else None),
             sigma_mm=_rounded(judged.sigma_mm if judged else None),
             softer_px=self.sample.softer_px if self.sample else None,
             seen=self.sample.seen if self.sample else 0,
-            sentence=self.misplaced if self.state == "misplaced" else sentence(self.state, self.worded),
-            fix=FIXES[self.state]))
+            sentence=self.sentence, fix=FIXES[self.state], doubt=self.doubt))
 
 
 class DriftWatch:
@@ -120,11 +145,14 @@ class DriftWatch:
     @property
     def doubtful(self) -> bool:
         """Whether the last sample differs from the status: then the next should not wait."""
-        return bool(self._row) and self._row[-1][0] != self.status.state
+        return bool(self._row) and self._row[-1][0] not in (self.status.state, self.status.hidden)
 
-    def misplaced(self, sentence: str) -> None:
-        """Note what is wrong with the calibration itself: a camera that stays is then as wrong as one knocked."""
-        self.status = replace(self.status, misplaced=sentence)
+    def misplaced(self, sentence: str, doubt: str = "") -> None:
+        """Note what is wrong with the calibration itself: a camera that stays is then as wrong as one knocked.
+
+        doubt: what makes it only fair, which is no alarm.
+        """
+        self.status = replace(self.status, misplaced=sentence, doubt=doubt)
 
     def add(self, sample: DriftSample, now: float) -> DriftStatus:
         """now: unix, s, when the picture was taken."""
@@ -137,8 +165,11 @@ class DriftWatch:
         enough = LONGER if state in PASSING else 1 if self.status.state == "learning" and state in STAYS else HOLD
         if state == self.status.state:
             self.status = self.status.with_sample(sample)
+        elif len(self._row) >= enough and self.status.outlasts(state):
+            self.status = replace(self.status, hidden=state)
         elif len(self._row) >= enough:
-            self.status = DriftStatus(state, self._row[-enough][1], sample, sample, self.status.misplaced)
+            self.status = replace(self.status, state=state, since=self._row[-enough][1], sample=sample, worded=sample,
+                                  hidden=None)
         return self.status
 
     def unfollowed(self, now: float) -> DriftStatus:
@@ -155,6 +186,8 @@ def _same_kind(before: State, state: State) -> bool:
 
 def sentence(state: State, sample: DriftSample | None) -> Sentence:
     """Describe the status for the operator."""
+    if state == "replaced" and sample is not None and (sample.kind == "turned" or sample.kind == "mirrored"):
+        return SAID[sample.kind]
     if state in SENTENCES or sample is None or sample.judged is None:
         return SENTENCES.get(state, SENTENCES["learning"])
     if state == "out-of-focus":

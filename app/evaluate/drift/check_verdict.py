@@ -48,7 +48,8 @@ class CheckVerdict(Stated):
     lines_level: Level | None
     sentence: str
     fix: str
-    reason: Literal["holds", "moved", "lens", "lines-missing", "as-made", "elsewhere", "not-seen", "never-right"]
+    reason: Literal["holds", "moved", "lens", "lines-missing", "as-made", "elsewhere", "not-seen", "never-right",
+                    "turned", "mirrored"]
 
 
 def is_conclusive(found: CheckFigures) -> bool:

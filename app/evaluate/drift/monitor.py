@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from app.core import opencv
 from app.core.field import Field, Region
-from app.core.geometry import Array, ImageSize, Points, inside_picture
+from app.core.geometry import Array, ImageSize, Mask, Points, inside_picture
 from app.evaluate.drift.expected import expected_lines
+from app.evaluate.drift.orientation import OrientationReference
 from app.evaluate.drift.search import best_motion
 from app.fitting.field_lines.line_samples import fine_pattern
 from app.fitting.image_motion import ImageMotion, MotionField, MotionSize, RegionSamples, estimate_motion
@@ -45,7 +46,10 @@ MORE = 1.5  # times as many places must be seen elsewhere, to believe that
 MAX_BARE = 0.4
 MAX_STILL = 0.6  # by chance, an eighth of them would be
 
-Kind = Literal["seen", "soft", "covered", "gone", "dark"]
+ONE_WAY = 0.5  # of the share that is seen of lines the other way: with less, they may have moved out of reach
+MIN_WAY = 4  # places that tell of lines one way
+
+Kind = Literal["seen", "soft", "covered", "gone", "dark", "turned", "mirrored"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +69,10 @@ class DriftSample:
 
 @dataclass(frozen=True, eq=False)
 class DriftReference:
-    """Tracked lines. across (n, 4): n · B. level: mean grey about the lines; thumb: the picture, very small."""
+    """Tracked lines. across (n, 4): n · B. level: mean grey about the lines; thumb: the picture, very small.
+
+    way_round: what tells whether the picture was turned or mirrored, which the lines do not.
+    """
 
     patches: LinePatches
     across: Array
@@ -73,6 +80,7 @@ class DriftReference:
     level: float
     thumb: NDArray[np.float64]
     size: ImageSize
+    way_round: OrientationReference
 
     @classmethod
     def of(cls, pictures: list[NDArray[np.uint8]], model: CameraModel, field: Field, region: Region,
@@ -94,7 +102,8 @@ class DriftReference:
         patches = LinePatches(places[good], normals[good], patches.away, patches.rows[good], patches.weight[good],
                               patches.contrast[good])
         across = np.einsum("ni,nik->nk", patches.normals, over[good])
-        return cls(patches, across, measure, float(patches.rows.mean()), _thumb(pictures[0]), size)
+        return cls(patches, across, measure, float(patches.rows.mean()), _thumb(pictures[0]), size,
+                   OrientationReference.of(pictures[0], model, region))
 
     def look(self, picture: NDArray[np.uint8], before: DriftSample | None = None) -> DriftSample:
         """Where the lines are now. before: the last sample; a camera that was knocked is likely to lie as it did."""
@@ -104,13 +113,25 @@ class DriftReference:
         if np.mean(self.patches.seen_now(picture, np.zeros((1, 2)))) < min(DARK_LEVEL, DARK_SHARE * self.level):
             return DriftSample("dark", 0)
         best = max((self._tried(picture, guess) for guess in guesses), key=lambda tried: tried.count)
+        elsewhere = None
         if best.count < 2 * self.least:
             others = [self._tried(picture, guesses[0], level) for level in OTHER_FOCUS]
             elsewhere = best_motion(self.patches, self.across, picture)
             others += [] if elsewhere is None else [self._tried(picture, elsewhere)]
             other = max(others, key=lambda tried: tried.count)
             best = other if other.count > MORE * max(best.count, MIN_SEEN) else best
-        return self._measured(picture, best) or self._unseen(picture, best)
+        sample, each_way = self._measured(picture, best)
+        if sample is None:
+            return self._unseen(picture, best)
+        if (way := self.way_round.compare(picture, self.yardstick.flow.model).way) is not None:
+            return DriftSample(way, sample.seen)
+        if elsewhere is None and min(each_way) < ONE_WAY * max(each_way):
+            # Lines along a motion are where they were, and outvote those that it moved out of reach.
+            elsewhere = best_motion(self.patches, self.across, picture)
+            if elsewhere is not None and self._far(elsewhere - best.q):
+                other_sample, other_way = self._measured(picture, self._tried(picture, elsewhere))
+                return other_sample if other_sample is not None and sum(other_way) > sum(each_way) else sample
+        return sample
 
     @property
     def least(self) -> float:
@@ -122,12 +143,12 @@ class DriftReference:
         rows = self.patches.seen_now(picture, np.nan_to_num(shifts))
         return _Tried(q, rows, self.patches.offsets(rows, softer_px))
 
-    def _measured(self, picture: NDArray[np.uint8], tried: "_Tried") -> DriftSample | None:
-        """None where too few places agree."""
+    def _measured(self, picture: NDArray[np.uint8], tried: "_Tried") -> tuple[DriftSample | None, tuple[float, float]]:
+        """Return the sample, None where too few places agree, and the share that agrees of lines either way."""
         for _ in range(MAX_STEPS):
             found = tried.offsets.seen
             if tried.count < self.least:
-                return None
+                return None, (0.0, 0.0)
             softer = self.patches.softness(tried.rows, found)
             motion = estimate_motion(self.across[found], tried.offsets.px[found],
                                      tried.offsets.sigma_px[found]).compose(tried.q)
@@ -136,9 +157,19 @@ class DriftReference:
             tried = self._tried(picture, motion.q, softer)
         count = int(motion.agreeing.sum())
         if count < self.least:
-            return None
+            return None, (0.0, 0.0)
         kind: Kind = "soft" if abs(softer) >= SOFTER_PX else "seen"
-        return DriftSample(kind, count, self.yardstick.measure(motion), motion, motion.sure, softer)
+        agreeing = found.copy()
+        agreeing[found] = motion.agreeing
+        return DriftSample(kind, count, self.yardstick.measure(motion), motion, motion.sure, softer), (
+            self._shares(agreeing))
+
+    def _shares(self, places: Mask) -> tuple[float, float]:
+        """Return the share of these places of lines that run up and down the picture, and of those across it."""
+        upright = np.abs(self.patches.normals[:, 0]) > np.abs(self.patches.normals[:, 1])
+        every = float(places.mean())
+        up, level = (float(places[way].mean()) if way.sum() >= MIN_WAY else every for way in (upright, ~upright))
+        return up, level
 
     def _unseen(self, picture: NDArray[np.uint8], tried: "_Tried") -> DriftSample:
         """Tell covered lines from lines that are gone."""

@@ -12,6 +12,7 @@ from app.core.records import observations_from_json
 from app.evaluate.drift.alarm import ALARMS, DriftWatch, sentence, state_of
 from app.evaluate.drift.monitor import DriftReference, DriftSample
 from app.fitting.image_motion import MotionField, MotionSize, estimate_motion
+from app.models import field_from_raw
 from app.sources import SourceContext, source_from_url
 from app.sources.sim.render import Rendering
 from app.workflows.calibration_request import CalibrationRequest
@@ -73,6 +74,20 @@ def test_a_hard_knock_is_told_in_millimetres_as_well(half, degrees):
     assert state_of(sample) == "knocked" and px > 4
     assert sample.judged.px == pytest.approx(px, rel=0.12)
     assert sample.judged.mm == pytest.approx(mm, rel=0.12)
+
+
+@rounds("px", 8, 2, 4, 16, 20)
+def test_a_picture_that_jumps_any_way_is_told_with_its_size(half, px):
+    """Along many lines as well: these lie where they lay, and must not outvote the few that show the motion."""
+    rendering, reference = half
+    model, there = reference.yardstick.flow.model, reference.yardstick
+    for degrees in range(0, 360, 30):
+        shift = px * np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+        jumped = cv2.warpAffine(rendering.frame_at(7, 7.0), np.float64([[1, 0, shift[0]], [0, 1, shift[1]]]),
+                                tuple(reference.size), flags=cv2.INTER_CUBIC)
+        truth = np.linalg.norm(field_from_raw(model, there.raw + shift) - there.field, axis=1)
+        told = reference.look(jumped)
+        assert told.judged.mm == pytest.approx(np.nanpercentile(truth, 95), rel=0.25), degrees
 
 
 @pytest.mark.parametrize("model", ["homography", "polynomial", "thin-plate"])
@@ -197,6 +212,38 @@ def test_a_calibration_whose_lines_are_elsewhere_is_an_alarm_though_the_camera_s
     assert watch.add(seen(3.0), 3.0).state == "knocked"
     watch.add(seen(), 4.0)
     assert watch.add(seen(), 5.0).state == "misplaced"
+
+
+@pytest.mark.parametrize("kind", ["dark", "covered"])
+def test_an_alarm_holds_until_a_look_disproves_it_and_says_that_nothing_is_seen_now(kind):
+    watch, hidden = DriftWatch(0.0), DriftSample(kind, 0)
+    for second, sample in enumerate([seen(), seen(3), seen(3), *[hidden] * 6]):
+        told = watch.add(sample, float(second))
+    assert told.state == "knocked" and told.since == 1.0 and not watch.doubtful
+    json = told.to_json()
+    assert json["alarm"] and not json["monitored"] and "15 mm" in json["sentence"]
+    assert "cannot be detected" in json["sentence"]
+    json = watch.add(seen(3), 10.0).to_json()
+    assert json["alarm"] and json["monitored"] and "cannot be detected" not in json["sentence"]
+    watch.add(seen(), 11.0)
+    assert not watch.add(seen(), 12.0).alarm
+
+
+def test_a_camera_thought_replaced_is_believed_once_its_scene_is_seen_again_though_people_stand_in_it():
+    watch = DriftWatch(0.0)
+    states = [watch.add(sample, 0.0).state for sample in [DriftSample("gone", 0)] * 4 + [DriftSample("dark", 0)] * 4
+              + [DriftSample("covered", 0)] * 4]
+    assert states[3] == states[7] == "replaced" and states[-1] == "covered"
+
+
+@pytest.mark.parametrize(("kind", "monitored"), [("seen", True), ("dark", False), ("covered", False)])
+def test_what_cannot_be_seen_is_not_monitored(kind, monitored):
+    watch = DriftWatch(0.0)
+    assert not watch.status.to_json()["monitored"]
+    for second in range(5):
+        told = watch.add(DriftSample(kind, 9, MotionSize(0, 0, 0, 0)), float(second))
+    assert told.to_json()["monitored"] is monitored
+    assert not watch.unfollowed(9.0).to_json()["monitored"]
 
 
 def test_alarms_of_two_kinds_in_a_row_are_one():

@@ -12,7 +12,7 @@ from app.models import field_from_raw, model_from_json
 from app.models.restored import Restored
 from app.workflows.automatic_request import AutomaticRequest, median_frame
 from tests.support.auto_scenes import SceneSpec, SeenScene, carpet_error_mm, fields, scene_of
-from tests.support.tiers import long
+from tests.support.tiers import long, rounds
 
 RIGHT_MM = 3.0  # a wrong assignment is off by decimetres
 PLAIN = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 6, 0)
@@ -173,6 +173,28 @@ def test_of_several_pictures_what_moves_vanishes(plain):
         pictures.append(Frame(pixels))
     made = AutomaticRequest(plain.field, plain.region).answer(median_frame([("", lambda p=p: p) for p in pictures]))[1]
     assert made is not None and error_mm(made, plain) < RIGHT_MM
+
+
+MOVES = {"30 px in the middle": [0] * 7 + [30] * 6, "6 px in the middle": [0] * 7 + [6] * 6,
+         "6 px at the end": [0] * 12 + [6], "swaying": [3 * (-1) ** n for n in range(13)]}
+
+
+@rounds("how", *MOVES)
+def test_a_camera_that_moved_while_a_series_was_taken_is_noticed(plain, how):
+    def seen(by):
+        return Frame(np.ascontiguousarray(np.roll(plain.pixels, by, axis=1)))
+    series = [("", lambda by=by: seen(by)) for by in MOVES[how]]
+    told, made = AutomaticRequest(plain.field, plain.region).answer(median_frame(series), series=series)
+    assert made is None and told["verdict"]["reason"] == "series-moved" and told["verdict"]["fix"]
+
+
+def test_of_a_series_that_stood_still_nothing_is_doubted(plain):
+    rng = np.random.default_rng(0)
+    noisy = [Frame(np.clip(plain.pixels + rng.normal(0, 3, plain.pixels.shape), 0, 255).astype(np.uint8))
+             for _ in range(5)]
+    series = [("", lambda p=p: p) for p in noisy]
+    told, made = AutomaticRequest(plain.field, plain.region).answer(median_frame(series), series=series)
+    assert made is not None and told["doubts"] == []
 
 
 def test_pictures_of_two_sizes_are_refused(plain):

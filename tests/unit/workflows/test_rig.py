@@ -51,3 +51,22 @@ def test_a_pair_is_no_better_than_its_calibrations(by_borders):
     a, b = (Calibration.from_json(camera["calibration"]) for camera in by_borders["cameras"])
     verdict = evaluate_pair(None, None, a, b)["agreement"]["verdict"]
     assert verdict["level"] == "poor" and "cam0" in verdict["sentence"] and "cam1" in verdict["fix"]
+
+
+def test_a_rig_of_one_camera_and_one_that_nobody_could_compare_agree_with_nothing(by_borders):
+    alone = {**by_borders, "cameras": by_borders["cameras"][:1]}
+    verdict = check(alone, {})["verdict"]
+    assert verdict["level"] is None and verdict["reason"] == "single-camera" and verdict["fix"]
+    uncalibrated = [by_borders["cameras"][0], {**by_borders["cameras"][1], "calibration": None}]
+    verdict = check({**by_borders, "cameras": uncalibrated}, {})["verdict"]
+    assert verdict["level"] is None and verdict["reason"] == "nothing-compared" and verdict["fix"]
+
+
+def test_a_rig_is_no_better_than_fair_while_a_camera_is_compared_with_no_other(by_borders):
+    rig = json.loads(json.dumps(by_borders))
+    for camera in rig["cameras"]:
+        camera["calibration"]["report"]["verdict"]["level"] = "good"
+    assert check(rig, {})["verdict"]["level"] == "good"
+    rig["cameras"].append({**rig["cameras"][0], "camera": "cam9", "title": "Camera 9", "calibration": None})
+    verdict = check(rig, {})["verdict"]
+    assert verdict["level"] == "fair" and verdict["reason"] is None and "Camera 9" in verdict["sentence"]

@@ -34,7 +34,7 @@ export function DriftPanel({ id }) {
       </div>`
       : QUIET.has(it.state)
       ? html`<p data-testid="drift-words">
-        <b>${it.sentence}</b>
+        <b>${it.sentence}</b> ${it.doubt}
       </p>`
       : html`<div class="warning-line" role="status" data-testid="drift-words">
         <b>${it.sentence}</b> ${it.fix}

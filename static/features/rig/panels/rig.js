@@ -41,7 +41,8 @@ const BY = {
 
 export function RigForm() {
   const it = rig.value,
-    common = it?.rectangles;
+    common = it?.rectangles,
+    outdated = it?.checked?.outdated[0];
   if (!it)
     return html`<section>
       <h2>${t("rig.none")}</h2>
@@ -64,6 +65,9 @@ export function RigForm() {
           </p>`)}
         </li>`)}
       </ul>
+      ${outdated && html`<p class="warning-line" data-testid="rig-outdated" data-reason=${outdated.reason}>
+        <b>${outdated.text}</b> ${outdated.fix}
+      </p>`}
     </section>
     <section aria-label=${t("rig.rectangles")}>
       <h2>${t("rig.rectangles.title")}</h2>
