@@ -20,6 +20,9 @@ const GOOD_MM = 5;
 /** The end of the scale; more has the colour of this. */
 export const TOP_MM = 15;
 
+/** The colour of a length, for what is drawn in steps. @param {number} mm */
+export const shadeOf = (mm) => STOPS[Math.round(Math.min(1, mm / TOP_MM) * (STOPS.length - 1))];
+
 export const MapScale = () => html`<div
   class="scale"
   role="img"

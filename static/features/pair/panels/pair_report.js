@@ -5,8 +5,8 @@ import { html } from "../../../core/html.js";
 import { fields } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { rich } from "../../../ui/rich.js";
+import { shadeOf } from "../../../ui/map_scale.js";
 import { Title } from "../../../ui/title.js";
-import { STOPS } from "../../../canvas/layers/heat.js";
 import { chosenBasis, linesBases, linesBasis, pairAnswer, refusal, stale } from "../evaluation.js";
 import { choose, removeMatch } from "../matches.js";
 import { both, calibrations } from "../pair.js";
@@ -127,7 +127,7 @@ function Map({ it }) {
             y=${-y[j] - h / 2}
             width=${w}
             height=${h}
-            fill=${STOPS[Math.round((v / it.max_mm) * (STOPS.length - 1))]}
+            fill=${shadeOf(v)}
           >
             <title>${mm(v)} mm</title>
           </rect>`,

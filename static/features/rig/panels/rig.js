@@ -5,6 +5,7 @@ import { areaName, dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf, route } from "../../../core/route.js";
 import { t } from "../../../core/words.js";
+import { MapScale, shadeOf } from "../../../ui/map_scale.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { rich } from "../../../ui/rich.js";
 import { Working } from "../../../ui/working.js";
@@ -246,7 +247,7 @@ function Cells({ pair, px, k }) {
           y=${cy - h / 2}
           width=${w}
           height=${h}
-          fill=${STOPS[Math.round(Math.min(1, v / TOP_MM) * (STOPS.length - 1))]}
+          fill=${shadeOf(v)}
         >
           <title>${mm(v)} mm</title>
         </rect>`;
