@@ -89,6 +89,8 @@ export default {
   "warning.extrapolated-fix.right-top": "Setzen Sie einen Punkt auf die rechte Begrenzung nahe der oberen Ecke.",
   "warning.extrapolated-fix.top-left": "Setzen Sie einen Punkt auf die obere Begrenzung nahe der linken Ecke.",
   "warning.extrapolated-fix.top-right": "Setzen Sie einen Punkt auf die obere Begrenzung nahe der rechten Ecke.",
+  "warning.height-contradicted": "Die Punkte ergeben eine Kamerahöhe von {points_m} ± {sigma_m} m; eingegeben wurden {entered_m} m.",
+  "warning.height-contradicted.fix": "Messen Sie die Höhe erneut, vom Teppich bis zum Objektiv. Ist sie richtig, prüfen Sie die Feldgröße und das Objektiv. Entfernen Sie sie sonst, damit die Punkte sie bestimmen.",
   "warning.misplaced-lines": "Linien im Bild liegen nicht dort, wo das Feldmodell sie hat: {lines}.",
   "warning.misplaced-lines.fix": "Prüfen Sie den Feldtyp. Ist er richtig, messen Sie diese Linien und korrigieren Sie das Feld.",
   "warning.outlier": "Punkt {n} ({line}) {where} und wurde aus der Anpassung ausgeschlossen.",
