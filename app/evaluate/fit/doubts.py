@@ -12,7 +12,10 @@ from app.evaluate.fit.report_types import Level
 from app.fitting.ray_camera.height_check import HeightJson
 
 # The best level under a warning, by its reason.
-BEST_LEVEL: Mapping[str, Level] = {"height-contradicted": "poor"}
+BEST_LEVEL: Mapping[str, Level] = {
+    "height-contradicted": "poor", "residuals-too-large": "poor", "unusual-height": "poor",
+    "unusual-focal-length": "poor", "unusual-aspect": "fair", "unusual-principal-point": "fair",
+    "misplaced-lines": "fair"}
 GRID = 9  # places each way over the region
 
 

@@ -29,6 +29,7 @@ from app.fitting.ray_camera.distortion_prior import read_distortion, with_distor
 from app.fitting.ray_camera.height_check import check_height
 from app.fitting.ray_camera.initial import start_states
 from app.fitting.ray_camera.lens_prior import read_lens, with_lens
+from app.fitting.ray_camera.misfit import residual_warnings, without_square_pixels
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.fitting.ray_camera.problem import gather_clicks, line_incidences
 from app.fitting.ray_camera.search import best_start, solve
@@ -135,16 +136,19 @@ class RayFitter(Fitter):
             "choices": {"start": parameters_json(model), **best.choices},
         }
         warnings = [*outlier_warnings(observations, problem.owners, best.inliers, best.pixels),
+                    *residual_warnings(best.rms_px, settings, image_size),
                     *misplaced_line_warnings(notes["line_offsets_mm"], line_sigma_mm(settings, field)),
                     *unusual_camera_warnings(state, best.task.priors, image_size, field)]
         alternative = None
         if learned is None:
-            height = check_height(fit_problem(state, *setup), best, settings)
+            task = fit_problem(state, *setup)
+            height = check_height(task, best, settings)
             notes["height"] = height.told
             warnings += height.warnings()
-            if height.alone is not None and height.is_contradicted:
-                alternative = Fit(camera(height.alone.minimum.state), inliers, (True,) * len(observations),
-                                  covariance=height.alone.covariance, parameter_names=height.alone.free_names)
+            other = height.alone if height.is_contradicted else without_square_pixels(task, best, settings)
+            if other is not None:
+                alternative = Fit(camera(other.minimum.state), inliers, (True,) * len(observations),
+                                  covariance=other.covariance, parameter_names=other.free_names)
         covariance, names = best.covariance, best.free_names
         sigma = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
         notes["line_offset_sigmas_mm"] = {

@@ -77,8 +77,7 @@ def check_height(task: RayFitProblem, found: Result, settings: Mapping[str, Any]
     # so wide that it only keeps the search in sight
     anywhere = ScalarPrior("log_height", float(np.log(entered.value)), HEIGHT_SIGMA)
     try:
-        alone = solve(replace(task, priors=tuple(anywhere if p is entered else p for p in task.priors)),
-                      found.minimum.state, settings)
+        alone = solve(task.with_prior("height", anywhere), found.minimum.state, settings)
         height, sigma = _height(alone)
     except FitFailed:
         return HeightCheck(told)

@@ -76,6 +76,10 @@ class RayFitProblem:
             by = np.concatenate([by, self.lens_prior.jacobian(names, values)])
         return known, by
 
+    def with_prior(self, name: str, prior: ScalarPrior) -> "RayFitProblem":
+        """Return the same problem with another prior in the place of the one so called."""
+        return replace(self, priors=tuple(prior if p.name == name else p for p in self.priors))
+
     def click_weights(self, state: CameraState, sigma_px: float) -> Array:
         """Return the weight (n,) of each click's residual: 1, and less for marks, which may lie beside their places."""
         weights = np.ones(len(self.problem.pixels))

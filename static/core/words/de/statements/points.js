@@ -95,6 +95,8 @@ export default {
   "warning.misplaced-lines.fix": "Prüfen Sie den Feldtyp. Ist er richtig, messen Sie diese Linien und korrigieren Sie das Feld.",
   "warning.outlier": "Punkt {n} ({line}) {where} und wurde aus der Anpassung ausgeschlossen.",
   "warning.outlier.fix": "Ziehen Sie ihn auf die Linie, oder entfernen Sie ihn.",
+  "warning.residuals-too-large": "Die Punkte liegen {px} px daneben; höchstens {limit_px} px sind zu erwarten.",
+  "warning.residuals-too-large.fix": "Wurde ein Objektiv vorgegeben, prüfen Sie, ob es das dieser Kamera ist, bei diesem Fokus und Zoom. Prüfen Sie sonst den Feldtyp und die Linie jedes Punkts, oder versuchen Sie ein anderes Objektivmodell.",
   "warning.unusual-aspect": "Die Pixel sind laut Anpassung {times}-mal so hoch wie breit.",
   "warning.unusual-aspect.fix": "Wurde das Bild gestreckt, erhöhen Sie aspect_sigma. Prüfen Sie sonst die Feldgröße.",
   "warning.unusual-focal-length": "Das angepasste Objektiv erfasst {deg}° über das Bild; üblich sind 40° bis 90°.",
