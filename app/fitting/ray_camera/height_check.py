@@ -2,8 +2,9 @@
 
 A wrong height bends focal length and lens until the points fit again, and hides itself: the noise is learned larger,
 and good points are outliers. So the fit is made once more from where it ended, without the height, with a noise of its
-own. How far the two are apart is the likelihood ratio under that noise, √(least cost with the height - without): where
-height and focal length trade, the valley is bent, and σ at one place is not that of the next.
+own. How far the two are apart is the lesser of two measures: by σ of both, and by the likelihood ratio under that
+noise, √(least cost with the height - without). Where height and focal length trade, the valley is bent, and σ at one
+place is not that of the next.
 """
 
 from collections.abc import Mapping
@@ -85,11 +86,12 @@ def check_height(task: RayFitProblem, found: Result, settings: Mapping[str, Any]
     both.problem.places = np.empty(0)
     taped = minimum_near(both, found.minimum.state, alone.sigma_px * float(np.sqrt(alone.correlation)), 0,
                          tolerance=NEAR)
-    sigmas = float(np.sqrt(max(taped.cost - alone.minimum.cost, 0.0)))
+    spread = float(np.hypot(sigma, entered.sigma))
+    sigmas = min(float(np.sqrt(max(taped.cost - alone.minimum.cost, 0.0))), abs(height - entered.value) / spread)
     told |= {"points_mm": height, "points_sigma_mm": sigma, "sigmas": sigmas}
     if sigmas > CONTRADICTED_SIGMAS:
         told["state"] = "contradicted"
-    elif CONTRADICTED_SIGMAS * np.hypot(sigma, entered.sigma) <= CHECKED_SHARE * entered.value:
+    elif CONTRADICTED_SIGMAS * spread <= CHECKED_SHARE * entered.value:
         told["state"] = "agrees"
     return HeightCheck(told, alone)
 

@@ -55,8 +55,8 @@ def test_an_operator_s_clicks_on_a_real_picture_are_near_enough(name):
 
 def test_a_stretched_picture_is_not_called_good_and_its_error_at_robot_tops_is_told():
     """Held nearly square, height, tilt and lens make up for it with residuals of a third of a pixel."""
-    scene = height_scene(2, "oblique", "detected", lens="machine-3.5mm", height_mm=4500.0, tilt_deg=25.0)
-    centre, wide = np.array(scene.image_size.centre), np.array([1.04, 1.0])
+    scene = height_scene(3, "oblique", "detected", lens="kitti-cam0", height_mm=5500.0, tilt_deg=25.0)
+    centre, wide = np.array(scene.image_size.centre), np.array([1.05, 1.0])
 
     def stretched(points):
         return (points - centre) * wide + centre
@@ -72,4 +72,4 @@ def test_a_stretched_picture_is_not_called_good_and_its_error_at_robot_tops_is_t
     inside = scene.camera.inside(pixels)
     off = done.model.unproject(stretched(pixels[inside]), TOPS_MM) - tops[inside, :2]
     true_mm = float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
-    assert true_mm > 10 and done.report["sigma_mm"]["hat"]["rms"] > true_mm / 3
+    assert true_mm > 10 and done.report["sigma_mm"]["hat"]["rms"] > true_mm / 2
