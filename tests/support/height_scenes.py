@@ -54,12 +54,12 @@ class HeightScene:
         return {"height_mm": {"value": self.height_mm * factor + off_mm, "sigma": sigma_mm}}
 
     def error_mm(self, model: RayCamera, z_mm: float) -> float:
-        """Return the rms error in a plane over the region in sight, mm."""
+        """Return the rms error in a plane over the region in sight and in reach, mm."""
         places = self._grid
         pixels = self.camera.project(np.column_stack([places, np.full(len(places), z_mm)]))
         seen = self.camera.inside(pixels)
         off = model.unproject(pixels[seen], z_mm) - places[seen]
-        return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
+        return float(np.sqrt(np.nanmean(np.sum(off**2, axis=1))))
 
     @cached_property
     def _grid(self) -> np.ndarray:
