@@ -15,7 +15,7 @@ from app.fitting.ray_camera.search import RayFitProblem, RayFitResult, solve
 CLICK_SHARE = 0.7 / 1280  # σ of a careless click, of the picture's width; real ones have 0.3 to 0.5 px of 1280
 TOO_LARGE = 3.0  # of that, rms
 STRETCHED = 0.05  # σ of the aspect of a picture that was stretched
-LEAST_PX = 1.5  # what no image is too sharp for
+MIN_LIMIT_PX = 1.5  # what no image is too sharp for
 
 
 def residual_warnings(rms_px: float, settings: Mapping[str, Any], image_size: ImageSize) -> list[Warning]:
@@ -24,7 +24,7 @@ def residual_warnings(rms_px: float, settings: Mapping[str, Any], image_size: Im
     That is measured against what the options say of a click, or what clicks are like: σ as estimated from the points
     themselves grows with any misfit.
     """
-    limit_px = max(TOO_LARGE * (settings["click_sigma_px"] or CLICK_SHARE * image_size.width), LEAST_PX)
+    limit_px = max(TOO_LARGE * (settings["click_sigma_px"] or CLICK_SHARE * image_size.width), MIN_LIMIT_PX)
     if rms_px <= limit_px:
         return []
     return [Warning("residuals-too-large", say(
