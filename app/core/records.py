@@ -158,6 +158,7 @@ class Fit:
     inliers: for each observation a bool array, false where a point was rejected as an outlier.
     used: for each observation, whether the model rests on it; the others only check it.
     covariance (n, n) of the parameters named by parameter_names, where the fit knows it.
+    alternative: what the points say without something that was entered, where they contradict it.
     """
 
     model: Any  # a CameraModel; app.models imports this module
@@ -167,6 +168,7 @@ class Fit:
     notes: Mapping[str, Any] = member(default_factory=dict)  # how choices were made, e.g. {"degree": {…}}
     covariance: NDArray[np.float64] | None = None
     parameter_names: tuple[str, ...] = ()
+    alternative: "Fit | None" = None
 
 
 @dataclass(frozen=True)

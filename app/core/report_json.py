@@ -77,6 +77,8 @@ _FORM: dict[str, Any] = {
                    "per_border": dict.fromkeys(("left", "right", "top", "bottom"), _BORDER)},
     "per_feature": [{"feature": _feature, "kind": _string, "n": _whole, "rms_px": _number, "rms_mm": _number,
                      "max_mm": _number, "residuals": [_RESIDUAL]}],
+    "height": {**dict.fromkeys(("entered_mm", "entered_sigma_mm", "points_mm", "points_sigma_mm", "sigmas"), _number),
+               "state": _string},
     "line_offsets_mm": _offsets, "line_offset_sigmas_mm": _offsets, "arc_offsets_mm": _centres,
     "next_click": {"feature": _feature, "point": _pair, "worst_mm": _number, "worst_mm_then": _number,
                    "z_mm": _number},

@@ -19,8 +19,9 @@ from app.core.field_json import field_from_json
 from app.core.field_moves import ArcChange, JoinedField, Shift, rounded_field
 from app.core.field_types import FieldJson
 from app.core.geometry import Array
-from app.core.records import Calibration
+from app.core.records import Calibration, Warning, WarningJson
 from app.fitting.least_squares import Minimum, minimise
+from app.fitting.tape_doubts import move_warnings, residual_warnings
 
 TAPE_MM = 2.0  # σ of one distance
 MIN_PRIOR_MM = 3.0  # σ of lines about their places, where the field says that they are exact
@@ -52,6 +53,7 @@ class MeasuredFieldJson(TypedDict):
     field: FieldJson
     offsets: dict[str, Offset]
     residuals_mm: list[float]
+    warnings: list[WarningJson]
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,10 +63,12 @@ class MeasuredField:
     field: Field
     offsets: Mapping[str, tuple[float, float | None]]
     residuals_mm: tuple[float, ...] = ()
+    warnings: tuple[Warning, ...] = ()
 
     def to_json(self) -> MeasuredFieldJson:
         return {"field": self.field.to_json(), "residuals_mm": list(self.residuals_mm),
-                "offsets": {name: {"mm": mm, "sigma_mm": sigma} for name, (mm, sigma) in self.offsets.items()}}
+                "offsets": {name: {"mm": mm, "sigma_mm": sigma} for name, (mm, sigma) in self.offsets.items()},
+                "warnings": [warning.to_json() for warning in self.warnings]}
 
 
 def adjust_to_tape(field: Field, distances: Sequence[TapeDistance]) -> MeasuredField:
@@ -103,7 +107,10 @@ def adjust_to_tape(field: Field, distances: Sequence[TapeDistance]) -> MeasuredF
     found = solve(first, np.maximum(prior_mm, np.abs(first)))  # what surely lies elsewhere is not drawn back
     spread = np.sqrt(np.diag(np.linalg.inv(found.jacobian.T @ found.jacobian)))
     moved = JoinedField(field).moved(*_moves(field, found.state))
-    return _measured(moved, _offsets(field, found.state, spread), tuple((measured - lengths(found.state)).tolist()))
+    offsets, residuals_mm = _offsets(field, found.state, spread), tuple((measured - lengths(found.state)).tolist())
+    return _measured(moved, offsets, residuals_mm, (
+        *residual_warnings([(d.start, d.end, d.sigma_mm) for d in distances], residuals_mm),
+        *move_warnings(offsets, float(prior_mm[0]))))
 
 
 def as_found(calibration: Calibration, field: Field) -> MeasuredField:
@@ -126,12 +133,13 @@ def as_found(calibration: Calibration, field: Field) -> MeasuredField:
     moved = JoinedField(field).moved(
         {name: (across[name], across[name]) for name in field.lines if name in across},
         {name: (across.get(name, 0.0), *centres.get(name, (0.0, 0.0))) for name in field.arcs})
-    return _measured(moved, {name: (across[name], abs(sigmas[name]) if name in sigmas else None)
-                             for name in (*field.lines, *field.arcs) if name in across})
+    offsets = {name: (across[name], abs(sigmas[name]) if name in sigmas else None)
+               for name in (*field.lines, *field.arcs) if name in across}
+    return _measured(moved, offsets, (), tuple(move_warnings(offsets, max(field.line_sigma_mm, MIN_PRIOR_MM))))
 
 
-def _measured(moved: Field, offsets: Mapping[str, tuple[float, float | None]],
-              residuals_mm: tuple[float, ...] = ()) -> MeasuredField:
+def _measured(moved: Field, offsets: Mapping[str, tuple[float, float | None]], residuals_mm: tuple[float, ...],
+              warnings: tuple[Warning, ...]) -> MeasuredField:
     """Return the field to a tenth of a millimetre; its lines lie beside their new places by what is not known.
 
     BadInput where that is no field any more.
@@ -144,7 +152,7 @@ def _measured(moved: Field, offsets: Mapping[str, tuple[float, float | None]],
         raise BadInput(f"The measured distances do not fit any field: {refused.what}",
                        "Check whether a distance was read or entered incorrectly, or whether the field type is wrong.",
                        reason="bad-measures") from None
-    return MeasuredField(field, offsets, residuals_mm)
+    return MeasuredField(field, offsets, residuals_mm, warnings)
 
 
 def _moves(field: Field, state: Array) -> tuple[dict[str, Shift], dict[str, ArcChange]]:

@@ -3,7 +3,7 @@
 from typing import Any
 
 from app.core.json_values import number
-from app.core.statements import sentence_in
+from app.core.statements import join, sentence_in
 from app.evaluate.claims.claim import Claim
 from app.evaluate.claims.own_report import field_claims
 from app.evaluate.claims.readiness import SiteCamera, SiteRig, site_claims
@@ -38,6 +38,8 @@ def _camera(services: Services, camera: CameraSettings, status: CameraStatus) ->
 
 def _rig(services: Services, rig: Any) -> SiteRig:
     found = rig_json(services, rig)
-    checked = found["checked"]
-    return SiteRig(rig.name, found["title"] or rig.name, checked is not None, checked and checked["verdict"]["level"],
-                   checked and checked["p95_mm"])
+    title, checked = found["title"] or rig.name, found["checked"]
+    if checked is None:
+        return SiteRig(rig.name, title, False, None, None)
+    outdated = join(*(sentence_in(one, "text") for one in checked["outdated"][:1]))
+    return SiteRig(rig.name, title, True, checked["verdict"]["level"], checked["p95_mm"], outdated)

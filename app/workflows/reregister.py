@@ -36,7 +36,8 @@ from app.workflows.calibration import CalibrationResult, subprogress
 from app.workflows.calibration_request import CalibrationRequest
 
 MIN_LINES, MIN_MARKING_POINTS = 3, 3  # and points on each
-WORSE, WORSE_PX = 3.0, 1.5  # times, and px of 1280, that lines may lie further off than before: else it is another lens
+# Times, and px of 1280, that lines may lie off than before: else it is another lens. Ordinary knocks leave 0.02 to 0.2.
+WORSE, WORSE_PX = 3.0, 0.5
 AFRESH = say("pose.calibrate-again", "Calibrate the camera again: detect the field lines, or mark points.")
 # Options that the kept lens replaces; everything else was the operator's choice.
 OWN_OPTIONS = ("lens", "lens_sigma", "terms", "leanings", "start", "click_sigma_px", "height_mm", "centre_sigma_px")

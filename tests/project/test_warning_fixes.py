@@ -12,7 +12,7 @@ CURES = set(re.findall(r'^  "?([a-z-]+)"?: \(', SOURCE.read_text(), re.MULTILINE
 FITS = ["fitting/border.py", "fitting/clicks.py", "fitting/linear.py", "fitting/polynomial/fit.py",
         "fitting/polynomial/relation.py", "fitting/homography/fit.py", "fitting/ray_camera/fit.py",
         "fitting/ray_camera/setup.py", "fitting/ray_camera/search.py", "fitting/ray_camera/lens_prior.py",
-        "fitting/ray_camera/camera_prior.py",
+        "fitting/ray_camera/camera_prior.py", "fitting/ray_camera/height_check.py", "fitting/ray_camera/misfit.py",
         "fitting/thin_plate/fit.py", "fitting/thin_plate/smoothing.py", "evaluate/fit/report.py",
         "evaluate/fit/observability.py", "evaluate/fit/uncertainty.py"]
 # Of callers of REST and the shell alone: the page sends none of it.

@@ -11,6 +11,7 @@ from app.core.records import Fit, Observation, Observations, Warning
 from app.core.statements import say
 from app.evaluate.fit.contradiction import Contradiction
 from app.evaluate.fit.distortion import distortion_report
+from app.evaluate.fit.doubts import worst_doubt
 from app.evaluate.fit.folds import whole_lines
 from app.evaluate.fit.next_click import next_best_click
 from app.evaluate.fit.observability import observability_warnings
@@ -69,7 +70,10 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
     # of a lens with one term, its own covariance knows nothing of what it lacks
     determined, stand_in = (freer.freer, fit.model) if freer is not None and isinstance(fit.model, RayCamera) else (
         fit, None)
+    if determined.alternative is not None:  # the points know better than a height that contradicts them
+        determined, stand_in = determined.alternative, fit.model
     sigma = sigma_report(determined, region, hat_mm, height_is_known, stand_in=stand_in)
+    height = fit.notes.get("height")
     apart_mm = 0.0 if freer is None else max(freer.carpet_mm, freer.hat_mm or 0.0)
     if freer is not None and apart_mm > GOOD_MM:
         warnings.append(Warning(
@@ -89,7 +93,9 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
         "verdict": fit_verdict(FitAccuracy(
             _without(cv_rms_mm, rms(lines_mm)), check_mm, sigma, knows_inside, isinstance(fit.model, RayModel),
             reaches=not ends, hat_height_mm=hat_mm, apart_mm=apart_mm, freer="" if freer is None else freer.title,
-            is_apart_expected=stand_in is not None)),
+            is_apart_expected=stand_in is not None,
+            doubt=worst_doubt(warnings, height, region),
+            is_height_believed=height is not None and height["state"] == "not-checked")),
         "next_click": next_best_click(fit, field, region, fit.model.image_size, fit.notes.get("click_sigma_px", 0.5)),
         "warnings": [w.to_json() for w in warnings],
         "camera": _camera_json(fit.model),

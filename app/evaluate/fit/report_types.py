@@ -7,6 +7,7 @@ from typing_extensions import TypedDict
 from app.core.json_values import PointJson
 from app.core.records import WarningJson
 from app.core.statements import Stated
+from app.fitting.ray_camera.height_check import HeightJson
 
 Level = Literal["good", "fair", "poor"]
 
@@ -139,6 +140,7 @@ class ReportedNotes(TypedDict, total=False):
     click_sigma_px: float | None
     degrees_of_freedom: float | None
     parameters: int
+    height: HeightJson  # absent where the fit has no rays, and from older versions
     line_offsets_mm: dict[str, float]
     line_offset_sigmas_mm: dict[str, float]
     arc_offsets_mm: dict[str, PointJson]

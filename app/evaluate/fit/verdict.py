@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.core.statements import Sentence, join, say, stated
+from app.evaluate.fit.doubts import Doubt
 from app.evaluate.fit.report_types import Level, SigmaReport, Verdict
 
 GOOD_MM = 5.0  # a ball is 43 mm wide; strategy code does not notice less
@@ -21,7 +22,9 @@ class FitAccuracy:
     cv_mm: of points left out, without what the lines themselves are off. sigma: the expected error, as
     uncertainty.py reports it; "known" under "hat" is false where robot tops are a guess. knows_inside: whether anything
     tells of the places between the borders. reaches: whether the lens maps the whole field in sight. apart_mm: how far
-    a freer lens, by its title, is from it; is_apart_expected: whether sigma counts that already.
+    a freer lens, by its title, is from it; is_apart_expected: whether sigma counts that already. doubt: what keeps the
+    fit from being better than a level, whatever its errors say. is_height_believed: whether a height was entered that
+    the points cannot check.
     """
 
     cv_mm: float | None
@@ -34,6 +37,8 @@ class FitAccuracy:
     apart_mm: float = 0.0
     freer: str = ""
     is_apart_expected: bool = False
+    doubt: Doubt | None = None
+    is_height_believed: bool = False
 
 
 def level_of(mm: float) -> Level:
@@ -85,11 +90,25 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
     on_carpet = level_of(max(mm, expected_95 / SURE))
     level: Level = "good" if known.reaches else "fair"
     level = max(on_carpet, level_of(hat_95_mm / SURE), level, key=LEVELS.index)
+    told_level, doubt = level, known.doubt
     words = _judgement(level, known)
+    if doubt is not None and LEVELS.index(doubt.level) >= LEVELS.index(level):
+        told_level, level, words = doubt.level, on_carpet, _doubted(doubt)
     if hat and hat_mm > mm and hat_95_mm / SURE > GOOD_MM:
         words = _with_robot_tops(words, level, on_carpet, hat_mm if hat.get("known", True) else None)
+    if doubt is not None and doubt.scale_mm > mm:
+        mm = doubt.scale_mm
+        where = join(where, say("verdict.scale", "If the entered height is correct, positions are off by {mm:.0f} mm.",
+                                mm=mm))
+    believed = say("verdict.height-not-checked", "Robot tops rely on the entered height, which the points cannot "
+                   "check.") if known.is_height_believed else ""
     beyond = "" if known.reaches else say("verdict.not-covered", "The lens model does not cover the whole field.")
-    return stated(Verdict(mm=mm, level=level, sentence=join(words, beyond, where)))
+    return stated(Verdict(mm=mm, level=told_level, sentence=join(words, believed, beyond, where)))
+
+
+def _doubted(doubt: Doubt) -> Sentence:
+    return (say("verdict.doubted", "Not reliable. {why}", why=doubt.why) if doubt.level == "poor" else
+            say("verdict.usable-with-care", "Usable with care. {why}", why=doubt.why))
 
 
 def _judgement(level: Level, known: FitAccuracy) -> Sentence:

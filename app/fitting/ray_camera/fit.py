@@ -26,8 +26,10 @@ from app.fitting.ray_camera.camera_prior import (
     unusual_camera_warnings,
 )
 from app.fitting.ray_camera.distortion_prior import read_distortion, with_distortion
+from app.fitting.ray_camera.height_check import check_height
 from app.fitting.ray_camera.initial import start_states
 from app.fitting.ray_camera.lens_prior import read_lens, with_lens
+from app.fitting.ray_camera.misfit import residual_warnings, without_square_pixels
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.fitting.ray_camera.problem import gather_clicks, line_incidences
 from app.fitting.ray_camera.search import best_start, solve
@@ -112,8 +114,11 @@ class RayFitter(Fitter):
             # how wide the terms' priors are goes with the focal length, and how probable this lens is with them
             best = solve(fit_problem(state, *setup), state, settings)
             state = best.minimum.state
-        model = cls.MODEL(**state.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
-                          n_rectangles_y=n_y, region=region, image_size=image_size)
+        def camera(found: RayCameraParameters) -> RayCamera:
+            return cls.MODEL(**found.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
+                             n_rectangles_y=n_y, region=region, image_size=image_size)
+
+        model = camera(state)
         if not model.plausible():
             raise FitFailed(
                 say("refused.implausible", "The points result in an impossible camera: {m:.3g} m above the carpet with "
@@ -130,17 +135,27 @@ class RayFitter(Fitter):
             "line_sigmas_mm": {name: sigma["across"] for name, sigma in best.offset_sigmas_mm.items()},
             "choices": {"start": parameters_json(model), **best.choices},
         }
-        warnings = (*outlier_warnings(observations, problem.owners, best.inliers, best.pixels),
+        warnings = [*outlier_warnings(observations, problem.owners, best.inliers, best.pixels),
+                    *residual_warnings(best.rms_px, settings, image_size),
                     *misplaced_line_warnings(notes["line_offsets_mm"], line_sigma_mm(settings, field)),
-                    *unusual_camera_warnings(state, best.task.priors, image_size, field))
-        names = tuple(name for name, free in zip(best.task.names, best.task.free, strict=True) if free)
-        covariance = best.covariance
+                    *unusual_camera_warnings(state, best.task.priors, image_size, field)]
+        alternative = None
+        if learned is None:
+            task = fit_problem(state, *setup)
+            height = check_height(task, best, settings)
+            notes["height"] = height.told
+            warnings += height.warnings()
+            other = height.alone if height.is_contradicted else without_square_pixels(task, best, settings)
+            if other is not None:
+                alternative = Fit(camera(other.minimum.state), inliers, (True,) * len(observations),
+                                  covariance=other.covariance, parameter_names=other.free_names)
+        covariance, names = best.covariance, best.free_names
         sigma = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
         notes["line_offset_sigmas_mm"] = {
             marking: sigma[f"line_{i}"] for i, (marking, part) in enumerate(problem.offset_names)
             if part == "across" and f"line_{i}" in sigma}
-        return Fit(model, inliers, (True,) * len(observations), warnings, notes, covariance=covariance,
-                   parameter_names=names)
+        return Fit(model, inliers, (True,) * len(observations), tuple(warnings), notes, covariance=covariance,
+                   parameter_names=names, alternative=alternative)
 
 
 def lens_fitter(model: type[RayCamera]) -> type[RayFitter]:

@@ -76,6 +76,10 @@ class RayFitProblem:
             by = np.concatenate([by, self.lens_prior.jacobian(names, values)])
         return known, by
 
+    def with_prior(self, name: str, prior: ScalarPrior) -> "RayFitProblem":
+        """Return the same problem with another prior in the place of the one so called."""
+        return replace(self, priors=tuple(prior if p.name == name else p for p in self.priors))
+
     def click_weights(self, state: CameraState, sigma_px: float) -> Array:
         """Return the weight (n,) of each click's residual: 1, and less for marks, which may lie beside their places."""
         weights = np.ones(len(self.problem.pixels))
@@ -110,11 +114,15 @@ class RayFitResult(Generic[State]):
     @property
     def parameters(self) -> int:
         """Return how many numbers of the camera were estimated; the lines' offsets are none."""
-        free = (name for name, free in zip(self.task.names, self.task.free, strict=True) if free)
-        return sum(not name.startswith("line_") for name in free)
+        return sum(not name.startswith("line_") for name in self.free_names)
+
+    @property
+    def free_names(self) -> tuple[str, ...]:
+        return tuple(name for name, free in zip(self.task.names, self.task.free, strict=True) if free)
 
     @property
     def covariance(self) -> Array:
+        """Return that of the free parameters, in the order of their names."""
         return covariance_of(self.minimum.jacobian)
 
     @property
@@ -167,7 +175,7 @@ def best_start(task: RayFitProblem, starts: list[RayCameraParameters]) -> RayCam
     tried = []
     for start in starts:
         task.problem.places = np.empty(0)
-        tried.append(_minimise(task, start, 2 * CLICK_PX, residual_count(task.problem), steps=START_STEPS))
+        tried.append(minimum_near(task, start, 2 * CLICK_PX, residual_count(task.problem), steps=START_STEPS))
     best = min(tried, key=lambda m: m.cost)
     if not np.isfinite(best.cost):
         raise no_camera_error()
@@ -189,7 +197,7 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
     robust = settings["robust"]
     rows = residual_count(task.problem)
     task.problem.places = np.empty(0)
-    best = _minimise(task, start, sigma, rows if robust else 0, tolerance=SEARCHING if robust else NEAR)
+    best = minimum_near(task, start, sigma, rows if robust else 0, tolerance=SEARCHING if robust else NEAR)
     if not np.isfinite(best.cost):
         raise no_camera_error()
     inliers = np.ones(len(task.problem.pixels), bool)
@@ -206,7 +214,7 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
         if np.array_equal(~outliers, inliers) and number > 0:
             break
         inliers = ~outliers
-        best = _minimise(replace(task, problem=task.problem.only(inliers)), best.state, spread, 0, tolerance=NEAR)
+        best = minimum_near(replace(task, problem=task.problem.only(inliers)), best.state, spread, 0, tolerance=NEAR)
     chosen = replace(task, problem=task.problem.only(inliers))
     for number in range(0 if noise_known else NOISE_ROUNDS):
         if not np.isfinite(best.cost):
@@ -223,7 +231,7 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
                                                                       task.problem.offset_names])))
         correlation = correlation_factor(pixels[:task.problem.curves][inliers[:task.problem.curves]],
                                          task.problem.owners[:task.problem.curves][inliers[:task.problem.curves]])
-        best = _minimise(chosen, best.state, spread * np.sqrt(correlation), 0,
+        best = minimum_near(chosen, best.state, spread * np.sqrt(correlation), 0,
                          tolerance=NEAR if number < NOISE_ROUNDS - 1 else THERE)
     if not np.isfinite(best.cost):
         raise no_camera_error()
@@ -266,7 +274,7 @@ def covariance_of(jacobian: Array) -> Array:
     return np.linalg.pinv(information, rcond=1e-14, hermitian=True) / np.outer(scale, scale)
 
 
-def _minimise(task: RayFitProblem, start: State, sigma: float, robust_rows: int,
+def minimum_near(task: RayFitProblem, start: State, sigma: float, robust_rows: int,
               steps: int = MAX_STEPS, tolerance: float = SEARCHING) -> Minimum[State]:
     weights = task.click_weights(start, sigma)
     curves = task.problem.curves

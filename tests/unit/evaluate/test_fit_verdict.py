@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from app.core.records import Warning
+from app.evaluate.fit.doubts import worst_doubt
 from app.evaluate.fit.verdict import FitAccuracy, fit_verdict, tops_are_known
 
 
@@ -55,6 +57,20 @@ def test_a_lens_that_ends_before_the_field_is_at_most_fair():
     found = fit_verdict(accuracy(1, 1, reaches=False))
     assert found["level"] == "fair"
     assert "does not cover the whole field. Expected error" in found["sentence"]
+
+
+@pytest.mark.parametrize(("warned", "level", "begin"), [
+    (["unusual-principal-point"], "fair", "Usable with care. Text of unusual-principal-point. Expected"),
+    (["misplaced-lines", "unusual-aspect"], "fair", "Usable with care. Text of misplaced-lines. Expected"),
+    (["unusual-aspect", "unusual-height"], "poor", "Not reliable. Text of unusual-height. Expected"),
+    (["residuals-too-large"], "poor", "Not reliable. Text of residuals-too-large. Expected"),
+    (["stray-click", "weakly-determined"], "good", "Accurate enough for matches. Expected"),
+])
+def test_what_contradicts_a_fit_caps_its_level_whatever_it_expects(warned, level, begin):
+    doubt = worst_doubt([Warning(reason, f"Text of {reason}.", "") for reason in warned], None, None)
+    found = fit_verdict(accuracy(2, 3, doubt=doubt))
+    assert (found["level"], found["sentence"][:len(begin)], found["mm"]) == (level, begin, 2)
+    assert fit_verdict(accuracy(102, 340, doubt=doubt))["level"] == "poor"
 
 
 def test_a_freer_lens_elsewhere_counts_into_the_length():

@@ -31,6 +31,7 @@ def test_lines_taped_elsewhere_are_recovered_from_tape_distances(shifts, seed):
         assert abs(mm - shifts.get(name, (0.0, 0.0))[0]) < 3 * sigma, name
     assert np.abs(found.residuals_mm).max() < 4
     assert found.field.line_sigma_mm <= FIELD.line_sigma_mm
+    assert found.warnings == ()
 
 
 def test_a_distance_that_was_mistyped_is_left_with_what_is_wrong_of_it():
@@ -38,6 +39,28 @@ def test_a_distance_that_was_mistyped_is_left_with_what_is_wrong_of_it():
     wrong = TapeDistance(distances[4].start, distances[4].end, distances[4].mm + 500.0)
     found = adjust_to_tape(FIELD, [*distances[:4], wrong, *distances[5:]])
     assert int(np.argmax(np.abs(found.residuals_mm))) == 4 and found.residuals_mm[4] > 100
+    assert ("distance-contradicted", 4) in {(w.reason, w.index) for w in found.warnings}
+
+
+def test_a_single_wrong_distance_moves_lines_by_no_more_than_is_known_of_it_and_is_told():
+    """It leaves no residual at all: 9.9 m where 9 are."""
+    found = adjust_to_tape(FIELD, [TapeDistance("corner-top-left", "corner-top-right", 9900.0)])
+    assert abs(found.residuals_mm[0]) < 1
+    assert {w.reason for w in found.warnings} == {"uncertain-move"}
+    assert {w.feature for w in found.warnings} >= {"goal-line-left", "goal-line-right"}
+    assert found.to_json()["warnings"][0]["statements"]["text"][0]["code"] == "warning.uncertain-move"
+
+
+def test_one_wrong_distance_of_six_is_named_by_its_residual():
+    distances = [TapeDistance(*one) for one in measured(FIELD, SIDES_AND_DIAGONALS[:6])]
+    found = adjust_to_tape(FIELD, [replace(distances[0], mm=distances[0].mm + 90.0), *distances[1:]])
+    assert ("distance-contradicted", 0) in {(w.reason, w.index) for w in found.warnings}
+
+
+def test_a_line_that_surely_lies_far_from_its_place_is_told():
+    truth = JoinedField(FIELD).moved({"goal-line-right": (-60.0, -60.0)}, {})
+    found = adjust_to_tape(FIELD, [TapeDistance(*one) for one in measured(truth, SIDES_AND_DIAGONALS)])
+    assert [(w.reason, w.feature) for w in found.warnings] == [("large-move", "goal-line-right")]
 
 
 def test_what_names_no_landmark_is_refused():

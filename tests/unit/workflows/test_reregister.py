@@ -126,9 +126,10 @@ def test_where_the_lines_are_not_nothing_is_made_up():
     assert refused.value.reason == "lines-not-found" and "Calibrate" in refused.value.fix
 
 
-def test_another_lens_is_not_called_a_knock():
+@pytest.mark.parametrize("k1", [-0.29, -0.32])
+def test_another_lens_is_not_called_a_knock(k1):
     url = URL.replace("480x384", "640x512")
-    before, other = version(url, "brown-conrady"), rendered(url.replace("k1=-0.2", "k1=-0.32"))
+    before, other = version(url, "brown-conrady"), rendered(url.replace("k1=-0.2", f"k1={k1}"))
     with pytest.raises(FitFailed) as refused:
         reregister(before, Frame(other.frame_at(1, 1.0)))
     assert refused.value.reason in ("lens-changed", "lines-not-found")

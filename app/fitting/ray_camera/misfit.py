@@ -1,0 +1,50 @@
+"""What no camera and no hand makes: residuals of many pixels, and pixels that are not square."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from app.core.errors import FitFailed
+from app.core.geometry import ImageSize
+from app.core.records import Warning
+from app.core.statements import say
+from app.fitting.ray_camera.camera_prior import ABSURD_SIGMAS
+from app.fitting.ray_camera.parameters import RayCameraParameters
+from app.fitting.ray_camera.problem import ScalarPrior
+from app.fitting.ray_camera.search import RayFitProblem, RayFitResult, solve
+
+CLICK_SHARE = 0.7 / 1280  # σ of a careless click, of the picture's width; real ones have 0.3 to 0.5 px of 1280
+TOO_LARGE = 3.0  # of that, rms
+STRETCHED = 0.05  # σ of the aspect of a picture that was stretched
+MIN_LIMIT_PX = 1.5  # what no image is too sharp for
+
+
+def residual_warnings(rms_px: float, settings: Mapping[str, Any], image_size: ImageSize) -> list[Warning]:
+    """Warn where the points without outliers lie further off, rms px, than they can have been marked.
+
+    That is measured against what the options say of a click, or what clicks are like: σ as estimated from the points
+    themselves grows with any misfit.
+    """
+    limit_px = max(TOO_LARGE * (settings["click_sigma_px"] or CLICK_SHARE * image_size.width), MIN_LIMIT_PX)
+    if rms_px <= limit_px:
+        return []
+    return [Warning("residuals-too-large", say(
+        "warning.residuals-too-large", "The points are {px:.1f} px off; at most {limit_px:.1f} px is expected.",
+        px=rms_px, limit_px=limit_px), say(
+        "warning.residuals-too-large.fix", "If a lens was given, check that it is this camera's, at this focus and "
+        "zoom. Otherwise check the field type and the line of each point, or try another lens model."))]
+
+
+def without_square_pixels(task: RayFitProblem, found: RayFitResult[RayCameraParameters], settings: Mapping[str, Any],
+                          ) -> RayFitResult[RayCameraParameters] | None:
+    """Return what the points say where their pixels' aspect strains its prior and they may be stretched; else None.
+
+    Held nearly square, height, tilt and lens bend to make up for it, and the covariance knows nothing of that.
+    """
+    prior = next((p for p in task.priors if p.name == "aspect"), None)
+    if prior is None or abs(found.minimum.state.aspect - prior.value) <= ABSURD_SIGMAS * prior.sigma:
+        return None
+    wide = ScalarPrior("aspect", prior.value, max(STRETCHED, prior.sigma))
+    try:
+        return solve(task.with_prior("aspect", wide), found.minimum.state, settings)
+    except FitFailed:
+        return None
