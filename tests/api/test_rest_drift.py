@@ -9,7 +9,7 @@ from app.main import create_app
 from app.settings import Settings
 from app.sources import SourceContext, source_from_url
 from app.store.fields import load_fields
-from tests.support.followed_camera import URL, Followed
+from tests.support.followed_camera import URL, Followed, task
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
 from tests.support.sim_clicks import border_observations
@@ -94,7 +94,7 @@ def test_a_calibration_that_was_never_right_inside_the_field_is_an_alarm_though_
 def test_a_calibration_whose_lines_lie_centimetres_aside_is_doubted_and_no_alarm(followed, aside_px, is_doubted):
     camera = followed(URL.replace("robots=3", "robots=0"))
     clicks = [{**o, "points": [[x + aside_px, y] for x, y in o["points"]]}
-              for o in calibrated(URL, "brown-conrady").observations]
+              for o in task()["observations"]]
     camera.activated(snapshot=camera.taken(), observations=clicks)
     told = camera.becomes("steady")
     assert told["alarm"] is False and told["monitored"] is True
