@@ -36,5 +36,5 @@ def _refusal(calibration: Calibration, left: Sequence[Claim], against: Sequence[
     return Conflict(
         say("activation.problems", "Version {version} was not activated: {problems}.", version=calibration.version,
             problems=[claim.title for claim in left]),
-        say("activation.problems.fix", "Mend what stands against it, or activate it despite that."),
+        say("activation.problems.fix", "Mend these problems, or activate it despite them."),
         reason="problems-found", claims=[claim.to_json() for claim in left], despite=against)

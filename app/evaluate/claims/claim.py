@@ -18,7 +18,7 @@ Gate = Literal["ready", "not-tested", "problems"]
 Cure = Literal["points", "model", "camera", "versions", "pair", "drift", "images", "rig", "publishing", ""]
 
 
-class Figure(TypedDict):
+class ClaimFigure(TypedDict):
     """A length that a claim is about; at_most: whether it is a bound."""
 
     value: float
@@ -37,7 +37,7 @@ class ClaimJson(Stated):
     evidence: str
     fix: str
     tried: list[str]
-    figure: Figure | None
+    figure: ClaimFigure | None
     cure: Cure
     camera: str | None
 
@@ -53,7 +53,7 @@ class Claim:
     fix: str = ""
     tried: tuple[str, ...] = ()
     gates: bool = False
-    figure: Figure | None = None
+    figure: ClaimFigure | None = None
     cure: Cure = ""
     camera: str | None = None
 
@@ -71,7 +71,7 @@ class Claim:
             fix=self.fix, tried=list(self.tried), figure=self.figure, cure=self.cure, camera=self.camera))
 
 
-def mm(value: float, at_most: bool = False) -> Figure:
+def mm(value: float, at_most: bool = False) -> ClaimFigure:
     return {"value": value, "unit": "mm", "at_most": at_most}
 
 

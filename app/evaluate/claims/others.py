@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.core.statements import Sentence, join, say, sentence_in
-from app.evaluate.claims.claim import Claim, Figure, mm
+from app.evaluate.claims.claim import Claim, ClaimFigure, mm
 
 LENS_SAME_PX = 2.0  # two fits of one lens to other points differ by about a pixel near the image's corners
 MIN_LENS_PX, MIN_LENS_SHARE = 0.1, 0.01  # no figure is better than that
@@ -22,7 +22,7 @@ def difference_claims(found: Mapping[str, Any], former: int) -> list[Claim]:
             claims.append(Claim("lens", "not-tested", say("claim.lens", "Lens not compared"), text))
         else:
             is_same = lens["max_px"] <= LENS_SAME_PX
-            shown: Figure = {"value": max(MIN_LENS_PX, lens["max_px"]), "unit": "px", "at_most": False}
+            shown: ClaimFigure = {"value": max(MIN_LENS_PX, lens["max_px"]), "unit": "px", "at_most": False}
             claims.append(Claim("lens", "held" if is_same else "refuted", say(
                 "claim.lens.same", "Lens unchanged since version {former}", former=former) if is_same else say(
                 "claim.lens.differs", "Lens differs from version {former}", former=former), text,

@@ -96,11 +96,11 @@ def _robot_tops(report: Mapping[str, Any]) -> Claim:
     error = number(hat.get("rms"))
     if report.get("camera") is None or error is None:
         return Claim("robot-tops", "not-tested", say("claim.tops.none", "Robot tops are not corrected"), say(
-            "claim.tops.none.text", "This model has no camera height, or its error is not known."), tried=())
+            "claim.tops.none.text", "This model has no camera height, or its error is unknown."), tried=())
     height = number(hat.get("z_mm")) or 0.0
     if not tops_are_known(error, hat.get("known", True) is not False):
         return Claim("robot-tops", "not-tested", say("claim.tops.unknown", "The error at robot tops is unknown"), say(
-            "claim.tops.unknown.text", "The points cannot tell the camera height."), ENTER_HEIGHT, gates=True,
+            "claim.tops.unknown.text", "The points do not determine the camera height."), ENTER_HEIGHT, gates=True,
             cure="model")
     level: Level = level_of(max(error, (number(hat.get("rms_95")) or 0.0) / SURE))
     return Claim("robot-tops", state_of_level(level), TOPS[level], say(

@@ -1,5 +1,5 @@
-// Which points of a picture were detected: they belong to the field, the area and the rotation that was searched for, and
-// go when one of these is changed. Clicked points, and detected ones that the operator has touched, stay.
+// Which points of a picture were detected: they belong to the field, the area and the rotation that was searched for,
+// and go when one of these is changed. Clicked points, and detected ones that the operator has touched, stay.
 
 /** @typedef {import("../../core/types").Observation} Observation */
 

@@ -76,7 +76,8 @@ export async function findLines() {
   );
 }
 
-/** Detect by itself, from now on: once an image, field, area and rotation, where nobody has placed a point or is about to. */
+/** Detect by itself, from now on: once an image, field, area and rotation, where nobody has placed a point or is about
+ * to. */
 export function startDetecting() {
   /** @type {Set<string>} */
   const tried = new Set();

@@ -1,4 +1,4 @@
-// The checks of a saved version before it is activated: the server's claims, asked for while raw and corrected are shown.
+// The checks of a saved version before it is activated: the server's claims, asked for while it is compared.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { Problem, ServerUnreachable, request } from "../../core/api.js";
 import { cameras, comparing } from "../../core/state.js";

@@ -1,5 +1,5 @@
-// The one way to make a version the active one of its camera: what the server holds against it is asked about first, all
-// that shows it learns of it, and it can be undone.
+// The one way to make a version the active one of its camera: what the server holds against it is asked about first,
+// all that shows it learns of it, and it can be undone.
 import { effect, signal, untracked } from "@preact/signals";
 import { Problem, call, request } from "../../core/api.js";
 import { cameras, notify, notifyError } from "../../core/state.js";

@@ -1,7 +1,7 @@
 // German: what the server claims of versions and of the site, and why it refuses an activation.
 export default {
   "activation.problems": "Version {version} wurde nicht aktiviert: {problems}.",
-  "activation.problems.fix": "Beheben Sie, was dagegen spricht, oder aktivieren Sie sie trotzdem.",
+  "activation.problems.fix": "Beheben Sie diese Probleme, oder aktivieren Sie sie trotzdem.",
   "claim.accuracy.fair": "Brauchbare Genauigkeit auf dem Teppich",
   "claim.accuracy.fix": "Fügen Sie Punkte auf inneren Linien hinzu oder verwenden Sie ein anderes Objektivmodell.",
   "claim.accuracy.good": "Genau auf dem Teppich",
