@@ -128,6 +128,14 @@ def own_server(tmp_path):
     yield from running(tmp_path)
 
 
+def press_activate(page, button) -> None:
+    """Press what activates a version, and confirm what the page asks, where it asks."""
+    with page.expect_response(lambda answer: answer.url.endswith("/activate"), timeout=LONG_MS) as answer:
+        button.click()
+    if answer.value.status == 409:
+        page.get_by_test_id("activate-anyway").click()
+
+
 class Operator:
     """What a person at the page does, by mouse and keyboard."""
 

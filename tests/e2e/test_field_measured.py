@@ -7,7 +7,7 @@ from playwright.sync_api import expect
 from app.core.field_json import field_from_json
 from app.core.field_moves import JoinedField
 from app.sources import SourceContext, source_from_url
-from tests.e2e.conftest import LONG_MS, Operator
+from tests.e2e.conftest import LONG_MS, Operator, press_activate
 from tests.support.activation import activate_despite
 from tests.support.field_desk import OBLIQUE, calibrate_without_clicks, camera_of, copy, field_of, fill, save
 from tests.support.sim_clicks import border_clicks
@@ -42,7 +42,7 @@ def test_an_open_draft_follows_its_field_and_an_outdated_calibration_is_made_aga
     expect(page.get_by_test_id("shelf-version")).to_have_count(2)
     again = page.locator("[data-testid=shelf-version][data-version='2']")
     expect(again.get_by_test_id("field-changed")).to_have_count(0)
-    again.get_by_test_id("shelf-activate").click()
+    press_activate(page, again.get_by_test_id("shelf-activate"))
     expect(page.get_by_test_id("outdated")).to_have_count(0)
     now = until(lambda: camera_of(field_desk, "hall")["active"], lambda active: active["id"] != before)
     assert now["field_changes"] == []

@@ -6,7 +6,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from tests.e2e.conftest import CLICKS, LONG_MS
+from tests.e2e.conftest import CLICKS, LONG_MS, press_activate
 from tests.support.waiting import until
 from tests.support.words import like, t
 
@@ -55,7 +55,7 @@ def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_acti
     kept = next(it for it in listed if it["version"] == int(said[1]))
     assert "Imported from" in kept["note"] and kept["made_by"]
     page.screenshot(path=tmp_path / "imported.png")
-    page.get_by_test_id("import-activate").click()
+    press_activate(page, page.get_by_test_id("import-activate"))
     activated = t("versions.activated", version=kept["version"], camera="Importing")
     expect(page.get_by_text(activated)).to_be_visible(timeout=LONG_MS)
     assert server.api("GET", f"/calibrations/{kept['id']}").json()["active"]

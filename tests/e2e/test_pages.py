@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import expect
 
 from app.core.field import BORDERS
-from tests.e2e.conftest import LONG_MS, Operator, Server
+from tests.e2e.conftest import LONG_MS, Operator, Server, press_activate
 from tests.support.board_film import film
 from tests.support.demo_cameras import HEIGHT, WIDTH
 from tests.support.held_requests import holding, wait_until_held
@@ -133,10 +133,10 @@ def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, se
     first, second, _ = versions
     before = len(server.api("GET", "/calibrations/activations?camera=table").json()["items"])
     for version in (first, second):
-        row(version).get_by_test_id("shelf-activate").click()
+        press_activate(page, row(version).get_by_test_id("shelf-activate"))
         expect(row(version)).to_have_attribute("data-active", "true")
     expect(row(second).get_by_test_id("shelf-delete")).to_be_disabled()
-    page.get_by_test_id("do-roll-back").click()
+    press_activate(page, page.get_by_test_id("do-roll-back"))
     expect(row(first)).to_have_attribute("data-active", "true")
     assert server.api("GET", "/cameras/table").json()["active_calibration"] == first["id"]
     expect(page.get_by_test_id("history").locator("li")).to_have_count(before + 3)
@@ -151,7 +151,7 @@ def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, se
     row(first).get_by_test_id("shelf-note").fill("before it was cleaned")
     row(first).get_by_test_id("shelf-note").press("Tab")
     old.made()
-    row(second).get_by_test_id("shelf-activate").click()
+    press_activate(page, row(second).get_by_test_id("shelf-activate"))
     expect(row(second)).to_have_attribute("data-active", "true")
     old.comes()
     assert row(second).get_attribute("data-active") == "true"  # the list after the note is no news any more
