@@ -75,7 +75,7 @@ def test_a_file_that_is_dropped_is_kept_and_one_that_is_none_says_what_to_do(exp
     record = json.loads(data)
     page.get_by_test_id("import-file").set_input_files(
         file_of("other.json", json.dumps({**record, "corrected_size": [100, 100]}).encode()))
-    expect(page.get_by_test_id("import-refusal")).to_contain_text("disagree", timeout=LONG_MS)
+    expect(page.get_by_test_id("import-refusal")).to_contain_text("do not match", timeout=LONG_MS)
 
 
 def drop(page, name, text):
