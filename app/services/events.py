@@ -131,5 +131,5 @@ def newest_events(noted: tuple[_Event, ...], store: Store, cameras: CameraServic
 def _activated(version: int, camera: str, problems: int) -> Sentence:
     if not problems:
         return say("event.activated", "Version {version} of {camera} was activated.", version=version, camera=camera)
-    return say("event.activated-despite", "Version {version} of {camera} was activated with {problems} known problems.",
+    return say("event.activated-despite", "Version {version} of {camera} was activated. Known problems: {problems}.",
                version=version, camera=camera, problems=problems)

@@ -75,7 +75,7 @@ def test_a_camera_that_moved_since_its_picture_was_taken_is_seen_before_activati
     newest = client.get(f"{CAL}/activations", params={"camera": camera.id}).json()["items"][0]
     assert newest["calibration"] == second and newest["despite"] == codes
     event = next(one for one in client.get(f"{API}/events").json()["items"] if one["kind"] == "activated")
-    assert event["despite"] == codes and "known problem" in event["text"]
+    assert event["despite"] == codes and f"Known problems: {len(codes)}." in event["text"]
 
 
 def changed(client, camera, **values):

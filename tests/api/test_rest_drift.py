@@ -9,6 +9,7 @@ from app.main import create_app
 from app.settings import Settings
 from app.sources import SourceContext, source_from_url
 from app.store.fields import load_fields
+from tests.support.activation import activate_despite
 from tests.support.followed_camera import URL, Followed, task
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
@@ -47,7 +48,7 @@ def test_a_knock_is_found_told_and_registered_anew(followed):
     assert job["result"]["picture_px"] == pytest.approx(3, abs=0.8)
     assert camera.drift()["state"] == "knocked"  # never by itself
 
-    client.post(f"{API}/calibrations/{made['id']}/activate")
+    activate_despite(client, made["id"])
     again = camera.becomes("steady")
     assert again["calibration"] == made["id"] and again["px"] < 0.2
 

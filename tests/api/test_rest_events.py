@@ -3,6 +3,7 @@
 import pytest
 
 from app.services.events import MAX_NOTED, CameraEvents
+from tests.support.activation import activate_despite
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
 from tests.support.waiting import until
@@ -27,16 +28,20 @@ def noted(*story):
 def test_activations_of_all_cameras_are_listed_newest_first(client, task, calibration):
     body = {**task, "model": "homography", "options": {}}
     north, removed = (client.post(CAL, json={**body, "camera": camera}).json() for camera in ("north", "removed"))
-    for made, who in ((calibration, "Ada"), (north, "Bo"), (removed, "Cy")):
-        assert client.post(f"{CAL}/{made['id']}/activate", headers={"X-Operator": who}).status_code == 200
+    against = [len(activate_despite(client, made["id"], headers={"X-Operator": who}))
+               for made, who in ((calibration, "Ada"), (north, "Bo"), (removed, "Cy"))]
+
+    def told(camera, problems):
+        return f"Version 1 of {camera} was activated. Known problems: {problems}."
+
     found = events(client)
     assert [(one["kind"], one["camera"], one["version"], one["by"], one["text"]) for one in found] == [
-        ("activated", "removed", 1, "Cy", "Version 1 of removed was activated."),
-        ("activated", "north", 1, "Bo", "Version 1 of North half was activated."),
-        ("activated", None, 1, "Ada", "Version 1 of the images from files was activated.")]
+        ("activated", "removed", 1, "Cy", told("removed", against[2])),
+        ("activated", "north", 1, "Bo", told("North half", against[1])),
+        ("activated", None, 1, "Ada", told("the images from files", against[0]))]
     assert [one["at"] for one in found] == sorted((one["at"] for one in found), reverse=True)
-    assert found[2]["statements"] == {"text": [{"code": "event.activated", "values": {
-        "version": 1, "camera": {"code": "event.images-from-files", "values": {}}}}]}
+    assert found[2]["statements"] == {"text": [{"code": "event.activated-despite", "values": {
+        "version": 1, "camera": {"code": "event.images-from-files", "values": {}}, "problems": against[0]}}]}
     assert events(client, limit=1) == found[:1]
     for limit in (0, 201, "many"):
         refusal(client.get(f"{API}/events", params={"limit": limit}), 422)

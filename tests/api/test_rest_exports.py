@@ -11,6 +11,7 @@ import pytest
 
 from app.api.responses import attachment
 from app.formats import FORMATS
+from tests.support.activation import activate_despite
 from tests.support.refusals import API, refusal
 from tests.support.tiers import long
 
@@ -96,7 +97,7 @@ def test_everything_that_can_be_asked_of_a_calibration_can_be_asked_of_an_import
         answer = standing.get(f"{CAL}/{back['id']}{path}")
         assert answer.status_code in (200, 409), (path, answer.text)
         assert answer.status_code == 200 or path == "/uncertainty.json"  # nothing is known of its error
-    assert standing.post(f"{CAL}/{back['id']}/activate").status_code == 200
+    activate_despite(standing, back["id"])
 
 
 def test_the_list_says_what_each_format_holds_and_costs(standing, made):

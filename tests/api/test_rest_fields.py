@@ -8,6 +8,7 @@ from starlette.testclient import TestClient
 from app.core.field_json import field_from_json
 from app.core.field_moves import JoinedField
 from app.main import create_app
+from tests.support.activation import activate_despite
 from tests.support.paths import CLICKS
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, refusal
@@ -180,7 +181,7 @@ def test_calibrations_made_before_a_change_are_told_and_made_again_from_their_po
     made = client.post(f"{API}/calibrations", json={**task, "field": "hall", "camera": "north", "observations": points,
                                                     "model": "homography"}).json()
     assert brief(client, made["id"])["field_changes"] == []
-    client.post(f"{API}/calibrations/{made['id']}/activate")
+    activate_despite(client, made["id"])
     refusal(client.post(f"{FIELDS}/hall/refit", json={}), 409, "nothing-to-refit")
 
     lines = [line for line in own["lines"] if line["name"] != "defence-right-front"]
@@ -199,7 +200,7 @@ def test_calibrations_made_before_a_change_are_told_and_made_again_from_their_po
     assert (again["parent"], again["active"], brief(client, id)["field_changes"]) == (made["id"], False, [])
     assert again["field_definition"]["lines"] == lines
     assert [o["feature"] for o in again["observations"]] == [o["feature"] for o in task["observations"]]
-    client.post(f"{API}/calibrations/{id}/activate")
+    activate_despite(client, id)
     (sent,) = client.get(f"{API}/publishing").json()["cameras"]
     assert sent["problem"] is None or sent["problem"]["reason"] != "field-changed"
 

@@ -15,6 +15,7 @@ from app.main import create_app
 from app.settings import Settings
 from app.workflows import interchange
 from tests.support import ssl_listener as listener
+from tests.support.activation import activate_despite
 from tests.support.exported import example, model_of, of_model
 from tests.support.group_listener import Listener, free_group, said
 from tests.support.refusals import API, refusal
@@ -30,7 +31,7 @@ def kept(client, name="ssl", index=0, camera="north") -> str:
     data = interchange.export(example(name, index), "json").data
     made = client.post(f"{API}/calibrations/import", files={"file": ("a.json", data)}, data={"camera": camera})
     assert made.status_code == 201, made.text
-    assert client.post(f"{API}/calibrations/{made.json()['id']}/activate").status_code == 200
+    activate_despite(client, made.json()["id"])
     return made.json()["id"]
 
 
@@ -77,7 +78,7 @@ def test_an_activation_is_on_the_air_at_once(client, way):
         ear.hear_until(lambda came: focal(came) == pytest.approx(model_of("ssl", 0).focal_px, rel=1e-6))
         kept(client, "ssl", 1)
         ear.hear_until(lambda came: focal(came) == pytest.approx(model_of("ssl", 1).focal_px, rel=1e-6))
-        client.post(f"{API}/calibrations/{first}/activate")  # rolled back
+        activate_despite(client, first)  # rolled back
         ear.hear_until(lambda came: focal(came) == pytest.approx(model_of("ssl", 0).focal_px, rel=1e-6))
         assert state(client)["state"] == "on-air"
         assert put(client, enabled=False)["state"] == "off"
@@ -279,7 +280,7 @@ def test_a_polynomial_is_sent_as_the_camera_that_shows_the_same_carpet(client, w
     """Where it has no rays, nothing is said of heights."""
     data = interchange.export(of_model(model_of("polynomial", 1)), "json").data
     made = client.post(f"{API}/calibrations/import", files={"file": ("a.json", data)}, data={"camera": "north"}).json()
-    client.post(f"{API}/calibrations/{made['id']}/activate")
+    activate_despite(client, made["id"])
     (camera,) = put(client, limit_mm=1000)["cameras"]
     assert camera["published"] and camera["loss"]["hat_worst_mm"] is None
     assert json.dumps(camera, allow_nan=False)

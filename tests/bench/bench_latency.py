@@ -14,6 +14,7 @@ import pytest
 import requests
 from playwright.sync_api import sync_playwright
 
+from tests.support.activation import activate_despite
 from tests.support.chromium import ARGUMENTS, chromium_path
 from tests.support.live_cameras import calibrated
 
@@ -75,7 +76,7 @@ def test_from_the_camera_to_the_canvas(page, served):
     task = {name: made[name] for name in ("field", "region", "rotate", "observations", "image_size")}
     kept = requests.post(f"{served}api/v1/calibrations", json={**task, "camera": "north"}, timeout=30)
     assert kept.status_code == 201, kept.text
-    requests.post(f"{served}api/v1/calibrations/{kept.json()['id']}/activate", timeout=10)
+    activate_despite(served, kept.json()["id"])
     time.sleep(1.0)
     stamps, _ = measured(page, served, "corrected", 960)
     offset = np.median(pictures) - np.median(stamps)

@@ -19,6 +19,7 @@ from playwright.sync_api import sync_playwright
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "e2e"))
+from tests.support.activation import activate_despite  # noqa: E402
 from tests.support.child_processes import family  # noqa: E402
 from tests.support.chromium import ARGUMENTS, chromium_path  # noqa: E402
 from tests.support.live_cameras import calibrated  # noqa: E402
@@ -175,7 +176,7 @@ cameras:
         made = requests.post(f"{api}/calibrations", json={
             "camera": "north", "snapshot": taken["id"], "field": "table", "region": "full", "model": "brown-conrady",
             "observations": [dict(o) for o in calibrated(source, "brown-conrady").observations]}).json()
-        requests.post(f"{api}/calibrations/{made['id']}/activate").raise_for_status()
+        activate_despite(address, made["id"])
         page.goto(f"{address}/#/system/jobs")
         for _ in range(KNOCKS):
             until(lambda: requests.get(f"{api}/cameras/status").json()["items"][0]["drift"]["state"], "steady".__eq__)

@@ -34,6 +34,7 @@ from app.processes.framing import decode_body  # noqa: E402
 from app.sources import SourceContext  # noqa: E402
 from app.store.stages import named_plan  # noqa: E402
 from app.vision.colour.learning import learn_profile  # noqa: E402
+from tests.support.activation import activate_despite  # noqa: E402
 from tests.support.mjpeg_camera import MjpegCamera  # noqa: E402
 from tests.support.watched_field import calibration_of, colour_clicks, world  # noqa: E402
 
@@ -124,7 +125,7 @@ def prepared(port: int, match, profile) -> None:
         (b"camera", b"", b"north"), (b"file", b'; filename="c.json"', FORMATS["json"].write(calibration_of(match)))))
     made = asked(port, "/calibrations/import", form + b"--form--\r\n",
                  content_type="multipart/form-data; boundary=form")
-    asked(port, f"/calibrations/{made['id']}/activate", b"")
+    activate_despite(f"http://127.0.0.1:{port}", made["id"])
     body = {"on": True, "plan": "ssl", "profile": profile}
     asked(port, "/cameras/north/seeing", json.dumps(body).encode(), "PUT", if_match="unset")
     asked(port, "/cameras/north/detections")

@@ -9,7 +9,7 @@ from playwright.sync_api import expect
 from app.league.config import PublishingConfig
 from app.league.geometry_packet import geometry_packet, published_cameras
 from app.workflows import interchange
-from tests.e2e.conftest import LONG_MS
+from tests.e2e.conftest import LONG_MS, press_activate
 from tests.support import ssl_listener as listener
 from tests.support.activation import activate_despite
 from tests.support.exported import example, model_of
@@ -82,7 +82,7 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
             page.get_by_test_id(f"take-over-127.0.0.1-{port}-0").click()
             notice = page.get_by_test_id("notice").filter(
                 has_text=t("network.kept", number=0, sender="127.0.0.1", version=2, camera="overhead"))
-            notice.get_by_role("button", name=t("network.kept.activate")).click()
+            press_activate(page, notice.get_by_role("button", name=t("network.kept.activate")))
             ear.hear_until(lambda came: focal(came) == pytest.approx(model_of("ssl", 1).focal_px, rel=1e-6))
             expect(page.get_by_test_id("contradiction")).to_have_count(0, timeout=LONG_MS)  # both say the same now
 

@@ -162,6 +162,7 @@ def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, se
     apart = server.api("GET", f"/calibrations/{first['id']}/difference/{second['id']}.json").json()
     shown = float(page.get_by_test_id("apart-worst").text_content().split()[0].replace("\u202f", ""))
     assert shown == pytest.approx(apart["max_mm"], abs=0.6)
+    page.locator("img[src*='/difference/']").evaluate("picture => picture.decode()")
     manual_picture(page, "saved-data")
 
 

@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 
 from app.core.field import BORDERS
 from app.workflows import interchange
-from tests.e2e.conftest import LONG_MS, SOON_MS, Operator
+from tests.e2e.conftest import LONG_MS, SOON_MS, Operator, press_activate
 from tests.support.activation import activate_despite
 from tests.support.exported import example
 from tests.support.words import t
@@ -148,11 +148,11 @@ def test_of_two_who_change_the_same_the_slower_one_is_told_and_nothing_is_lost(p
     activate_despite(server, ids[0], headers=headers)
     assert server.api("PATCH", f"/calibrations/{ids[2]}", json={"note": "by Grace"}, headers=headers).ok
 
-    newest.get_by_test_id("shelf-activate").click()
+    press_activate(page, newest.get_by_test_id("shelf-activate"))
     expect(page.get_by_text("Grace has activated version 1 since you opened this page.")).to_be_visible()
     assert server.api("GET", f"/calibrations/{ids[0]}").json()["active"]
     expect(page.get_by_test_id("shelf-version").last).to_have_attribute("data-active", "true")
-    page.get_by_role("button", name=t("versions.activate-all-the-same", version=3)).click()
+    press_activate(page, page.get_by_role("button", name=t("versions.activate-all-the-same", version=3)))
     expect(newest).to_have_attribute("data-active", "true")
 
     note = page.get_by_test_id("shelf-note")

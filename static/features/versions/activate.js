@@ -34,18 +34,18 @@ effect(() => {
  * Activate it unless something stands against it, or another version was activated since the page last heard; then ask.
  * @param {Activated} it
  * @param {string[]} [despite] codes of claims that the operator accepts
+ * @param {string | null} [former] the version that was active when the operator decided
  * @returns {Promise<boolean>} whether it is active now; a refusal is shown
  */
-export async function activateCalibration(it, despite = []) {
-  const camera = cameras.value.find((c) => c.id === it.camera) ?? null,
-    former = camera?.active_calibration ?? null;
+export async function activateCalibration(it, despite = [], former = activeOf(it)) {
+  const camera = cameraOf(it);
   try {
     const seen = { headers: { "If-Match": former ?? "none" } };
     await request("POST", `/calibrations/${it.id}/activate`, { json: { despite }, ...(camera ? seen : {}) });
   } catch (error) {
     if (error instanceof Problem && Array.isArray(error.body.claims))
-      return (await isWanted(it, error.body.claims)) && activateCalibration(it, error.body.despite);
-    await refuse(it, error);
+      return (await isWanted(it, error.body.claims)) && activateCalibration(it, error.body.despite, former);
+    await refuse(it, error, despite);
     return false;
   }
   const at = cameras.value.findIndex((c) => c.id === camera?.id); // the list may be another one by now
@@ -66,6 +66,9 @@ export async function activateCalibration(it, despite = []) {
   return true;
 }
 
+const cameraOf = (/** @type {Activated} */ it) => cameras.value.find((c) => c.id === it.camera) ?? null;
+const activeOf = (/** @type {Activated} */ it) => cameraOf(it)?.active_calibration ?? null;
+
 /** Ask whether it is to be activated in spite of these claims. @param {Activated} it @param {Claim[]} claims */
 const isWanted = (it, claims) =>
   new Promise((/** @type {(isAnyway: boolean) => void} */ answer) => {
@@ -83,8 +86,9 @@ export function answerWarning(asked, isAnyway) {
  * Say why not; where somebody else was faster, with that version on show.
  * @param {Activated} it
  * @param {unknown} error
+ * @param {string[]} despite
  */
-async function refuse(it, error) {
+async function refuse(it, error, despite) {
   if (!(error instanceof Problem) || error.status !== 412) return notifyError(error);
   await readCameras().catch(() => {});
   notify({
@@ -93,7 +97,7 @@ async function refuse(it, error) {
     fix: error.fix,
     action: {
       label: t("versions.activate-all-the-same", { version: String(it.version) }),
-      run: () => void activateCalibration(it),
+      run: () => void activateCalibration(it, despite),
     },
   });
 }

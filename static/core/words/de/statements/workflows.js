@@ -80,7 +80,7 @@ export default {
   "detection.unknown-stage": "Der Plan dieser Kamera hat keine Stufe „{stage}“.",
   "detection.use-calibration": "Aktivieren oder wählen Sie eine Kalibrierung, oder verwenden Sie das Rohbild.",
   "event.activated": "Version {version} aktiviert: {camera}.",
-  "event.activated-despite": "Version {version} von {camera} wurde mit {problems} bekannten Problemen aktiviert.",
+  "event.activated-despite": "Version {version} von {camera} wurde aktiviert. Bekannte Probleme: {problems}.",
   "event.back": "{camera} ist wieder da.",
   "event.cleared": "{camera} ist wieder in der kalibrierten Position.",
   "event.images-from-files": "Bilder aus Dateien",
