@@ -17,7 +17,7 @@ import numpy as np
 
 from app.core.errors import TouchlineError
 from app.core.field_json import field_from_json
-from app.core.geometry import Array, ImageSize, Mask, Points, inside_picture, with_z
+from app.core.geometry import Array, ImageSize, Points, inside_picture, with_z
 from app.core.records import Calibration
 from app.evaluate.cameras.evidence import OffsetMeasurements
 from app.evaluate.cameras.offsets import OffsetField, fit_offset_field
@@ -57,7 +57,8 @@ def carried_mm(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageS
     behind = field_from_raw(b, raw_b)  # the spot of carpet that the hat hides
     shift, _ = found.at(behind)
     apart = np.linalg.norm(b.unproject(raw_from_field(b, behind + shift), z_mm) - places, axis=-1)
-    return np.where(_both_see(raw_a, size_a, raw_b, size_b) & np.isfinite(found.known_mm(behind)[0]), apart, np.nan)
+    seen = inside_picture(raw_a, size_a) & inside_picture(raw_b, size_b)
+    return np.where(seen & np.isfinite(found.known_mm(behind)[0]), apart, np.nan)
 
 
 def apart_at_tops(a: CameraModel, b: CameraModel, z_mm: float, places: Points, carried: Array,
@@ -83,7 +84,3 @@ def apart_at_tops(a: CameraModel, b: CameraModel, z_mm: float, places: Points, c
     if one is None or other is None:
         return None, None, "no-covariance"
     return np.sqrt(carried**2 + one(places) ** 2 + other(places) ** 2), "expected", None
-
-
-def _both_see(raw_a: Points, size_a: ImageSize, raw_b: Points, size_b: ImageSize) -> Mask:
-    return inside_picture(raw_a, size_a) & inside_picture(raw_b, size_b)

@@ -32,6 +32,7 @@ WIDTH_PX = 320  # of the picture that is looked at
 TINY_LEVELS = 0.3  # grey levels: less is noise
 
 Way = Literal["turned", "mirrored"]
+State = Literal["confirmed", "contradicted", "unknown"]
 SAID: dict[Way, Sentence] = {
     "turned": say("orientation.turned", "The image is turned by 180° against the calibration image: the lines match, "
                                         "but what is between and around them is on the other side."),
@@ -41,9 +42,6 @@ FIX = say("orientation.fix", "Turn the camera back, or switch off the mirroring.
                              "it again from the current image.")
 FLIPS: dict[str, tuple[Way, tuple[int, int]]] = {
     "turned": ("turned", (-1, -1)), "along-x": ("mirrored", (-1, 1)), "along-y": ("mirrored", (1, -1))}
-
-
-State = Literal["confirmed", "contradicted", "unknown"]
 
 
 class Orientation(NamedTuple):

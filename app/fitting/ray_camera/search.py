@@ -232,7 +232,7 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
         correlation = correlation_factor(pixels[:task.problem.curves][inliers[:task.problem.curves]],
                                          task.problem.owners[:task.problem.curves][inliers[:task.problem.curves]])
         best = minimum_near(chosen, best.state, spread * np.sqrt(correlation), 0,
-                         tolerance=NEAR if number < NOISE_ROUNDS - 1 else THERE)
+                            tolerance=NEAR if number < NOISE_ROUNDS - 1 else THERE)
     if not np.isfinite(best.cost):
         raise no_camera_error()
     pixels = _click_distances(task.problem, best.state)
@@ -275,7 +275,7 @@ def covariance_of(jacobian: Array) -> Array:
 
 
 def minimum_near(task: RayFitProblem, start: State, sigma: float, robust_rows: int,
-              steps: int = MAX_STEPS, tolerance: float = SEARCHING) -> Minimum[State]:
+                 steps: int = MAX_STEPS, tolerance: float = SEARCHING) -> Minimum[State]:
     weights = task.click_weights(start, sigma)
     curves = task.problem.curves
     per_row = np.concatenate([weights[:curves], np.repeat(weights[curves:], 2)]) / sigma
