@@ -54,6 +54,7 @@ ON_LINE_PX = 5.0
 EVERY = 4  # px along those chains
 MAX_CHAINS_SHOWN = 60
 MIN_HITS_KEPT = 0.9  # of the places where a line was found: fewer in the second measuring, and the first one stands
+MIN_LINES = 3  # straight ones, for a match
 TWIN_PX = 12.0  # between the region's corners as two cameras see them, which are then the same
 
 
@@ -246,7 +247,7 @@ def candidates_json(searched: SearchResult, region: Region) -> list[dict[str, An
 def no_match_error(seen: DetectedLines, searched: SearchResult) -> FitFailed:
     """Return the error that says why no camera was found."""
     lines = len(searched.lines)
-    if lines < 3:
+    if lines < MIN_LINES:
         found = (say("automatic.no-line", "No line detected in the image."),
                  say("automatic.one-line", "Only 1 straight line detected in the image."),
                  say("automatic.two-lines", "Only 2 straight lines detected in the image."))

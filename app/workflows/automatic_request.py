@@ -1,6 +1,6 @@
 """A request for a calibration without clicks, and what came of it; routes, jobs and commands share it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from dataclasses import field as member
 from itertools import chain
@@ -13,6 +13,7 @@ from app.core.common_sentences import DETECTING_LINES, ONE_CAMERA, SERIES_MOVED,
 from app.core.errors import Conflict, FitFailed, ProblemJson
 from app.core.field import Field, Region
 from app.core.field_json import field_from_json
+from app.core.geometry import with_z
 from app.core.json_values import SizeJson
 from app.core.progress import Progress, no_progress
 from app.core.reading import read
@@ -20,9 +21,21 @@ from app.core.records import Calibration, Frame, ObservationJson
 from app.core.statements import say, stated
 from app.evaluate.drift.alarm import state_of
 from app.evaluate.drift.monitor import DriftReference
+from app.evaluate.fit.areas import (
+    FITS_OVERLAP,
+    NEAR_OVERLAP,
+    NOT_IN_IMAGE,
+    AreaJson,
+    SeenArea,
+    area_sentences,
+    better_areas,
+    smaller_areas,
+)
 from app.evaluate.fit.report_types import FitReport
-from app.evaluate.fit.verification import AutomaticVerdict, Proof, verdict_of
+from app.evaluate.fit.verification import AutomaticVerdict, Proof, Verification, verdict_of
+from app.fitting.field_lines.pattern import is_half_turn_symmetric
 from app.fitting.field_lines.search import PosePrior
+from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, CameraModel
 from app.vision.motion.background import Background
 from app.workflows import automatic
@@ -31,6 +44,8 @@ from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.job_pictures import Pictures, job_pictures
 from app.workflows.model_choice import AUTO, LADDER
 
+SMALLER = 3  # areas within the chosen one that are looked for where that is not found well
+SURELY_FOUND = 0.95  # of the expected lines
 LOOKED_AT = 5  # pictures of a series: a camera that sways is elsewhere in one of them
 
 
@@ -40,8 +55,20 @@ def pose_prior_from_json(value: Mapping[str, Any]) -> PosePrior:
                 "Use height_mm from 100 to 100000 and turn_deg from -360 to 360.", "bad-rough")
 
 
-class AutomaticAnswer(TypedDict):
-    """What was found without clicks. lines: the detected ones, raw px; proof, report: None where none was found."""
+class FoundCamera(TypedDict):
+    """proof, report: None where none was found. areas: what the picture shows in place of the chosen area; empty where
+    that is right, or nothing else fits."""
+
+    observations: list[ObservationJson]
+    proof: Proof | None
+    report: FitReport | None
+    areas: list[AreaJson]
+    doubts: list[ProblemJson]
+    verdict: AutomaticVerdict
+
+
+class AutomaticAnswer(FoundCamera):
+    """What was found without clicks. lines: the detected ones, raw px."""
 
     field: str
     region: str
@@ -50,11 +77,6 @@ class AutomaticAnswer(TypedDict):
     image_size: SizeJson
     candidates: list[dict[str, Any]]
     lines: list[list[list[float]]]
-    observations: list[ObservationJson]
-    proof: Proof | None
-    report: FitReport | None
-    doubts: list[ProblemJson]
-    verdict: AutomaticVerdict
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,38 +123,78 @@ class AutomaticRequest:
         lines = automatic.detect_lines(frame.pixels)
         found, searched = automatic.assign_lines(lines, self.field, self.region, pose_prior_from_json(self.rough),
                                                  subprogress(progress, 0.15, 0.6))
-        unmatched = [automatic.no_match_error(lines, searched).to_json()] if found is None else []
         summary: AutomaticAnswer = {
             "field": self.field.name, "region": self.region.name, "rotate": self.region.rotate_deg,
             "model": self.model, "image_size": list(frame.size),
-            "candidates": automatic.candidates_json(searched, self.region),
-            "lines": lines.polylines(), "observations": [], "proof": None, "report": None, "doubts": unmatched,
-            "verdict": verdict_of(unmatched, None, None)}
-        if found is None:
-            return summary, None
+            "candidates": automatic.candidates_json(searched, self.region), "lines": lines.polylines(),
+            **_without_camera([automatic.no_match_error(lines, searched).to_json()])}
+        proof = None if found is None else automatic.verify(found, lines, self.field, self.region)
+        areas: tuple[SeenArea, ...] = ()
+        made = None
+        if found is not None and proof is not None and not proof.doubts():
+            areas = self._better_areas(found.state, frame)
+        if found is not None and not areas:
+            proof, made = self._fitted(found, lines, frame, series, summary, subprogress(progress, 0.6, 1.0))
+        is_weak = made is None or made.report["verdict"]["level"] == "poor"
+        if is_weak and not areas and len(searched.lines) >= automatic.MIN_LINES:
+            areas = self._areas_within(found, proof, lines, frame)
+        if areas:  # points on another area are of no use
+            what, fix = area_sentences(areas)
+            summary |= _without_camera([stated(ProblemJson(reason=NOT_IN_IMAGE, what=what, fix=fix))], areas)
+            made = None
+        return summary, made
+
+    def _fitted(self, found: automatic.LineAssignment, lines: automatic.DetectedLines, frame: Frame, series: Pictures,
+                summary: AutomaticAnswer, progress: Progress) -> tuple[Verification, Calibration | None]:
+        """Fit the points and write what came of it into the summary; the calibration where no doubt remains."""
         done, refused = None, []
         for names in self.models:
             try:
-                done, found = automatic.calibrate(found, lines, self.field, self.region, names, self.options,
-                                                  subprogress(progress, 0.6, 1.0))
+                done, found = automatic.calibrate(found, lines, self.field, self.region, names, self.options, progress)
                 summary["model"] = done.model.NAME
                 break
             except FitFailed as refusal:
                 refused.append(refusal.to_json())
         report = None if done is None else done.report
         proof = automatic.verify(found, lines, self.field, self.region)
-        summary["observations"] = [o.to_json() for o in found.observations]
         doubts = [*proof.doubts(), *(refused[:1] if done is None else [])]
         if done is not None and _has_moved(done.model, self.field, self.region, frame, series):
             doubts.insert(0, stated(ProblemJson(
                 reason="series-moved", what=SERIES_MOVED, fix=SERIES_MOVED_FIX)))
-        summary |= {"doubts": doubts, "verdict": verdict_of(doubts, proof, report and report["verdict"]),
-                    "proof": proof.to_json(), "report": report}
+        summary |= {"observations": [o.to_json() for o in found.observations], "proof": proof.to_json(),
+                    "report": report, "doubts": doubts,
+                    "verdict": verdict_of(doubts, proof, report and report["verdict"])}
         if done is None or doubts:
-            return summary, None
+            return proof, None
         request = CalibrationRequest(found.observations, self.field, self.region, frame.size, summary["model"],
                                      self.options, self.camera, self.snapshot, frame.sha256 or None, self.note)
-        return summary, request.record(done)
+        return proof, request.record(done)
+
+    def _better_areas(self, state: RayCameraParameters, frame: Frame, least_overlap: float = FITS_OVERLAP,
+                      ) -> tuple[SeenArea, ...]:
+        return better_areas(lambda points: state.project(with_z(points)), self.field, self.region, frame.size,
+                            is_half_turn_symmetric(self.field), least_overlap)
+
+    def _areas_within(self, found: automatic.LineAssignment | None, proof: Verification | None,
+                      lines: automatic.DetectedLines, frame: Frame) -> tuple[SeenArea, ...]:
+        """Look for areas within the chosen one: too little of that may be in the picture for a match, or a right one.
+
+        found, proof: what there is with the chosen one; another must explain the picture better.
+        """
+        is_sure = proof is not None and proof.share >= SURELY_FOUND
+        for area in () if is_sure else smaller_areas(self.field, self.region)[:SMALLER]:
+            within, _ = automatic.assign_lines(lines, self.field, area, pose_prior_from_json(self.rough))
+            if within is not None and automatic.verify(within, lines, self.field, area).is_better_than(proof):
+                return self._better_areas(within.state, frame, NEAR_OVERLAP)
+        if found is None or proof is None or proof.doubts():
+            return ()
+        return self._better_areas(found.state, frame, NEAR_OVERLAP)
+
+
+def _without_camera(doubts: list[ProblemJson], areas: Sequence[SeenArea] = ()) -> FoundCamera:
+    """Return the part of an answer that found none."""
+    return {"observations": [], "proof": None, "report": None, "areas": [area.to_json() for area in areas],
+            "doubts": doubts, "verdict": verdict_of(doubts, None, None)}
 
 
 def median_frame(pictures: Pictures, progress: Progress = no_progress) -> Frame:

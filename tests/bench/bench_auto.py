@@ -1,9 +1,10 @@
-"""Calibration without clicks. Command: python tests/bench/bench_auto.py random|hidden|wrong FROM TO, or table
+"""Calibration without clicks. Command: python tests/bench/bench_auto.py random|hidden|wrong|areas FROM TO, or table
 
 random: scenes of tests/support/auto_scenes.py by seed: how many are found, how exactly, and whether any is wrong.
 wrong: the same pictures, matched with another field, which must be declined. table: Division B, 1224 × 1024,
 lens by tilt, as in the manual's figures. hidden: those of the random ones in which more than a tenth
 of the lines is hidden.
+areas: the random ones once more, those of a part of the field also with the full field as the covered area.
 Seconds are by the clock, which counts who else is at work, and by the processor.
 """
 
@@ -16,6 +17,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.core.records import Calibration, Frame
+from app.evaluate.fit.areas import NEAR_OVERLAP, better_areas
 from app.models import field_from_raw, model_from_json
 from app.workflows.automatic_request import AutomaticRequest
 from tests.support.auto_scenes import FIELDS, SceneSpec, SeenScene, carpet_error_mm, fields, scene_of, spec_of
@@ -86,6 +88,38 @@ def wrong_fields(seeds: range) -> None:
     print(f"wrong fields, seeds {seeds.start}-{seeds.stop - 1}: {len(called)} accepted {called}", flush=True)
 
 
+def wrong_areas(seeds: range) -> None:
+    """The right area must not be doubted. Chosen is the full field: where the picture shows just a part of it that is
+    an area by itself, that or the one opposite must be offered; otherwise nothing wrong may be accepted."""
+    counts = dict.fromkeys(("right area", "doubted", "full in place of a part", "offered", "accepted", "wrong",
+                            "offered another"), 0)
+    for seed in seeds:
+        scene = scene_of(spec_of(seed))
+        told, made, _, _ = asked(scene)
+        counts["right area"] += 1
+        if told["areas"]:
+            counts["doubted"] += 1
+            print(f"{seed}: {scene.spec.field} {scene.spec.region} doubted, {told['areas']}", flush=True)
+        if scene.spec.region == "full":
+            continue
+        field = fields()[scene.spec.field]
+        told, made = AutomaticRequest(field, field.regions["full"]).answer(Frame(scene.pixels))
+        right = [field.regions[area.region.name] for area in better_areas(
+            scene.camera.raw_from_field, field, field.regions["full"], scene.camera.image_size, True, NEAR_OVERLAP)]
+        is_right = {area["region"] for area in told["areas"]} <= {area.name for area in right}
+        is_wrong = made is not None and error_mm(made, scene) > limit_mm(scene)
+        counts["full in place of a part"] += 1
+        counts["offered"] += bool(told["areas"]) and is_right
+        counts["offered another"] += not is_right
+        counts["accepted"] += made is not None
+        counts["wrong"] += is_wrong
+        if is_wrong or not is_right or (right and not told["areas"]):
+            print(f"{seed}: {scene.spec.field} {scene.spec.region} as full, wrong: {is_wrong}, "
+                  f"{told['verdict']['level']}, {told['verdict']['sentence']} offered {told['areas']}, right "
+                  f"{[area.name for area in right]}", flush=True)
+    print(f"areas, seeds {seeds.start}-{seeds.stop - 1}: {counts}", flush=True)
+
+
 def table() -> None:
     for lens in ("mild", "strong", "pincushion"):
         for tilt in (0.0, 12.0, 30.0):
@@ -109,4 +143,4 @@ if __name__ == "__main__":
     what, *ends = sys.argv[1:] or ["table"]
     seeds = range(*(int(e) for e in ends)) if ends else range(200)
     {"random": lambda: random_scenes(seeds), "hidden": lambda: random_scenes(seeds, 0.1),
-     "wrong": lambda: wrong_fields(seeds), "table": table}[what]()
+     "wrong": lambda: wrong_fields(seeds), "areas": lambda: wrong_areas(seeds), "table": table}[what]()

@@ -9,9 +9,11 @@ from tests.e2e.conftest import LONG_MS
 from tests.support.auto_scenes import SceneSpec, scene_of
 from tests.support.held_requests import holding
 from tests.support.manual_pictures import manual_picture
+from tests.support.tiers import long
 from tests.support.waiting import until
 from tests.support.words import t
 
+HALF = SceneSpec(3, "ssl-2008", "half", "half", (816, 682), 5500.0, 12.0, 0.0, -17.0, 0.7, 2.0, 0.1, 6, 0)
 SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
 
 
@@ -83,6 +85,39 @@ def apart(one, other):
     """Whether two boxes have nothing in common."""
     return (one["x"] >= other["x"] + other["width"] - 1 or other["x"] >= one["x"] + one["width"] - 1
             or one["y"] >= other["y"] + other["height"] - 1 or other["y"] >= one["y"] + one["height"] - 1)
+
+
+def half_field(real_data) -> bytes:
+    return cv2.imencode(".png", scene_of(HALF).pixels)[1].tobytes()
+
+
+def half_field_of_2008(real_data) -> bytes:
+    return real_data("fields/ssl_2008/ssl-field-2008.jpg").read_bytes()
+
+
+@pytest.mark.parametrize("picture_of", [half_field, long(half_field_of_2008)])
+def test_half_of_a_field_opened_as_the_full_one_is_active_after_five_presses(arriving, server, real_data, picture_of,
+                                                                             tmp_path):
+    shown, page = server.data / "shown", arriving.page
+    shown.mkdir(exist_ok=True)
+    (shown / "hall.png").write_bytes(picture_of(real_data))
+    server.api("POST", "/cameras", json={"id": "hall", "name": "Hall", "source": "picture://hall.png",
+                                         "field": "ssl-2008", "region": "full"})
+    arriving.visit(detect=True).take("hall")
+    told = page.get_by_test_id("lines-found")
+    expect(told).to_contain_text("The image shows only a part of the covered area", timeout=LONG_MS)
+    expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "true")
+    assert arriving.draft()["observations"] == []
+    page.screenshot(path=tmp_path / "1-other-area.png")
+    page.get_by_test_id("cure-area-half-right").click()
+    expect(told).to_contain_text("of the expected lines were detected", timeout=LONG_MS)
+    assert (arriving.draft()["region"], len(arriving.draft()["observations"]) > 4) == ("half-right", True)
+    page.screenshot(path=tmp_path / "2-detected.png")
+    arriving.next("verify")
+    arriving.activate(warned=True)  # the camera's settings name the full field
+    active = server.api("GET", "/cameras/hall").json()["active_calibration"]
+    assert server.api("GET", f"/calibrations/{active}").json()["region"] == "half-right"
+    server.api("DELETE", "/cameras/hall")
 
 
 def test_a_picture_without_lines_is_declined_in_words_and_changes_nothing(operator, tmp_path):

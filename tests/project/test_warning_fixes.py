@@ -1,8 +1,10 @@
-"""Every warning that a fit can give, and every refusal of one, has its deed in the page's table of cures."""
+"""Every warning that a fit can give, and every refusal of one or of a detection, has its deed in the page's table of
+cures; each of them leads out (tests/page/warning_fixes.test.mjs)."""
 
 import ast
 import re
 
+from app.evaluate.fit.areas import NOT_IN_IMAGE
 from tests.support.paths import ROOT
 
 SOURCE = ROOT / "static" / "features" / "calibrate" / "warning_fixes.js"
@@ -14,7 +16,8 @@ FITS = ["fitting/border.py", "fitting/clicks.py", "fitting/linear.py", "fitting/
         "fitting/ray_camera/setup.py", "fitting/ray_camera/search.py", "fitting/ray_camera/lens_prior.py",
         "fitting/ray_camera/camera_prior.py", "fitting/ray_camera/height_check.py", "fitting/ray_camera/misfit.py",
         "fitting/thin_plate/fit.py", "fitting/thin_plate/smoothing.py", "evaluate/fit/report.py",
-        "evaluate/fit/observability.py", "evaluate/fit/uncertainty.py"]
+        "evaluate/fit/observability.py", "evaluate/fit/uncertainty.py", "evaluate/fit/verification.py",
+        "fitting/field_lines/pattern.py", "workflows/automatic.py", "workflows/automatic_request.py"]
 # Of callers of REST and the shell alone: the page sends none of it.
 NOT_OF_THE_PAGE = {"bad-axis", "bad-parameters"}
 
@@ -29,14 +32,17 @@ def reasons() -> set[str]:
     for source in FITS:
         tree = ast.parse((ROOT / "app" / source).read_text())
         for call in called(tree, {"Warning"}):
-            found.add(call.args[0].value)
-        for call in called(tree, {"FitFailed", "BadInput"}):
+            found.add(getattr(call.args[0], "value", NOT_IN_IMAGE))
+        for call in called(tree, {"FitFailed", "BadInput", "ProblemJson"}):
             found |= {k.value.value for k in call.keywords if k.arg == "reason" and isinstance(k.value, ast.Constant)}
+        found |= {doubt.elts[0].value for doubt in ast.walk(tree) if isinstance(doubt, ast.Tuple) and len(doubt.elts) == 3
+                  and isinstance(doubt.elts[0], ast.Constant) and isinstance(doubt.elts[1], ast.Call)}
     return found
 
 
 def test_the_search_finds_warnings_and_refusals():
-    assert {"stray-click", "height-unknown", "too-few-points", "mirrored"} <= reasons()
+    assert {"stray-click", "height-unknown", "too-few-points", "mirrored", "no-match", "loose", "series-moved",
+            NOT_IN_IMAGE} <= reasons()
 
 
 def test_every_reason_has_a_cure_that_the_page_can_do():

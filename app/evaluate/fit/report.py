@@ -1,6 +1,7 @@
 """The report: all figures of a fit as plain JSON, with a verdict of one length in millimetres and one sentence."""
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from app.core.field import BORDERS, Field, Region
 from app.core.json_values import number
 from app.core.records import Fit, Observation, Observations, Warning
 from app.core.statements import say
+from app.evaluate.fit.areas import FITS_OVERLAP, NEAR_OVERLAP, NOT_IN_IMAGE, SeenArea, area_sentences, better_areas
 from app.evaluate.fit.contradiction import Contradiction
 from app.evaluate.fit.distortion import distortion_report
 from app.evaluate.fit.doubts import worst_doubt
@@ -23,12 +25,13 @@ from app.evaluate.fit.report_types import (
     FitReport,
     ReportedNotes,
     ReportedPose,
+    SigmaReport,
 )
 from app.evaluate.fit.residuals import FeatureResiduals, feature_residuals, largest, mm_per_px, residual_rows, rms
 from app.evaluate.fit.uncertainty import knows_its_error, sigma_report
-from app.evaluate.fit.verdict import GOOD_MM, FitAccuracy, fit_verdict
+from app.evaluate.fit.verdict import FAIR_MM, GOOD_MM, FitAccuracy, fit_verdict
 from app.fitting import FITTERS
-from app.models import CameraModel, RayModel, parameters_json
+from app.models import CameraModel, RayModel, parameters_json, raw_from_field
 from app.models.ray_camera import RayCamera
 
 MAX_LINE_SIGMAS = 4.0
@@ -73,6 +76,9 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
     if determined.alternative is not None:  # the points know better than a height that contradicts them
         determined, stand_in = determined.alternative, fit.model
     sigma = sigma_report(determined, region, hat_mm, height_is_known, stand_in=stand_in)
+    areas = _better_areas(fit.model, field, region, sigma)
+    if areas:
+        warnings.append(Warning(NOT_IN_IMAGE, *area_sentences(areas)))
     height = fit.notes.get("height")
     apart_mm = 0.0 if freer is None else max(freer.carpet_mm, freer.hat_mm or 0.0)
     if freer is not None and apart_mm > GOOD_MM:
@@ -96,12 +102,22 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
             is_apart_expected=stand_in is not None,
             doubt=worst_doubt(warnings, height, region),
             is_height_believed=height is not None and height["state"] == "not-checked")),
+        "areas": [area.to_json() for area in areas],
         "next_click": next_best_click(fit, field, region, fit.model.image_size, fit.notes.get("click_sigma_px", 0.5)),
         "warnings": [w.to_json() for w in warnings],
         "camera": _camera_json(fit.model),
         "covariance": _covariance_json(fit, None if stand_in is None else determined),
         **_reported(fit.notes),
     }
+
+
+def _better_areas(model: CameraModel, field: Field, region: Region, sigma: SigmaReport | None) -> tuple[SeenArea, ...]:
+    """Return what the picture shows in place of the region; the less that has to fit, the less the region is known."""
+    if not isinstance(model, RayModel):
+        return ()
+    is_poor = sigma is not None and sigma["rms"] > FAIR_MM
+    return better_areas(partial(raw_from_field, model), field, region, model.image_size,
+                        least_overlap=NEAR_OVERLAP if is_poor else FITS_OVERLAP)
 
 
 def expected_figures(report: Mapping[str, Any]) -> ExpectedFigures:

@@ -7,6 +7,7 @@ from typing_extensions import TypedDict
 from app.core.json_values import PointJson
 from app.core.records import WarningJson
 from app.core.statements import Stated
+from app.evaluate.fit.areas import AreaJson
 from app.fitting.ray_camera.height_check import HeightJson
 
 Level = Literal["good", "fair", "poor"]
@@ -160,6 +161,7 @@ class FitReport(ReportedNotes):
     distortion: DistortionReport
     per_feature: list[FeatureRow]
     verdict: Verdict
+    areas: NotRequired[list[AreaJson]]  # that the image shows in place of the chosen one; absent: an older version
     next_click: NotRequired[NextClick | None]
     warnings: list[WarningJson]
     camera: NotRequired[ReportedPose | None]  # None: a model without rays; absent: an older version

@@ -7,6 +7,7 @@ field just as well.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ MAX_UNEXPLAINED = 0.13  # of the length that was seen on the field
 MIN_AHEAD = 0.05  # of the next best camera's share
 MAX_RMS = 0.002  # of the diagonal, of the points about the drawn field: 1.5 px of 640 × 480; fields are made by hand
 MIN_MARKINGS = 4
+CLEARLY = 0.05  # more of the expected length
 MISSING_SHOWN = 4
 
 
@@ -80,6 +82,13 @@ class Verification:
     @property
     def unexplained_share(self) -> float:
         return self.unexplained_px / max(self.unexplained_px + self.explained_px, 1e-9)
+
+    def is_better_than(self, other: Self | None) -> bool:
+        """Whether it is without doubt, and explains the picture clearly better than another camera, if there is one."""
+        if other is None:
+            return not self.doubts()
+        more = self.share - other.share
+        return (more > CLEARLY or (more > -CLEARLY and self.rms_px < other.rms_px / 2)) and not self.doubts()
 
     def doubts(self) -> tuple[ProblemJson, ...]:
         """Return why it may be wrong; empty where there is no doubt."""

@@ -72,6 +72,26 @@ export function lineUnder(border) {
   );
 }
 
+/** Whether a line, an arc or a landmark has no part in the region. @param {string} name */
+export function isOffArea(name) {
+  const r = region.value,
+    f = field.value,
+    line = f?.lines.find((l) => l.name === name),
+    arc = f?.arcs.find((a) => a.name === name),
+    spot = f?.landmarks[name];
+  const places = line ? alongLine(line) : arc ? arcPoints(arc) : spot ? [spot] : [];
+  return (
+    r !== null && places.length > 0 && !places.some(([x, y]) => between(x, r.x[0], r.x[1]) && between(y, r.y[0], r.y[1]))
+  );
+}
+
+/** @param {import("../../core/types").Line} line @returns {Point[]} */
+const alongLine = ({ from, to }) =>
+  Array.from({ length: ARC_STEPS + 1 }, (_, i) => [
+    from[0] + ((to[0] - from[0]) * i) / ARC_STEPS,
+    from[1] + ((to[1] - from[1]) * i) / ARC_STEPS,
+  ]);
+
 /** @param {number} v @param {number} a @param {number} b */
 const between = (v, a, b) => v >= Math.min(a, b) - 1 && v <= Math.max(a, b) + 1;
 

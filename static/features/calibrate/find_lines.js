@@ -4,28 +4,37 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 import { change, doc } from "../../core/document.js";
 import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
-import { editing, region, rotation, snapshot } from "../../core/state.js";
+import { editing, field, region, rotation, snapshot } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { rememberDetected, withoutDetected } from "./detected_points.js";
 import { draft } from "./draft.js";
-import { proposals } from "./line_suggestions.js";
+import { preview } from "./fitting.js";
+import { discardProposed, proposals } from "./line_suggestions.js";
 import { others } from "./presence.js";
 
 // judged by the first model that fits
 const MODEL = "auto";
 
 /** @typedef {{ level: string, sentence: string, fix: string, reason: string }} Verdict
- * @typedef {{ verdict: Verdict, observations: import("../../core/types").Observation[], model: string, report: unknown
- * }} FoundLines */
+ * @typedef {import("../../core/types").SeenArea} SeenArea
+ * @typedef {{ verdict: Verdict, observations: import("../../core/types").Observation[], model: string, report: unknown,
+ *   areas: SeenArea[] }} FoundLines */
 
 const work = longWork();
 /** How far the search is, and why it was refused. */
 export const { search: finding, refusal: notFound } = work;
 const found = signal(
-  /** @type {{ of: import("../../core/types").Doc, verdict: Verdict, points: number } | null} */ (null),
+  /** @type {{ of: import("../../core/types").Doc, verdict: Verdict, points: number, areas: SeenArea[] } | null} */ (null),
 );
 /** What the last detection says, as long as the document is what it made of it: an undo takes it back too. */
 export const lastFound = computed(() => (found.value?.of === doc.value ? found.value : null));
+
+/** The areas that the image shows in place of the chosen one, as detected. */
+export const detectedAreas = computed(() => lastFound.value?.areas ?? []);
+/** The same, else as the points say. */
+export const otherAreas = computed(() =>
+  detectedAreas.value.length ? detectedAreas.value : (preview.value?.report.areas ?? []),
+);
 
 const KEPT = "touchline.detect";
 /** Whether lines are detected without being asked. */
@@ -56,7 +65,7 @@ export async function findLines() {
   found.value = null;
   await work.watch(
     (stop, onProgress) => runJob("/calibrations/auto", body, stop, onProgress),
-    (/** @type {FoundLines} */ { observations, verdict }) => {
+    (/** @type {FoundLines} */ { observations, verdict, areas }) => {
       if (snapshot.value?.id !== picture.id) return; // another picture by now: its draft is not ours
       const clicked = withoutDetected(picture.id, doc.value.observations),
         fresh = onUnclickedLines(observations, clicked),
@@ -71,7 +80,7 @@ export async function findLines() {
         rememberDetected(picture.id, fresh);
       }
       const points = isSure ? fresh.reduce((sum, o) => sum + o.points.length, 0) : 0;
-      found.value = { of: doc.value, verdict, points };
+      found.value = { of: doc.value, verdict, points, areas };
     },
   );
 }
@@ -112,8 +121,15 @@ function onUnclickedLines(detected, clicked) {
 /** The document over another field, area or rotation: points that were detected for the former go with it.
  * @param {Partial<import("../../core/types").Doc>} values */
 export function changePlace(values) {
+  if (!proposals.value.along) discardProposed();
   const observations = withoutDetected(snapshot.value?.id, values.observations ?? doc.value.observations);
   change({ ...doc.value, ...values, observations });
+}
+
+/** Choose an area that the image shows, and detect in it. @param {SeenArea} area */
+export function chooseArea({ region: name, rotate }) {
+  changePlace({ region: name, rotate: rotate === field.value?.regions[name]?.rotate ? null : rotate });
+  if (!autoDetect.value || doc.value.observations.length) void findLines(); // else it begins by itself
 }
 
 /** @type {import("../../core/actions.js").Action[]} */
@@ -134,6 +150,13 @@ export const FIND_LINES_ACTIONS = [
     group: "points",
     run: () => void findLines(),
     enabled: () => snapshot.value !== null && region.value !== null && finding.value === null,
+  },
+  {
+    id: "use-area",
+    label: t("calibrate.find-lines.action.use-area"),
+    group: "points",
+    run: () => chooseArea(detectedAreas.value[0]),
+    enabled: () => detectedAreas.value.length === 1,
   },
   {
     id: "stop-lines",

@@ -1,7 +1,7 @@
 // The buttons that fix a warning or a refusal, by its code.
 import { run } from "../../core/actions.js";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
-import { lineName } from "../../core/format.js";
+import { areaTitle, lineName } from "../../core/format.js";
 import { lensOpen, unfold } from "../../core/folds.js";
 import { goToStep } from "../../core/route.js";
 import { camera, cameras, field, model, modelName, models, region, step } from "../../core/state.js";
@@ -11,6 +11,7 @@ import { activeViewport, correctedPlacement, margin, visiblePicture } from "../c
 import { heat, shownMap } from "../compare/heat.js";
 import { version } from "../versions/versions.js";
 import { activateFeature, remove, select } from "./editing.js";
+import { chooseArea, otherAreas } from "./find_lines.js";
 import { preview, stale } from "./fitting.js";
 import { compareModels, ranking, useModel } from "./model_ranking.js";
 
@@ -22,7 +23,8 @@ import { compareModels, ranking, useModel } from "./model_ranking.js";
 const NEAREST = 2; // stage pixels for one of the picture, at least: a place can be seen well
 
 /** @type {Record<string, (trouble: Trouble) => (Fix | null)[]>} */
-const FIXES = {
+export const FIXES = {
+  "area-not-in-image": () => otherAreas.value.map(useArea),
   "stray-click": (trouble) => point(trouble),
   "border-extrapolated": ({ feature }) => [click(feature)],
   "inside-not-checked": () => [click(insideLine())],
@@ -38,14 +40,14 @@ const FIXES = {
   "above-the-carpet": () => [recommended()],
   "another-lens": () => [recommended()],
   "lens-ends": () => [recommended(), nextClick()],
-  "too-few-points": ({ feature }) => [click(feature ?? fewest())],
-  "collinear-points": ({ feature }) => [click(feature ?? fewest())],
-  "lines-not-enough": () => [click(fewest())],
-  "borders-cross": ({ feature }) => [click(feature ?? fewest())],
+  "too-few-points": ({ feature }) => [click(feature ?? fewest()), checkField()], // its line may not be in the image
+  "collinear-points": ({ feature }) => [click(feature ?? fewest()), checkField()],
+  "lines-not-enough": () => [click(fewest()), checkField()],
+  "borders-cross": ({ feature }) => [click(feature ?? fewest()), checkField()],
   "outside-picture": (trouble) => point(trouble),
   "borders-swapped": () => [turn()],
   "bad-order": () => [turn()],
-  mirrored: () => [], // no rotation helps: the image is flipped where it comes from
+  mirrored: () => [picture()], // no rotation helps: the image is flipped where it comes from
   "no-camera": () => [recommended(), turn()],
   "implausible-camera": () => [recommended(), enterHeight()],
   folds: () => [recommended()],
@@ -55,6 +57,16 @@ const FIXES = {
   "no-covariance": () => [recommended()],
   "size-mismatch": () => [picture()],
   imported: () => [picture()],
+  // of a detection
+  "no-lines": () => [picture(), click(fewest())],
+  "no-markings": () => [click(fewest()), checkField()],
+  "no-match": () => [checkField(), click(fewest())],
+  "lines-missing": () => [checkField(), picture()],
+  "lines-unexplained": () => [checkField()],
+  ambiguous: () => [checkField(), enterHeight()],
+  "too-few-lines": () => [click(insideLine() ?? fewest()), picture()],
+  loose: () => [checkField(), recommended()],
+  "series-moved": () => [picture()],
 };
 
 /** What can be done about it by a button. @param {Trouble} trouble @returns {Fix[]} */
@@ -159,6 +171,15 @@ const options = () => ({
   test: "cure-options",
   run: () => void toOption(model.value?.options[0]?.name ?? ""),
 });
+/** @param {import("../../core/types").SeenArea} area @returns {Fix} */
+const useArea = (area) => ({
+  label: areaTitle(area.region),
+  test: `cure-area-${area.region}`,
+  run: () => {
+    showPoints();
+    chooseArea(area);
+  },
+});
 /** @returns {Fix | null} */
 const board = () =>
   model.value?.options.some((o) => o.type === "calibration")
@@ -184,11 +205,11 @@ const turn = () =>
         },
       }
     : null;
-/** @returns {Fix | null} */
+/** Another picture: of the camera, where there is one. @returns {Fix} */
 const picture = () =>
   (camera.value ?? cameras.value[0])
     ? { label: t("calibrate.take-picture"), test: "cure-picture", run: () => run("take") }
-    : null;
+    : { label: t("calibrate.picture-actions.open"), test: "cure-picture", run: () => run("open") };
 
 /** The model that is recommended, once they were compared. @returns {Fix | null} */
 function recommended() {

@@ -2,10 +2,10 @@
 import { computed } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { route } from "../../core/route.js";
-import { lineName } from "../../core/format.js";
+import { areaName, lineName } from "../../core/format.js";
 import { active, camera, nextCamera, region, snapshot, step } from "../../core/state.js";
 import { t } from "../../core/words.js";
-import { finding } from "../calibrate/find_lines.js";
+import { detectedAreas, finding } from "../calibrate/find_lines.js";
 import { preview, refusal, stale } from "../calibrate/fitting.js";
 import { activationNextStep } from "../verify/actions.js";
 import { isSaved, version } from "../versions/versions.js";
@@ -67,6 +67,7 @@ function pointsState() {
   if (!snapshot.value) return [false, t("shell.sentence.no-image")];
   if (finding.value) return [false, t("shell.sentence.detecting")];
   if (fitted.value) return [true, t("shell.sentence.fit-complete")];
+  if (detectedAreas.value.length) return [false, t("shell.sentence.other-area")];
   const border = nextBorder.value;
   if (border) {
     const missing = POINTS_ADVISED - pointsOf(doc.value, border).length;
@@ -103,6 +104,11 @@ export const nextAction = computed(() => {
       return thing("step-points", t("shell.next.continue"), region.value ? "" : current.value.sentence);
     case "points": {
       if (finding.value) return thing("step-verify", t("shell.next.detecting"), t("shell.next.detecting.missing"));
+      const [area, another] = detectedAreas.value;
+      if (area && !fitted.value)
+        return another
+          ? thing("use-area", t("shell.next.choose-area"), t("shell.sentence.other-area"))
+          : thing("use-area", t("shell.next.use-area", { area: areaName(area.region) }));
       const border = nextBorder.value;
       if (!fitted.value && border && border !== active.value)
         return thing(`border-${border}`, t("shell.next.border", { border: lineName(border) }));

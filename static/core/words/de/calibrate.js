@@ -8,6 +8,7 @@ export default /** @type {const} */ ({
   "calibrate.find-lines.action.detect": "Feldlinien automatisch erkennen",
   "calibrate.find-lines.action.detect.short": "Linien erkennen",
   "calibrate.find-lines.action.stop": "Erkennung stoppen",
+  "calibrate.find-lines.action.use-area": "Den Bereich verwenden, den das Bild zeigt",
   "calibrate.line-suggestions.added": { one: "{count} Punkt hinzugefügt", other: "{count} Punkte hinzugefügt" },
   "calibrate.line-suggestions.none-found": "Keine weiteren Punkte gefunden: {feature}",
   "calibrate.line-suggestions.proposed": { one: "{count} Punkt vorgeschlagen: {feature}", other: "{count} Punkte vorgeschlagen: {feature}" },

@@ -16,6 +16,7 @@ export default /** @type {const} */ ({
   "calibrate.borders.group.lines": "Linien",
   "calibrate.borders.inside": "Innere Linien",
   "calibrate.borders.inside-title": "Innere Linien",
+  "calibrate.borders.off-area": "Außerhalb des abgedeckten Bereichs",
   "calibrate.borders.title": "Begrenzungen",
   "calibrate.borders.used": "In der Anpassung",
   "calibrate.choice.all": "alle Farben",

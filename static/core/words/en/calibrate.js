@@ -8,6 +8,7 @@ export default /** @type {const} */ ({
   "calibrate.find-lines.action.detect": "Detect field lines automatically",
   "calibrate.find-lines.action.detect.short": "Detect lines",
   "calibrate.find-lines.action.stop": "Stop the detection",
+  "calibrate.find-lines.action.use-area": "Use the area that the image shows",
   "calibrate.line-suggestions.added": { one: "{count} point added", other: "{count} points added" },
   "calibrate.line-suggestions.none-found": "No more points found along the {feature}",
   "calibrate.line-suggestions.proposed": { one: "{count} point proposed along the {feature}", other: "{count} points proposed along the {feature}" },

@@ -16,6 +16,7 @@ export default /** @type {const} */ ({
   "calibrate.borders.group.lines": "Lines",
   "calibrate.borders.inside": "Interior lines",
   "calibrate.borders.inside-title": "Interior lines",
+  "calibrate.borders.off-area": "Outside the covered area",
   "calibrate.borders.title": "Borders",
   "calibrate.borders.used": "Used in the fit",
   "calibrate.choice.all": "all",

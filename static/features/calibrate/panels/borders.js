@@ -10,7 +10,7 @@ import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { colour } from "../../../canvas/drawing.js";
 import { activateFeature } from "../editing.js";
-import { lineUnder } from "../field_sides.js";
+import { isOffArea, lineUnder } from "../field_sides.js";
 import { curves, isCurve, preview, stale } from "../fitting.js";
 import { acceptProposed, canPropose, offered } from "../line_suggestions.js";
 import { FindLines } from "./find_lines.js";
@@ -99,6 +99,7 @@ function InsideRow({ feature }) {
       <em>${t("common.points", { count: pointsOf(doc.value, feature).length })}</em>
       <em class="value">${row ? `${mm(row.rms_mm)} mm` : "–"}</em>
       ${row && html`<small>${row.used ? t("calibrate.borders.used") : t("calibrate.borders.checks")}</small>`}
+      ${isOffArea(feature) && html`<small class="fair">${t("calibrate.borders.off-area")}</small>`}
     </button>
   </li>`;
 }

@@ -6,6 +6,7 @@ import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { finding, lastFound, notFound } from "../find_lines.js";
 import { offered } from "../line_suggestions.js";
+import { Fixes } from "./warnings.js";
 
 export function FindLines() {
   const now = finding.value,
@@ -30,7 +31,8 @@ export function FindLines() {
       </div>`}
     ${!now && notFound.value && html`<p class="reason" role="alert" data-testid="lines-refused">
       ${notFound.value.detail} ${notFound.value.fix}
-    </p>`}
+    </p>
+    <${Fixes} trouble=${notFound.value} />`}
     ${!now && said && html`<p class="reason" role="status" data-testid="lines-found">
       <b>
         ${said.points
@@ -40,6 +42,7 @@ export function FindLines() {
           : t("calibrate.find-lines-panel.nothing-added")}
       </b>${" "}
       ${said.verdict.sentence} ${said.verdict.fix}
-    </p>`}
+    </p>
+    <${Fixes} trouble=${said.verdict} />`}
   </section>`;
 }
