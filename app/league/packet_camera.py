@@ -22,7 +22,7 @@ from app.evaluate.fit.covariance_json import fit_from_json
 from app.evaluate.fit.observability import observability_warnings
 from app.evaluate.fit.report_types import Level, SigmaReport
 from app.evaluate.fit.uncertainty import grid_over, sigma_report
-from app.evaluate.fit.verdict import GOOD_MM, LEVELS, level_expected
+from app.evaluate.fit.verdict import GOOD_MM, LEVELS, level_expected, worst_level
 from app.formats.approximation import exact_camera, nearest_camera
 from app.formats.ssl_geometry import camera_from_wire, camera_number, camera_to_wire
 from app.formats.ssl_vision import FORMAT as SSL_VISION
@@ -57,7 +57,7 @@ class PacketCamera:
     @property
     def level(self) -> Level | None:
         """The level of what teams receive: no better than the calibration's own."""
-        return None if self.expected is None else max(level_expected(self.expected), self.own_level, key=LEVELS.index)
+        return None if self.expected is None else worst_level(level_expected(self.expected), self.own_level)
 
     @property
     def judged_mm(self) -> float:

@@ -35,8 +35,8 @@ def reasons() -> set[str]:
             found.add(getattr(call.args[0], "value", NOT_IN_IMAGE))
         for call in called(tree, {"FitFailed", "BadInput", "ProblemJson"}):
             found |= {k.value.value for k in call.keywords if k.arg == "reason" and isinstance(k.value, ast.Constant)}
-        found |= {doubt.elts[0].value for doubt in ast.walk(tree) if isinstance(doubt, ast.Tuple) and len(doubt.elts) == 3
-                  and isinstance(doubt.elts[0], ast.Constant) and isinstance(doubt.elts[1], ast.Call)}
+        triples = (node.elts for node in ast.walk(tree) if isinstance(node, ast.Tuple) and len(node.elts) == 3)
+        found |= {code.value for code, what, _ in triples if isinstance(code, ast.Constant) and isinstance(what, ast.Call)}
     return found
 
 

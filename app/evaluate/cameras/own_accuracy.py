@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from app.core.statements import say
 from app.evaluate.fit.report_types import Level
-from app.evaluate.fit.verdict import LEVELS
+from app.evaluate.fit.verdict import worst_level
 
 
 class OwnAccuracy(NamedTuple):
@@ -37,4 +37,4 @@ def own_accuracy(title: str, report: Mapping[str, Any]) -> OwnAccuracy | None:
 
 def capped_level(level: Level, caps: Sequence[Level | None]) -> Level:
     """Return the worst of them; None caps nothing."""
-    return max([level, *(cap for cap in caps if cap is not None)], key=LEVELS.index)
+    return worst_level(level, *(cap for cap in caps if cap is not None))

@@ -84,9 +84,11 @@ def _accuracy(report: Mapping[str, Any]) -> Claim:
         return Claim("accuracy", "not-tested", say("claim.accuracy.unknown", "Accuracy inside the field is unknown"),
                      sentence_in(verdict, "sentence") if verdict.get("sentence") else "", ADD_POINTS, gates=True,
                      cure="points")
-    level = level_of(max(length, (number(sigma.get("rms_95")) or 0.0) / SURE))
+    own = level_of(max(length, (number(sigma.get("rms_95")) or 0.0) / SURE))
+    level = _level(report, "carpet", own)
     is_bad = level == "poor"
-    return Claim("accuracy", state_of_level(level), ACCURACY[level], "", ADD_POINTS if is_bad else "",
+    against = sentence_in(verdict, "sentence") if level != own else ""  # something else than this figure
+    return Claim("accuracy", state_of_level(level), ACCURACY[level], against, ADD_POINTS if is_bad else "",
                  (*FIT, *(("points-left-out",) if report.get("cv_rms_mm") is not None else ())), is_bad, mm(length),
                  "points" if is_bad else "")
 
@@ -102,10 +104,16 @@ def _robot_tops(report: Mapping[str, Any]) -> Claim:
         return Claim("robot-tops", "not-tested", say("claim.tops.unknown", "The error at robot tops is unknown"), say(
             "claim.tops.unknown.text", "The points do not determine the camera height."), ENTER_HEIGHT, gates=True,
             cure="model")
-    level: Level = level_of(max(error, (number(hat.get("rms_95")) or 0.0) / SURE))
+    level = _level(report, "robot_tops", level_of(max(error, (number(hat.get("rms_95")) or 0.0) / SURE)))
     return Claim("robot-tops", state_of_level(level), TOPS[level], say(
         "claim.tops.height", "At {height:g} mm.", height=height), ENTER_HEIGHT if level == "poor" else "", FIT,
         level == "poor", mm(error), "model" if level == "poor" else "")
+
+
+def _level(report: Mapping[str, Any], figure: str, own: Level) -> Level:
+    """Return the level of a figure as the verdict has it; by itself in an older report."""
+    level = ((report.get("verdict") or {}).get("levels") or {}).get(figure)
+    return level if level in LEVELS else own
 
 
 def _model(calibration: Calibration) -> Claim:

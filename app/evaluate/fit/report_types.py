@@ -13,10 +13,18 @@ from app.fitting.ray_camera.height_check import HeightJson
 Level = Literal["good", "fair", "poor"]
 
 
+class FigureLevels(TypedDict):
+    """How good each figure is by itself. robot_tops: None for a model that does not correct them."""
+
+    carpet: Level | Literal["unknown"]
+    robot_tops: Level | Literal["unknown"] | None
+
+
 class Verdict(Stated):
     mm: float | None
     level: Level | Literal["unknown"]
     sentence: str
+    levels: NotRequired[FigureLevels]  # absent from older reports
 
 
 class Sag(TypedDict):

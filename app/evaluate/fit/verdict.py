@@ -1,12 +1,13 @@
 """The verdict on a fit: one length on the carpet, one level and one sentence."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from app.core.statements import Sentence, join, say, stated
 from app.evaluate.fit.doubts import Doubt
-from app.evaluate.fit.report_types import Level, SigmaReport, Verdict
+from app.evaluate.fit.report_types import FigureLevels, Level, SigmaReport, Verdict
 
 GOOD_MM = 5.0  # a ball is 43 mm wide; strategy code does not notice less
 FAIR_MM = 15.0  # robots still meet the ball
@@ -46,10 +47,15 @@ def level_of(mm: float) -> Level:
     return "good" if mm <= GOOD_MM else "fair" if mm <= FAIR_MM else "poor"
 
 
+def worst_level(*levels: Level) -> Level:
+    """Return the worst of levels."""
+    return max(levels, key=LEVELS.index)
+
+
 def level_expected(sigma: SigmaReport) -> Level:
     """Return the level of an expected error, on the carpet and at robot tops."""
     parts = (sigma, sigma["hat"]) if "hat" in sigma else (sigma,)
-    return max((level_of(max(part["rms"], part["rms_95"] / SURE)) for part in parts), key=LEVELS.index)
+    return worst_level(*(level_of(max(part["rms"], part["rms_95"] / SURE)) for part in parts))
 
 
 def tops_are_known(mm: float, height_is_known: bool) -> bool:
@@ -72,7 +78,7 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
         cv_mm = None  # a line left out is predicted worse than it is known once it counts: no sign of a misfit
     figures = [mm for mm in (cv_mm, known.check_mm, expected) if mm is not None]
     if not figures:
-        return stated(Verdict(mm=None, level="unknown", sentence=say(
+        return stated(Verdict(mm=None, level="unknown", levels=_levels("unknown", known), sentence=say(
             "verdict.not-validated", "The accuracy is unknown because no points could be cross-validated.")))
     mm = max(figures)
     where = (say("verdict.expected", "Expected error on the carpet: {mm:.1f} mm (95 % below {mm_95:.1f} mm).",
@@ -84,12 +90,12 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
         where = say("verdict.contradicted", "Error inside the field: {mm:.1f} mm. {model} places the field "
                     "{apart_mm:.0f} mm away with the same points.", mm=mm, model=known.freer, apart_mm=known.apart_mm)
     elif not known.knows_inside:
-        return stated(Verdict(mm=mm, level="unknown", sentence=say(
+        return stated(Verdict(mm=mm, level="unknown", levels=_levels("unknown", known), sentence=say(
             "verdict.inside-unknown", "Accuracy inside the field is unknown. The border points fit within {mm:.1f} mm, "
             "but no point inside was used. Add points on the centre circle.", mm=mm)))
     on_carpet = level_of(max(mm, expected_95 / SURE))
     level: Level = "good" if known.reaches else "fair"
-    level = max(on_carpet, level_of(hat_95_mm / SURE), level, key=LEVELS.index)
+    level = worst_level(on_carpet, level_of(hat_95_mm / SURE), level)
     told_level, doubt = level, known.doubt
     words = _judgement(level, known)
     if doubt is not None and LEVELS.index(doubt.level) >= LEVELS.index(level):
@@ -103,7 +109,20 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
     believed = say("verdict.height-not-checked", "Robot tops rely on the entered height, which the points cannot "
                    "check.") if known.is_height_believed else ""
     beyond = "" if known.reaches else say("verdict.not-covered", "The lens model does not cover the whole field.")
-    return stated(Verdict(mm=mm, level=told_level, sentence=join(words, believed, beyond, where)))
+    return stated(Verdict(mm=mm, level=told_level, levels=_levels(on_carpet, known),
+                          sentence=join(words, believed, beyond, where)))
+
+
+def _levels(on_carpet: Level | Literal["unknown"], known: FitAccuracy) -> FigureLevels:
+    """Return each figure's own level; what speaks against the whole fit speaks against both."""
+    hat = known.sigma.get("hat") if known.sigma else None
+    caps: tuple[Level, ...] = ("good" if known.reaches else "fair", known.doubt.level if known.doubt else "good")
+    tops: Level | Literal["unknown"] | None = None
+    if hat is not None:
+        tops = "unknown"
+        if tops_are_known(hat["rms"], hat.get("known", True) is not False):
+            tops = worst_level(level_of(max(hat["rms"], hat["rms_95"] / SURE)), *caps)
+    return {"carpet": on_carpet if on_carpet == "unknown" else worst_level(on_carpet, *caps), "robot_tops": tops}
 
 
 def _doubted(doubt: Doubt) -> Sentence:

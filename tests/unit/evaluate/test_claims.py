@@ -36,6 +36,10 @@ def hat(**values):
     return {"sigma_mm": {**GOOD["sigma_mm"], "hat": {**GOOD["sigma_mm"]["hat"], **values}}}
 
 
+def levelled(carpet, tops):
+    return {"verdict": {**GOOD["verdict"], "levels": {"carpet": carpet, "robot_tops": tops}}}
+
+
 def test_a_good_report_holds_all_that_was_tried():
     assert {code: claim.state for code, claim in claims().items()} == dict.fromkeys(
         ("accuracy", "robot-tops", "model", "height"), "held")
@@ -49,6 +53,8 @@ def test_a_good_report_holds_all_that_was_tried():
     ({"verdict": {"mm": None, "level": "unknown", "sentence": "Unknown."}}, "accuracy", "not-tested", True),
     ({"verdict": {}}, "accuracy", "not-tested", True),
     ({"sigma_mm": {"rms": 0.4, "rms_95": 30.0}}, "accuracy", "refuted", True),
+    (levelled("poor", "good"), "accuracy", "refuted", True),  # by something else than this figure
+    (levelled("good", "fair"), "robot-tops", "refuted", False),
     (hat(rms=9.0), "robot-tops", "refuted", False),
     (hat(rms=40.0), "robot-tops", "refuted", True),
     (hat(rms=40.0, known=False), "robot-tops", "not-tested", True),

@@ -88,3 +88,27 @@ def test_what_the_sentence_states_stands_beside_it():
     unknown = fit_verdict(FitAccuracy(None, None, None, knows_inside=False, is_physical=False, reaches=True,
                                       hat_height_mm=150.0))
     assert unknown["level"] == "unknown" and unknown["mm"] is None
+
+
+@pytest.mark.parametrize(("known", "levels"), [
+    (accuracy(0.3, 4.0), ("good", "good")),
+    (accuracy(0.3, 9.0), ("good", "fair")),
+    (accuracy(0.3, 40.0), ("good", "poor")),
+    (accuracy(4.8, 9.0), ("good", "fair")),
+    (accuracy(20.0, 1.0), ("poor", "good")),
+    (accuracy(0.3, 1.0, reaches=False), ("fair", "fair")),
+    (accuracy(0.3, 1.0, doubt=worst_doubt([Warning("residuals-too-large", "Far off.", "Look.")], None, None)),
+     ("poor", "poor")),
+    (accuracy(0.3), ("good", None)),
+    (accuracy(0.3, 1.0, knows_inside=False), ("unknown", "good")),
+])
+def test_each_figure_has_a_level_of_its_own_which_what_speaks_against_the_fit_caps(known, levels):
+    found = fit_verdict(known)
+    assert (found["levels"]["carpet"], found["levels"]["robot_tops"]) == levels
+    assert found["level"] in (*levels, "unknown")
+
+
+def test_robot_tops_that_are_a_guess_have_no_level():
+    known = accuracy(0.3, 60.0)
+    known.sigma["hat"]["known"] = False
+    assert fit_verdict(known)["levels"] == {"carpet": "good", "robot_tops": "unknown"}

@@ -113,6 +113,7 @@ export default /** @type {const} */ ({
   "live.wall.open": "Bild oder Kalibrierdatei öffnen…",
   "live.wall.open.how": "oder auf diese Seite ziehen oder hier einfügen",
   "live.wall.title": "Kameras",
+  "live.wall.tops": "Roboteroberseite: {level}",
   "live.wall.version": "Version {version} ist aktiv. {drift}",
   "live.watching": "Hintergrund wird aufgenommen",
   "live.watching.why": "Die Aufnahme dauert acht Sekunden, damit bewegte Personen und Roboter aus dem Bild verschwinden.",

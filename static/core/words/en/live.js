@@ -113,6 +113,7 @@ export default /** @type {const} */ ({
   "live.wall.open": "Open an image or a calibration file…",
   "live.wall.open.how": "or drop it anywhere on this page, or paste it",
   "live.wall.title": "Cameras",
+  "live.wall.tops": "Robot tops: {level}",
   "live.wall.version": "Version {version} is active. {drift}",
   "live.watching": "Capturing the background",
   "live.watching.why": "Capturing for eight seconds, so that moving people and robots disappear from the image.",

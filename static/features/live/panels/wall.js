@@ -7,6 +7,7 @@ import { busy, cameras, fields } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { rich } from "../../../ui/rich.js";
 import { LensForNextPicture } from "../../board/panels/board.js";
+import { LEVEL } from "../../calibrate/panels/levels.js";
 import { takePicture } from "../../calibrate/pictures.js";
 import { TourButton } from "../../help/panels/tour.js";
 import { problems } from "../../shell/problems.js";
@@ -14,6 +15,7 @@ import { statuses } from "../camera_status.js";
 import { LiveView } from "../layers/live_view.js";
 
 const CARD_PX = 480,
+  LEAST_MM = 0.05, // less is shown as 0.0
   CARD_FPS = 4; // enough to see what goes on; the camera's own page shows every frame
 
 export function Wall() {
@@ -58,7 +60,7 @@ function Tile({ camera: { id, name, field, region, active } }) {
         <b>${name}</b>
         <small>${title}${region ? `, ${areaName(region)}` : ""}</small>
       </div>
-      <${Accuracy} active=${active} offMm=${alarm?.mm ?? null} />
+      <${Accuracy} active=${active} alarm=${alarm} />
     </div>
     <div class="tile-foot">
       <small data-testid=${`drift-${id}`} data-state=${statuses.value[id]?.drift?.state ?? ""}>
@@ -87,14 +89,23 @@ function Tile({ camera: { id, name, field, region, active } }) {
 /** @param {string} id */
 const steadiness = (id) => statuses.value[id]?.drift?.sentence ?? "";
 
-/** How far off it is: as its verdict has it, or now that it moved.
- * @param {{ active: import("../../../core/types").ActiveVersion | null, offMm: number | null }} props */
-function Accuracy({ active, offMm }) {
-  if (offMm !== null)
-    return html`<span class="tile-mm level poor">${rich("live.wall.off", { distance: mm(offMm) })}</span>`;
+/** How far off it is: as its verdict has it, or now that it moved; each figure in the colour of its own level.
+ * @param {{ active: import("../../../core/types").ActiveVersion | null,
+ *   alarm: import("../../../core/types").Drift | null }} props */
+function Accuracy({ active, alarm }) {
+  if (alarm?.mm && alarm.mm >= LEAST_MM)
+    return html`<span class="tile-mm level poor">${rich("live.wall.off", { distance: mm(alarm.mm) })}</span>`;
   if (!active) return html`<span class="tile-mm dim" title=${t("live.wall.not-calibrated")}>–</span>`;
-  const { mm: value, level = "unknown" } = active.verdict;
-  return html`<span class=${`tile-mm level ${level}`} title=${active.verdict.sentence ?? ""}>
-    <b>${value === undefined || level === "unknown" ? "?" : mm(value)}</b> mm
+  const { mm: value, level = "unknown", levels, sentence = "" } = active.verdict,
+    carpet = alarm ? "poor" : (levels?.carpet ?? level);
+  return html`<span class=${`tile-mm level ${carpet}`} title=${alarm?.sentence ?? sentence}>
+    <b>${value === undefined || value === null || carpet === "unknown" ? "?" : mm(value)}</b> mm
+    ${!alarm && levels && html`<${TopsLevel} levels=${levels} />`}
   </span>`;
 }
+
+/** Of robot tops, where they are worse than the carpet. @param {{ levels: import("../../../core/types").Levels }} props */
+const TopsLevel = ({ levels: { carpet, robot_tops: tops } }) =>
+  tops &&
+  tops !== carpet &&
+  html`<small class=${`level ${tops}`}>${t("live.wall.tops", { level: LEVEL[tops] })}</small>`;

@@ -42,8 +42,14 @@ export function Checklist() {
           value=${report.verdict.level === "unknown" ? null : mm(report.verdict.mm)}
           unit="mm"
           of=${t("verify.figure.inside")}
+          level=${report.verdict.levels?.carpet}
         />
-        <${Figure} value=${tops === null ? null : mm(tops)} unit="mm" of=${t("verify.figure.robot-tops")} />
+        <${Figure}
+          value=${tops === null ? null : mm(tops)}
+          unit="mm"
+          of=${t("verify.figure.robot-tops")}
+          level=${report.verdict.levels?.robot_tops}
+        />
         <${Figure} value=${number(report.rms_px, 2)} unit="px" of=${t("verify.figure.residual")} />
       </dl>
       <${Title} of="checks">${t("verify.checks")}<//>
@@ -72,9 +78,9 @@ function headline(isActive) {
   }
 }
 
-/** @param {{ value: string | null, unit: string, of: string }} props null: it is not known */
-const Figure = ({ value, unit, of }) => html`<div>
-  <dd>
+/** @param {{ value: string | null, unit: string, of: string, level?: string | null }} props null: it is not known */
+const Figure = ({ value, unit, of, level = "" }) => html`<div>
+  <dd class=${`level ${level ?? ""}`}>
     ${value ?? "?"}
     ${value !== null && html`<small>${" "}${unit}</small>`}
   </dd>

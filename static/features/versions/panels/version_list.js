@@ -104,7 +104,7 @@ function Version({ it }) {
     <div class="line">
       <b>${t("versions.version", { version })}</b>
       ${active && html`<b class="level good">${t("common.active")}</b>`}
-      <span class=${`level ${report.verdict.level}`}>${mm(report.verdict.mm)} mm</span>
+      <span class=${`level ${report.verdict.levels?.carpet ?? report.verdict.level}`}>${mm(report.verdict.mm)} mm</span>
       ${changes.length > 0 && html`<b
         class="level poor"
         data-testid="field-changed"
