@@ -7,12 +7,24 @@ from functools import partial
 from typing import Any
 
 from app.core.errors import Conflict, FitFailed, TouchlineError
+from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
 from app.evaluate.claims.claim import Claim
 from app.evaluate.claims.others import difference_claims, neighbour_claim, packet_claim
 from app.evaluate.claims.own_report import field_claims, report_claims
-from app.evaluate.claims.pictures import OWN, lines_claim, live_claim, no_picture, not_live, other_size
+from app.evaluate.claims.pictures import (
+    ENDS,
+    OWN,
+    ends_claim,
+    lines_claim,
+    live_claim,
+    no_picture,
+    not_live,
+    other_size,
+)
+from app.evaluate.drift.orientation import OrientationReference
+from app.fitting.field_lines.pattern import is_half_turn_symmetric
 from app.models.restored import Restored, model_of
 from app.services.container import Services
 from app.services.live import take_frame
@@ -38,11 +50,11 @@ def known_claims(services: Services, calibration: Calibration) -> list[Claim]:
 async def all_claims(services: Services, calibration: Calibration, is_abandoned: IsAbandoned) -> list[Claim]:
     """Return every claim, after looking at its picture, at its camera now, and at other versions."""
     in_thread = services.run_in_thread
-    known, lines, live, others, packet = await asyncio.gather(
+    known, lines, live, ends, others, packet = await asyncio.gather(
         in_thread(known_claims, services, calibration), _own_picture(services, calibration, is_abandoned),
-        _live_picture(services, calibration, is_abandoned), in_thread(_against_others, services, calibration),
-        in_thread(_packet, services, calibration))
-    return [*lines, *live, *known, *packet, *others]
+        _live_picture(services, calibration, is_abandoned), in_thread(_ends, services, calibration),
+        in_thread(_against_others, services, calibration), in_thread(_packet, services, calibration))
+    return [*lines, *live, *ends, *known, *packet, *others]
 
 
 def packet_json(services: Services, calibration: Calibration) -> dict[str, Any]:
@@ -98,6 +110,28 @@ async def _live_picture(services: Services, calibration: Calibration, is_abandon
     except TouchlineError as error:
         return [not_live(error.what)]
     return [live_claim(found)]
+
+
+def _ends(services: Services, calibration: Calibration) -> Sequence[Claim]:
+    """Compare how the field lies in its picture with the active version's; nothing where its lines tell the ends."""
+    if not is_half_turn_symmetric(field_from_json(calibration.field)):
+        return []
+    active = None if calibration.camera is None else services.store.calibrations.active(calibration.camera)
+    if (active is None or active.id == calibration.id or active.snapshot is None or calibration.snapshot is None
+            or (active.field["name"], active.region) != (calibration.field["name"], calibration.region)):
+        return [ends_claim(None, None)]
+    return services.claims_kept.get_or_make((ENDS, active.id, calibration.id), lambda: [_ends_against(
+        services, calibration, active)])
+
+
+def _ends_against(services: Services, calibration: Calibration, active: Calibration) -> Claim:
+    try:
+        own, former = (services.frame(str(one.snapshot)).pixels for one in (calibration, active))
+    except TouchlineError:  # one of the pictures was deleted or is damaged
+        return ends_claim(None, None)
+    model, _, region = Restored.of(active)
+    found = OrientationReference.of(former, model, region).compare(own, model_of(calibration))
+    return ends_claim(found, active.version)
 
 
 def _against_others(services: Services, calibration: Calibration) -> list[Claim]:

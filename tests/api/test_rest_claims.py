@@ -78,6 +78,17 @@ def test_a_camera_that_moved_since_its_picture_was_taken_is_seen_before_activati
     assert event["despite"] == codes and f"Known problems: {len(codes)}." in event["text"]
 
 
+def test_a_version_in_which_the_field_is_turned_is_not_activated_over_one_in_which_it_is_not(good):
+    """Lines look alike from both ends; what lies beside them does not."""
+    camera, first = good
+    client, snapshot = camera.client, camera.taken()
+    activate_despite(client, first)
+    same, turned = (camera.saved(task(snapshot=snapshot, rotate=rotate)) for rotate in (0, 180))
+    assert (states(client, same)["ends"], states(client, turned)["ends"]) == ("held", "refuted")
+    assert states(client, first)["ends"] == "not-tested"  # against what?
+    assert "ends" in against(client, turned) and active(client, camera) == first
+
+
 def changed(client, camera, **values):
     seen = {"If-Match": client.get(camera.path).headers["ETag"]}
     assert client.patch(camera.path, json=values, headers=seen).status_code == 200

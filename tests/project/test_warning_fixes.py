@@ -35,8 +35,9 @@ def reasons() -> set[str]:
             found.add(getattr(call.args[0], "value", NOT_IN_IMAGE))
         for call in called(tree, {"FitFailed", "BadInput", "ProblemJson"}):
             found |= {k.value.value for k in call.keywords if k.arg == "reason" and isinstance(k.value, ast.Constant)}
-        triples = (node.elts for node in ast.walk(tree) if isinstance(node, ast.Tuple) and len(node.elts) == 3)
-        found |= {code.value for code, what, _ in triples if isinstance(code, ast.Constant) and isinstance(what, ast.Call)}
+        doubts = (node.elts for node in ast.walk(tree) if isinstance(node, ast.Tuple) and len(node.elts) == 3)
+        found |= {code.value for code, what, _ in doubts
+                  if isinstance(code, ast.Constant) and isinstance(what, ast.Call)}
     return found
 
 

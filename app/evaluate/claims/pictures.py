@@ -6,13 +6,17 @@ from typing import Any
 from app.core.marking_names import marking_names
 from app.core.statements import Sentence, join, say, sentence_in
 from app.evaluate.claims.claim import Claim, mm, state_of_level
+from app.evaluate.drift.orientation import Orientation, Way
 from app.evaluate.fit.verdict import GOOD_MM
 
-OWN, LIVE = "lines", "live-image"
+OWN, LIVE, ENDS = "lines", "live-image", "ends"
 CHECK_AREA = say("claim.lines.elsewhere.fix", "Check the field type and the covered area.")
 LIVE_TITLES = {"good": say("claim.live.ok", "Matches the live image"),
                "fair": say("claim.live.fair", "The live image differs slightly"),
                "poor": say("claim.live.poor", "Does not match the live image")}
+
+ENDS_REFUTED: dict[Way, Sentence] = {"turned": say("claim.ends.turned", "The field is turned by 180°"),
+                                     "mirrored": say("claim.ends.mirrored", "The field is mirrored")}
 
 
 def no_picture() -> Claim:
@@ -72,3 +76,22 @@ def live_claim(found: Mapping[str, Any]) -> Claim:
     return Claim(LIVE, state_of_level(level), LIVE_TITLES[level], "" if level == "good" else sentence_in(
         verdict, "sentence"), "" if level == "good" else sentence_in(verdict, "fix"), (LIVE,), level == "poor", shown,
         "images" if level != "good" else "")
+
+
+def ends_claim(found: Orientation | None, former: int | None) -> Claim:
+    """Return whether each goal is at its own end, on a field whose lines look alike from both.
+
+    found: how the field lies in the version's picture against the active version's, of that number; None without one.
+    """
+    if found is None or former is None or found.state == "unknown":
+        return Claim(ENDS, "not-tested", say("claim.ends.unknown", "The ends of the field are not tested"), say(
+            "claim.ends.alike", "The lines look the same from both ends."), say(
+            "claim.ends.look", "Check in the corrected image that each goal is at its own end."))
+    tried = ("active-version", "calibration-images")
+    if found.way is None:
+        return Claim(ENDS, "held", say("claim.ends.same", "The ends of the field are as in version {former}",
+                                       former=former), tried=tried)
+    return Claim(ENDS, "refuted", ENDS_REFUTED[found.way], say(
+        "claim.ends.against", "What is between and around the lines is on the other side than in version {former}.",
+        former=former), say("claim.ends.fix", "Rotate the field by 180°, or flip a mirrored image; unless version "
+                            "{former} is wrong.", former=former), tried, True, cure="points")

@@ -9,8 +9,9 @@ import pytest
 from app.evaluate.claims.claim import Claim, gate_of, mm, problems
 from app.evaluate.claims.others import difference_claims, neighbour_claim, packet_claim
 from app.evaluate.claims.own_report import field_claims, report_claims
-from app.evaluate.claims.pictures import lines_claim, live_claim
+from app.evaluate.claims.pictures import ends_claim, lines_claim, live_claim
 from app.evaluate.claims.readiness import SiteCamera, SiteRig, site_claims
+from app.evaluate.drift.orientation import Orientation
 
 GOOD = {"verdict": {"mm": 0.4, "level": "good", "sentence": "Accurate."}, "rms_px": 0.21, "cv_rms_mm": 0.5,
         "sigma_mm": {"rms": 0.4, "rms_95": 0.6, "hat": {"rms": 1.2, "rms_95": 1.8, "z_mm": 150.0, "known": True}},
@@ -100,6 +101,18 @@ def test_a_version_of_another_field_or_area_than_its_camera_is_told(changes, fie
     told = list(field_claims(version(), changes, field, region, active))
     assert {claim.code: claim.state for claim in told} == found
     assert all(claim.gates for claim in told if claim.state == "refuted")
+
+
+def seen_as(state, way=None):
+    return Orientation(state, way, {})
+
+
+@pytest.mark.parametrize(("found", "former", "state"), [
+    (None, None, "not-tested"), (seen_as("unknown"), 3, "not-tested"), (seen_as("confirmed"), 3, "held"),
+    (seen_as("contradicted", "turned"), 3, "refuted"), (seen_as("contradicted", "mirrored"), 3, "refuted")])
+def test_which_goal_is_at_which_end_is_held_only_where_the_active_version_says_so(found, former, state):
+    claim = ends_claim(found, former)
+    assert (claim.state, claim.is_problem) == (state, state == "refuted")
 
 
 def checked(level, reason="", **more):
