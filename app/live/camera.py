@@ -13,6 +13,7 @@ from app.core.common_sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED, OPEN_AGAI
 from app.core.errors import Conflict, ProblemJson, Unavailable
 from app.core.records import Calibration
 from app.core.statements import say
+from app.evaluate.cameras.picture_print import PicturePrint
 from app.live import messages
 from app.live.detection_feed import DetectionFeed, Publish
 from app.live.failures import failure_words
@@ -24,7 +25,9 @@ from app.live.supervisor import POLL_S, CameraSupervisor
 from app.processes.framing import Message, error_from_json
 from app.sources import Identity
 
-UNKNOWN_QUALITY: PictureQuality = {"unchanged_s": 0.0, "light": None, "sharpness": None, "flicker": None, "words": []}
+UNKNOWN_QUALITY: PictureQuality = {"unchanged_s": 0.0, "print": None, "light": None, "sharpness": None,
+                                   "flicker": None, "words": []}
+SEEN = ("live", "mismatch")  # states of a camera that gives pictures, whatever they are worth
 log = logging.getLogger("touchline")
 Trust = Callable[[Calibration, Identity], None]
 
@@ -68,6 +71,14 @@ class LiveCamera:
         """The evidence of which camera this is; None until its source was opened once."""
         process = self._supervisor.status
         return process.identity if process else None
+
+    @property
+    def picture_print(self) -> PicturePrint | None:
+        """What its newest picture tells of which camera it is; None where there is none, or nothing in it."""
+        process = self._supervisor.status
+        quality = process.values["quality"] if process is not None else None
+        seen = quality and quality["print"] if self._state(asyncio.get_running_loop().time())[0] in SEEN else None
+        return PicturePrint.from_text(seen) if seen else None
 
     def status(self) -> CameraStatus:
         process, now = self._supervisor.status, asyncio.get_running_loop().time()

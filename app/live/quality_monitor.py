@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from app.core import opencv
 from app.core.geometry import ImageSize, inside_picture
 from app.core.statements import say
+from app.evaluate.cameras.picture_print import PicturePrint
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.encoder import Encoder
 from app.live.failures import Failures
@@ -60,9 +61,10 @@ class QualityMonitor:
         found_sharpness = sharpness.measure_sharpness(taken.frame.pixels, field)  # reduced, a soft edge looks sharp
         words = [*light.advice(found_light), *sharpness.advice(found_sharpness), *flicker.advice(self._flicker)]
         words.sort(key=lambda word: word["severity"] != "warning")
+        found_print = PicturePrint.of(small)
         return {"unchanged_s": round(taken.moment - self._same_since, 2), "light": found_light.to_json(),
-                "sharpness": found_sharpness.to_json(), "words": words,
-                "flicker": self._flicker}
+                "sharpness": found_sharpness.to_json(), "words": words, "flicker": self._flicker,
+                "print": None if found_print is None else found_print.to_text()}
 
     def _burst(self, seq: int) -> flicker.Flicker | None:
         times, rows = list[float](), list[NDArray[np.float32]]()

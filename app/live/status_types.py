@@ -33,9 +33,10 @@ class CaptureStatus(TypedDict, total=False):
 
 
 class PictureQuality(TypedDict):
-    """unchanged_s: how long every picture has been the same."""
+    """unchanged_s: how long every picture has been the same. print: the newest, as PicturePrint.to_text() gives it."""
 
     unchanged_s: float
+    print: str | None
     light: LightJson | None
     sharpness: SharpnessJson | None
     flicker: Flicker | None
