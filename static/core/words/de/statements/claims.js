@@ -45,8 +45,7 @@ export default {
   "claim.images.shows": "{a} zeigt das Bild von {b}.",
   "claim.images.two": "{a} und {b}.",
   "claim.images.untold": "Bilder der Kameras sehen gleich aus",
-  "claim.images.untold.fix":
-    "Verdecken Sie ein Objektiv nach dem anderen und prüfen Sie, welches Bild dunkel wird.",
+  "claim.images.untold.fix": "Verdecken Sie ein Objektiv nach dem anderen; prüfen Sie, welches Bild dunkel wird.",
   "claim.images.without": "Kein Bild, oder nichts darin zu sehen: {cameras}.",
   "claim.lens": "Objektiv nicht verglichen",
   "claim.lens.differs": "Objektiv weicht von Version {former} ab",
