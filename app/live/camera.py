@@ -13,10 +13,18 @@ from app.core.common_sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED, OPEN_AGAI
 from app.core.errors import Conflict, ProblemJson, Unavailable
 from app.core.records import Calibration
 from app.core.statements import say
+from app.evaluate.cameras.picture_print import PicturePrint
 from app.live import messages
 from app.live.detection_feed import DetectionFeed, Publish
 from app.live.failures import failure_words
-from app.live.state import calibration_mismatch, camera_problem, frozen_reason, stall_reason
+from app.live.state import (
+    calibration_mismatch,
+    camera_problem,
+    frozen_doubt,
+    frozen_reason,
+    stall_reason,
+    unmonitored,
+)
 from app.live.status_types import CameraState, CameraStatus, FailuresJson, PictureQuality, ProcessValues
 from app.live.stream_spec import VIEWS, StreamSpec
 from app.live.streams import Streams, Viewer
@@ -24,7 +32,9 @@ from app.live.supervisor import POLL_S, CameraSupervisor
 from app.processes.framing import Message, error_from_json
 from app.sources import Identity
 
-UNKNOWN_QUALITY: PictureQuality = {"unchanged_s": 0.0, "light": None, "sharpness": None, "flicker": None, "words": []}
+UNKNOWN_QUALITY: PictureQuality = {"still": None, "print": None, "light": None, "sharpness": None,
+                                   "flicker": None, "words": []}
+SEEN = ("live", "mismatch")  # states of a camera that gives pictures, whatever they are worth
 log = logging.getLogger("touchline")
 Trust = Callable[[Calibration, Identity], None]
 
@@ -69,6 +79,18 @@ class LiveCamera:
         process = self._supervisor.status
         return process.identity if process else None
 
+    @property
+    def picture_print(self) -> PicturePrint | None:
+        """What its newest picture tells of which camera it is; None where there is none, or nothing in it."""
+        process = self._supervisor.status
+        quality = process.values["quality"] if process is not None else None
+        seen = quality and quality["print"] if self._state(asyncio.get_running_loop().time())[0] in SEEN else None
+        return PicturePrint.from_text(seen) if seen else None
+
+    @property
+    def _scheme(self) -> str:
+        return self.spec["source"].partition(":")[0]
+
     def status(self) -> CameraStatus:
         process, now = self._supervisor.status, asyncio.get_running_loop().time()
         state, problem = self._state(now)
@@ -76,6 +98,8 @@ class LiveCamera:
         quality = values.get("quality") or UNKNOWN_QUALITY
         size = process.size if process else None
         drift = values.get("drift") if state == "live" and self._applied else None
+        if drift is not None and process is not None and (doubt := frozen_doubt(process, self._scheme)) is not None:
+            drift = unmonitored(drift, doubt)
         interval_s = values.get("interval_s", 0)
         return {"state": state, "problem": problem, "fps": round(1 / interval_s, 2) if interval_s else 0.0,
                 "width": size.width if size else None, "height": size.height if size else None,
@@ -113,7 +137,7 @@ class LiveCamera:
                 "automatically."))
         if process.values["state"] != "live":
             return process.values["state"], process.values["problem"]
-        if why := frozen_reason(process, self.spec["source"].partition(":")[0]):
+        if why := frozen_reason(process, self._scheme):
             return "stalled", camera_problem("frozen", why, say(
                 "camera.restart", "Restart the camera, or the device that sends its images."))
         if mismatch := self._mismatch():

@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from app.core import opencv
 from app.core.geometry import ImageSize, inside_picture
 from app.core.statements import say
+from app.evaluate.cameras.picture_print import PicturePrint
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.encoder import Encoder
 from app.live.failures import Failures
 from app.live.status_types import PictureQuality
 from app.vision.quality import flicker, light, sharpness
+from app.vision.quality.stillness import Stillness
 
 EVERY_S = 0.5
 FLICKER_EVERY_S = 8.0
@@ -31,8 +33,7 @@ class QualityMonitor:
         self._capture = capture
         self._encoder = encoder
         self._failures = failures
-        self._before: NDArray[np.uint8] | None = None
-        self._same_since = 0.0
+        self._stillness = Stillness()
         self._flicker: flicker.Flicker | None = None
         self._mask: tuple[str, ImageSize, NDArray[np.bool_]] | None = None
         self.newest: PictureQuality | None = None
@@ -52,17 +53,16 @@ class QualityMonitor:
             time.sleep(EVERY_S)
 
     def _look(self, small: NDArray[np.uint8], taken: CapturedFrame) -> PictureQuality:
-        if self._before is None or self._before.shape != small.shape or not np.array_equal(self._before, small):
-            self._same_since = taken.moment
-        self._before = small
+        still = self._stillness.add(small, taken.moment)
         field = self._field_of(small.shape[1], small.shape[0], taken.frame.size)
         found_light = light.measure_light(small, field)
         found_sharpness = sharpness.measure_sharpness(taken.frame.pixels, field)  # reduced, a soft edge looks sharp
         words = [*light.advice(found_light), *sharpness.advice(found_sharpness), *flicker.advice(self._flicker)]
         words.sort(key=lambda word: word["severity"] != "warning")
-        return {"unchanged_s": round(taken.moment - self._same_since, 2), "light": found_light.to_json(),
-                "sharpness": found_sharpness.to_json(), "words": words,
-                "flicker": self._flicker}
+        found_print = PicturePrint.of(small)
+        return {"still": still, "light": found_light.to_json(),
+                "sharpness": found_sharpness.to_json(), "words": words, "flicker": self._flicker,
+                "print": None if found_print is None else found_print.to_text()}
 
     def _burst(self, seq: int) -> flicker.Flicker | None:
         times, rows = list[float](), list[NDArray[np.float32]]()

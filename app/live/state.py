@@ -7,16 +7,22 @@ from app.core.common_sentences import SET_RESOLUTION
 from app.core.errors import ProblemJson
 from app.core.geometry import ImageSize
 from app.core.statements import Sentence, say, stated
-from app.live.status_types import ProcessValues
+from app.live.status_types import CameraDrift, ProcessValues
 from app.sources import Identity
+from app.vision.quality.stillness import LONG_S, Still
 
 STALL_S = 1.5  # without a frame; a slow camera gets four of its own intervals
 KILL_AFTER_S = 0.5  # more, and its process is ended and started anew
 OPEN_S = 15.0  # an industrial camera may take some seconds to be found
-FROZEN_S = 3.0  # a sensor's noise never stays the same so long
+FROZEN_S = 3.0  # a sensor's noise never stays the same so long, where each picture comes whole
 INTERVALS = 4
 UNKNOWN_S = 6.0  # a camera of which one picture came may send one every second or two
 STATIC_SOURCES = ("picture", "folder", "video", "sim")  # sources whose pictures may stay the same
+CODED_SOURCES = ("rtsp",)  # sources whose pictures may stay the same up to the next key frame:
+FROZEN_CODED_S = 60.0
+SHARE_IN_DOUBT = 0.2  # of a picture: coded anew from a frozen one, a quarter to all of it stays the same
+NO_NOISE_FIX = say("camera.no-noise.fix", "If the camera still delivers new images, set it to less compression and to "
+                   "key frames every few seconds; otherwise restart it.")
 
 
 @dataclass(frozen=True)
@@ -70,11 +76,37 @@ def stall_reason(status: ProcessStatus, now: float, grace_s: float = 0.0) -> Sen
 
 def frozen_reason(status: ProcessStatus, scheme: str) -> Sentence | None:
     """Say why it counts as showing an old picture again and again; None where it does not."""
-    quality = status.values["quality"]
-    unchanged_s = quality["unchanged_s"] if quality else 0.0
-    if scheme in STATIC_SOURCES or unchanged_s < FROZEN_S:
+    still = _still(status, scheme)
+    if still is None:
         return None
-    return say("camera.picture-frozen", "The picture has not changed for {seconds:.0f} s.", seconds=unchanged_s)
+    if still["all_s"] >= (FROZEN_CODED_S if scheme in CODED_SOURCES else FROZEN_S):
+        return say("camera.picture-frozen", "The picture has not changed for {seconds:.0f} s.", seconds=still["all_s"])
+    if scheme not in CODED_SOURCES and still["had_noise"] and (still["most_s"] or 0.0) >= LONG_S:
+        return say("camera.picture-frozen-but", "The picture has not changed for {seconds:.0f} s, except in a small "
+                   "part.", seconds=still["most_s"])
+    return None
+
+
+def frozen_doubt(status: ProcessStatus, scheme: str) -> Sentence | None:
+    """Say why nobody can know whether its picture is frozen; None where it is seen to change."""
+    still = _still(status, scheme)
+    if still is None or still["share"] < SHARE_IN_DOUBT:
+        return None
+    return say("camera.no-noise", "{share:.0f} % of the picture has not changed for {seconds:.0f} s: a frozen picture "
+               "looks the same. Movement of the camera cannot be detected.", share=100 * still["share"], seconds=LONG_S)
+
+
+def unmonitored(drift: CameraDrift, why: Sentence) -> CameraDrift:
+    """Return what is known of a camera's drift where nobody can know whether its picture is frozen; alarms stay."""
+    if drift["alarm"]:
+        return {**drift, "monitored": False}
+    return stated(CameraDrift(**{**drift, "state": "unfollowed", "monitored": False, "px": None, "mm": None,
+                                 "sigma_px": None, "sigma_mm": None, "sentence": why, "fix": NO_NOISE_FIX}))
+
+
+def _still(status: ProcessStatus, scheme: str) -> Still | None:
+    quality = status.values["quality"]
+    return None if quality is None or scheme in STATIC_SOURCES else quality["still"]
 
 
 def calibration_mismatch(status: ProcessStatus, confirmed: Identity | None,

@@ -12,6 +12,7 @@ from app.sources import IdentityJson
 from app.vision.quality.flicker import Flicker
 from app.vision.quality.light import LightJson
 from app.vision.quality.sharpness import SharpnessJson
+from app.vision.quality.stillness import Still
 from app.vision.quality.zones import Advice
 
 SourceState = Literal["connecting", "live", "offline"]
@@ -33,9 +34,10 @@ class CaptureStatus(TypedDict, total=False):
 
 
 class PictureQuality(TypedDict):
-    """unchanged_s: how long every picture has been the same."""
+    """still: for how long it has stayed the same. print: the newest picture, as PicturePrint.to_text() gives it."""
 
-    unchanged_s: float
+    still: Still | None
+    print: str | None
     light: LightJson | None
     sharpness: SharpnessJson | None
     flicker: Flicker | None

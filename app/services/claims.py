@@ -9,13 +9,16 @@ from typing import Any
 from app.core.errors import Conflict, FitFailed, TouchlineError
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
-from app.core.records import Calibration
+from app.core.records import Calibration, Frame
+from app.evaluate.cameras.picture_print import PicturePrint
 from app.evaluate.claims.claim import Claim
 from app.evaluate.claims.others import difference_claims, neighbour_claim, packet_claim
+from app.evaluate.claims.own_images import whose
 from app.evaluate.claims.own_report import field_claims, report_claims
 from app.evaluate.claims.pictures import (
     ENDS,
     OWN,
+    another_cameras,
     ends_claim,
     lines_claim,
     live_claim,
@@ -25,6 +28,7 @@ from app.evaluate.claims.pictures import (
 )
 from app.evaluate.drift.orientation import OrientationReference
 from app.fitting.field_lines.pattern import is_half_turn_symmetric
+from app.live.camera import SEEN
 from app.models.restored import Restored, model_of
 from app.services.container import Services
 from app.services.live import take_frame
@@ -32,7 +36,6 @@ from app.workflows import calibration as workflow
 from app.workflows.check import check
 from app.workflows.pair import evaluate_pair
 
-SEEN = ("live", "mismatch")  # states of a camera that gives pictures, whatever they are worth
 LOOK_S = 4.0  # for a frame of a camera that is live
 IsAbandoned = Callable[[], Awaitable[bool]]
 
@@ -103,13 +106,39 @@ async def _live_picture(services: Services, calibration: Calibration, is_abandon
         taken = await take_frame(camera, LOOK_S)
         frame = await services.run_in_thread(services.decoder.frame_from_bytes, taken.png)
         size = ImageSize(taken.head["width"], taken.head["height"])
-        found = await services.process_picture(size, lambda progress: check(calibration, frame.pixels, progress),
-                                               is_abandoned)
+        before = await services.run_in_thread(_own_frame, services, calibration)
+        found = await services.process_picture(size, lambda progress: check(
+            calibration, frame.pixels, progress, None if before is None else before.pixels), is_abandoned)
     except Conflict as error:
         return [other_size(error.what, error.fix)]
     except TouchlineError as error:
         return [not_live(error.what)]
-    return [live_claim(found)]
+    other = await services.run_in_thread(_whose_picture, services, calibration, frame)
+    return [live_claim(found) if other is None else another_cameras(calibration.camera, other)]
+
+
+def _own_frame(services: Services, calibration: Calibration) -> Frame | None:
+    with suppress(TouchlineError):  # deleted, or damaged
+        return None if calibration.snapshot is None else services.frame(calibration.snapshot)
+    return None
+
+
+def _whose_picture(services: Services, calibration: Calibration, frame: Frame) -> str | None:
+    """Return the name of another camera whose calibration image a picture is nearer to; None for no such."""
+    if (now := PicturePrint.of(frame.pixels)) is None:
+        return None
+    own = services.picture_print(calibration.snapshot)
+    for camera in services.cameras.all():
+        active = None if camera.id == calibration.camera else services.store.calibrations.active(camera.id)
+        if active is not None and active.image_size == frame.size and not _is_over_same_area(active, calibration):
+            other = services.picture_print(active.snapshot)
+            if other is not None and whose(now, own, other) == "other":
+                return camera.title
+    return None
+
+
+def _is_over_same_area(one: Calibration, other: Calibration) -> bool:
+    return (one.field["name"], one.region) == (other.field["name"], other.region)
 
 
 def _ends(services: Services, calibration: Calibration) -> Sequence[Claim]:
@@ -117,20 +146,18 @@ def _ends(services: Services, calibration: Calibration) -> Sequence[Claim]:
     if not is_half_turn_symmetric(field_from_json(calibration.field)):
         return []
     active = None if calibration.camera is None else services.store.calibrations.active(calibration.camera)
-    if (active is None or active.id == calibration.id or active.snapshot is None or calibration.snapshot is None
-            or (active.field["name"], active.region) != (calibration.field["name"], calibration.region)):
+    if active is None or active.id == calibration.id or not _is_over_same_area(active, calibration):
         return [ends_claim(None, None)]
     return services.claims_kept.get_or_make((ENDS, active.id, calibration.id), lambda: [_ends_against(
         services, calibration, active)])
 
 
 def _ends_against(services: Services, calibration: Calibration, active: Calibration) -> Claim:
-    try:
-        own, former = (services.frame(str(one.snapshot)).pixels for one in (calibration, active))
-    except TouchlineError:  # one of the pictures was deleted or is damaged
+    own, former = _own_frame(services, calibration), _own_frame(services, active)
+    if own is None or former is None:
         return ends_claim(None, None)
     model, _, region = Restored.of(active)
-    found = OrientationReference.of(former, model, region).compare(own, model_of(calibration))
+    found = OrientationReference.of(former.pixels, model, region).compare(own.pixels, model_of(calibration))
     return ends_claim(found, active.version)
 
 

@@ -6,15 +6,17 @@ import threading
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import aclosing, asynccontextmanager, closing
+from functools import partial
 from typing import Any, ParamSpec, TypeVar
 
 import anyio
 from anyio import CapacityLimiter, to_thread
 
-from app.core.errors import Cancelled
+from app.core.errors import Cancelled, TouchlineError
 from app.core.geometry import ImageSize
 from app.core.progress import Progress
 from app.core.records import Frame
+from app.evaluate.cameras.picture_print import PicturePrint
 from app.evaluate.claims.claim import Claim
 from app.images import ImageDecoder, ImageLimits
 from app.imaging.mosaic import Stitcher
@@ -43,6 +45,7 @@ MAX_FRAME_BYTES = 256 << 20  # decoded snapshots: a picture that is looked at is
 MAX_SCENE_PAGES = 4  # of 1 MB each; one takes a process and two seconds, and a version never changes
 MAX_STITCHER_BYTES = 128 << 20  # a rig's picture as the page shows it has some 20 MB
 MAX_CLAIMS_KEPT = 500  # of versions, by what never changes: their own pictures, and one another
+MAX_PRINTS_KEPT = 500  # of calibration images, 3 kB each
 MAX_LARGE = 2  # pictures at once
 LARGE_PX = 4e6  # of a picture that is drawn or looked through: a second, and 100 MB
 POLL_S = 0.05  # how often a job that somebody waits for is looked at
@@ -74,6 +77,7 @@ class Services:
             MAX_STITCHER_BYTES, lambda made: made[0].nbytes)
         self.scene_pages: LruCache[tuple[object, ...], bytes] = LruCache(MAX_SCENE_PAGES)
         self.claims_kept: LruCache[tuple[str, ...], Sequence[Claim]] = LruCache(MAX_CLAIMS_KEPT)
+        self._prints: LruCache[str, tuple[PicturePrint | None]] = LruCache(MAX_PRINTS_KEPT)
         self._frames: LruCache[str, Frame] = LruCache(MAX_FRAME_BYTES, lambda frame: frame.pixels.nbytes)
         self._limits = limits
         jobs.result_savers.update(result_savers(store) | {"rig-check": self.rig_checks.save})
@@ -96,6 +100,15 @@ class Services:
         """Return a snapshot decoded; NotFound."""
         return self._frames.get_or_make(
             snapshot, lambda: self.decoder.frame_from_bytes(self.store.snapshots.picture(snapshot)))
+
+    def picture_print(self, snapshot: str | None) -> PicturePrint | None:
+        """Return what a snapshot tells of which camera it is; None where there is none, or nothing in it."""
+        def made(of: str) -> tuple[PicturePrint | None]:
+            try:
+                return (PicturePrint.of(self.decoder.frame_from_bytes(self.store.snapshots.picture(of)).pixels),)
+            except TouchlineError:  # it was deleted, or is damaged
+                return (None,)
+        return None if snapshot is None else self._prints.get_or_make(snapshot, partial(made, snapshot))[0]
 
     async def take_snapshot(self, camera: str, is_abandoned: Callable[[], Awaitable[bool]], frames: int = 1,
                             over_s: float | None = None, purpose: str = "picture") -> Snapshot:

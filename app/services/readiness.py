@@ -1,39 +1,50 @@
 """Whether a match could begin: the claims of all cameras, rigs and of publishing, from what is known now."""
 
+from dataclasses import replace
 from typing import Any
 
 from app.core.json_values import number
 from app.core.statements import join, sentence_in
+from app.evaluate.cameras.picture_print import PicturePrint
 from app.evaluate.claims.claim import Claim
+from app.evaluate.claims.own_images import CameraImage
 from app.evaluate.claims.own_report import field_claims
 from app.evaluate.claims.readiness import SiteCamera, SiteRig, site_claims
 from app.live.status_types import CameraStatus
 from app.services.container import Services
 from app.services.rigs import rig_json
 from app.settings import CameraSettings
+from app.sources import device_of
 
 
 async def readiness(services: Services) -> list[Claim]:
     """Return the site's claims. Cameras are judged by their status; none is started."""
     cameras = await services.run_in_thread(services.cameras.all)
     statuses = {camera.id: services.live.status(camera.id) for camera in cameras}
-    return await services.run_in_thread(_claims, services, cameras, statuses)
+    running = {camera.id: services.live.get_running(camera.id) for camera in cameras}
+    prints = {id: None if camera is None else camera.picture_print for id, camera in running.items()}
+    return await services.run_in_thread(_claims, services, cameras, statuses, prints)
 
 
-def _claims(services: Services, cameras: list[CameraSettings], statuses: dict[str, CameraStatus]) -> list[Claim]:
-    return site_claims([_camera(services, camera, statuses[camera.id]) for camera in cameras],
+def _claims(services: Services, cameras: list[CameraSettings], statuses: dict[str, CameraStatus],
+            prints: dict[str, PicturePrint | None]) -> list[Claim]:
+    return site_claims([_camera(services, camera, statuses[camera.id], prints[camera.id]) for camera in cameras],
                        [_rig(services, rig) for rig in services.store.rigs.all()],
                        services.publishing.publisher.status())
 
 
-def _camera(services: Services, camera: CameraSettings, status: CameraStatus) -> SiteCamera:
+def _camera(services: Services, camera: CameraSettings, status: CameraStatus, now: PicturePrint | None) -> SiteCamera:
     active, problem = services.store.calibrations.active(camera.id), status["problem"]
     verdict: Any = {} if active is None else active.report.get("verdict") or {}
     against = () if active is None else tuple(claim for claim in field_claims(
         active, services.cameras.field_changes(active), camera.field, camera.region, None) if claim.is_problem)
+    image = CameraImage(device_of(camera.source), now, None, None, (camera.field, camera.region))
+    if active is not None:
+        image = replace(image, then=services.picture_print(active.snapshot), size=active.image_size,
+                        area=(active.field["name"], active.region))
     return SiteCamera(camera.id, camera.title, status["state"], sentence_in(problem, "what") if problem else "",
                       active is not None, verdict.get("level") or "unknown", number(verdict.get("mm")), against,
-                      status["drift"])
+                      status["drift"], image)
 
 
 def _rig(services: Services, rig: Any) -> SiteRig:

@@ -29,10 +29,10 @@ from app.core.options import Option
 from app.core.records import Frame
 from app.core.registry import Registry
 from app.core.statements import Sentence, say
-from app.sources.address import read_query, split_address, without_password
+from app.sources.address import device_of, read_query, split_address, without_password
 
-__all__ = ["SOURCES", "BaseSource", "Control", "Identity", "Source", "SourceContext", "named_field", "source_from_url",
-           "split_address", "without_password"]
+__all__ = ["SOURCES", "BaseSource", "Control", "Identity", "Source", "SourceContext", "device_of", "named_field",
+           "source_from_url", "split_address", "without_password"]
 
 UNKNOWN = say("camera-differs.unknown", "unknown")
 UNKNOWN_PORT = say("camera-differs.unknown-port", "an unknown port")

@@ -15,7 +15,8 @@ from app.core.options import Option
 from app.core.statements import say
 
 MAX_ADDRESS = 2000  # characters
-KEEP_THEIR_QUERY = ("rtsp", "http", "https")
+PORTS = {"rtsp": 554, "http": 80, "https": 443}
+KEEP_THEIR_QUERY = tuple(PORTS)
 NOT_VALID = say("address.not-valid", "The camera address is not valid.")
 FORM = say("address.form", "Write it as scheme://target?option=value, such as sim://ssl-div-b?lens=strong.")
 
@@ -61,6 +62,25 @@ def without_password(url: str) -> str:
         if "@" in host or (":" in host and not host.rpartition(":")[2].isdecimal()):
             rest = rest.rpartition("@")[2]
     return scheme + separator + SECRET.sub(r"\1…", rest)
+
+
+def device_of(url: str) -> str:
+    """Return what is the same for two addresses of one device or stream; "" for what is no address.
+
+    A simulated camera is what its options say; all others are a place, whatever options of ours follow it.
+    """
+    try:
+        scheme, target, given = split_address(url)
+    except BadInput:
+        return ""
+    if scheme not in KEEP_THEIR_QUERY:
+        return f"{scheme}://{target}?{sorted(given.items())}" if scheme == "sim" else f"{scheme}://{target.rstrip('/')}"
+    parts = urlsplit(f"{scheme}://{target}")
+    try:
+        port = parts.port or PORTS[scheme]
+    except ValueError:
+        return ""
+    return f"{(parts.hostname or '').rstrip('.')}:{port}{parts.path.rstrip('/')}?{parts.query}"
 
 
 def read_query(described: tuple[Option, ...], given: Mapping[str, str]) -> dict[str, Any]:

@@ -1,9 +1,14 @@
 """Claims over REST: what is told of a version is made false, and is not held; no activation passes that over."""
 
 import pytest
+from starlette.testclient import TestClient
 
+from app.main import create_app
+from app.settings import Settings
+from tests.api.conftest import HERE
 from tests.support.activation import activate_despite
-from tests.support.followed_camera import URL, task
+from tests.support.followed_camera import URL, Followed, task
+from tests.support.live_cameras import calibrated
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, refusal
 from tests.support.waiting import until
@@ -137,3 +142,40 @@ def test_a_site_is_ready_only_where_each_camera_is_seen_to_stand_as_it_did(follo
     gate, claims = readiness(client)
     assert (gate, claims["cameras-in-place"]["state"], claims["cameras-in-place"]["camera"]) == (
         "problems", "refuted", camera.id)
+
+
+HALF = "sim://ssl-div-b?cameras=2&camera={}&size=480x384&fps=10&tilt=3&play=field&robots=4&serial={}"
+
+
+def test_exchanged_cables_and_one_stream_under_two_cameras_are_seen_though_the_halves_look_alike(tmp_path):
+    left, right = ({"id": region, "source": HALF.format(number, number), "field": "ssl-div-b", "region": region}
+                   for number, region in enumerate(("half-left", "half-right")))
+    with TestClient(create_app(Settings(data=tmp_path)), base_url=HERE) as client:
+        for half in (left, right):
+            client.post(f"{API}/cameras", json=half)
+            camera = Followed(client, half["id"])
+            camera.activated_of(version_of(half, snapshot=camera.taken()))
+
+        def own_images(said, state="refuted"):
+            found = until(lambda: readiness(client)[1]["cameras-own-images"],
+                          lambda claim: claim["state"] == state and said in claim["title"])
+            assert bool(found["tried"]) and found["gates"] is (state == "refuted") is bool(found["fix"])
+            return found
+
+        own_images("own image", "held")
+        changed(client, camera := Followed(client, "half-left"), source=HALF.format(1, 0))  # as if by another cable
+        changed(client, other := Followed(client, "half-right"), source=HALF.format(0, 1))
+        assert own_images("exchanged")["camera"] == "half-left"
+        again = camera.saved(version_of(left, image_size=[480, 384]))
+        claim = until(lambda: claims_of(client, again)[1]["live-image"], lambda claim: claim["state"] == "refuted")
+        assert "another camera" in claim["title"] and "live-image" in against(client, again)
+        changed(client, other, source=HALF.format(1, 1) + "&noise=3")
+        own_images("same image")
+        changed(client, other, source=HALF.format(1, 0))
+        own_images("same address")
+
+
+def version_of(half, **more):
+    observations = calibrated(half["source"], "brown-conrady", region=half["region"]).observations
+    return {"field": half["field"], "region": half["region"], "model": "brown-conrady",
+            "observations": [dict(one) for one in observations], **more}

@@ -46,7 +46,12 @@ def good_versions(seeds: range) -> None:
         scene = height_scene(seed, view, points)
         request = CalibrationRequest(scene.observations, scene.field, scene.region, scene.image_size, scene.model,
                                      scene.height_option())
-        made = request.record(request.preview())
+        try:
+            made = request.record(request.preview())
+        except FitFailed as refusal:
+            found["refused"] += 1
+            print(f"{seed}: {view}, {points}: refused, {refusal.what}", flush=True)
+            continue
         model = model_of(made)
         off_mm = max(scene.error_mm(model, z_mm) for z_mm in (0.0, scene.field.hat_height_mm))
         against = [claim.code for claim in problems(report_claims(made))]

@@ -6,7 +6,9 @@ from typing import Any
 from app.core.marking_names import marking_names
 from app.core.statements import Sentence, join, say, sentence_in
 from app.evaluate.claims.claim import Claim, mm, state_of_level
+from app.evaluate.claims.own_images import EXCHANGE
 from app.evaluate.drift.orientation import Orientation, Way
+from app.evaluate.fit.report_types import Level
 from app.evaluate.fit.verdict import GOOD_MM
 
 OWN, LIVE, ENDS = "lines", "live-image", "ends"
@@ -32,6 +34,13 @@ def not_live(why: str = "") -> Claim:
 def other_size(what: str, fix: str) -> Claim:
     """The camera sends pictures of another size than the version is for."""
     return Claim(LIVE, "refuted", LIVE_TITLES["poor"], what, fix, (LIVE,), True)
+
+
+def another_cameras(camera: str, title: str) -> Claim:
+    """What the camera shows now is the image of another one, of that name."""
+    return Claim(LIVE, "refuted", say("claim.live.another", "The live image is another camera's"), say(
+        "claim.live.another.text", "It is nearer to the calibration image of {camera} than to its own.", camera=title),
+        EXCHANGE, (LIVE, "calibration-images"), True, cure="camera", camera=camera)
 
 
 def lines_claim(found: Mapping[str, Any]) -> Claim:
@@ -68,7 +77,7 @@ def lines_claim(found: Mapping[str, Any]) -> Claim:
 def live_claim(found: Mapping[str, Any]) -> Claim:
     """Return what a frame taken now says of a version."""
     verdict = found["verdict"]
-    level = verdict["lines_level"]
+    level: Level | None = "poor" if found["orientation"] == "contradicted" else verdict["lines_level"]
     if level is None:
         return not_live(sentence_in(verdict, "sentence"))
     moved = found["change"]["mm"] if found["change"] else found["p95_mm"]

@@ -1,12 +1,13 @@
 """Claims of a whole site before a match: cameras are live, calibrated, in place and agree, and teams receive."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from app.core.statements import Sentence, join, say, sentence_in
 from app.core.text_format import format_mm
 from app.evaluate.claims.claim import Claim, mm
+from app.evaluate.claims.own_images import CameraImage, own_images_claim
 
 BROKEN = ("offline", "stalled", "mismatch")
 STEADY = "steady"
@@ -16,7 +17,7 @@ STEADY = "steady"
 class SiteCamera:
     """What is known of one camera now. level, length_mm: of its active version's own verdict; active: whether it has
     one; against: claims about its field and area that stand against that; drift: as its process tells it, None where
-    nothing watches it."""
+    nothing watches it; image: what tells whether it shows its own."""
 
     id: str
     title: str
@@ -27,6 +28,7 @@ class SiteCamera:
     length_mm: float | None
     against: tuple[Claim, ...]
     drift: Mapping[str, Any] | None
+    image: CameraImage = field(default_factory=CameraImage)
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,8 @@ class SiteRig:
 
 def site_claims(cameras: Sequence[SiteCamera], rigs: Sequence[SiteRig], publishing: Mapping[str, Any]) -> list[Claim]:
     """Return the claims in the order in which an operator works them off."""
-    return [_live(cameras), _calibrated(cameras), *_wrong_field(cameras), _in_place(cameras),
+    own_images = own_images_claim({one.id: one.title for one in cameras}, {one.id: one.image for one in cameras})
+    return [_live(cameras), *own_images, _calibrated(cameras), *_wrong_field(cameras), _in_place(cameras),
             *(_rig(rig) for rig in rigs), _publishing(publishing)]
 
 

@@ -9,7 +9,7 @@ import pytest
 from app.evaluate.claims.claim import Claim, gate_of, mm, problems
 from app.evaluate.claims.others import difference_claims, neighbour_claim, packet_claim
 from app.evaluate.claims.own_report import field_claims, report_claims
-from app.evaluate.claims.pictures import ends_claim, lines_claim, live_claim
+from app.evaluate.claims.pictures import another_cameras, ends_claim, lines_claim, live_claim
 from app.evaluate.claims.readiness import SiteCamera, SiteRig, site_claims
 from app.evaluate.drift.orientation import Orientation
 
@@ -118,6 +118,7 @@ def test_which_goal_is_at_which_end_is_held_only_where_the_active_version_says_s
 def checked(level, reason="", **more):
     return {"verdict": {"lines_level": level, "reason": reason, "sentence": "So it is.", "fix": "Mend it."},
             "found_share": 0.9, "lines_found": 8, "missing": [], "p95_mm": 2.0, "change": None,
+            "orientation": "unknown",
             "lines": [{"feature": "left", "worst_mm": 3.0}, {"feature": "top", "worst_mm": 17.2}], **more}
 
 
@@ -130,6 +131,14 @@ def test_the_lines_of_a_picture_hold_a_version_or_do_not(found, state, gates):
         assert (claim.state, claim.gates) == (state, gates) or (found["missing"] and claim.code == "live-image")
     assert lines_claim(checked("poor")).figure == mm(17.2) and "top border" in lines_claim(checked("poor")).evidence
     assert "centre circle" in lines_claim(checked("fair", missing=["centre-circle"])).evidence
+
+
+def test_a_live_image_that_is_turned_or_another_cameras_is_told_though_its_lines_fit():
+    turned = live_claim(checked("good", "turned", orientation="contradicted"))
+    assert turned.is_problem and turned.evidence == "So it is." and turned.fix == "Mend it."
+    assert not live_claim(checked("good", orientation="confirmed")).is_problem
+    other = another_cameras("north", "South")
+    assert other.is_problem and "South" in other.evidence and other.fix and other.camera == "north"
 
 
 def test_the_active_version_and_neighbours_are_compared_with():

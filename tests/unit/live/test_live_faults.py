@@ -8,6 +8,8 @@ import time
 from contextlib import contextmanager
 from itertools import product
 
+import cv2
+import numpy as np
 import pytest
 
 from app.live import messages, state, supervisor
@@ -15,6 +17,7 @@ from app.live.camera import LiveCamera
 from app.live.stream_spec import StreamSpec
 from app.live.supervisor import CameraProcess
 from app.processes.framing import ANSWER, Message, decode_body, encode_body
+from app.vision.quality.stillness import ENOUGH_S, LONG_S
 from tests.support.live_cameras import SIM, live, pid_of
 from tests.support.mjpeg_camera import MjpegCamera, coded
 from tests.support.pictures import jpeg_of_many_scans, jpeg_with_size, png_bomb
@@ -161,6 +164,28 @@ def test_a_picture_that_never_changes_is_not_called_live(monkeypatch):
     with mjpeg() as far:
         frozen = asyncio.run(asyncio.wait_for(story(far), 100))
     assert frozen["problem"]["reason"] == "frozen" and frozen["problem"]["fix"]
+
+
+@pytest.mark.long
+def test_a_picture_that_froze_under_a_running_clock_is_not_called_live():
+    frozen_since = []
+
+    async def story(far):
+        far.parts = lambda n: [under_a_clock(n, 0 if frozen_since else n)]
+        async with live(far.url) as camera:
+            await asyncio.sleep(ENOUGH_S + 5)
+            assert camera.status()["state"] == "live"
+            frozen_since.append(time.monotonic())
+            return await until_async(lambda: (s := camera.status())["state"] == "stalled" and s, seconds=2 * LONG_S)
+    with mjpeg() as far:
+        frozen = asyncio.run(asyncio.wait_for(story(far), 150))
+    assert frozen["problem"]["reason"] == "frozen" and "small part" in frozen["problem"]["what"]
+
+
+def under_a_clock(n, noise_of):
+    picture = np.random.default_rng(noise_of).normal(110, 5, (240, 320)).clip(0, 255).astype(np.uint8)
+    picture[:20, :60] = 8 * (n % 30)
+    return cv2.imencode(".jpg", picture)[1].tobytes()
 
 
 @pytest.mark.parametrize("pictures", [3, long(7)])

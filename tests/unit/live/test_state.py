@@ -4,15 +4,20 @@ import pytest
 
 from app.core.geometry import ImageSize
 from app.live.state import (
+    FROZEN_CODED_S,
     FROZEN_S,
     INTERVALS,
+    LONG_S,
     OPEN_S,
+    SHARE_IN_DOUBT,
     STALL_S,
     UNKNOWN_S,
     ProcessStatus,
     calibration_mismatch,
+    frozen_doubt,
     frozen_reason,
     stall_reason,
+    unmonitored,
 )
 from app.sources import Identity
 
@@ -43,11 +48,35 @@ def test_a_camera_is_stalled_when_it_is_silent_for_longer_than_its_own_pace_expl
     assert stall_reason(reported(**values), after_s, grace_s=0.5) is None
 
 
-@pytest.mark.parametrize(("scheme", "unchanged_s", "frozen"), [
-    ("rtsp", FROZEN_S - 0.1, False), ("rtsp", FROZEN_S + 0.1, True), ("picture", 60.0, False), ("sim", 60.0, False)])
-def test_a_picture_that_never_changes_is_frozen_except_where_it_is_meant_to_stand_still(scheme, unchanged_s, frozen):
-    assert (frozen_reason(reported(quality={"unchanged_s": unchanged_s}), scheme) is not None) == frozen
+def still(all_s=0.0, most_s=0.0, share=0.0, had_noise=True):
+    return reported(quality={"still": {"all_s": all_s, "most_s": most_s, "share": share, "had_noise": had_noise}})
+
+
+@pytest.mark.parametrize(("scheme", "values", "frozen"), [
+    ("http", {"all_s": FROZEN_S - 0.1}, False), ("http", {"all_s": FROZEN_S + 0.1}, True),
+    ("rtsp", {"all_s": LONG_S}, False), ("rtsp", {"all_s": FROZEN_CODED_S}, True),  # up to the next key frame
+    ("picture", {"all_s": 60.0}, False), ("sim", {"all_s": 60.0}, False),
+    ("v4l2", {"most_s": LONG_S + 0.1}, True), ("v4l2", {"most_s": LONG_S - 0.1}, False),  # under a running clock
+    ("v4l2", {"most_s": 60.0, "had_noise": False}, False), ("v4l2", {"most_s": None}, False),
+    ("rtsp", {"most_s": 60.0}, False), ("video", {"most_s": 60.0}, False)])
+def test_a_picture_that_stays_the_same_is_frozen_except_where_it_may_stand_still(scheme, values, frozen):
+    assert (frozen_reason(still(**values), scheme) is not None) == frozen
     assert frozen_reason(reported(), scheme) is None  # nobody has looked yet
+
+
+@pytest.mark.parametrize(("scheme", "share", "is_doubted"), [
+    ("rtsp", SHARE_IN_DOUBT + 0.01, True), ("rtsp", SHARE_IN_DOUBT - 0.01, False), ("http", 1.0, True),
+    ("sim", 1.0, False), ("picture", 1.0, False)])
+def test_no_movement_is_claimed_where_a_frozen_picture_would_look_the_same(scheme, share, is_doubted):
+    doubt = frozen_doubt(still(share=share), scheme)
+    assert (doubt is not None) is is_doubted and frozen_doubt(reported(), scheme) is None
+    steady = {"state": "steady", "alarm": False, "monitored": True, "px": 0.0, "mm": 0.0, "fix": "", "statements": {}}
+    if doubt is not None:
+        told = unmonitored(steady, doubt)
+        assert (told["state"], told["monitored"], told["px"], told["sentence"]) == ("unfollowed", False, None, doubt)
+        assert told["fix"] and told["statements"]["sentence"]
+        knocked = unmonitored({**steady, "state": "knocked", "alarm": True, "px": 3.0}, doubt)
+        assert (knocked["state"], knocked["px"], knocked["monitored"]) == ("knocked", 3.0, False)
 
 
 @pytest.mark.parametrize(("values", "confirmed", "size", "reason"), [
