@@ -63,6 +63,7 @@ export interface LensRecord {
     coverage: { cells: number[][]; share: number; tilts: Record<string, number> };
     expected_px: { median: number | null; max: number | null };
     cross_validation: { held_out_px: number | null; held_out_ratio: number | null; halves_px: number | null; halves_ratio: number | null };
+    focal_drift?: { pct: number | null; sigma_pct: number | null };
     next_view: { text: string; worst_before_px: number; worst_after_px: number } | null;
     warnings: Warning[]; verdict: { level: "good" | "fair" | "poor"; sentence: string };
   };
