@@ -155,7 +155,7 @@ def _doubt(verdict: SagVerdict, bowed: CommonBow | None) -> Sentence:
 
 
 def _common(bowed: CommonBow | None) -> dict[str, Any] | None:
-    return bowed and {"pct": (100 * bowed.share).tolist(), "sigma_pct": (100 * bowed.sigma).tolist()}
+    return None if bowed is None else {"pct": (100 * bowed.share).tolist(), "sigma_pct": (100 * bowed.sigma).tolist()}
 
 
 def _bow(bow: LineSag) -> dict[str, float | None]:

@@ -39,7 +39,7 @@ def level_lines(lens, seed, *, sag=0.0, lines=10, reach=(0.06, 0.94), points=40,
     rng = np.random.default_rng(seed)
     width, height = lens.image_size
     along, chains = np.linspace(0, 1, points)[:, None], []
-    for y in np.linspace(*reach, lines) * height:
+    for y in np.linspace(reach[0], reach[1], lines) * height:
         xs = np.array([rng.uniform(0.03, 0.23), rng.uniform(0.77, 0.97)]) * width
         ys = np.clip(y + rng.uniform(-0.15, 0.15) * (xs - xs.mean()), 15, height - 15)
         ends = lens.undistorted_from_raw(np.stack([xs, ys], axis=1))
