@@ -62,7 +62,7 @@ class ZoomCheck:
                    zoom=100 * self.zoom, sigma=100 * self.sigma)
 
     @property
-    def held(self) -> Sentence:
+    def resolution(self) -> Sentence:
         return say("pose.zoom-held", "A zoom of {pct:.1f} % would show.",
                    pct=100 * max(SIGMAS * self.sigma, MIN_ZOOM))
 

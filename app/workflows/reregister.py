@@ -167,7 +167,7 @@ def _summary(calibration: Calibration, before: CameraModel, done: CalibrationRes
                    "{px:.2f} px.", **values)
     elif zoom is not None and zoom.state == "held":
         fits = join(say("pose.same-lens", "With the same lens, {points} points on {lines} lines fit within {px:.2f} "
-                        "px.", **values), zoom.held)
+                        "px.", **values), zoom.resolution)
     else:
         fits = join(say("pose.kept-lens", "With the lens as it was, {points} points on {lines} lines fit within "
                         "{px:.2f} px.", **values), (zoom or ZoomCheck(UNKNOWN, UNKNOWN)).untested)
