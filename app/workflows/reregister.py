@@ -34,10 +34,13 @@ from app.store.files import read_checked
 from app.workflows import calibration as workflow
 from app.workflows.calibration import CalibrationResult, subprogress
 from app.workflows.calibration_request import CalibrationRequest
+from app.workflows.kept_lens import UNKNOWN, ZoomCheck
 
 MIN_LINES, MIN_MARKING_POINTS = 3, 3  # and points on each
 # Times, and px of 1280, that lines may lie off than before: else it is another lens. Ordinary knocks leave 0.02 to 0.2.
 WORSE, WORSE_PX = 3.0, 0.5
+# Of the lines' places: where whole lines are missing, the others were taken for their neighbours, half a metre beside.
+MAX_MISSING = 0.15
 AFRESH = say("pose.calibrate-again", "Calibrate the camera again: detect the field lines, or mark points.")
 # Options that the kept lens replaces; everything else was the operator's choice.
 OWN_OPTIONS = ("lens", "lens_sigma", "terms", "leanings", "start", "click_sigma_px", "height_mm", "centre_sigma_px")
@@ -55,20 +58,30 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
     progress(0.0, DETECTING_FIELD_LINES)
     found = track_lines(opencv.to_grey(frame.pixels), model, field,
                         None if before is None else opencv.to_grey(before.pixels))
-    observations = () if found is None else _observed(found, field, region)
+    observations = () if found is None else _observed(found, found.points, field, region)
     if found is None or len(observations) < MIN_LINES:
         raise FitFailed(say("pose.too-few-lines", "Too few field lines were detected near their previous positions."),
+                        join(say("pose.uncover-lines", "Uncover the lines and switch the lamps on, then try again."),
+                             AFRESH),
+                        reason="lines-not-found")
+    if found.missing > MAX_MISSING:
+        raise FitFailed(say("pose.lines-missing", "Whole field lines were not detected where the others put them "
+                            "({share:.0f} % of their length). The pose would be a guess.", share=100 * found.missing),
                         join(say("pose.uncover-lines", "Uncover the lines and switch the lamps on, then try again."),
                              AFRESH),
                         reason="lines-not-found")
     size, part = frame.size, subprogress(progress, 0.3, 1.0)
     field = field_from_json(calibration.field)  # where its lines lie is found again
     options = {name: value for name, value in calibration.options.items() if name not in OWN_OPTIONS}
+    zoom = None
     if isinstance(model, RayModel):
-        known = isinstance(model, RayCamera) and camera_intrinsics(model, calibration.covariance).estimated
-        options |= {"lens": calibration.lens_option(), "lens_sigma": "own" if known else "0"}
-        done = workflow.calibrate(observations, field, region, size, calibration.model_name,
-                                  {**options, "start": parameters_json(model)}, part)
+        lens = camera_intrinsics(model, calibration.covariance) if isinstance(model, RayCamera) else None
+        options |= {"lens": calibration.lens_option(), "lens_sigma": "own" if lens and lens.estimated else "0"}
+        started = {**options, "start": parameters_json(model)}
+        done = workflow.calibrate(observations, field, region, size, calibration.model_name, started, part)
+        if lens is not None:
+            earlier = () if before is None else _observed(found, found.places, field, region)
+            zoom = ZoomCheck.of(lens, earlier, observations, field, region, started)
     else:
         options = dict(calibration.options)
         observations = _moved_along(calibration, found, size)
@@ -86,17 +99,19 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
         raise FitFailed(say("pose.moved-too-far", "After shifting the points with the image, the lines are {px:.1f} px "
                             "off. This is too far for {model}, which does not separate the lens from the camera pose.",
                             px=off_px, model=model.TITLE.lower()), AFRESH, reason="moved-too-far")
+    if zoom and zoom.state == "refuted":
+        raise FitFailed(zoom.changed, AFRESH, reason="lens-changed")
     request = CalibrationRequest(observations, field, region, size, calibration.model_name, options, calibration.camera,
                                  snapshot, frame.sha256 or None, note)
-    return _summary(calibration, model, done, found, off_px), request.record(done, parent=calibration.id)
+    return _summary(calibration, model, done, found, off_px, zoom), request.record(done, parent=calibration.id)
 
 
-def _observed(found: TrackedLines, field: Field, region: Region) -> Observations:
+def _observed(found: TrackedLines, points: Points, field: Field, region: Region) -> Observations:
     observations = []
     for number, marking in enumerate(found.pattern.markings):
         of = found.marking == number
         if of.sum() >= MIN_MARKING_POINTS:
-            observations.append(Observation(field.observed_name(marking.name, region), "line", found.points[of]))
+            observations.append(Observation(field.observed_name(marking.name, region), "line", points[of]))
     return tuple(observations)
 
 
@@ -137,20 +152,25 @@ def _off_px(model: CameraModel, found: TrackedLines, field: Field) -> float:
 
 
 def _summary(calibration: Calibration, before: CameraModel, done: CalibrationResult, found: TrackedLines,
-             off_px: float) -> dict[str, Any]:
+             off_px: float, zoom: ZoomCheck | None) -> dict[str, Any]:
     summary = {"parent": calibration.id, "points": len(found.points), "lines": len(set(found.marking.tolist())),
                "seen_share": round(found.share, 3), "lines_px": round(off_px, 3),
                "picture_px": round(found.moved_px, 2), "turned_deg": None, "moved_mm": None,
-               "verdict": done.report["verdict"]}
+               "verdict": done.report["verdict"], "zoom": zoom and zoom.to_json()}
     if isinstance(before, RayCamera) and isinstance(done.model, RayCamera):
         turn = np.array(done.model.camera_from_field) @ np.array(before.camera_from_field).T
         summary["turned_deg"] = round(float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))), 4)
         summary["moved_mm"] = round(float(np.linalg.norm(np.subtract(done.model.position_mm, before.position_mm))), 1)
     values = {"points": summary["points"], "lines": summary["lines"], "px": off_px}
-    fits = (say("pose.same-lens", "With the same lens, {points} points on {lines} lines fit within {px:.2f} px.",
-                **values) if isinstance(before, RayModel) else
-            say("pose.points-shifted", "With the points shifted, {points} points on {lines} lines fit within "
-                "{px:.2f} px.", **values))
+    if not isinstance(before, RayModel):
+        fits = say("pose.points-shifted", "With the points shifted, {points} points on {lines} lines fit within "
+                   "{px:.2f} px.", **values)
+    elif zoom is not None and zoom.state == "held":
+        fits = join(say("pose.same-lens", "With the same lens, {points} points on {lines} lines fit within {px:.2f} "
+                        "px.", **values), zoom.resolution)
+    else:
+        fits = join(say("pose.kept-lens", "With the lens as it was, {points} points on {lines} lines fit within "
+                        "{px:.2f} px.", **values), (zoom or ZoomCheck(UNKNOWN, UNKNOWN)).untested)
     return stated({**summary, "sentence": join(
         say("pose.image-moved", "The image had moved by {px:.1f} px.", px=found.moved_px), fits)})
 

@@ -156,7 +156,8 @@ def lens_record(rolls: Sequence[RecordedRoll], size: ImageSize, kind: str = "aut
     wider = max(1.0, by_rolls / max(by_lines, 1e-9))
     lens = DistortionEstimate(Distortion.from_json(found["lens"]), tuple(found["names"]),
                               wider**2 * np.array(found["covariance"]))
-    level = {"significant": "good", "none": "good", "unknown": "fair"}[found["distortion"]]
+    level = {"significant": "good", "none": "good", "unknown": "poor" if found["edges_bow"] else "fair"}[
+        found["distortion"]]
     return {"camera": camera, "note": note or f"From {len(used)} rolls", "model": lens.distortion.name,
             "lens": lens.to_json(), "board": None, "image_size": list(size), "snapshots": None,
             "software": f"touchline {__version__}",

@@ -17,6 +17,8 @@ from app.core.geometry import ImageSize, Points, as_points
 from app.core.json_values import nullable, nullable_points
 from app.core.progress import Progress, no_progress
 from app.core.statements import Sentence, say, stated
+from app.core.text_format import format_with_sigma
+from app.fitting.plumb_line.common_bow import CommonBow, both_sides_seen, common_bow
 from app.fitting.plumb_line.fit import PlumbLineFit, fit_plumb_lines
 from app.fitting.plumb_line.line_sag import LineSag, SagVerdict, sag_verdict
 from app.fitting.plumb_line.search import PlumbLineProblem
@@ -26,10 +28,11 @@ from app.models.distortion import LINE_LENSES, Distortion
 
 LADDER = ("division", "division-even")  # what "auto" tries, simplest first
 MUCH_STRAIGHTER = 0.95  # of the simpler lens' misfit: less is no reason for another term
-TAU_PX = 1.0  # a crooked chain counts against every lens alike
 LOOKING = 0.5  # of the work: edges take about as long as the lens
 MAX_DRAWN = 40_000  # points of all chains together that the report repeats, for drawing
 MAX_DRAWN_OF_ONE = 33
+SIDES = (say("straight.side.left", "left"), say("straight.side.right", "right"), say("straight.side.top", "top"),
+         say("straight.side.bottom", "bottom"))
 
 
 def straightness(edges: Sequence[Sequence[Points]], lines: Sequence[Any], size: ImageSize, *, lens: str = "auto",
@@ -47,7 +50,7 @@ def straightness(edges: Sequence[Sequence[Points]], lines: Sequence[Any], size: 
     progress(LOOKING, say("progress.straightening-edges", "Straightening the edges"))
     fit = _fit(chains, size, lens, where, centre_sigma_px)
     progress(1.0, PROGRESS_DONE)
-    return _report(fit, chains, clicked)
+    return _report(fit, chains, clicked, centre_sigma_px)
 
 
 def check_choice(lens: str, centre_sigma_px: float | None) -> None:
@@ -81,20 +84,18 @@ def _fit(chains: list[Points], size: ImageSize, lens: str, where: list[int],
         raise refusals[0]
     best = fits[0]
     for fit in fits[1:]:
-        if _misfit(fit) < MUCH_STRAIGHTER * _misfit(best):
+        if fit.misfit < MUCH_STRAIGHTER * best.misfit:
             best = fit
     return best
 
 
-def _misfit(fit: PlumbLineFit) -> float:
-    """Of all chains, used or not, so that a lens gains nothing by leaving some out."""
-    square = np.array([min(c.after_px, 1e6) ** 2 for c in fit.chains if np.isfinite(c.before_px)])
-    counts = np.array([c.count for c in fit.chains if np.isfinite(c.before_px)])
-    return float(np.sqrt(np.sum(counts * square / (square + TAU_PX**2)) / counts.sum()))
-
-
-def _report(fit: PlumbLineFit, chains: list[Points], clicked: int) -> dict[str, Any]:
+def _report(fit: PlumbLineFit, chains: list[Points], clicked: int, centre_sigma_px: float | None) -> dict[str, Any]:
     verdict = sag_verdict(fit, chains)
+    answer, sentence, bowed = verdict.answer, _sentence(fit, verdict), None
+    if answer == "significant":  # unless the edges themselves are bowed, or may be
+        bowed = common_bow(fit, verdict, chains, centre_sigma_px=centre_sigma_px)
+        if bowed is not None or not both_sides_seen(fit, verdict, chains):
+            answer, sentence = "unknown", _doubt(verdict, bowed)
     used = sum(c.used for c in fit.chains)
     most = int(np.clip(MAX_DRAWN // max(len(chains), 1), 2, MAX_DRAWN_OF_ONE))
     straight = UndistortedView(fit.lens)
@@ -107,8 +108,9 @@ def _report(fit: PlumbLineFit, chains: list[Points], clicked: int) -> dict[str, 
         "straightness_px": {"before": fit.before_px, "after": fit.after_px},
         "bow": {"most": _bow(verdict.most), "longest": _bow(verdict.longest),
                 "border": _bow(verdict.border), "noise_px": verdict.noise_px},
-        "distortion": verdict.answer,
-        "sentence": _sentence(fit, verdict),
+        "distortion": answer,
+        "edges_bow": _common(bowed),
+        "sentence": sentence,
         "lines_used": used, "objects": fit.groups,
         "lines": [{"name": _name(c.index, c.picture, clicked), "picture": c.picture, "points": c.count,
                    "length_px": c.length_px, "before_px": nullable(c.before_px), "after_px": nullable(c.after_px),
@@ -136,6 +138,24 @@ def _sentence(fit: PlumbLineFit, verdict: SagVerdict) -> Sentence:
     return say("straight.bows", "The lens bows an edge of {length_px:.0f} px by {bow_px} ± {sigma_px} px. After "
                "correction, edges are straight within {straight_px:.2f} px.", length_px=bow.length_px,
                bow_px=f"{bow.px:.{digits}f}", sigma_px=f"{bow.sigma_px:.{digits}f}", straight_px=fit.after_px)
+
+
+def _doubt(verdict: SagVerdict, bowed: CommonBow | None) -> Sentence:
+    """Why a bow that stands out is not put down to the lens."""
+    if bowed is None:
+        return say("straight.one-side", "The edges bow by up to {bow_px:.1f} px, but none bows the opposite way on the "
+                   "other side of the image centre. It cannot be tested whether the lens or the edges themselves are "
+                   "bowed. Add straight edges on the other side.", bow_px=verdict.most.px)
+    pct, sigma = (100 * float(values[bowed.axis]) for values in (bowed.share, bowed.sigma))
+    side = SIDES[2 * bowed.axis + (pct > 0)]
+    return say("straight.edges-bowed", "The edges themselves are bowed: all towards the {side} of the image, by "
+               "{pct} % of their length. A lens bows edges on opposite sides of the image centre in "
+               "opposite directions. Use edges that are straight: ropes sag, and boards bend.", side=side,
+               pct=format_with_sigma(abs(pct), sigma))
+
+
+def _common(bowed: CommonBow | None) -> dict[str, Any] | None:
+    return None if bowed is None else {"pct": (100 * bowed.share).tolist(), "sigma_pct": (100 * bowed.sigma).tolist()}
 
 
 def _bow(bow: LineSag) -> dict[str, float | None]:

@@ -63,6 +63,7 @@ export interface LensRecord {
     coverage: { cells: number[][]; share: number; tilts: Record<string, number> };
     expected_px: { median: number | null; max: number | null };
     cross_validation: { held_out_px: number | null; held_out_ratio: number | null; halves_px: number | null; halves_ratio: number | null };
+    focal_drift?: { pct: number | null; sigma_pct: number | null };
     next_view: { text: string; worst_before_px: number; worst_after_px: number } | null;
     warnings: Warning[]; verdict: { level: "good" | "fair" | "poor"; sentence: string };
   };
@@ -81,7 +82,7 @@ export interface Bow { line: number | null; length_px: number; px: number | null
 export interface Straightness {
   lens: { name: string; terms: Record<string, number>; unit_px: number; centre_px: Point; image_size: Point }; sigma: Record<string, number>;
   straightness_px: { before: number; after: number }; bow: { most: Bow; longest: Bow; border: Bow; noise_px: number };
-  distortion: "significant" | "none" | "unknown"; sentence: string; lines_used: number; objects: number; lines: Edge[]; pictures: string[]; cannot_see: string;
+  distortion: "significant" | "none" | "unknown"; edges_bow: { pct: Point; sigma_pct: Point } | null; sentence: string; lines_used: number; objects: number; lines: Edge[]; pictures: string[]; cannot_see: string;
 }
 /** Long work on the server. */
 export interface Job {

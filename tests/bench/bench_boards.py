@@ -9,13 +9,14 @@ import time
 
 import numpy as np
 import pytest
-from bench.peers import mrcal, opencv
 
+from app.evaluate.board.focal_drift import FocalDrift
 from app.evaluate.board.lens_difference import lens_difference
 from app.evaluate.board.lens_uncertainty import expected_px, lens_sensitivity
 from app.fitting.board.fit import fit_board
 from app.models import MODELS
-from tests.support.board_views import BOARD, PLAIN, SIZE, TRUTH, median_difference, views_of
+from tests.support.bench_peers import mrcal, opencv
+from tests.support.board_views import BOARD, PLAIN, SIZE, TRUTH, median_difference, views_of, walked, zoomed_views
 
 BROWN = MODELS["brown-conrady"]
 SEEDS = range(8)
@@ -78,3 +79,31 @@ def test_predicted_sigma_is_the_sampled_one_within_a_tenth():
     print(f"\nsampled / predicted over the picture, 200 seeds: median {np.median(ratio):.3f}, "
           f"{ratio.min():.3f} to {ratio.max():.3f}")
     assert np.median(ratio) == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("growth, jumps, told_at_least", [(0.03, False, 16), (0.03, True, 16), (0.01, False, 15),
+                                                          (0.01, True, 15), (0.005, False, 0)])
+def test_a_zoom_that_moves_through_the_views(growth, jumps, told_at_least):
+    """16 series: 8 seeds of 12 and of 20 views; the focal length creeps evenly, or jumps in the middle."""
+    drifts = []
+    for count in (12, 20):
+        shares = np.linspace(0, 1, count).round() if jumps else np.linspace(0, 1, count)
+        drifts += [FocalDrift.of(fit_board(zoomed_views(growth * shares, seed=seed), SIZE, BROWN)) for seed in SEEDS]
+    told = sum(drift.significant for drift in drifts)
+    least = min(abs(drift.change) / drift.sigma for drift in drifts)
+    print(f"\nzoom {growth:.1%} {'at once' if jumps else 'evenly'}: told in {told} of 16, from {least:.1f} sigmas")
+    assert told >= told_at_least
+
+
+def test_honest_series_in_any_order_show_no_zoom():
+    """8 seeds of 8, 12, 20 and 40 views; as taken, and as an operator takes them who walks in four ways."""
+    drifts = []
+    for count in (8, 12, 20, 40):
+        for seed in SEEDS:
+            views = views_of(count=count, seed=seed)
+            orders = [views, *(walked(views, how) for how in ("across", "down", "away", "outwards"))]
+            drifts += [FocalDrift.of(fit_board(order, SIZE, BROWN)) for order in orders]
+    most = max(abs(drift.change) / drift.sigma for drift in drifts)
+    print(f"\n{len(drifts)} honest series: {sum(d.significant for d in drifts)} doubted; at most {most:.1f} sigmas, "
+          f"{100 * max(abs(drift.change) for drift in drifts):.2f} %")
+    assert not any(drift.significant for drift in drifts)

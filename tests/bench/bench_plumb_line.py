@@ -15,8 +15,9 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.core.geometry import ImageSize
 from app.fitting.plumb_line.fit import fit_plumb_lines
 from app.vision.lines.edges import edge_chains
+from app.workflows.straight_lines import straightness
 from tests.support.plumb_pictures import department, picture, straightness_of
-from tests.support.straight_edges import FLOOR_PX, SIZE, lens_of, lines_seen
+from tests.support.straight_edges import FLOOR_PX, SIZE, lens_of, level_lines, lines_seen
 
 SEEDS = 16
 WORLDS = {"division": (-0.25,), "division-even": (-0.3, -0.1), "brown-conrady": (-0.28, 0.09)}
@@ -80,6 +81,31 @@ def _terms(fit) -> str:
                      for n, v, s, c in zip(fit.names[:2], fit.values, fit.sigma, chance, strict=False))
 
 
+def bowed_edges() -> dict[str, list[dict]]:
+    """Reports on edges that bow by themselves, and on honest lenses, 4 seeds each."""
+    straight, low = lens_of(terms=(0.0, 0.0)), (0.55, 0.94)
+    false: dict[str, list[dict]] = {}
+    for sag in (0.003, 0.006, 0.008):
+        for lines in (6, 10, 16):
+            false.setdefault(f"straight lens, all sag by {sag:.1%}", []).extend(
+                straightness((), level_lines(straight, seed, sag=sag, lines=lines), SIZE) for seed in range(4))
+    false["straight lens, 0.6 %, in the lower half alone"] = [
+        straightness((), level_lines(straight, seed, sag=0.006, reach=low), SIZE) for seed in range(4)]
+    false["barrel of 15 px, 0.6 %"] = [
+        straightness((), level_lines(lens_of(terms=(-0.06,)), seed, sag=0.006), SIZE) for seed in range(4)]
+    honest: dict[str, list[dict]] = {}
+    for name, terms in (("division", (-0.25,)), ("brown-conrady", (-0.28, 0.09)), ("brown-conrady", (-0.06,)),
+                        ("brown-conrady", (0.06,)), ("brown-conrady", (-0.1, 0.02, 0.002, -0.002))):
+        for centre in ((0, 0), (40, -30), (0, 80)):
+            lens = lens_of(name, terms, centre)
+            for seed in range(4):
+                honest.setdefault("lines anywhere", []).append(straightness((), lines_seen(lens, seed), SIZE))
+                honest.setdefault("level lines", []).append(straightness((), level_lines(lens, seed), SIZE))
+                honest.setdefault("level lines, lower half alone", []).append(
+                    straightness((), level_lines(lens, seed, reach=low), SIZE))
+    return {**false, **{f"honest lens, {what}": reports for what, reports in honest.items()}}
+
+
 @pytest.mark.parametrize("name", WORLDS)
 def test_made_up_lines_are_straight_to_their_noise(name):
     seen = made_up(name)
@@ -92,6 +118,11 @@ def main() -> None:
         seen = made_up(name)
         print(f"  {name}: straight to {seen['rms']:.3f} px (worst {seen['worst']:.3f}); {seen['left']:.2f} px from the "
               f"true lens over the picture; observed over predicted error {seen['ratio']:.2f}; {seen['seconds']:.2f} s")
+    for what, reports in bowed_edges().items():
+        told = sum(report["edges_bow"] is not None for report in reports)
+        lens = sum(report["distortion"] == "significant" for report in reports)
+        print(f"  {what}: {len(reports)} sets; edges bowed in {told}, lens in {lens}, "
+              f"not testable in {sum(r['distortion'] == 'unknown' for r in reports) - told}")
     for lens in ("brown-conrady", "division-even"):
         try:
             told, off = agreement(lens)

@@ -1,5 +1,8 @@
 """Small worlds of boards: a camera, a bowed board held before it in many ways, and the corners it shows, with noise."""
 
+from collections.abc import Iterable
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
@@ -54,6 +57,22 @@ def views_of(truth: Intrinsics = TRUTH, count: int = 40, *, seed: int = 0, noise
                 pixels[strays] += rng.uniform(-1, 1, (int(strays.sum()), 2)) * 20
                 views.append(BoardView(pixels, flat, f"view {len(views) + 1}"))
     return tuple(views)
+
+
+def zoomed_views(growth: Iterable[float], *, seed: int = 0) -> tuple[BoardView, ...]:
+    """One view for each growth of TRUTH's focal length, as a share of it, in this order."""
+    views = (views_of(replace(TRUTH, focal_px=TRUTH.focal_px * (1 + more)), 1, seed=1000 * seed + i)[0]
+             for i, more in enumerate(growth))
+    return tuple(BoardView(view.pixels, view.places_mm, f"view {i + 1}") for i, view in enumerate(views))
+
+
+def walked(views: Iterable[BoardView], how: str) -> tuple[BoardView, ...]:
+    """The same views in the order of an operator who walks: "across", "down", "away" or "outwards"."""
+    size = np.array(tuple(SIZE))
+    by = {"across": lambda view: view.pixels[:, 0].mean(), "down": lambda view: view.pixels[:, 1].mean(),
+          "away": lambda view: -np.ptp(view.pixels, axis=0).max(),
+          "outwards": lambda view: np.linalg.norm(view.pixels.mean(axis=0) - size / 2)}
+    return tuple(sorted(views, key=by[how]))
 
 
 def median_difference(first: Intrinsics, second: Intrinsics) -> float:

@@ -35,6 +35,14 @@ def bumped(rendering: Rendering, tilt_deg: float = 0.0, pan_deg: float = 0.0, ro
                         rendering.motion, sensor=rendering.sensor, lamps=rendering.lamps)
 
 
+def zoomed(rendering: Rendering, factor: float) -> Rendering:
+    """The same camera with a focal length longer by a factor."""
+    one = rendering.camera
+    camera = replace(one, focal_px=(one.focal_px[0] * factor, one.focal_px[1] * factor))
+    return Rendering.of(camera, rendering.field, rendering.region, rendering.motion, sensor=rendering.sensor,
+                        lamps=rendering.lamps)
+
+
 def moved_by(one: Rendering, other: Rendering) -> tuple[float, float]:
     """How far the second picture's field is from the first's: px and mm that 95 % of the region do not exceed."""
     x, y = np.meshgrid(np.linspace(*one.region.x_mm, 13), np.linspace(*one.region.y_mm, 9))

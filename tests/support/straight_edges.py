@@ -31,6 +31,24 @@ def lines_seen(lens, seed, lines=14, points=40, noise_px=FLOOR_PX):
     return chains
 
 
+def level_lines(lens, seed, *, sag=0.0, lines=10, reach=(0.06, 0.94), points=40, noise_px=FLOOR_PX):
+    """Chains from the left to the right of the picture, up to 9° oblique, at heights within reach of it.
+
+    sag: by how much of its length the middle of each hangs below its ends in the world, in a picture without a lens.
+    """
+    rng = np.random.default_rng(seed)
+    width, height = lens.image_size
+    along, chains = np.linspace(0, 1, points)[:, None], []
+    for y in np.linspace(reach[0], reach[1], lines) * height:
+        xs = np.array([rng.uniform(0.03, 0.23), rng.uniform(0.77, 0.97)]) * width
+        ys = np.clip(y + rng.uniform(-0.15, 0.15) * (xs - xs.mean()), 15, height - 15)
+        ends = lens.undistorted_from_raw(np.stack([xs, ys], axis=1))
+        hanging = 4 * along * (1 - along) * sag * np.linalg.norm(ends[1] - ends[0]) * np.array([0, 1])
+        chains.append(lens.raw_from_undistorted(ends[0] * (1 - along) + ends[1] * along + hanging)
+                      + rng.normal(0, noise_px, (points, 2)))
+    return chains
+
+
 def arc(centre, radius, start, turn, points=40):
     """Points of a circle: an edge that no lens should make straight."""
     angle = start + np.linspace(0, turn, points)

@@ -10,6 +10,7 @@ from app.core.statements import say, stated
 from app.core.text_format import format_number
 from app.evaluate.board.coverage import FACE_ON_DEG, LEANS, cell_counts, next_view, tilts
 from app.evaluate.board.cross_validation import cross_validate
+from app.evaluate.board.focal_drift import FocalDrift
 from app.evaluate.board.lens_uncertainty import expected_over_picture
 from app.evaluate.board.warnings import board_warnings
 from app.fitting.board.fit import BoardFit, shared_covariance
@@ -24,9 +25,10 @@ def board_report(fit: BoardFit) -> dict[str, Any]:
     degrees, leans = tilts(fit)
     counts = cell_counts(fit.observations.pixels[fit.observations.present], fit.lens.image_size)
     expected = expected_over_picture(fit.lens)
-    cv, correlation = cross_validate(fit), neighbour_correlation(fit.residuals_px, fit.observations)
+    cv, drift = cross_validate(fit), FocalDrift.of(fit)
+    correlation = neighbour_correlation(fit.residuals_px, fit.observations)
     cover = float((counts > 0).mean())
-    warnings = [w.to_json() for w in board_warnings(fit, cv, expected, cover, degrees, correlation)]
+    warnings = [w.to_json() for w in board_warnings(fit, cv, drift, expected, cover, degrees, correlation)]
     following = next_view(fit)
     report = {
         "rms_px": fit.rms_px, "sigma_px": fit.sigma_px, "max_px": float(np.nanmax(lengths)),
@@ -42,7 +44,7 @@ def board_report(fit: BoardFit) -> dict[str, Any]:
                      "median_tilt_deg": float(np.median(degrees)), "face_on_below_deg": FACE_ON_DEG},
         "expected_px": {"median": float(np.nanmedian(expected)), "max": float(np.nanmax(expected)),
                         "grid": expected.tolist()},
-        "cross_validation": cv.to_json(), "neighbour_correlation": correlation,
+        "cross_validation": cv.to_json(), "focal_drift": drift.to_json(), "neighbour_correlation": correlation,
         "next_view": following.to_json() if following else None,
         "warnings": warnings,
     }
@@ -96,7 +98,7 @@ def _bow(fit: BoardFit) -> dict[str, Any] | None:
     return {"x": float(fit.state.warp_mm[0]), "y": float(fit.state.warp_mm[1]), "sigma": [float(sigma[i]) for i in at]}
 
 
-DOUBTS = ("wrong-model", "noisy-corners", "badly-spread-views", "halves-disagree")
+DOUBTS = ("focal-length-changed", "wrong-model", "noisy-corners", "badly-spread-views", "halves-disagree")
 GOOD_SIGMAS = 3.0  # of a corner: so well a lens is known from about twenty well-spread views
 
 

@@ -9,6 +9,7 @@ from app.core.records import Warning
 from app.core.statements import say
 from app.core.text_format import format_number, format_with_sigma
 from app.evaluate.board.cross_validation import CrossValidation
+from app.evaluate.board.focal_drift import FocalDrift
 from app.fitting.board.fit import BoardFit
 
 TILTED_DEG = 25.0  # foreshortened by a tenth
@@ -24,9 +25,16 @@ UNSUPPORTED_SIGMAS = 2.0
 MAX_SAG = 0.02  # of the board's half diagonal
 
 
-def board_warnings(fit: BoardFit, cv: CrossValidation, expected: Array, cover: float, tilts_deg: Array,
-                   correlation: float) -> Iterator[Warning]:
+def board_warnings(fit: BoardFit, cv: CrossValidation, drift: FocalDrift, expected: Array, cover: float,
+                   tilts_deg: Array, correlation: float) -> Iterator[Warning]:
     """expected: over the picture, px; cover: share of the picture's cells that have corners."""
+    if drift.significant:
+        yield Warning("focal-length-changed", say(
+            "warning.focal-length-changed", "The focal length changes by {pct} % from the first to the second half of "
+            "the views. Zoom or focus moved in between.",
+            pct=format_with_sigma(100 * drift.change, 100 * drift.sigma)), say(
+            "warning.focal-length-changed.fix", "Lock zoom and focus, switch autofocus off, and take all images "
+                                                "again."))
     yield from _spread(fit, cv, expected, cover, tilts_deg)
     yield from _model(fit, cv, correlation)
     for out in fit.left_out:

@@ -22,6 +22,7 @@ CAPTURE_PX = 6.0  # in a picture of 1280 px: a model may be off by so much
 SIGMA_PX = 0.1  # of a line's middle
 LOOKS = 4
 MIN_POINTS, MIN_SHARE = 20, 0.25
+MIN_PLACES, MIN_SEEN = 8, 0.5  # on a marking; robots and people leave 0.55 of each, and mostly 0.85
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +30,7 @@ class TrackedLines:
     """Where lines are now: points (n, 2) px, the places (n, 2) px where they were, normals (n, 2), markings (n,).
 
     share: of the places that should show a line. moved_px: how far the picture moved there, 95 % of them no further.
+    missing: of the places that lie in the picture, the share that is on markings hardly seen anywhere.
     """
 
     points: Points
@@ -38,6 +40,7 @@ class TrackedLines:
     share: float
     pattern: FieldPattern
     moved_px: float
+    missing: float
 
 
 def track_lines(gray: Pixels, model: CameraModel, field: Field, before: Pixels | None = None) -> TrackedLines | None:
@@ -88,6 +91,14 @@ def track_lines(gray: Pixels, model: CameraModel, field: Field, before: Pixels |
     if found.sum() < MIN_POINTS:
         return None
     found &= ~strays(middle, found, marking)
+    inside = inside_picture(points, size, 1)
     shift = np.linalg.norm(flow.shifts(at[found], q), axis=1)
     return TrackedLines(points[found], at[found], normals[found], marking[found], float(found.mean()), pattern,
-                        float(np.nanpercentile(shift, 95)))
+                        float(np.nanpercentile(shift, 95)), _missing(found[inside], marking[inside]))
+
+
+def _missing(found: Mask, marking: Indices) -> float:
+    """Return the share of places that are on markings of which less than MIN_SEEN was found."""
+    names, of, counts = np.unique(marking, return_inverse=True, return_counts=True)
+    hardly = np.bincount(of, found, len(names)) < MIN_SEEN * counts
+    return float(counts[hardly & (counts >= MIN_PLACES)].sum() / max(counts.sum(), 1))

@@ -29,6 +29,7 @@ CROOKED_RATIO = 2.5  # times what the straighter half errs: such a chain is no s
 MIN_CROOKED_PX = 0.35  # ... and no chain straighter than that is called crooked
 MAX_STRAIGHT_PX = 3.0  # no click and no edge is so far off along a whole straight line
 ROUNDS = 6
+TAU_PX = 1.0  # a crooked chain counts against every lens alike
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,13 @@ class PlumbLineFit:
     @property
     def sigma(self) -> Array:
         return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def misfit(self) -> float:
+        """Return that of all chains, used or not, so that a lens gains nothing by leaving some out."""
+        square = np.array([min(c.after_px, 1e6) ** 2 for c in self.chains if np.isfinite(c.before_px)])
+        counts = np.array([c.count for c in self.chains if np.isfinite(c.before_px)])
+        return float(np.sqrt(np.sum(counts * square / (square + TAU_PX**2)) / counts.sum()))
 
 
 def fit_plumb_lines(chains: Sequence[Points], image_size: ImageSize, lens: str = "division",

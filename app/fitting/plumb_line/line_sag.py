@@ -90,11 +90,22 @@ def _sags(fit: PlumbLineFit, ends: Array, covariance: Array) -> tuple[list[float
 
 def sag_px(lens: Distortion, ends: Array) -> Array:
     """Return how far the picture of a straight line leaves the chord between its ends (…, 2, 2) px."""
-    straight = lens.undistorted_from_raw(ends)
-    raw = lens.raw_from_undistorted(straight[..., :1, :] * (1 - ALONG) + straight[..., 1:, :] * ALONG)
+    raw = _picture_of_line(lens, ends)
     chord = ends[..., 1, :] - ends[..., 0, :]
     across = np.stack([-chord[..., 1], chord[..., 0]], axis=-1) / np.linalg.norm(chord, axis=-1, keepdims=True)
     return np.abs(np.einsum("...pi,...i->...p", raw - ends[..., :1, :], across)).max(axis=-1)
+
+
+def sag_vectors(fit: PlumbLineFit, chains: Sequence[Points]) -> Array:
+    """Return (used chains, 2) px: where the lens moves the middle of the line between a chain's ends, off its chord."""
+    ends = np.stack([_ends(np.asarray(chains[c.index], float)) for c in fit.chains if c.used])
+    return _picture_of_line(fit.lens, ends)[:, len(ALONG) // 2] - ends.mean(axis=1)
+
+
+def _picture_of_line(lens: Distortion, ends: Array) -> Array:
+    """Return (…, along, 2) px: the straight line between ends (…, 2, 2) px as the lens shows it."""
+    straight = lens.undistorted_from_raw(ends)
+    return lens.raw_from_undistorted(straight[..., :1, :] * (1 - ALONG) + straight[..., 1:, :] * ALONG)
 
 
 def _with_value_moved(fit: PlumbLineFit, which: int, step: float) -> Distortion:

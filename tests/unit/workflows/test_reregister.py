@@ -1,5 +1,6 @@
 """A knocked camera's pose registered anew: the lens stays, the millimetres come back, and what cannot be is refused."""
 
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -8,16 +9,18 @@ import numpy as np
 import pytest
 
 from app.core.errors import Conflict, FitFailed
-from app.core.records import Calibration, Frame
+from app.core.records import Calibration, Frame, observations_from_json
 from app.evaluate.fit.uncertainty import grid_over
 from app.fitting.ray_camera.lens_prior import camera_intrinsics
 from app.models import field_from_raw, model_from_json
 from app.sources import SourceContext, source_from_url
 from app.sources.sim.render import Rendering
 from app.workflows.automatic_request import AutomaticRequest
+from app.workflows.calibration_request import CalibrationRequest
+from app.workflows.kept_lens import ZoomCheck
 from app.workflows.reregister import reregister
 from tests.support import second_simulator
-from tests.support.drifting_cameras import bumped, moved_by
+from tests.support.drifting_cameras import bumped, moved_by, zoomed
 from tests.support.live_cameras import FIELDS, calibrated
 from tests.support.tiers import long
 
@@ -67,7 +70,8 @@ def test_the_lens_stays_and_the_millimetres_come_back(camera, degrees):
     assert rms_mm(before, other) > 10
     assert rms_mm(made, other) < 6  # mm, of what a click of 0.3 px left in the lens
     assert told["picture_px"] == pytest.approx(moved_by(camera, other)[0], rel=0.25)
-    assert made.parent == before.id and not made.active and "With the same lens" in told["sentence"]
+    assert made.parent == before.id and not made.active
+    assert told["zoom"]["state"] == "not-tested" and "could not be tested" in told["sentence"]  # of so few clicks
 
 
 TURNED, MOVED = ((0.2, -0.3, 0.2), (0, 0, 0)), ((-0.03, -0.15, 0.09), (-26, 2, -19))
@@ -133,6 +137,54 @@ def test_another_lens_is_not_called_a_knock(k1):
     with pytest.raises(FitFailed) as refused:
         reregister(before, Frame(other.frame_at(1, 1.0)))
     assert refused.value.reason in ("lens-changed", "lines-not-found")
+
+
+@cache
+def with_known_lens() -> Calibration:
+    """As from a board: the lens is fixed, and right."""
+    one, rendering = version(URL, "brown-conrady"), rendered(URL)
+    options = {"height_mm": {"value": rendering.camera.position_mm[2], "sigma": 3}}
+    for _ in range(2):
+        task = CalibrationRequest(observations_from_json(list(one.observations)), rendering.field, rendering.region,
+                                  one.image_size, "brown-conrady", options, "test")
+        one = replace(task.record(task.run(cross_validate=False)), id="made")
+        options = {"lens": one.lens_option(), "lens_sigma": "0"}
+    return one
+
+
+@pytest.mark.parametrize("factor", [1.03, 0.98])
+def test_a_zoom_is_told_from_a_camera_that_sank(camera, factor):
+    """The height would take it up: the lines fit within 0.1 px all the same."""
+    with pytest.raises(FitFailed) as refused:
+        reregister(with_known_lens(), Frame(zoomed(camera, factor).frame_at(1, 1.0)),
+                   before=Frame(camera.frame_at(0, 0.0)))
+    assert refused.value.reason == "lens-changed"
+    told = re.search(r"length is ([+-][0-9.]+) ± ([0-9.]+) %", refused.value.what)
+    assert told and float(told[1]) == pytest.approx(100 * (factor - 1), abs=3 * float(told[2])) and float(told[2]) < 0.5
+
+
+def test_a_hard_knock_is_no_zoom(camera):
+    told, _ = reregister(with_known_lens(), Frame(bumped(camera, 0.9, -0.7, 1.5).frame_at(1, 1.0)),
+                         before=Frame(camera.frame_at(0, 0.0)))
+    assert told["zoom"]["state"] == "held" and "With the same lens" in told["sentence"]
+    assert abs(told["zoom"]["pct"]) < 3 * told["zoom"]["sigma_pct"] < 1.5
+
+
+def test_lines_taken_for_their_neighbours_are_no_pose():
+    """A zoom beyond reach: some lines fit half a metre beside their places, and whole lines are missing."""
+    url = "sim://ssl-div-b?size=480x384&robots=3&k1=-0.2&tilt=8"
+    one = rendered(url)
+    with pytest.raises(FitFailed) as refused:
+        reregister(version(url, "brown-conrady"), Frame(zoomed(one, 0.95).frame_at(1, 1.0)),
+                   before=Frame(one.frame_at(0, 0.0)))
+    assert refused.value.reason == "lines-not-found" and "Whole field lines" in refused.value.what
+
+
+@pytest.mark.parametrize(("zoom", "sigma", "state"), [
+    (0.03, 0.001, "refuted"), (-0.03, 0.001, "refuted"), (0.004, 0.0001, "held"), (0.004, 0.001, "held"),
+    (0.03, 0.007, "not-tested"), (0.0, 0.005, "not-tested"), (np.nan, np.nan, "not-tested")])
+def test_a_zoom_that_would_not_show_is_not_held(zoom, sigma, state):
+    assert ZoomCheck(zoom, sigma).state == state
 
 
 def test_a_picture_of_another_size_is_refused():

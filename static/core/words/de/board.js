@@ -80,6 +80,7 @@ export default /** @type {const} */ ({
   "board.report.corner-counts": "{corners}, Ausreißer: {outliers}",
   "board.report.corner-sigma": "σ einer Ecke",
   "board.report.expected-error": "px erwarteter Fehler",
+  "board.report.focal-drift": "Änderung der Brennweite, zweite Hälfte der Ansichten",
   "board.report.halves-of-views": "Differenz beider Ansichtshälften",
   "board.report.held": "fest",
   "board.report.held-out-views": "Kreuzvalidierter Fehler",

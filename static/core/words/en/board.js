@@ -80,6 +80,7 @@ export default /** @type {const} */ ({
   "board.report.corner-counts": "{corners}, outliers: {outliers}",
   "board.report.corner-sigma": "σ of a corner",
   "board.report.expected-error": "px expected error",
+  "board.report.focal-drift": "Change of the focal length, second half of the views",
   "board.report.halves-of-views": "Split-half difference",
   "board.report.held": "fixed",
   "board.report.held-out-views": "Cross-validated error",

@@ -118,6 +118,14 @@ const rows = (it) => [
     t("board.report.halves-of-views"),
     times(it.cross_validation.halves_px, it.cross_validation.halves_ratio),
   ],
+  ...(it.focal_drift && it.focal_drift.pct !== null
+    ? [
+        /** @type {[string, string]} */ ([
+          t("board.report.focal-drift"),
+          `${number(it.focal_drift.pct, 2)} ± ${number(it.focal_drift.sigma_pct, 2)} %`,
+        ]),
+      ]
+    : []),
   [t("board.report.neighbours"), number(it.neighbour_correlation, 2)],
   ...(it.bow_mm
     ? [

@@ -139,6 +139,8 @@ export default {
   "warning.board-bowed.fix": "Befestigen Sie die Tafel auf einer steifen Platte. Ist sie eben, ist das Objektivmodell falsch, und die Durchbiegung gleicht das aus.",
   "warning.centre-unknown": "Die Ansichten bestimmen den Bildhauptpunkt schlecht.",
   "warning.centre-unknown.fix": "Kippen Sie die Tafel stärker, oder setzen Sie den Hauptpunkt in die Bildmitte (centre: false).",
+  "warning.focal-length-changed": "Die Brennweite ändert sich von der ersten zur zweiten Hälfte der Ansichten um {pct} %. Zoom oder Fokus haben sich dazwischen bewegt.",
+  "warning.focal-length-changed.fix": "Sichern Sie Zoom und Fokus, schalten Sie den Autofokus aus, und nehmen Sie alle Bilder neu auf.",
   "warning.halves-disagree": "Die Objektive aus den beiden Hälften der Ansichten unterscheiden sich um {px} px, das {times}-Fache des Eckenrauschens. Der wahre Fehler ist größer als das Residuum.",
   "warning.halves-disagree.fix": "Fügen Sie gekippte Ansichten im ganzen Bild hinzu. Sichern Sie Fokus und Zoom, und halten Sie die Tafel eben.",
   "warning.lens-uncertain": "Das Objektiv ist im ganzen Bild um {px} px unsicher, das {times}-Fache des Eckenrauschens.",
