@@ -80,9 +80,8 @@ export function isOffArea(name) {
     arc = f?.arcs.find((a) => a.name === name),
     spot = f?.landmarks[name];
   const places = line ? alongLine(line) : arc ? arcPoints(arc) : spot ? [spot] : [];
-  return (
-    r !== null && places.length > 0 && !places.some(([x, y]) => between(x, r.x[0], r.x[1]) && between(y, r.y[0], r.y[1]))
-  );
+  if (!r || !places.length) return false;
+  return !places.some(([x, y]) => between(x, r.x[0], r.x[1]) && between(y, r.y[0], r.y[1]));
 }
 
 /** @param {import("../../core/types").Line} line @returns {Point[]} */

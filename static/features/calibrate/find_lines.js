@@ -24,7 +24,8 @@ const work = longWork();
 /** How far the search is, and why it was refused. */
 export const { search: finding, refusal: notFound } = work;
 const found = signal(
-  /** @type {{ of: import("../../core/types").Doc, verdict: Verdict, points: number, areas: SeenArea[] } | null} */ (null),
+  /** @type {(Pick<FoundLines, "verdict" | "areas"> & { of: import("../../core/types").Doc, points: number }) | null} */
+  (null),
 );
 /** What the last detection says, as long as the document is what it made of it: an undo takes it back too. */
 export const lastFound = computed(() => (found.value?.of === doc.value ? found.value : null));

@@ -104,7 +104,8 @@ function Accuracy({ active, alarm }) {
   </span>`;
 }
 
-/** Of robot tops, where they are worse than the carpet. @param {{ levels: import("../../../core/types").Levels }} props */
+/** Of robot tops, where they have another level.
+ * @param {{ levels: import("../../../core/types").Levels }} props */
 const TopsLevel = ({ levels: { carpet, robot_tops: tops } }) =>
   tops &&
   tops !== carpet &&
