@@ -29,7 +29,7 @@ from app.fitting.ray_camera.distortion_prior import read_distortion, with_distor
 from app.fitting.ray_camera.height_check import check_height
 from app.fitting.ray_camera.initial import start_states
 from app.fitting.ray_camera.lens_prior import read_lens, with_lens
-from app.fitting.ray_camera.misfit import residual_warnings, without_square_pixels
+from app.fitting.ray_camera.misfit import given_lens_warnings, residual_warnings, without_square_pixels
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.fitting.ray_camera.problem import gather_clicks, line_incidences
 from app.fitting.ray_camera.search import best_start, solve
@@ -140,6 +140,9 @@ class RayFitter(Fitter):
                     *misplaced_line_warnings(notes["line_offsets_mm"], line_sigma_mm(settings, field)),
                     *unusual_camera_warnings(state, best.task.priors, image_size, field)]
         alternative = None
+        if learned is None and intrinsics is not None and all(w.reason != "residuals-too-large" for w in warnings):
+            free_lens = fit_problem(state, problem, cls.TERMS, settings, field, image_size, None, None)
+            warnings += given_lens_warnings(free_lens, best, settings, image_size)
         if learned is None:
             task = fit_problem(state, *setup)
             height = check_height(task, best, settings)

@@ -14,6 +14,7 @@ from app.fitting.ray_camera.search import RayFitProblem, RayFitResult, solve
 
 CLICK_SHARE = 0.7 / 1280  # σ of a careless click, of the picture's width; real ones have 0.3 to 0.5 px of 1280
 TOO_LARGE = 3.0  # of that, rms
+ANOTHER_LENS = 2.0  # times the rms of a lens of their own
 STRETCHED = 0.05  # σ of the aspect of a picture that was stretched
 MIN_LIMIT_PX = 1.5  # what no image is too sharp for
 
@@ -24,7 +25,7 @@ def residual_warnings(rms_px: float, settings: Mapping[str, Any], image_size: Im
     That is measured against what the options say of a click, or what clicks are like: σ as estimated from the points
     themselves grows with any misfit.
     """
-    limit_px = max(TOO_LARGE * (settings["click_sigma_px"] or CLICK_SHARE * image_size.width), MIN_LIMIT_PX)
+    limit_px = _limit_px(settings, image_size)
     if rms_px <= limit_px:
         return []
     return [Warning("residuals-too-large", say(
@@ -32,6 +33,30 @@ def residual_warnings(rms_px: float, settings: Mapping[str, Any], image_size: Im
         px=rms_px, limit_px=limit_px), say(
         "warning.residuals-too-large.fix", "If a lens was given, check that it is this camera's, at this focus and "
         "zoom. Otherwise check the field type and the line of each point, or try another lens model."))]
+
+
+def _limit_px(settings: Mapping[str, Any], image_size: ImageSize) -> float:
+    return max(TOO_LARGE * (settings["click_sigma_px"] or CLICK_SHARE * image_size.width), MIN_LIMIT_PX)
+
+
+def given_lens_warnings(own_task: RayFitProblem, found: RayFitResult[RayCameraParameters],
+                        settings: Mapping[str, Any], image_size: ImageSize) -> list[Warning]:
+    """Warn where the points fit a lens of their own far better than the one that was given, and that not well.
+
+    own_task: the same points, with the lens free.
+    """
+    if found.rms_px <= _limit_px(settings, image_size) / 2:
+        return []
+    try:
+        own = solve(own_task, found.minimum.state, settings)
+    except FitFailed:
+        return []
+    if found.rms_px <= ANOTHER_LENS * own.rms_px:
+        return []
+    return [Warning("residuals-too-large", say(
+        "warning.given-lens", "The points are {px:.1f} px off with the given lens, and {own_px:.1f} px with a lens of "
+        "their own.", px=found.rms_px, own_px=own.rms_px), say(
+        "warning.given-lens.fix", "Check that the lens is this camera's, at this focus and zoom, or remove it."))]
 
 
 def without_square_pixels(task: RayFitProblem, found: RayFitResult[RayCameraParameters], settings: Mapping[str, Any],

@@ -91,6 +91,8 @@ export default {
   "warning.extrapolated-fix.right-top": "Setzen Sie einen Punkt auf die rechte Begrenzung nahe der oberen Ecke.",
   "warning.extrapolated-fix.top-left": "Setzen Sie einen Punkt auf die obere Begrenzung nahe der linken Ecke.",
   "warning.extrapolated-fix.top-right": "Setzen Sie einen Punkt auf die obere Begrenzung nahe der rechten Ecke.",
+  "warning.given-lens": "Die Punkte liegen mit dem angegebenen Objektiv {px} px daneben, mit einem eigenen {own_px} px.",
+  "warning.given-lens.fix": "Prüfen Sie, ob es das Objektiv dieser Kamera bei dieser Schärfe und Brennweite ist, oder entfernen Sie es.",
   "warning.height-contradicted": "Die Punkte ergeben eine Kamerahöhe von {points_m} ± {sigma_m} m; eingegeben wurden {entered_m} m.",
   "warning.height-contradicted.fix": "Messen Sie die Höhe erneut, vom Teppich bis zum Objektiv. Ist sie richtig, prüfen Sie die Feldgröße und das Objektiv. Entfernen Sie sie sonst, damit die Punkte sie bestimmen.",
   "warning.large-move": "{line} wurde um {mm} mm verschoben.",
