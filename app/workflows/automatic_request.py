@@ -134,10 +134,10 @@ class AutomaticRequest:
         if found is not None and proof is not None and not proof.doubts():
             areas = self._better_areas(found.state, frame)
         if found is not None and not areas:
-            proof, made = self._fitted(found, lines, frame, series, summary, subprogress(progress, 0.6, 1.0))
+            proof, made = self._fitted(found, lines, frame, series, summary, subprogress(progress, 0.6, 0.8))
         is_weak = made is None or made.report["verdict"]["level"] == "poor"
         if is_weak and not areas and len(searched.lines) >= automatic.MIN_LINES:
-            areas = self._areas_within(found, proof, lines, frame)
+            areas = self._areas_within(found, proof, lines, frame, subprogress(progress, 0.8, 1.0))
         if areas:  # points on another area are of no use
             what, fix = area_sentences(areas)
             summary |= _without_camera([stated(ProblemJson(reason=NOT_IN_IMAGE, what=what, fix=fix))], areas)
@@ -176,14 +176,17 @@ class AutomaticRequest:
                             is_half_turn_symmetric(self.field), least_overlap)
 
     def _areas_within(self, found: automatic.LineAssignment | None, proof: Verification | None,
-                      lines: automatic.DetectedLines, frame: Frame) -> tuple[SeenArea, ...]:
+                      lines: automatic.DetectedLines, frame: Frame, progress: Progress) -> tuple[SeenArea, ...]:
         """Look for areas within the chosen one: too little of that may be in the picture for a match, or a right one.
 
         found, proof: what there is with the chosen one; another must explain the picture better.
         """
         is_sure = proof is not None and proof.share >= SURELY_FOUND
-        for area in () if is_sure else smaller_areas(self.field, self.region)[:SMALLER]:
-            within, _ = automatic.assign_lines(lines, self.field, area, pose_prior_from_json(self.rough))
+        within_it = () if is_sure else smaller_areas(self.field, self.region)[:SMALLER]
+        for number, area in enumerate(within_it):
+            within, _ = automatic.assign_lines(
+                lines, self.field, area, pose_prior_from_json(self.rough),
+                subprogress(progress, number / len(within_it), (number + 1) / len(within_it)))
             if within is not None and automatic.verify(within, lines, self.field, area).is_better_than(proof):
                 return self._better_areas(within.state, frame, NEAR_OVERLAP)
         if found is None or proof is None or proof.doubts():

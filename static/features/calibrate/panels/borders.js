@@ -99,7 +99,7 @@ function InsideRow({ feature }) {
       <em>${t("common.points", { count: pointsOf(doc.value, feature).length })}</em>
       <em class="value">${row ? `${mm(row.rms_mm)} mm` : "–"}</em>
       ${row && html`<small>${row.used ? t("calibrate.borders.used") : t("calibrate.borders.checks")}</small>`}
-      ${isOffArea(feature) && html`<small class="fair">${t("calibrate.borders.off-area")}</small>`}
+      ${isOffArea(feature) && html`<small class="level fair">${t("calibrate.borders.off-area")}</small>`}
     </button>
   </li>`;
 }
