@@ -11,7 +11,7 @@ from app.core.records import Calibration
 from app.core.statements import Sentence, join, say, sentence_in
 from app.evaluate.claims.claim import Claim, mm, state_of_level
 from app.evaluate.fit.report_types import Level
-from app.evaluate.fit.verdict import LEVELS, SURE, level_of, tops_are_known
+from app.evaluate.fit.verdict import LEVELS, level_likely, tops_are_known
 from app.models import MODELS
 
 FIT = ("residuals", "covariance")
@@ -84,7 +84,7 @@ def _accuracy(report: Mapping[str, Any]) -> Claim:
         return Claim("accuracy", "not-tested", say("claim.accuracy.unknown", "Accuracy inside the field is unknown"),
                      sentence_in(verdict, "sentence") if verdict.get("sentence") else "", ADD_POINTS, gates=True,
                      cure="points")
-    own = level_of(max(length, (number(sigma.get("rms_95")) or 0.0) / SURE))
+    own = level_likely(length, number(sigma.get("rms_95")) or 0.0)
     level = _level(report, "carpet", own)
     is_bad = level == "poor"
     against = sentence_in(verdict, "sentence") if level != own else ""  # something else than this figure
@@ -104,7 +104,7 @@ def _robot_tops(report: Mapping[str, Any]) -> Claim:
         return Claim("robot-tops", "not-tested", say("claim.tops.unknown", "The error at robot tops is unknown"), say(
             "claim.tops.unknown.text", "The points do not determine the camera height."), ENTER_HEIGHT, gates=True,
             cure="model")
-    level = _level(report, "robot_tops", level_of(max(error, (number(hat.get("rms_95")) or 0.0) / SURE)))
+    level = _level(report, "robot_tops", level_likely(error, number(hat.get("rms_95")) or 0.0))
     return Claim("robot-tops", state_of_level(level), TOPS[level], say(
         "claim.tops.height", "At {height:g} mm.", height=height), ENTER_HEIGHT if level == "poor" else "", FIT,
         level == "poor", mm(error), "model" if level == "poor" else "")

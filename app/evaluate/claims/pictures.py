@@ -77,10 +77,12 @@ def lines_claim(found: Mapping[str, Any]) -> Claim:
 def live_claim(found: Mapping[str, Any]) -> Claim:
     """Return what a frame taken now says of a version."""
     verdict = found["verdict"]
-    level: Level | None = "poor" if found["orientation"] == "contradicted" else verdict["lines_level"]
+    is_turned = found["orientation"] == "contradicted"
+    level: Level | None = "poor" if is_turned else verdict["lines_level"]
     if level is None:
         return not_live(sentence_in(verdict, "sentence"))
-    moved = found["change"]["mm"] if found["change"] else found["p95_mm"]
+    # how far the lines of a turned picture are from others means nothing
+    moved = None if is_turned else found["change"]["mm"] if found["change"] else found["p95_mm"]
     shown = mm(moved) if moved is not None and (level != "good" or moved > GOOD_MM) else None
     return Claim(LIVE, state_of_level(level), LIVE_TITLES[level], "" if level == "good" else sentence_in(
         verdict, "sentence"), "" if level == "good" else sentence_in(verdict, "fix"), (LIVE,), level == "poor", shown,

@@ -5,7 +5,7 @@ is a guess.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from typing_extensions import TypedDict
@@ -101,11 +101,11 @@ def _best(cells: Points, field: Field, chosen: Region, visible: Mask, raw_from_f
         if not (inside & _inside(cells, chosen)).any():
             continue
         overlap = float((inside & visible).sum() / max((inside | visible).sum(), 1))
-        found.append(SeenArea(_upright(region, raw_from_field), _seen_share(cells, region, visible), overlap))
+        found.append(SeenArea(region, _seen_share(cells, region, visible), overlap))
     best = max(found, key=lambda area: area.overlap, default=None)
     if best is None or best.seen_share < FITS_SEEN or best.overlap < least_overlap or best.region.name == chosen.name:
         return None
-    return best
+    return replace(best, region=_upright(best.region, raw_from_field))
 
 
 def _cells(field: Field) -> Points:

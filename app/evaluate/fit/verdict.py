@@ -47,6 +47,11 @@ def level_of(mm: float) -> Level:
     return "good" if mm <= GOOD_MM else "fair" if mm <= FAIR_MM else "poor"
 
 
+def level_likely(rms_mm: float, rms_95_mm: float) -> Level:
+    """Return the level of an expected error, by what it keeps in 95 of 100 fits as well."""
+    return level_of(max(rms_mm, rms_95_mm / SURE))
+
+
 def worst_level(*levels: Level) -> Level:
     """Return the worst of levels."""
     return max(levels, key=LEVELS.index)
@@ -55,7 +60,7 @@ def worst_level(*levels: Level) -> Level:
 def level_expected(sigma: SigmaReport) -> Level:
     """Return the level of an expected error, on the carpet and at robot tops."""
     parts = (sigma, sigma["hat"]) if "hat" in sigma else (sigma,)
-    return worst_level(*(level_of(max(part["rms"], part["rms_95"] / SURE)) for part in parts))
+    return worst_level(*(level_likely(part["rms"], part["rms_95"]) for part in parts))
 
 
 def tops_are_known(mm: float, height_is_known: bool) -> bool:
@@ -93,7 +98,7 @@ def fit_verdict(known: FitAccuracy) -> Verdict:
         return stated(Verdict(mm=mm, level="unknown", levels=_levels("unknown", known), sentence=say(
             "verdict.inside-unknown", "Accuracy inside the field is unknown. The border points fit within {mm:.1f} mm, "
             "but no point inside was used. Add points on the centre circle.", mm=mm)))
-    on_carpet = level_of(max(mm, expected_95 / SURE))
+    on_carpet = level_likely(mm, expected_95)
     level: Level = "good" if known.reaches else "fair"
     level = worst_level(on_carpet, level_of(hat_95_mm / SURE), level)
     told_level, doubt = level, known.doubt
@@ -121,7 +126,7 @@ def _levels(on_carpet: Level | Literal["unknown"], known: FitAccuracy) -> Figure
     if hat is not None:
         tops = "unknown"
         if tops_are_known(hat["rms"], hat.get("known", True) is not False):
-            tops = worst_level(level_of(max(hat["rms"], hat["rms_95"] / SURE)), *caps)
+            tops = worst_level(level_likely(hat["rms"], hat["rms_95"]), *caps)
     return {"carpet": on_carpet if on_carpet == "unknown" else worst_level(on_carpet, *caps), "robot_tops": tops}
 
 

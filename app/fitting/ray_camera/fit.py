@@ -140,7 +140,7 @@ class RayFitter(Fitter):
                     *misplaced_line_warnings(notes["line_offsets_mm"], line_sigma_mm(settings, field)),
                     *unusual_camera_warnings(state, best.task.priors, image_size, field)]
         alternative = None
-        if learned is None and intrinsics is not None and all(w.reason != "residuals-too-large" for w in warnings):
+        if learned is None and intrinsics is not None:
             free_lens = fit_problem(state, problem, cls.TERMS, settings, field, image_size, None, None)
             warnings += given_lens_warnings(free_lens, best, settings, image_size)
         if learned is None:

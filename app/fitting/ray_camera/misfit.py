@@ -43,9 +43,10 @@ def given_lens_warnings(own_task: RayFitProblem, found: RayFitResult[RayCameraPa
                         settings: Mapping[str, Any], image_size: ImageSize) -> list[Warning]:
     """Warn where the points fit a lens of their own far better than the one that was given, and that not well.
 
-    own_task: the same points, with the lens free.
+    own_task: the same points, with the lens free. Above the limit of residual_warnings, that warns.
     """
-    if found.rms_px <= _limit_px(settings, image_size) / 2:
+    limit_px = _limit_px(settings, image_size)
+    if not limit_px / 2 < found.rms_px <= limit_px:
         return []
     try:
         own = solve(own_task, found.minimum.state, settings)

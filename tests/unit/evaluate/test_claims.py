@@ -134,7 +134,8 @@ def test_the_lines_of_a_picture_hold_a_version_or_do_not(found, state, gates):
 
 
 def test_a_live_image_that_is_turned_or_another_cameras_is_told_though_its_lines_fit():
-    turned = live_claim(checked("good", "turned", orientation="contradicted"))
+    turned = live_claim(checked("good", "turned", orientation="contradicted", change={"mm": 0.3}))
+    assert turned.figure is None  # its lines are near others
     assert turned.is_problem and turned.evidence == "So it is." and turned.fix == "Mend it."
     assert not live_claim(checked("good", orientation="confirmed")).is_problem
     other = another_cameras("north", "South")
