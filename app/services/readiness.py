@@ -9,12 +9,14 @@ from app.evaluate.cameras.picture_print import PicturePrint
 from app.evaluate.claims.claim import Claim
 from app.evaluate.claims.own_images import CameraImage
 from app.evaluate.claims.own_report import field_claims
-from app.evaluate.claims.readiness import SiteCamera, SiteRig, site_claims
+from app.evaluate.claims.readiness import SiteCamera, SitePublishing, SiteRig, site_claims
 from app.live.status_types import CameraStatus
 from app.services.container import Services
 from app.services.rigs import rig_json
 from app.settings import CameraSettings
 from app.sources import device_of
+
+OF_RIG = ("other-field", "other-region", "other-rectangles")  # other troubles of its cameras are claims of their own
 
 
 async def readiness(services: Services) -> list[Claim]:
@@ -30,11 +32,11 @@ def _claims(services: Services, cameras: list[CameraSettings], statuses: dict[st
             prints: dict[str, PicturePrint | None]) -> list[Claim]:
     return site_claims([_camera(services, camera, statuses[camera.id], prints[camera.id]) for camera in cameras],
                        [_rig(services, rig) for rig in services.store.rigs.all()],
-                       services.publishing.publisher.status())
+                       SitePublishing(services.publishing.publisher.status()["state"], services.publishing.warnings))
 
 
 def _camera(services: Services, camera: CameraSettings, status: CameraStatus, now: PicturePrint | None) -> SiteCamera:
-    active, problem = services.store.calibrations.active(camera.id), status["problem"]
+    active = services.store.calibrations.active(camera.id)
     verdict: Any = {} if active is None else active.report.get("verdict") or {}
     against = () if active is None else tuple(claim for claim in field_claims(
         active, services.cameras.field_changes(active), camera.field, camera.region, None) if claim.is_problem)
@@ -42,15 +44,17 @@ def _camera(services: Services, camera: CameraSettings, status: CameraStatus, no
     if active is not None:
         image = replace(image, then=services.picture_print(active.snapshot), size=active.image_size,
                         area=(active.field["name"], active.region))
-    return SiteCamera(camera.id, camera.title, status["state"], sentence_in(problem, "what") if problem else "",
+    return SiteCamera(camera.id, camera.title, status["state"], status["problem"],
                       active is not None, verdict.get("level") or "unknown", number(verdict.get("mm")), against,
                       status["drift"], image)
 
 
 def _rig(services: Services, rig: Any) -> SiteRig:
     found = rig_json(services, rig)
-    title, checked = found["title"] or rig.name, found["checked"]
-    if checked is None:
-        return SiteRig(rig.name, title, False, None, None)
+    known = SiteRig(rig.name, found["title"] or rig.name, False, None, None, troubles=[
+        one for camera in found["cameras"] for one in camera["troubles"] if one["reason"] in OF_RIG])
+    if (checked := found["checked"]) is None:
+        return known
     outdated = join(*(sentence_in(one, "text") for one in checked["outdated"][:1]))
-    return SiteRig(rig.name, title, True, checked["verdict"]["level"], checked["p95_mm"], outdated)
+    return replace(known, is_checked=True, level=checked["verdict"]["level"], p95_mm=checked["p95_mm"],
+                   outdated=outdated)

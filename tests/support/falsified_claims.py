@@ -6,6 +6,7 @@ FALSE has the cases: what is made false, the codes of the claims that then must 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import cv2
 import numpy as np
@@ -95,11 +96,11 @@ class World:
 
     def shifted(self, x_px: float, y_px: float = 0.0) -> Pixels:
         move = np.array([[1.0, 0.0, x_px], [0.0, 1.0, y_px]])
-        return cv2.warpAffine(self.later, move, SIZE, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(cv2.warpAffine(self.later, move, SIZE, borderMode=cv2.BORDER_REPLICATE), np.uint8)
 
     def zoomed(self, factor: float) -> Pixels:
         move = cv2.getRotationMatrix2D((SIZE[0] / 2, SIZE[1] / 2), 0.0, factor)
-        return cv2.warpAffine(self.later, move, SIZE, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(cv2.warpAffine(self.later, move, SIZE, borderMode=cv2.BORDER_REPLICATE), np.uint8)
 
 
 def all_claims(world: World, version: Calibration, picture: Pixels) -> list[Claim]:
@@ -120,7 +121,7 @@ def enlarged(field: Field, factor: float) -> Field:
                    regions=regions)
 
 
-def _own_lens(world: World) -> dict[str, object]:
+def _own_lens(world: World) -> dict[str, Any]:
     """Its lens as a calibration of it has it, to be kept."""
     return {"lens": {"name": world.version.model_name, "parameters": world.version.model_parameters},
             "lens_sigma": "0"}

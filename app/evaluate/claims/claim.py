@@ -26,9 +26,16 @@ class ClaimFigure(TypedDict):
     at_most: bool
 
 
+class CaseJson(Stated):
+    text: str
+    fix: str
+    camera: str | None
+
+
 class ClaimJson(Stated):
     """state: held only if something was tried that would have refuted it; gates: whether activation is refused while
-    it is not held, unless `despite` names its code; tried: what was looked at; cure: where its fix is done."""
+    it is not held, unless `despite` names its code; tried: what was looked at; cure: where its fix is done; cases: what
+    refutes it one by one, where each has its own fix."""
 
     code: str
     state: State
@@ -40,6 +47,19 @@ class ClaimJson(Stated):
     figure: ClaimFigure | None
     cure: Cure
     camera: str | None
+    cases: list[CaseJson]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One of several things that refute a claim. camera: whose it is, None where it is of none."""
+
+    text: str
+    fix: str
+    camera: str | None = None
+
+    def to_json(self) -> CaseJson:
+        return stated(CaseJson(text=self.text, fix=self.fix, camera=self.camera))
 
 
 @dataclass(frozen=True)
@@ -56,6 +76,7 @@ class Claim:
     figure: ClaimFigure | None = None
     cure: Cure = ""
     camera: str | None = None
+    cases: tuple[Case, ...] = ()
 
     def __post_init__(self) -> None:
         assert self.state != "held" or self.tried, f"{self.code} is held by nothing"
@@ -68,7 +89,8 @@ class Claim:
     def to_json(self) -> ClaimJson:
         return stated(ClaimJson(
             code=self.code, state=self.state, gates=self.gates, title=self.title, evidence=self.evidence,
-            fix=self.fix, tried=list(self.tried), figure=self.figure, cure=self.cure, camera=self.camera))
+            fix=self.fix, tried=list(self.tried), figure=self.figure, cure=self.cure, camera=self.camera,
+            cases=[one.to_json() for one in self.cases]))
 
 
 def mm(value: float, at_most: bool = False) -> ClaimFigure:

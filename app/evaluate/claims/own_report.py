@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from app.core.field_changes import changes_in_words
+from app.core.field_changes import FIELD_CHANGED_FIX, changes_in_words
 from app.core.json_values import number
 from app.core.marking_names import area_name
 from app.core.records import Calibration
@@ -55,8 +55,8 @@ def field_claims(calibration: Calibration, changes: Sequence[str], field: str | 
     name, area = calibration.field["name"], calibration.region
     if changes:
         yield Claim("field", "refuted", say("claim.field.changed", "The field has changed"),
-                    say("claim.field.changes", "Changed: {changes}.", changes=changes_in_words(changes)),
-                    say("claim.field.fix", "Save a new version."), ("field-now",), True, cure="versions")
+                    say("claim.field.changes", "It was calibrated before its field was changed: {changes}.",
+                        changes=changes_in_words(changes)), FIELD_CHANGED_FIX, ("field-now",), True, cure="versions")
     wanted_field = field or (active.field["name"] if active else None)
     wanted_area = region or (active.region if active and active.field["name"] == name else None)
     if wanted_field is not None and wanted_field != name:

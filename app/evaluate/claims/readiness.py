@@ -4,9 +4,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from app.core.errors import ProblemJson
+from app.core.records import Warning
 from app.core.statements import Sentence, join, say, sentence_in
 from app.core.text_format import format_mm
-from app.evaluate.claims.claim import Claim, mm
+from app.evaluate.cameras.rig_verdict import RigTrouble
+from app.evaluate.claims.claim import Case, Claim, mm
 from app.evaluate.claims.own_images import CameraImage, own_images_claim
 
 BROKEN = ("offline", "stalled", "mismatch")
@@ -15,14 +18,15 @@ STEADY = "steady"
 
 @dataclass(frozen=True)
 class SiteCamera:
-    """What is known of one camera now. level, length_mm: of its active version's own verdict; active: whether it has
-    one; against: claims about its field and area that stand against that; drift: as its process tells it, None where
-    nothing watches it; image: what tells whether it shows its own."""
+    """What is known of one camera now. problem: why it gives nothing of use, None where it does; level, length_mm: of
+    its active version's own verdict; active: whether it has one; against: claims about its field and area that stand
+    against that; drift: as its process tells it, None where nothing watches it; image: what tells whether it shows its
+    own."""
 
     id: str
     title: str
     state: str
-    problem: str
+    problem: ProblemJson | None
     active: bool
     level: str
     length_mm: float | None
@@ -34,7 +38,7 @@ class SiteCamera:
 @dataclass(frozen=True)
 class SiteRig:
     """A rig with its newest check: level and p95_mm of that, None where nothing could be compared; outdated: what has
-    happened since, in words."""
+    happened since, in words; troubles: why its cameras do not fit together, whatever a check says."""
 
     name: str
     title: str
@@ -42,9 +46,18 @@ class SiteRig:
     level: str | None
     p95_mm: float | None
     outdated: str = ""
+    troubles: Sequence[RigTrouble] = ()
 
 
-def site_claims(cameras: Sequence[SiteCamera], rigs: Sequence[SiteRig], publishing: Mapping[str, Any]) -> list[Claim]:
+@dataclass(frozen=True)
+class SitePublishing:
+    """Publishing: on-air only where packets go out; warnings: what keeps teams from what was calibrated."""
+
+    state: str
+    warnings: Sequence[Warning] = ()
+
+
+def site_claims(cameras: Sequence[SiteCamera], rigs: Sequence[SiteRig], publishing: SitePublishing) -> list[Claim]:
     """Return the claims in the order in which an operator works them off."""
     own_images = own_images_claim({one.id: one.title for one in cameras}, {one.id: one.image for one in cameras})
     return [_live(cameras), *own_images, _calibrated(cameras), *_wrong_field(cameras), _in_place(cameras),
@@ -56,8 +69,10 @@ def _live(cameras: Sequence[SiteCamera]) -> Claim:
     down = [camera for camera in cameras if camera.state in BROKEN]
     title = say("claim.live-cameras", "{live} of {count} cameras live", live=len(live), count=len(cameras))
     if down:
-        return Claim("cameras-live", "refuted", title, _names(down), join(*(one.problem for one in down[:1])),
-                     ("frames",), True, cure="camera", camera=down[0].id)
+        cases = [_case(one, sentence_in(one.problem, "what"), sentence_in(one.problem, "fix")) for one in down
+                 if one.problem is not None]
+        return Claim("cameras-live", "refuted", title, _names(down), join(*(one.text for one in cases[:1])),
+                     ("frames",), True, cure="camera", camera=down[0].id, cases=tuple(cases))
     if len(live) < len(cameras) or not cameras:
         return Claim("cameras-live", "not-tested", title, say("claim.live-cameras.starting", "Not live yet: {cameras}.",
                      cameras=_titles([one for one in cameras if one not in live])) if cameras else "")
@@ -79,7 +94,9 @@ def _calibrated(cameras: Sequence[SiteCamera]) -> Claim:
                  if one.length_mm is not None else one.title for one in poor]
         return Claim("cameras-calibrated", "refuted", say("claim.calibrated.poor", "A calibration is not accurate "
                      "enough"), say("claim.calibrated.poor.text", "Not accurate enough: {cameras}.", cameras=named),
-                     tried=("own-verdict",), gates=True, cure="versions", camera=poor[0].id)
+                     tried=("own-verdict",), gates=True, cure="versions", camera=poor[0].id, cases=tuple(
+                         _case(one, say("claim.calibrated.poor.case", "Its calibration is not accurate enough."),
+                               say("claim.calibrated.poor.fix", "Calibrate it again.")) for one in poor))
     if unknown := [camera for camera in cameras if camera.level not in ("good", "fair")]:
         return Claim("cameras-calibrated", "not-tested", title, say(
             "claim.calibrated.unknown", "Accuracy unknown: {cameras}.", cameras=_titles(unknown)), cure="versions",
@@ -92,18 +109,20 @@ def _wrong_field(cameras: Sequence[SiteCamera]) -> Iterator[Claim]:
         if found := [(one, claim) for one in cameras for claim in one.against if claim.code == code]:
             camera, claim = found[0]
             yield Claim(f"cameras-{code}", "refuted", claim.title, _names([one for one, _ in found]), claim.fix,
-                        claim.tried, True, cure=claim.cure, camera=camera.id)
+                        claim.tried, True, cure=claim.cure, camera=camera.id, cases=tuple(
+                            _case(one, each.evidence, each.fix) for one, each in found))
 
 
 def _in_place(cameras: Sequence[SiteCamera]) -> Claim:
     """Return whether the cameras stand as they did: only those that are watched can tell."""
-    moved = [camera for camera in cameras if camera.drift is not None and camera.drift["alarm"]]
+    moved = [(camera, camera.drift) for camera in cameras if camera.drift is not None and camera.drift["alarm"]]
     if moved:
-        first = moved[0]
-        assert first.drift is not None
+        first, drift = moved[0]
         return Claim("cameras-in-place", "refuted", say("claim.moved", "{count} of {all} cameras moved",
-                     count=len(moved), all=len(cameras)), join(_names(moved), sentence_in(first.drift, "sentence")),
-                     sentence_in(first.drift, "fix"), ("field-lines",), True, cure="drift", camera=first.id)
+                     count=len(moved), all=len(cameras)), join(_names([one for one, _ in moved]),
+                     sentence_in(drift, "sentence")), sentence_in(drift, "fix"), ("field-lines",), True, cure="drift",
+                     camera=first.id, cases=tuple(_case(one, sentence_in(its, "sentence"), sentence_in(its, "fix"))
+                                                  for one, its in moved))
     watched = [camera for camera in cameras if camera.drift is not None and camera.drift["state"] == STEADY]
     if len(watched) < len(cameras) or not cameras:
         rest = [camera for camera in cameras if camera not in watched]
@@ -118,29 +137,39 @@ def _in_place(cameras: Sequence[SiteCamera]) -> Claim:
 def _rig(rig: SiteRig) -> Claim:
     code, named = f"rig-{rig.name}", Sentence(rig.title)
     shown = None if rig.p95_mm is None else mm(rig.p95_mm)
+    if rig.level == "poor" and not rig.outdated:
+        return Claim(code, "refuted", say("claim.rig.disagree", "Cameras do not agree"), named, tried=("rig-check",),
+                     gates=True, figure=shown, cure="rig")
+    if rig.troubles:
+        return Claim(code, "refuted", say("claim.rig.troubles", "The cameras of a rig do not fit together"), named,
+                     tried=("versions",), cure="rig", cases=tuple(
+                         Case(sentence_in(one, "text"), sentence_in(one, "fix")) for one in rig.troubles))
     if not rig.is_checked or rig.level is None or rig.outdated:
         return Claim(code, "not-tested", say("claim.rig.not-checked", "Agreement not checked"), join(
             say("claim.rig.name", "{rig}.", rig=named), rig.outdated or ("" if not rig.is_checked else say(
                 "claim.rig.nothing", "No two cameras could be compared."))), cure="rig")
-    if rig.level == "poor":
-        return Claim(code, "refuted", say("claim.rig.disagree", "Cameras do not agree"), named, tried=("rig-check",),
-                     gates=True, figure=shown, cure="rig")
     return Claim(code, "held" if rig.level == "good" else "refuted", say("claim.rig.agree", "Cameras agree")
                  if rig.level == "good" else say("claim.rig.roughly", "Cameras agree roughly"), named,
                  tried=("rig-check",), figure=shown, cure="rig")
 
 
-def _publishing(status: Mapping[str, Any]) -> Claim:
-    what = say("claim.publishing.geometry", "SSL-Vision geometry")
-    if (problem := status["problem"]) is not None:
-        return Claim("publishing", "refuted", say("claim.publishing.failing", "Not publishing"),
-                     sentence_in(problem, "what"), sentence_in(problem, "fix"), ("sent-packets",), True,
+def _publishing(publishing: SitePublishing) -> Claim:
+    what, tried = say("claim.publishing.geometry", "SSL-Vision geometry"), ("sent-packets",)
+    if publishing.warnings:
+        first = publishing.warnings[0]
+        title = (say("claim.publishing.failing", "Not publishing") if publishing.state == "failing" else
+                 say("claim.publishing.problems", "Publishing has problems"))
+        return Claim("publishing", "refuted", title, first.text, first.fix, tried, True, cure="publishing",
+                     cases=tuple(Case(one.text, one.fix) for one in publishing.warnings))
+    if publishing.state == "on-air":
+        return Claim("publishing", "held", say("claim.publishing.on-air", "Publishing"), what, tried=tried,
                      cure="publishing")
-    if status["state"] == "on-air":
-        return Claim("publishing", "held", say("claim.publishing.on-air", "Publishing"), what, tried=("sent-packets",),
-                     cure="publishing")
-    return Claim("publishing", "refuted", say("claim.publishing.off", "Not publishing"), what,
-                 tried=("sent-packets",), cure="publishing")
+    return Claim("publishing", "refuted", say("claim.publishing.off", "Not publishing"), what, tried=tried,
+                 cure="publishing")
+
+
+def _case(camera: SiteCamera, text: str, fix: str) -> Case:
+    return Case(join(f"{camera.title}:", text), fix, camera.id)
 
 
 def _titles(cameras: Sequence[SiteCamera]) -> list[str]:

@@ -1,6 +1,7 @@
 // Status of all cameras, polled as long as the page is open, and the addresses of their streams.
-import { computed, effect, signal, untracked } from "@preact/signals";
+import { computed, signal } from "@preact/signals";
 import { address, call } from "../../core/api.js";
+import { polling } from "../../core/polling.js";
 import { route } from "../../core/route.js";
 import { cameras } from "../../core/state.js";
 import { t } from "../../core/words.js";
@@ -11,8 +12,6 @@ import { refreshCameras, refreshFields } from "../calibrate/pictures.js";
 const LOOKED_AT_MS = 1000,
   EVERY_MS = 2000; // a knock is told after two looks of the camera's own, one a second
 
-export const SERVER_GONE = "server-gone";
-
 /** By camera. */
 export const statuses = signal(/** @type {Record<string, CameraStatus>} */ ({}));
 /** The cameras that are looked at: all on the wall, one on its own views. */
@@ -20,28 +19,13 @@ const lookedAt = computed(() => {
   const { view, camera } = route.value;
   return view === "wall" ? cameras.value.map((c) => c.id).join(" ") : camera;
 });
-let timer = 0,
-  asking = false,
-  /** How many backups the server had restored. */
-  restored = Infinity;
+/** How many backups the server had restored. */
+let restored = Infinity;
 
 /** Keep all statuses fresh from now on, and at once where others are looked at: those are started. */
-export function startStatuses() {
-  effect(() => {
-    void lookedAt.value;
-    void untracked(refreshStatuses);
-  });
-}
-
-/** Ask at once, and again after a while. */
-export async function refreshStatuses() {
-  clearTimeout(timer);
-  if (asking) return;
-  asking = true;
-  if (!document.hidden) await look();
-  asking = false;
-  timer = setTimeout(() => void refreshStatuses(), lookedAt.value ? LOOKED_AT_MS : EVERY_MS);
-}
+export const { start: startStatuses, ask: refreshStatuses } = polling(look, () =>
+  lookedAt.value ? LOOKED_AT_MS : EVERY_MS,
+);
 
 async function look() {
   /** @type {(CameraStatus & { id: string })[]} */
@@ -69,7 +53,7 @@ const lost = (before) => ({
   state: "offline",
   words: [],
   problem: {
-    reason: SERVER_GONE,
+    reason: "server-gone",
     what: t("common.server-silent"),
     fix: t("live.server-gone.fix"),
   },

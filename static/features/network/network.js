@@ -1,7 +1,8 @@
 // Geometry on the league's multicast group: published and received, polled while the panel is open.
-import { computed, effect, signal, untracked } from "@preact/signals";
+import { computed, signal } from "@preact/signals";
 import { call, online, request } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";
+import { polling } from "../../core/polling.js";
 import { route } from "../../core/route.js";
 import { notify, notifyError } from "../../core/state.js";
 import { t } from "../../core/words.js";
@@ -13,8 +14,7 @@ import { activateCalibration } from "../versions/activate.js";
  * @typedef {import("./types").ReceivedCamera} ReceivedCamera
  */
 
-const LOOK_MS = 2000,
-  ELSEWHERE_MS = 10_000;
+const LOOK_MS = 2000;
 
 export const publishing = signal(/** @type {Publishing | null} */ (null));
 export const receivedGeometry = signal(/** @type {import("./types").ReceivedGeometry | null} */ (null));
@@ -33,24 +33,10 @@ export const contradictions = computed(() =>
   ),
 );
 
-/** Keep both fresh from now on, and fresher where they are shown. */
-export function followNetwork() {
-  const isShown = computed(() => route.value.view === "publishing");
-  let timer = 0,
-    asking = false;
-  const look = async () => {
-    clearTimeout(timer);
-    if (asking) return;
-    asking = true;
-    if (!document.hidden && online.value && !changing.value) await refreshNetwork();
-    asking = false;
-    timer = setTimeout(() => void look(), isShown.value ? LOOK_MS : ELSEWHERE_MS);
-  };
-  effect(() => {
-    void isShown.value;
-    untracked(() => void look());
-  });
-}
+/** Keep both fresh while they are shown. */
+export const { start: followNetwork } = polling(refreshNetwork, () =>
+  route.value.view === "publishing" && online.value && !changing.value ? LOOK_MS : 0,
+);
 
 export async function refreshNetwork() {
   const isStill = changes.since();

@@ -14,14 +14,10 @@ export const isGuarded = computed(() =>
 );
 export const health = signal(/** @type {import("./types").Health | null} */ (null));
 
-/** Ask how the server is; a silent one is told elsewhere. */
-export const fetchHealth = () =>
-  call("GET", "/health").then(
-    (it) => {
-      health.value = it;
-    },
-    () => {},
-  );
+/** Ask how the server is. */
+export async function fetchHealth() {
+  health.value = await call("GET", "/health");
+}
 
 export async function fetchSettings() {
   try {

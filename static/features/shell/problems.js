@@ -5,11 +5,10 @@ import { addressOf } from "../../core/route.js";
 import { cameras } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { isOver, jobs } from "../jobs/job_list.js";
-import { SERVER_GONE, STATES, statuses } from "../live/camera_status.js";
-import { contradictions, publishing } from "../network/network.js";
-import { rigs } from "../rig/rig.js";
+import { statuses } from "../live/camera_status.js";
 import { health } from "../settings/settings.js";
-import { changesInWords } from "../versions/outdated.js";
+import { addressOfCure } from "../verify/claims.js";
+import { readiness } from "./readiness.js";
 
 /**
  * @typedef {object} Problem
@@ -23,124 +22,52 @@ import { changesInWords } from "../versions/outdated.js";
  */
 
 const FAILED_MS = 3_600_000; // a job that failed longer ago is history
-const BROKEN = new Set(["offline", "stalled", "mismatch"]);
-/** Whether a camera gives nothing that could be used. @param {string} id */
-export const isBroken = (id) => BROKEN.has(statuses.value[id]?.state ?? "");
+const PLACES = /** @type {const} */ ({ rig: "field", pair: "field", publishing: "system" });
 
 /** @param {Pick<Problem, "id" | "text"> & Partial<Problem>} known @returns {Problem} */
 const problem = (known) => ({ level: "bad", place: "", camera: "", fix: "", href: "", ...known });
 
-/** @returns {Problem[]} */
-const ofCameras = () =>
-  cameras.value.flatMap(({ id, name }) => {
-    const it = statuses.value[id],
-      about = { place: /** @type {const} */ ("cameras"), camera: id };
-    if (!it || it.problem?.reason === SERVER_GONE) return []; // the server's own entry says so once
-    if (isBroken(id))
-      return [
+/**
+ * What the server knows to be wrong: what stands against a match, and the rest where it says what to do. A camera that
+ * is not calibrated yet is work to do.
+ * @returns {Problem[]}
+ */
+const ofSite = () =>
+  (readiness.value?.items ?? [])
+    .filter(({ state, gates, cases }) => state === "refuted" && (gates || cases.length))
+    .flatMap(({ cases, ...claim }) =>
+      (cases.length ? cases : [{ ...claim, text: inOne(claim) }]).map(({ text, fix, camera }) =>
         problem({
-          ...about,
-          id: `camera-${id}`,
-          text: `${name}: ${it.problem?.what ?? STATES[it.state]}`,
-          fix: it.problem?.fix ?? "",
-          href: addressOf("live", { camera: id }),
+          id: `${claim.code}-${camera ?? text}`,
+          level: claim.gates && claim.cure !== "images" ? "bad" : "warn",
+          place: PLACES[/** @type {keyof typeof PLACES} */ (claim.cure)] ?? "cameras",
+          camera: camera ?? "",
+          text,
+          fix,
+          href: addressOfCure({ ...claim, camera }),
         }),
-      ];
-    if (it.drift?.alarm)
-      return [
-        problem({
-          ...about,
-          id: `drift-${id}`,
-          text: `${name}: ${it.drift.sentence}`,
-          fix: it.drift.fix,
-          href: addressOf("drift", { camera: id }),
-        }),
-      ];
-    return it.words
+      ),
+    );
+
+/** @param {{ title: string, evidence: string }} claim */
+const inOne = ({ title, evidence }) => (evidence ? `${title}. ${evidence}` : `${title}.`);
+
+/** What a live image says of the light and the lens. @returns {Problem[]} */
+const ofImages = () =>
+  cameras.value.flatMap(({ id, name }) =>
+    (statuses.value[id]?.words ?? [])
       .filter((word) => word.severity === "warning")
       .map((word) =>
         problem({
-          ...about,
           id: `light-${id}-${word.text}`,
           level: "warn",
+          place: "cameras",
+          camera: id,
           text: `${name}: ${word.text}`,
           fix: word.fix,
           href: addressOf("live", { camera: id }),
         }),
-      );
-  });
-
-/** Calibrations that a change of their field has made wrong. @returns {Problem[]} */
-const ofFields = () =>
-  cameras.value.flatMap(({ id, name, active }) =>
-    active?.field_changes.length
-      ? [
-          problem({
-            id: `field-${id}`,
-            place: "cameras",
-            camera: id,
-            text: t("shell.problem.field-changed", { camera: name, changes: changesInWords(active.field_changes) }),
-            fix: t("shell.problem.field-changed.fix"),
-            href: addressOf("versions", { camera: id }),
-          }),
-        ]
-      : [],
-  );
-
-/** @returns {Problem[]} */
-function ofPublishing() {
-  const it = publishing.value,
-    about = { place: /** @type {const} */ ("system"), href: addressOf("publishing") };
-  if (!it) return [];
-  const found = it.problem
-    ? [problem({ ...about, id: "publishing", text: it.problem.what, fix: it.problem.fix })]
-    : [];
-  for (const { sender, camera } of contradictions.value)
-    found.push(
-      problem({
-        ...about,
-        id: `contradiction-${sender.id}-${camera.camera_id}`,
-        text: t("shell.problem.contradiction", { address: sender.address, camera: camera.camera_id }),
-        fix: t("shell.problem.contradiction.fix"),
-      }),
-    );
-  for (const one of it.cameras) {
-    const sharing = it.cameras.filter((c) => c.field === one.field && c.camera_id === one.camera_id);
-    if (sharing.length > 1 && sharing[0] === one)
-      found.push(
-        problem({
-          ...about,
-          id: `number-${one.camera_id}`,
-          level: "warn",
-          text: t("shell.problem.same-number", {
-            cameras: sharing.map((c) => nameOf(c.camera)).join(t("shell.problem.same-number.and")),
-            number: one.camera_id,
-          }),
-          fix: t("shell.problem.same-number.fix"),
-        }),
-      );
-  }
-  return found;
-}
-
-/** @param {string} id */
-const nameOf = (id) => cameras.value.find((c) => c.id === id)?.name ?? id;
-
-/** @returns {Problem[]} */
-const ofRigs = () =>
-  rigs.value.flatMap((rig) =>
-    rig.cameras.flatMap(({ camera, troubles }) =>
-      troubles.map(({ reason, text, fix }) =>
-        problem({
-          id: `rig-${rig.name}-${camera}-${reason}`,
-          level: "warn",
-          place: "field",
-          text,
-          fix,
-          href: addressOf("rig", { rig: rig.name }),
-        }),
       ),
-    ),
   );
 
 /** @returns {Problem[]} */
@@ -153,17 +80,7 @@ const ofJobs = () => {
   return [problem({ id: "jobs", level: "warn", place: "system", text, href: addressOf("jobs") })];
 };
 
-/** @returns {Problem[]} */
-const ofLine = () =>
-  online.value
-    ? []
-    : [
-        problem({
-          id: "away",
-          text: t("common.server-silent"),
-          fix: t("shell.problem.away.fix"),
-        }),
-      ];
+const AWAY = problem({ id: "away", text: t("common.server-silent"), fix: t("shell.problem.away.fix") });
 
 /** What the server says of itself: its disk, its network, and records that were damaged. */
 export const serverProblems = computed(() => [
@@ -181,18 +98,14 @@ export const serverProblems = computed(() => [
   ),
 ]);
 
-/** All of them, what stops a match first. */
-export const problems = computed(() =>
-  [
-    ...ofLine(),
-    ...serverProblems.value,
-    ...ofCameras(),
-    ...ofFields(),
-    ...ofPublishing(),
-    ...ofRigs(),
-    ...ofJobs(),
-  ].toSorted((a, b) => Number(b.level === "bad") - Number(a.level === "bad")),
-);
+/** All of them, what stops a match first; what several say is told once. */
+export const problems = computed(() => {
+  const found = online.value ? [...ofSite(), ...serverProblems.value] : [AWAY, ...serverProblems.value];
+  const all = [...found, ...ofImages(), ...ofJobs()];
+  return all
+    .filter(({ text }, i) => all.findIndex((it) => it.text === text) === i)
+    .toSorted((a, b) => Number(b.level === "bad") - Number(a.level === "bad"));
+});
 
 /** Of the camera that stops a match, if one does. */
 export const badCamera = computed(() => {
@@ -202,3 +115,6 @@ export const badCamera = computed(() => {
 
 /** The worst of a place or a camera. @param {(it: Problem) => boolean} isOf */
 export const worstOf = (isOf) => problems.value.find(isOf)?.level ?? null;
+
+/** @param {string} id */
+const nameOf = (id) => cameras.value.find((c) => c.id === id)?.name ?? id;

@@ -33,8 +33,8 @@ const markOf = ({ state, gates }) =>
 const inWords = ({ value, unit, at_most }) =>
   `${at_most ? "≤ " : ""}${unit === "mm" ? mm(value) : number(value, 1)} ${unit}`;
 
-/** @param {Claim} claim @param {At} at */
-function addressOfCure({ cure, code, camera }, at) {
+/** Where it is mended, "" nowhere. @param {Pick<Claim, "cure" | "code" | "camera">} claim @param {At} [at] */
+export function addressOfCure({ cure, code, camera }, at = {}) {
   const id = camera ?? at.camera ?? "",
     picture = at.snapshot;
   switch (cure) {

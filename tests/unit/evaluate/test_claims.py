@@ -6,11 +6,12 @@ from types import SimpleNamespace
 
 import pytest
 
+from app.core.records import Warning
 from app.evaluate.claims.claim import Claim, gate_of, mm, problems
 from app.evaluate.claims.others import difference_claims, neighbour_claim, packet_claim
 from app.evaluate.claims.own_report import field_claims, report_claims
 from app.evaluate.claims.pictures import another_cameras, ends_claim, lines_claim, live_claim
-from app.evaluate.claims.readiness import SiteCamera, SiteRig, site_claims
+from app.evaluate.claims.readiness import SiteCamera, SitePublishing, SiteRig, site_claims
 from app.evaluate.drift.orientation import Orientation
 
 GOOD = {"verdict": {"mm": 0.4, "level": "good", "sentence": "Accurate."}, "rms_px": 0.21, "cv_rms_mm": 0.5,
@@ -169,9 +170,9 @@ def test_what_teams_receive_is_held_only_where_its_error_is_known():
 
 
 STEADY = {"state": "steady", "alarm": False, "sentence": "No movement.", "fix": ""}
-NORTH = SiteCamera("north", "North", "live", "", True, "good", 0.4, (), STEADY)
+NORTH = SiteCamera("north", "North", "live", None, True, "good", 0.4, (), STEADY)
 RIG = SiteRig("all", "All", True, "good", 1.2)
-SENT = {"problem": None, "state": "on-air"}
+SENT = SitePublishing("on-air")
 
 
 def site(cameras=(NORTH,), rigs=(RIG,), publishing=SENT):
@@ -208,13 +209,39 @@ def test_a_site_without_cameras_or_with_a_rig_that_nobody_could_compare_is_not_r
                 replace(RIG, outdated="North has moved.")):
         assert site(rigs=[rig])["rig-all"].state == "not-tested"
     assert site(rigs=[replace(RIG, level="poor")])["rig-all"].is_problem
+    assert site(rigs=[replace(RIG, level="poor", outdated="So.")])["rig-all"].state == "not-tested"
     assert site(rigs=[RIG, replace(RIG, name="second", level="poor")])["rig-second"].is_problem  # each of them counts
 
 
+def test_each_camera_that_refutes_a_claim_is_told_with_what_to_do():
+    gone = {"reason": "no-file", "what": "No file.", "fix": "Bring it."}
+    moved = {**STEADY, "state": "knocked", "alarm": True, "sentence": "It moved.", "fix": "Update it."}
+    for change, code, told in (({"state": "offline", "problem": gone}, "cameras-live", ("No file.", "Bring it.")),
+                               ({"drift": moved}, "cameras-in-place", ("It moved.", "Update it."))):
+        bad = replace(NORTH, id="south", title="South", **change)
+        found = site([NORTH, bad, replace(bad, id="east", title="East")])[code]
+        assert [(one.text, one.fix, one.camera) for one in found.cases] == [
+            (f"{title}: {told[0]}", told[1], title.lower()) for title in ("South", "East")]
+        assert found.to_json()["cases"][0]["statements"]["text"] == [{"text": "South:"}, {"text": told[0]}]
+    poor = site([replace(NORTH, level="poor")])["cameras-calibrated"]
+    assert [(one.camera, bool(one.fix)) for one in poor.cases] == [("north", True)]
+    assert not any(claim.cases for claim in site().values())
+
+
+def test_a_rig_whose_cameras_do_not_fit_together_does_not_agree_whatever_its_check_says():
+    trouble = {"camera": "north", "reason": "other-region", "text": "It has another area.", "fix": "Change the rig.",
+               "level": None}
+    found = site(rigs=[replace(RIG, troubles=[trouble])])["rig-all"]
+    assert (found.state, found.gates, found.cases[0].fix) == ("refuted", False, "Change the rig.")
+    assert site(rigs=[replace(RIG, troubles=[trouble], level="poor")])["rig-all"].gates
+
+
 def test_publishing_that_fails_stands_against_a_match_and_none_does_not():
-    failing = {"state": "failing", "problem": {"what": "No network.", "fix": "Connect it."}}
-    assert site(publishing=failing)["publishing"].is_problem
-    off = site(publishing={"state": "off", "problem": None})
+    for state, title in (("failing", "Not publishing"), ("on-air", "Publishing has problems")):
+        warned = site(publishing=SitePublishing(state, [Warning("two-publishers", "Another sends it.", "Stop one.")]))
+        assert warned["publishing"].is_problem and warned["publishing"].title == title
+        assert [(one.text, one.fix) for one in warned["publishing"].cases] == [("Another sends it.", "Stop one.")]
+    off = site(publishing=SitePublishing("off"))
     assert off["publishing"].state == "refuted" and gate_of(tuple(off.values())) == "ready"
 
 
@@ -223,6 +250,8 @@ def test_what_stands_against_the_field_of_an_active_version_is_told_once_for_all
     found = site([replace(NORTH, against=against), replace(NORTH, title="South", against=against)])
     assert {code for code, claim in found.items() if claim.is_problem} == {"cameras-field", "cameras-region"}
     assert found["cameras-field"].evidence == "North, South"
+    assert [one.text for one in found["cameras-field"].cases] == [
+        f"{name}: It was calibrated before its field was changed: halfway line." for name in ("North", "South")]
 
 
 @pytest.mark.parametrize(("state", "gates"), list(product(("held", "refuted", "not-tested"), (True, False))))

@@ -1,21 +1,12 @@
 // Beside the wall: what the server claims of the site before a match, and what has happened lately.
-import { useEffect } from "preact/hooks";
-import { signal } from "@preact/signals";
-import { call } from "../../../core/api.js";
 import { clock } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
 import { toCheck } from "../../verify/claims.js";
+import { events, readiness } from "../readiness.js";
 
 /** @typedef {import("../../verify/types").Claim} Claim */
 
-const LOOK_MS = 2000, // a knock is told by the second look after it
-  EVENTS_MS = 5000,
-  SHOWN = 6;
-const events = signal(/** @type {{ at: string, kind: string, text: string, by: string | null }[]} */ ([]));
-const readiness = signal(
-  /** @type {{ gate: import("../../verify/types").Gate, items: Claim[] } | null} */ (null),
-);
 const MARK = { ok: "✓", note: "○", bad: "▲", unknown: "?", running: "" };
 const VERDICT = /** @type {const} */ ({
   ready: ["good", "shell.readiness.ready"],
@@ -25,38 +16,18 @@ const VERDICT = /** @type {const} */ ({
 /** What the link beside a claim is called, by where it leads; else "Show". */
 const CURES = /** @type {const} */ ({ images: "shell.readiness.calibrate", publishing: "shell.readiness.set-up" });
 
-/** Call it now and again while the panel is there. @param {() => Promise<void>} look @param {number} everyMs */
-function useLook(look, everyMs) {
-  useEffect(() => {
-    const ask = () => {
-      if (!document.hidden) look().catch(() => {}); // a silent server is told elsewhere
-    };
-    ask();
-    const timer = setInterval(ask, everyMs);
-    return () => clearInterval(timer);
-  }, []);
-}
-
-export function Readiness() {
-  useLook(async () => {
-    events.value = (await call("GET", `/events?limit=${SHOWN}`)).items;
-  }, EVENTS_MS);
-  useLook(async () => {
-    readiness.value = await call("GET", "/readiness");
-  }, LOOK_MS);
-  return html`
-    ${readiness.value && html`<${Claims} gate=${readiness.value.gate} items=${readiness.value.items} />`}
-    ${events.value.length > 0 && html`<section aria-label=${t("shell.events.title")} data-testid="events">
-      <h2>${t("shell.events.recent")}</h2>
-      <ul class="events">
-        ${events.value.map(({ at, text, by }) => html`<li key=${at + text}>
-          <time datetime=${at}>${clock(at)}</time>
-          <span>${text}${by ? ` ${t("shell.events.by", { name: by })}` : ""}</span>
-        </li>`)}
-      </ul>
-    </section>`}
-  `;
-}
+export const Readiness = () => html`
+  ${readiness.value && html`<${Claims} gate=${readiness.value.gate} items=${readiness.value.items} />`}
+  ${events.value.length > 0 && html`<section aria-label=${t("shell.events.title")} data-testid="events">
+    <h2>${t("shell.events.recent")}</h2>
+    <ul class="events">
+      ${events.value.map(({ at, text, by }) => html`<li key=${at + text}>
+        <time datetime=${at}>${clock(at)}</time>
+        <span>${text}${by ? ` ${t("shell.events.by", { name: by })}` : ""}</span>
+      </li>`)}
+    </ul>
+  </section>`}
+`;
 
 /** @param {{ gate: import("../../verify/types").Gate, items: Claim[] }} props */
 function Claims({ gate, items }) {
