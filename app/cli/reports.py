@@ -15,7 +15,7 @@ from app.cli.archive import ConfigOption, stored
 from app.cli.console import Enough, EnoughOption, exit_below
 from app.core.errors import Conflict
 from app.images import frame_from_bytes
-from app.report.contents import HEAD, what_is_missing
+from app.report.contents import HEAD, outcome, what_is_missing
 from app.scene.cameras import shrink
 from app.scene.export import scene_html
 
@@ -77,6 +77,9 @@ def _summary(contents: dict[str, Any], output: Path | None) -> str:
     lines += [f"{it['title']}: {it['value']:.{HEAD[key].digits}f} {it['unit']}".rstrip()
               for key, it in contents["figures"].items() if it["value"] is not None]
     lines += what_is_missing(contents["figures"])
+    lines += [" ".join(filter(None, (f"{outcome(claim)}: {claim['title']}.",
+                                     claim["evidence"], claim["fix"])))
+              for claim in contents["claims"] if claim["state"] != "held"]
     lines += [f"Warning: {warning['text']} {warning['fix']}" for warning in contents["warnings"]]
     if contents["picture"]["same"] is False:
         lines.append("Warning: This is not the calibration image: its sha256 differs.")

@@ -4,7 +4,7 @@ Its numbers: where each stands in the record, its unit, and how to read it in ha
 """
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
@@ -15,6 +15,8 @@ from app.core.field import BORDERS
 from app.core.json_values import finite_json, number
 from app.core.records import Calibration, Frame
 from app.core.report_json import MAX_NAME, text
+from app.evaluate.claims.claim import Claim
+from app.evaluate.claims.own_report import report_claims
 from app.evaluate.fit.uncertainty import GRID
 from app.models import RayModel
 from app.models.restored import Restored
@@ -83,6 +85,13 @@ def what_is_missing(known: Mapping[str, Mapping[str, Any]], keys: Iterable[str] 
             if known[key]["value"] is None and HEAD[key].needs]
 
 
+def outcome(claim: Mapping[str, Any]) -> str:
+    """Return in a word what came of a check; one that failed stands against activation."""
+    if claim["state"] == "refuted":
+        return "Failed" if claim["gates"] else "Note"
+    return "Passed" if claim["state"] == "held" else "Not tested"
+
+
 @dataclass(frozen=True, eq=False)
 class ReportPicture:
     """The picture that a report shows; without one, why there is none. camera_name: as operators call the camera."""
@@ -105,14 +114,16 @@ def report_picture(calibration: Calibration, frame_of: Callable[[str], Frame],
         return ReportPicture(None, f"The image cannot be shown: {refusal.what}", camera_name)
 
 
-def contents(calibration: Calibration, picture: ReportPicture) -> dict[str, Any]:
-    """The whole report."""
+def contents(calibration: Calibration, picture: ReportPicture, claims: Sequence[Claim] | None = None) -> dict[str, Any]:
+    """The whole report. claims: what is claimed of the version; without them what its own report claims."""
     built = Restored.of(calibration)
+    claims = report_claims(calibration) if claims is None else claims
     report = calibration.report
     features, outliers = _features(report), _outliers(report)
     return {"format": FORMAT, "format_version": FORMAT_VERSION, "written_by": f"touchline {__version__}",
             "calibration": _versions(calibration, picture), "field": _field(built), "model": _model(calibration, built),
-            "picture": _picture(calibration, picture), "verdict": _verdict(report), "figures": figures(report),
+            "picture": _picture(calibration, picture), "verdict": _verdict(report),
+            "claims": [claim.to_json() for claim in claims], "figures": figures(report),
             "distortion": _distortion(report), "per_feature": features[:MAX_FEATURES],
             "outliers": outliers[:MAX_OUTLIERS], "outliers_not_listed": max(0, len(outliers) - MAX_OUTLIERS),
             "uncertainty": uncertainty(calibration, built), "next_click": _next_click(report),

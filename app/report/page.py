@@ -8,7 +8,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from app.core.marking_names import area_name, marking_name
-from app.report.contents import HEAD
+from app.report.contents import HEAD, outcome
 from app.report.drawing import ReportDrawings
 
 # also in the file itself: once downloaded it has no server that could say so
@@ -26,8 +26,7 @@ def page(contents: Mapping[str, Any], drawn: ReportDrawings) -> str:
     camera = it["camera_name"] or it["camera"] or "an image without a camera"
     return render("report.html", **contents, title=f"Calibration of {camera}, version {it['version']}", drawn=drawn,
                   best=_best_next_click(contents), parameters=_parameters(contents["model"]["parameters"]),
-                  policy=POLICY, scene=SCENE, levels=LEVEL, bends=BENDS,
-                  head=HEAD)
+                  policy=POLICY, scene=SCENE, levels=LEVEL, bends=BENDS, head=HEAD)
 
 
 def render(name: str, **given: Any) -> str:
@@ -85,5 +84,5 @@ def _size(size: list[int]) -> str:
 TEMPLATES = Environment(loader=FileSystemLoader(Path(__file__).with_name("templates")), autoescape=True,
                         undefined=StrictUndefined, finalize=lambda given: "" if given is None else given,
                         trim_blocks=True, lstrip_blocks=True)
-TEMPLATES.filters |= {"area_name": area_name, "feature": _feature, "height": _height, "json": _json, "place": _place,
-                      "repr": repr, "rounded": _rounded, "size": _size, "span": _span}
+TEMPLATES.filters |= {"area_name": area_name, "feature": _feature, "height": _height, "json": _json, "outcome": outcome,
+                      "place": _place, "repr": repr, "rounded": _rounded, "size": _size, "span": _span}

@@ -107,6 +107,8 @@ def test_a_version_of_another_area_field_or_size_is_not_activated_without_a_ques
         changed(client, camera, **values)
         try:
             assert code in against(client, version)
+            report = client.get(f"{CAL}/{version}/report.json").json()
+            assert [claim["state"] for claim in report["claims"] if claim["code"] == code] == ["refuted"]
         finally:
             changed(client, camera, field="table", region="full")
     small = client.post(f"{API}/snapshots", files={"file": encoded("png", gradient(320, 256))}).json()["id"]

@@ -60,6 +60,15 @@ def test_json_holds_the_calibrations_own_numbers(touchline, calibration, picture
     assert said["picture"]["same"] is True
 
 
+def test_what_stands_against_a_calibration_is_said_with_what_to_do(touchline, calibration, tmp_path):
+    _, out, _ = touchline("report", with_level(calibration, "poor"), "--out", "report.html")
+    page = (tmp_path / "report.html").read_text()
+    assert "Failed: Its own verdict is: not accurate enough." in out and "Failed" in page
+    _, out, _ = touchline("report", calibration, "--json")
+    claims = {claim["code"]: claim["state"] for claim in json.loads(out)["claims"]}
+    assert set(claims) == {"accuracy", "robot-tops", "model", "height"} and "held" in claims.values()
+
+
 @pytest.mark.parametrize("level, enough, wanted", [
     ("good", "good", 0), ("fair", "good", POOR), ("fair", "fair", 0), ("poor", "fair", POOR), ("unknown", "fair", POOR),
     ("poor", "any", 0), ("unknown", "any", 0), ("excellent", "fair", POOR)])

@@ -19,7 +19,7 @@ from app.core.records import Calibration
 from app.evaluate.fit.difference import Difference
 from app.models.restored import Restored, model_of
 from app.report.page import POLICY
-from app.services.claims import packet_json
+from app.services.claims import known_claims, packet_json
 from app.services.container import Services
 from app.services.forms import HeightForm, Name, Number, Pair, Size, Strict
 from app.workflows import calibration as workflow
@@ -96,7 +96,7 @@ def report_page(services: ServicesDep, id: Id) -> HTMLResponse:
     """Return one self-contained page: verdict, figures, images before and after, error maps, versions and hashes."""
     calibration = services.store.calibrations.get(id)
     shown = _shown(services, calibration)
-    contents = report.contents(calibration, shown)
+    contents = report.contents(calibration, shown, known_claims(services, calibration))
     html = report.page(contents, report.draw(calibration, shown, contents))
     name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}-report.html"
     return HTMLResponse(html.encode("utf-8", "replace"), headers={
@@ -109,7 +109,7 @@ def report_page(services: ServicesDep, id: Id) -> HTMLResponse:
 def report_as_json(services: ServicesDep, id: Id) -> Json:
     """Return the same numbers and words as JSON, null for what is not known."""
     calibration = services.store.calibrations.get(id)
-    return Json(report.contents(calibration, _shown(services, calibration)))
+    return Json(report.contents(calibration, _shown(services, calibration), known_claims(services, calibration)))
 
 
 def _shown(services: Services, calibration: Calibration) -> report.ReportPicture:

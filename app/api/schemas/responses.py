@@ -63,8 +63,8 @@ Formats = response("Formats", items=list_of(Format))
 Transformed = response("Transformed", points=PointsJson)
 CalibrationReport = response("CalibrationReport", format=Literal["touchline-report"], format_version=Literal[1],
     calibration=JsonObject, field=JsonObject, model=JsonObject, picture=JsonObject, verdict=JsonObject,
-    figures=dict[str, JsonObject], distortion=JsonObject, per_feature=list[JsonObject], outliers=list[JsonObject],
-    uncertainty=JsonObject, warnings=list[JsonObject])
+    claims=list[ClaimJson], figures=dict[str, JsonObject], distortion=JsonObject, per_feature=list[JsonObject],
+    outliers=list[JsonObject], uncertainty=JsonObject, warnings=list[JsonObject])
 
 # --- lenses without a field: from boards, straight edges, or two cameras that see the same
 LensSummary = response("LensSummary", id=str, created_at=str, camera=str | None, note=str, model=str,
