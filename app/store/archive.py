@@ -28,7 +28,6 @@ from app import __version__
 from app.core.errors import BadInput, Conflict
 from app.store.checksummed import is_intact
 from app.store.database import Database
-from app.store.fields import load_field
 from app.store.files import make_folder, write_atomically
 from app.store.repository import Clock, timestamp
 from app.store.tables import ARCHIVED_TABLES, Checksummed
@@ -167,9 +166,7 @@ def _restore_file(source: zipfile.ZipFile, name: str, folder: Path) -> None:
             raise BadInput(f"The image {file} in the archive is damaged.", FIX, reason="bad-archive")
         write_atomically(make_folder(folder / kind) / file, data)
     elif kind == "fields" and FIELD.fullmatch(file):
-        path = make_folder(folder / kind) / file
-        write_atomically(path, _read(source, name, MAX_HEAD_BYTES))
-        load_field(path)
+        write_atomically(make_folder(folder / kind) / file, _read(source, name, MAX_HEAD_BYTES))
 
 
 class _Pipe:

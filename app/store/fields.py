@@ -1,7 +1,11 @@
-"""Fields as YAML files, one a file, named as the field is: those that come with Touchline, and the operator's own."""
+"""Fields as YAML files, one a file, named as the field is: those that come with Touchline, and the operator's own.
+
+No file of the operator's own stops a start: one that cannot be read stays where it is, is not used, and is told.
+"""
 
 from collections.abc import Iterator, Mapping
 from functools import cache
+from itertools import count
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -10,11 +14,12 @@ import yaml
 
 from app import shipped
 from app.core.common_sentences import unknown_field, use_one_of
-from app.core.errors import BadInput, Conflict, NotFound
+from app.core.errors import BadInput, Conflict, NotFound, TouchlineError
 from app.core.field import Field
 from app.core.field_json import field_from_json
-from app.core.statements import say
-from app.store.files import make_folder, read_yaml, sync_folder, translate_disk_errors, write_atomically
+from app.core.records import Warning
+from app.core.statements import join, say
+from app.store.files import make_folder, parse_yaml, read_yaml, sync_folder, translate_disk_errors, write_atomically
 from app.store.repository import check_etag, content_etag
 
 MAX_OWN_FIELDS = 500
@@ -39,11 +44,24 @@ def _shipped_fields() -> dict[str, Field]:
 
 def load_field(path: Path) -> Field:
     """Load the field of one file."""
-    field = read_yaml(path, field_from_json, f"The field file {path.name}", "no-fields")
+    return _named_as(path, read_yaml(path, field_from_json, f"The field file {path.name}", "no-fields"))
+
+
+def _named_as(path: Path, field: Field) -> Field:
     if field.name != path.stem:
         raise BadInput(f"The file {path.name} contains the field {field.name!r}.",
                        f"Rename the file to {field.name}.yaml, or the field to {path.stem}.", reason="bad-field")
     return field
+
+
+def _file_of(path: Path, field: Field) -> bytes:
+    """Return what a field's file is to hold; BadInput where that could not be read again."""
+    data = yaml.dump(field.to_json(), Dumper=yaml.CSafeDumper, allow_unicode=True, sort_keys=False, encoding="utf-8",
+                     default_flow_style=None)
+    if _named_as(path, parse_yaml(data, field_from_json, path.name)).to_json() != field.to_json():
+        raise BadInput(f"The file {path.name} would not hold this field as it is.", "Use plain letters in its title.",
+                       reason="bad-field")
+    return data
 
 
 def field_etag(field: Field) -> str:
@@ -51,7 +69,7 @@ def field_etag(field: Field) -> str:
 
 
 class FieldRepository(Mapping[str, Field]):
-    """All fields by name; put() and delete() change the operator's own.
+    """All fields by name; put() and delete() change the operator's own, which go before those of the same name.
 
     own: the folder of their YAML files; made when the first is written. revision: another one after every change.
     """
@@ -60,14 +78,18 @@ class FieldRepository(Mapping[str, Field]):
         self._folder = own
         self._lock = Lock()
         self._shipped = load_fields()
-        self._own = load_fields(own) if own.is_dir() else {}
-        for name in self._own:
-            self._refuse_shipped(name)
+        self._own: dict[str, Field] = {}
+        self._unread: dict[str, TouchlineError] = {}  # by name: why a file of the own ones is not used
+        for path in sorted(own.glob("*.yaml")):
+            try:
+                self._own[path.stem] = load_field(path)
+            except TouchlineError as error:
+                self._unread[path.stem] = error
         self.revision = self._revision()
 
     def __getitem__(self, name: str) -> Field:
         try:
-            return self._shipped[name] if name in self._shipped else self._own[name]
+            return self._own[name] if name in self._own else self._shipped[name]
         except (KeyError, TypeError):
             raise NotFound(unknown_field(name), use_one_of(self), reason="unknown-field") from None
 
@@ -75,10 +97,23 @@ class FieldRepository(Mapping[str, Field]):
         return name in self._shipped or name in self._own
 
     def __iter__(self) -> Iterator[str]:
-        return iter([*self._shipped, *self._own])
+        return iter(self._shipped | self._own)
 
     def __len__(self) -> int:
-        return len(self._shipped) + len(self._own)
+        return len(self._shipped | self._own)
+
+    @property
+    def warnings(self) -> tuple[Warning, ...]:
+        """What an operator should know: files that are not used, and own fields in the place of others."""
+        unread = [Warning("field-not-read", join(say("field.not-read", "The field file {file} is not used:",
+                                                     file=f"{self._folder.name}/{name}.yaml"), error.what),
+                          join(error.fix, say("field.not-read.fix", "Then restart Touchline.")))
+                  for name, error in self._unread.items()]
+        replaced = [Warning("field-replaced", say("field.replaced", "Your field {name} replaces the field of the same "
+                                                  "name that comes with Touchline.", name=name),
+                            say("field.replaced.fix", "Save it under another name to use both."))
+                    for name in self._own if name in self._shipped]
+        return (*unread, *replaced)
 
     def put(self, name: str, value: Any, etag: str | None = None, new: bool = False) -> Field:
         """Check and save a field; the one before stays until the new one is safe on disk.
@@ -101,9 +136,15 @@ class FieldRepository(Mapping[str, Field]):
                 raise Conflict(say("field.too-many", "The maximum of {most} fields is reached.", most=MAX_OWN_FIELDS),
                                say("field.delete-one", "Delete a field that is no longer used."),
                                reason="too-many-fields")
-            text = yaml.safe_dump(field.to_json(), allow_unicode=True, sort_keys=False)
+            path = self._folder / f"{name}.yaml"
+            data = _file_of(path, field)
             with translate_disk_errors("The field"):
-                write_atomically(make_folder(self._folder) / f"{name}.yaml", text.encode())
+                make_folder(self._folder)
+                if name in self._unread and path.exists():  # it may be all that is left of a field
+                    path.rename(next(kept for number in count(1) if not (kept := path.with_suffix(
+                        f".unread-{number}")).exists()))
+                write_atomically(path, data)
+            self._unread.pop(name, None)
             self._replace_own({**self._own, name: field})
         return field
 
@@ -141,7 +182,7 @@ class FieldRepository(Mapping[str, Field]):
                    None if known is None else known.to_json())
 
     def _refuse_shipped(self, name: str) -> None:
-        if name in self._shipped:
+        if name in self._shipped and name not in self._own:
             raise Conflict(say("field.built-in", "The field {name} is built into Touchline and cannot be changed.",
                                name=name), say("field.another-name", "Choose another name for your field."),
                            reason="shipped-field", entry="name")

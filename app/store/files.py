@@ -112,10 +112,15 @@ def read_yaml(path: Path, parse: Callable[[Any], T], what: str, reason: str) -> 
     except OSError as error:
         raise NotFound(f"{what} cannot be read: {error.strerror}.", "Check the file and its permissions.",
                        reason=reason) from None
+    return parse_yaml(raw, parse, path.name)
+
+
+def parse_yaml(raw: bytes, parse: Callable[[Any], T], name: str) -> T:
+    """Parse what a YAML file of that name holds, or is to hold; the errors name the file."""
     try:
-        return parse(plain_from_yaml(raw, f"The file {path.name}"))
+        return parse(plain_from_yaml(raw, f"The file {name}"))
     except BadInput as error:
-        raise BadInput(f"{path.name}: {error.what}", error.fix, reason=error.reason) from None
+        raise BadInput(f"{name}: {error.what}", error.fix, reason=error.reason) from None
 
 
 def read_checked(name: str, path: str, sha256: str) -> bytes:

@@ -59,6 +59,21 @@ def test_health_names_what_was_damaged_and_what_to_know_of_the_disk(settings, cl
         assert damage["kind"] == "calibrations" and damage["file"].startswith("quarantine/calibrations/")
 
 
+def test_no_file_of_a_field_stops_a_start_and_each_that_is_not_used_is_told(settings):
+    own = settings.own_fields
+    own.mkdir(parents=True)
+    for name, text in (("big", "#" * 300_000), ("ssl-2008", "name: ssl-2008\nlength_mm: 1000\nwidth_mm: 900\nregions:\n"
+                                                         "  full: {x: [-500, 500], y: [-450, 450]}\n")):
+        (own / f"{name}.yaml").write_text(text)
+    with TestClient(create_app(settings), base_url=HERE) as client:
+        told = {one["reason"]: one for one in client.get(f"{API}/health").json()["warnings"]}
+        assert "fields/big.yaml" in told["field-not-read"]["text"] and "ssl-2008" in told["field-replaced"]["text"]
+        shown = client.get(f"{API}/fields/ssl-2008").json()
+        assert shown["own"] and shown["length_mm"] == 1000
+        assert client.delete(f"{API}/fields/ssl-2008").status_code == 204
+        assert not client.get(f"{API}/fields/ssl-2008").json()["own"]
+
+
 def test_a_disk_with_little_room_refuses_pictures_with_507_and_still_saves_calibrations(client, calibration, picture,
                                                                                         task, snapshot):
     client.app.state.services.store._quota._free = lambda folder: 50_000_000

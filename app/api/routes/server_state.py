@@ -30,7 +30,7 @@ SECRET = "set"  # shown in place of a secret
 @router.get("/health", tags=["health"], response_model=responses.Health)
 def health(services: ServicesDep) -> Json:
     """Return version, uptime in s, warnings about disk and network, and damaged records."""
-    warnings = (*services.store.warnings, *services.publishing.warnings)
+    warnings = (*services.store.warnings, *services.fields.warnings, *services.publishing.warnings)
     return Json({"status": "ok", "version": __version__, "uptime_s": round(time.monotonic() - services.started_s, 3),
                  "warnings": [stated({"reason": w.reason, "text": w.text, "fix": w.fix}) for w in warnings],
                  "damaged": [damage.to_json() for damage in services.store.damaged]})
