@@ -36,6 +36,7 @@ from app.services.rig_checks import RigChecks
 from app.settings import Settings
 from app.store.backup_restore import Restoration
 from app.store.fields import FieldRepository
+from app.store.files import remove_temporary_files
 from app.store.snapshots import Snapshot
 from app.store.store import Store
 
@@ -65,6 +66,7 @@ class Services:
     def __init__(self, settings: Settings, store: Store, jobs: JobEngine, limits: ImageLimits) -> None:
         self.settings, self.store, self.jobs = settings, store, jobs
         self.started_s = time.monotonic()
+        remove_temporary_files(settings.own_fields)
         self.fields = FieldRepository(settings.own_fields)
         self.cameras = CameraService(settings, store, self.fields, limits)
         self.publishing = PublishingService(settings, store, self.cameras, self.fields)

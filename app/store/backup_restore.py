@@ -22,9 +22,10 @@ from app.store.backups import Backup, Backups
 from app.store.database import Database
 from app.store.files import replace_synced, translate_disk_errors
 from app.store.integrity import find_damage, is_whole
-from app.store.opening import LOG_ENDINGS, UNFINISHED, remove_database
+from app.store.opening import UNFINISHED
 from app.store.quarantine import Quarantine
 from app.store.schema import check_not_newer, schema_of, upgrade
+from app.store.sqlite_files import remove_database, remove_side_files
 
 log = logging.getLogger("touchline")
 
@@ -74,7 +75,7 @@ def restore_backup(database: Database, backups: Backups, quarantine: Quarantine,
             connection.execute("PRAGMA journal_mode=DELETE")  # one file, without a log beside it
             connection.execute("UPDATE ledger SET changes = ?", [changes + 1])
         kept = quarantine.add_copy("database", path)
-        remove_database(path, LOG_ENDINGS)
+        remove_side_files(path)
         replace_synced(copy, path)
     done = Restoration(backup.changes, changes, backup.made_at, kept.file)
     note = f"The backup of change {done.backup} was restored."

@@ -26,8 +26,10 @@ from app.store.files import make_folder, remove_temporary_files, replace_synced
 from app.store.integrity import count_changes, find_damage
 from app.store.quota import BACKUPS_BYTES, MB, MIN_FREE_BYTES, free_bytes
 from app.store.repository import Clock, utc_now
+from app.store.sqlite_files import remove_database
 
 log = logging.getLogger("touchline")
+UNFINISHED = ".unfinished.tmp"
 NAME = re.compile(r"(?P<changes>[0-9]{12})\.(?P<hour>[0-9-]{10}T[0-9]{2})\.db")
 KEPT = {"copy": 12, "hour": 24, "day": 14, "week": 8}  # at most, of each the newest
 MAX_COPIES = 6  # of a large database together, by the newest's size
@@ -70,6 +72,7 @@ class Backups:
         self._took_s = 0.0
         self._failure: str | None = None
         self._thread = Thread(target=self._run, name="backups", daemon=True)
+        remove_database(folder / UNFINISHED)
         remove_temporary_files(folder)
 
     def all(self) -> list[Backup]:
@@ -106,8 +109,8 @@ class Backups:
 
     def make(self) -> None:
         """Copy the database now, check the copy, and only then give it its name."""
-        unfinished = self._folder / ".unfinished.tmp"
-        unfinished.unlink(missing_ok=True)
+        unfinished = self._folder / UNFINISHED
+        remove_database(unfinished)
         size_bytes = self.source.stat().st_size
         if free_bytes(self._folder) < size_bytes + MIN_FREE_BYTES:
             raise OSError(say("backup.disk-nearly-full", "the disk is nearly full"))

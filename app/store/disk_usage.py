@@ -7,6 +7,7 @@ from typing import Any
 from app.store.backups import Backups
 from app.store.opening import FILE
 from app.store.quota import PictureQuota, free_bytes
+from app.store.sqlite_files import LOG
 
 
 def disk_usage(folder: Path, quota: PictureQuota, backups: Backups | None) -> dict[str, Any]:
@@ -15,7 +16,7 @@ def disk_usage(folder: Path, quota: PictureQuota, backups: Backups | None) -> di
     "database_bytes" and "backups" are None where the database is not a file here. "newest_at": when the newest copy
     was made, ISO 8601, UTC; None before the first.
     """
-    database = None if backups is None else sum(_size(folder / (FILE + more)) for more in ("", "-wal"))
+    database = None if backups is None else sum(_size(folder / (FILE + more)) for more in ("", LOG))
     return {"pictures_bytes": quota.used_bytes, "pictures_limit_bytes": quota.quota_bytes,
             "free_bytes": free_bytes(folder), "database_bytes": database,
             "backups": None if backups is None else _of_backups(backups)}

@@ -9,7 +9,6 @@ Nobody is ever given an empty database in place of a full one.
 """
 
 import logging
-import os
 import shutil
 from contextlib import ExitStack, closing
 from pathlib import Path
@@ -25,18 +24,19 @@ from app.store.integrity import find_damage, find_damaged_rows, mark_damaged
 from app.store.lock import PostgresLock
 from app.store.quarantine import Quarantine
 from app.store.schema import HEAD, check_not_newer, schema_of, upgrade
+from app.store.sqlite_files import move_side_files, remove_database, roll_back
 from app.store.tables import SnapshotRow
 
 log = logging.getLogger("touchline")
 FILE = "touchline.db"
 UNFINISHED = f"{FILE}.unfinished"  # what is to take its place
-LOG_ENDINGS = ("-wal", "-shm")
 
 
 def open_sqlite(folder: Path, backups: Backups, quarantine: Quarantine) -> Database:
     """Open the folder's own database, sound and of the newest schema; Unavailable if there is none."""
     path = folder / FILE
     remove_database(path.with_name(UNFINISHED))
+    roll_back(path)
     known = backups.all()
     if not path.exists() and not known:
         _refuse_orphans(folder)
@@ -90,12 +90,6 @@ def create_sqlite(path: Path) -> None:
     replace_synced(unfinished, path)
 
 
-def remove_database(path: Path, endings: tuple[str, ...] = ("", *LOG_ENDINGS)) -> None:
-    """Remove a database with its log, or its log alone, where they are there."""
-    for more in endings:
-        path.with_name(path.name + more).unlink(missing_ok=True)
-
-
 def _refuse_orphans(folder: Path) -> None:
     """Refuse pictures without a database that knows them: it was lost, or another folder is meant."""
     pictures = folder / "pictures"
@@ -140,10 +134,7 @@ def _restore(path: Path, damage: str, backups: Backups, quarantine: Quarantine) 
     if not path.exists():
         write_atomically(path, b"")  # so that its loss has a name in the quarantine
     moved = quarantine.move(path, damage, kind="database", note=note).damage
-    log_file = path.with_name(f"{FILE}-wal")
-    if log_file.exists():
-        os.replace(log_file, path.parent / f"{moved.file}-wal")
-    remove_database(path, LOG_ENDINGS)
+    move_side_files(path, path.parent / moved.file)
     replace_synced(restored, path)
     log.error("%s: %s", path, note)
 

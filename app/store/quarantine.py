@@ -9,7 +9,15 @@ from typing import Any
 
 from app.core.errors import Unavailable
 from app.core.statements import Sentence, say, stated
-from app.store.files import make_folder, move_durably, replace_synced, write_atomically
+from app.store.files import (
+    TEMPORARY,
+    make_folder,
+    move_durably,
+    remove_temporary_files,
+    replace_synced,
+    write_atomically,
+)
+from app.store.sqlite_files import ENDINGS
 
 log = logging.getLogger("touchline")
 ROW = ".json"  # in the names of what is left of rows
@@ -17,7 +25,7 @@ RESTORE_BACKUP = say("quarantine.restore-backup",
                      "Restore the newest good backup of the database, or create again what was damaged.")
 RESTORE_OR_CREATE = say("quarantine.restore", "Restore it from a backup, or create it again.")
 NOTE = ".note"
-COMPANIONS = (NOTE, "-wal", "-shm")  # endings of files that belong to a damaged one
+COMPANIONS = (NOTE, *ENDINGS)  # endings of files that belong to a damaged one
 
 
 @dataclass(frozen=True)
@@ -62,6 +70,11 @@ class Quarantine:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
+    def sweep(self) -> None:
+        """Remove what writers that were killed have left; only while there is no other writer."""
+        for folder in self._folder.glob("*/"):
+            remove_temporary_files(folder)
+
     def move(self, path: Path, why: str, kind: str | None = None, note: str | None = None) -> DamagedFile:
         """Move a damaged file here; return the error to raise, which says where it is now."""
         kind = kind or path.parent.name
@@ -75,9 +88,10 @@ class Quarantine:
 
     def add_row(self, kind: str, name: str, body: str) -> DamagedFile:
         """Write what is left of a damaged row; return the error to raise, which says where that is."""
-        target = self._free_name(kind, name + ROW)
+        data = body.encode("utf-8", "surrogatepass")
+        target = self._free_name(kind, name + ROW, data)
         with suppress(OSError):  # a full disk must not hide the damage
-            write_atomically(target, body.encode("utf-8", "surrogatepass"))
+            write_atomically(target, data)
         log.error("%s %s in the database is damaged (its checksum is wrong); what is left of it is %s. %s", kind, name,
                   target, RESTORE_BACKUP)
         return DamagedFile(Damage(kind, target.name))
@@ -103,17 +117,18 @@ class Quarantine:
         kinds = sorted(path.name for path in self._folder.glob("*") if path.is_dir())
         return tuple(Damage(kind, name, self._note(kind, name)) for kind in kinds
                      for name in sorted(path.name for path in (self._folder / kind).glob("*"))
-                     if not name.endswith(COMPANIONS))
+                     if not name.endswith((*COMPANIONS, TEMPORARY)))
 
     def _note(self, kind: str, name: str) -> str | None:
         with suppress(OSError):
             return (self._folder / kind / (name + NOTE)).read_text(errors="replace")
         return None
 
-    def _free_name(self, kind: str, name: str) -> Path:
+    def _free_name(self, kind: str, name: str, data: bytes | None = None) -> Path:
+        """Return a name that is free, or of a file with these bytes: a kill came before that was noted."""
         target = make_folder(self._folder / kind) / name
         count = 0
-        while target.exists():
+        while target.exists() and (data is None or target.read_bytes() != data):
             count += 1
             target = target.with_name(f"{name}.{count}")
         return target

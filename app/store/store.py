@@ -17,7 +17,7 @@ from app.store.clips import ClipRepository
 from app.store.disk_usage import disk_usage
 from app.store.documents import ColourProfileRepository, DetectionPlanRepository, RigRepository
 from app.store.drafts import DraftRepository
-from app.store.files import make_folder
+from app.store.files import make_folder, remove_temporary_files
 from app.store.jobs import JobRepository
 from app.store.lenses import LensRepository
 from app.store.lock import FolderLock, PostgresLock
@@ -51,7 +51,9 @@ class Store:
             lock = FolderLock(self.folder)
             undo.callback(lock.close)
             refuse_unfinished(self.folder)
+            remove_temporary_files(self.folder)
             self._quarantine = Quarantine(self.folder / "quarantine")
+            self._quarantine.sweep()
             self._quota = PictureQuota(self.folder, uploads_bytes, free)
             if database is None:
                 self._backups = Backups(self.folder / "backups", self.folder / FILE, backups_bytes,

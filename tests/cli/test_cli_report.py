@@ -63,7 +63,7 @@ def test_json_holds_the_calibrations_own_numbers(touchline, calibration, picture
 def test_what_stands_against_a_calibration_is_said_with_what_to_do(touchline, calibration, tmp_path):
     _, out, _ = touchline("report", with_level(calibration, "poor"), "--out", "report.html")
     page = (tmp_path / "report.html").read_text()
-    assert "Failed: Its own verdict is: not accurate enough." in out and "Failed" in page
+    assert "Failed: " in out and ">Failed<" in page
     _, out, _ = touchline("report", calibration, "--json")
     claims = {claim["code"]: claim["state"] for claim in json.loads(out)["claims"]}
     assert set(claims) == {"accuracy", "robot-tops", "model", "height"} and "held" in claims.values()

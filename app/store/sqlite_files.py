@@ -1,0 +1,40 @@
+"""A SQLite database on disk: its file, and what SQLite keeps beside it until that is a part of the file."""
+
+import os
+import sqlite3
+from contextlib import closing, suppress
+from pathlib import Path
+
+LOG, INDEX, JOURNAL = "-wal", "-shm", "-journal"
+ENDINGS = (LOG, INDEX, JOURNAL)  # of the side files; SQLite takes them for the database's own, whoever left them
+
+
+def remove_database(path: Path) -> None:
+    """Remove a database with its side files, as far as they are there; the file itself goes last."""
+    remove_side_files(path)
+    path.unlink(missing_ok=True)
+
+
+def remove_side_files(path: Path) -> None:
+    """Remove what another database of the same name has left, before a new one takes its place."""
+    for ending in ENDINGS:
+        _beside(path, ending).unlink(missing_ok=True)
+
+
+def move_side_files(path: Path, target: Path) -> None:
+    """Move what holds a part of a database beside the file that it has become."""
+    for ending in (LOG, JOURNAL):
+        with suppress(FileNotFoundError):
+            os.replace(_beside(path, ending), _beside(target, ending))
+    remove_side_files(path)
+
+
+def roll_back(path: Path) -> None:
+    """Let SQLite undo the change that a kill has cut short; a file that it cannot read stays as it is."""
+    if _beside(path, JOURNAL).exists():
+        with suppress(sqlite3.Error), closing(sqlite3.connect(path, isolation_level=None)) as connection:
+            connection.execute("SELECT count(*) FROM sqlite_master").fetchone()  # to read is to roll back
+
+
+def _beside(path: Path, ending: str) -> Path:
+    return path.with_name(path.name + ending)
