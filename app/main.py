@@ -12,7 +12,7 @@ from fastapi import APIRouter, FastAPI
 from app import __version__, shipped
 from app.api import server
 from app.api.middleware import headers, problems
-from app.api.middleware.access import AccessControl, login_router
+from app.api.middleware.access import AccessControl, has_token, login_router
 from app.api.middleware.connections import limited_connections
 from app.api.middleware.limits import MB, BodyLimits
 from app.api.middleware.page_files import PageFiles
@@ -109,7 +109,9 @@ def serve(settings: Settings, *, open_page: bool = False, verbose: bool = False)
         if open_page:
             Thread(target=webbrowser.open, args=(url,), daemon=True).start()
 
-    connection = limited_connections(head_s=settings.server.request_timeout_s,
-                                     per_address=settings.server.max_connections_per_address)
+    token = settings.token.get_secret_value() if settings.token else None
+    connection = limited_connections(head_s=settings.server.request_timeout_s, most=settings.server.max_connections,
+                                     per_address=settings.server.max_connections_per_address,
+                                     is_known=lambda headers: has_token(headers, token))
     server.run(create_app(settings), listener, settings, connection, announce,
                log_level="info" if verbose else "warning")

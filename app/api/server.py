@@ -83,7 +83,7 @@ def run(app: ASGIApp, listener: socket.socket, settings: Settings, connection: t
     """Serve until SIGTERM or Ctrl-C; requests in progress get STOP_S seconds. connection: uvicorn's class, or ours."""
     config = uvicorn.Config(
         app, log_level=log_level, access_log=log_level == "info", server_header=False,
-        limit_concurrency=settings.server.max_connections, timeout_graceful_shutdown=STOP_S, timeout_keep_alive=20,
+        timeout_graceful_shutdown=STOP_S, timeout_keep_alive=20,
         http=connection, ws="websockets-sansio",
         ws_per_message_deflate=False)  # JPEGs do not get smaller, only the server slower
     logging.getLogger("uvicorn.error").addFilter(_without_traceback_of_bad_bytes)

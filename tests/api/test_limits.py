@@ -6,7 +6,7 @@ import os
 import socket
 import threading
 import time
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -17,6 +17,7 @@ from starlette.routing import Route, WebSocketRoute
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect as websocket_connect
 
+from app.api.middleware.access import has_token
 from app.api.middleware.connections import MAX_HEAD_BYTES, LimitedConnection, limited_connections
 from app.api.middleware.limits import ENVELOPE_BYTES, MB, BodyLimits
 from tests.support.servers import API, served
@@ -321,39 +322,85 @@ def test_two_hundred_half_open_connections_do_not_keep_others_out(port):
         line.close()
 
 
-def test_one_other_machine_has_so_many_connections_and_no_more(monkeypatch):
-    monkeypatch.setattr("app.api.middleware.connections._is_this_machine", lambda address: False)
-    with serving(limited_connections(per_address=3)) as port:
-        lines = [connect(port) for _ in range(3)]
-        for line in lines:
-            line.sendall(head("ignore", JSON, 0))
-            assert answer(line)[0] == 200
-        with connect(port) as fourth:
+OURS = "127.0.0.1"  # every other loopback address counts as another machine in these tests
+TOKEN = b"Authorization: Bearer 0123456789abcdef0123\r\n"
+IDLE = head("ignore", JSON, 0)
+HALF = b"POST /length HTTP/1.1\r\nHost: x\r\n"
+BUSY = head("read_then_stream", JSON, 100)  # without its body
+
+
+@pytest.fixture
+def others(monkeypatch):
+    monkeypatch.setattr("app.api.middleware.connections._is_this_machine", lambda address: address == OURS)
+
+
+def connect_from(address, port, *sent):
+    line = socket.create_connection((OURS, port), timeout=10, source_address=(address, 0))
+    for data in sent:
+        line.sendall(data)
+    return line
+
+
+def known(headers):
+    return has_token(headers, "0123456789abcdef0123")
+
+
+def status_from(address, port, more=b""):
+    """What a new connection is answered; None where it is closed without an answer."""
+    with suppress(OSError, TypeError), connect_from(address, port) as line:
+        line.sendall(IDLE[:-2] + more + b"\r\n")
+        return answer(line)[0]
+    return None
+
+
+def test_one_other_machine_has_so_many_connections_and_no_more(others):
+    with serving(limited_connections(per_address=3), text_s=LONG_S) as port, ExitStack() as ends:
+        lines = [ends.enter_context(connect_from("127.0.0.2", port, BUSY)) for _ in range(3)]
+        until(lambda: status_from("127.0.0.2", port), lambda status: status == 503)
+        with connect_from("127.0.0.2", port) as fourth:
             assert refusal(fourth) == (503, "too-many-connections")
+        assert status_from("127.0.0.3", port) == status_from(OURS, port) == 200
         lines[0].close()
-
-        def status():
-            with connect(port) as again, suppress(OSError):
-                again.sendall(head("ignore", JSON, 0))
-                return answer(again)[0]
-
-        until(status, lambda status: status == 200)  # the server learns of the end in its own time
-        for line in lines:
-            line.close()
+        until(lambda: status_from("127.0.0.2", port), lambda status: status == 200)  # it learns of the end in its time
 
 
-def test_a_websocket_lives_on_and_leaves_the_count(monkeypatch):
+@pytest.mark.parametrize("sent", [IDLE, HALF, b""])
+def test_of_one_machine_what_waits_longest_is_closed_for_a_new_connection(others, sent):
+    with serving(limited_connections(per_address=3, head_s=LONG_S)) as port, ExitStack() as ends:
+        lines = []
+        for _ in range(3):
+            lines.append(ends.enter_context(connect_from("127.0.0.2", port, sent)))
+            if sent == IDLE:
+                assert answer(lines[-1])[0] == 200
+        assert status_from("127.0.0.2", port) == 200
+        assert is_closed(lines[0], LONG_S) and not is_closed(lines[2], 0.1)
+
+
+def test_a_websocket_lives_on_and_counts_until_its_end(others):
     from websockets.sync.client import connect as open_socket
 
-    monkeypatch.setattr("app.api.middleware.connections._is_this_machine", lambda address: False)
-    with (serving(limited_connections(head_s=0.3, per_address=1)) as port,
-          open_socket(f"ws://127.0.0.1:{port}/shout", close_timeout=1) as viewer):
-        time.sleep(0.5)
-        viewer.send("still here")
-        assert viewer.recv(timeout=5) == "still here"
-        with connect(port) as line:
-            line.sendall(head("ignore", JSON, 0))
-            assert answer(line)[0] == 200
+    with serving(limited_connections(head_s=0.3, per_address=1)) as port:
+        with open_socket(f"ws://{OURS}:{port}/shout", close_timeout=1, source_address=("127.0.0.2", 0)) as viewer:
+            time.sleep(0.5)
+            viewer.send("still here")
+            assert viewer.recv(timeout=LONG_S) == "still here"
+            assert status_from("127.0.0.2", port) == 503 and status_from("127.0.0.3", port) == 200
+        until(lambda: status_from("127.0.0.2", port), lambda status: status == 200)
+
+
+def test_nobody_shuts_out_this_machine_or_who_has_the_token(others):
+    """Ten other machines hold whatever they may: half heads, idle connections, and requests without an end."""
+    with (serving(limited_connections(most=24, per_address=4, head_s=LONG_S, is_known=known), text_s=LONG_S) as port,
+          ExitStack() as ends):
+        for sent in (HALF, IDLE, b"", BUSY):
+            for machine in range(2, 12):
+                for _ in range(4):
+                    ends.enter_context(connect_from(f"127.0.1.{machine}", port, sent))
+            until(lambda: status_from("127.0.0.9", port, TOKEN), lambda status: status == 200)
+            for _ in range(10):
+                assert status_from(OURS, port) == 200 and status_from("127.0.0.9", port, TOKEN) == 200, sent
+                assert sent == BUSY or status_from("127.0.0.8", port) == 200, "who only waits keeps nobody out"
+        assert status_from("127.0.0.8", port) == 503, "the reserve is not for everybody"
 
 
 @pytest.mark.parametrize(("address", "is_ours"), [

@@ -42,6 +42,15 @@ def cookie_of(token: str) -> str:
     return hmac.new(token.encode(), b"touchline cookie", hashlib.sha256).hexdigest()
 
 
+def has_token(headers: Headers, token: str | None) -> bool:
+    """Tell whether a request has the token, as a script or as a browser sends it."""
+    if token is None:
+        return False
+    scheme, _, given = headers.get("authorization", "").partition(" ")
+    return (scheme.lower() == "bearer" and hmac.compare_digest(given.strip().encode(), token.encode())) or \
+        hmac.compare_digest(_cookie(headers), cookie_of(token))
+
+
 class WrongTokens:
     """Count and log wrong tokens by address, so that guessing is slow and nobody else is locked out."""
 
@@ -99,16 +108,11 @@ class AccessControl:
         return None
 
     def _refuse_token(self, scope: Scope, headers: Headers) -> Response | None:
-        if self.token is None or scope["path"] in OPEN:
-            return None
-        scheme, _, given = headers.get("authorization", "").partition(" ")
-        if scheme.lower() == "bearer" and hmac.compare_digest(given.strip().encode(), self.token.encode()):
+        if self.token is None or scope["path"] in OPEN or has_token(headers, self.token):
             return None
         cookie = _cookie(headers)
-        if hmac.compare_digest(cookie, cookie_of(self.token)):
-            return None
         answer = framework_problem(401, "This server requires an access token.", {"WWW-Authenticate": "Bearer"})
-        if (given or cookie) and self.wrong.too_many(_address(scope)):
+        if (headers.get("authorization", "").partition(" ")[2] or cookie) and self.wrong.too_many(_address(scope)):
             answer = too_many_tokens()
         elif "text/html" in headers.get("accept", ""):
             answer = RedirectResponse("/login", 303)
