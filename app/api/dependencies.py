@@ -25,8 +25,12 @@ async def operator_of(request: Request) -> str:
 
     It is claimed, not proved.
     """
-    name = request.headers.get(OPERATOR_HEADER, "").strip()[:MAX_NAME]
-    return name or (request.client.host if request.client else "")
+    return operator_name(request.headers.get(OPERATOR_HEADER, "")) or (request.client.host if request.client else "")
+
+
+def operator_name(given: str) -> str:
+    """Return a name as others may read it: short, and without what would move or hide the words around it."""
+    return "".join(filter(str.isprintable, given)).strip()[:MAX_NAME]
 
 
 def _bare(etag: str | None) -> str | None:

@@ -417,7 +417,8 @@ def test_two_servers_count_apart():
     assert issubclass(limited_connections(), LimitedConnection)
 
 
-def test_text_that_is_no_utf8_closes_the_socket_and_the_log_is_no_longer_for_it(tmp_path):
+def test_callers_who_misbehave_or_leave_are_no_errors_of_the_server(tmp_path):
+    """A socket's text that is no UTF-8 closes it; an upload that is cut off has nobody who could read an answer."""
     with open(tmp_path / "log", "w+") as log, served(tmp_path / "data", log=log) as url:
         for _ in range(3):
             jobs = f"{url.replace('http', 'ws')}{API}/jobs/stream"
@@ -426,5 +427,19 @@ def test_text_that_is_no_utf8_closes_the_socket_and_the_log_is_no_longer_for_it(
                 for _ in range(10):
                     line.recv(LONG_S)
             assert end.value.rcvd.code == 1007
+            with connect(int(url.rpartition(":")[2])) as line:
+                line.sendall(head("api/v1/snapshots", UPLOAD, 10_000).replace(b"Host: x", b"Host: 127.0.0.1")
+                             + b"--b\r\nContent-Disposition: form-data; name=\"file\"; filename=\"a.png\"\r\n\r\nhalf")
+                time.sleep(0.2)  # so that it is being read
         log.seek(0)
-        assert "Traceback" not in (said := log.read()), said
+        assert "Traceback" not in (said := log.read()) and "unexpected" not in said, said
+
+
+def test_what_is_saved_is_for_its_owner_alone(tmp_path):
+    with served(tmp_path / "data") as url, connect(int(url.rpartition(":")[2])) as line:
+        field = json.dumps({"name": "mine", "length_mm": 1000, "width_mm": 900,
+                            "regions": {"full": {"x": [-500, 500], "y": [-450, 450]}}}).encode()
+        line.sendall(head("api/v1/fields/mine", JSON, len(field), "PUT").replace(b"Host: x", b"Host: 127.0.0.1") + field)
+        assert answer(line)[0] == 200
+    saved = [tmp_path / "data", *(tmp_path / "data").rglob("*")]
+    assert len(saved) > 4 and [path for path in saved if path.stat().st_mode & 0o077] == []

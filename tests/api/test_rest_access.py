@@ -178,7 +178,16 @@ def test_every_answer_says_what_a_page_may_load(standing):
         headers = standing.get(path, follow_redirects=False).headers
         assert "default-src 'self'" in headers["content-security-policy"], path
         assert headers["x-content-type-options"] == "nosniff"
-        assert headers["cross-origin-resource-policy"] == "same-origin"
+        assert headers["cross-origin-resource-policy"] == headers["cross-origin-opener-policy"] == "same-origin"
+        assert headers["x-frame-options"] == "SAMEORIGIN" and "camera=()" in headers["permissions-policy"]
+
+
+@pytest.mark.parametrize(("path", "to"), [("/api/v1/cameras/?a=1", "/api/v1/cameras?a=1"), ("/login/", "/login"),
+                                          ("//evil.example/api/v1/cameras/", None)])
+def test_no_redirect_leads_to_the_host_that_a_caller_names(guarded, path, to):
+    answer = guarded.request("GET", f"http://evil.example{path}", headers={
+        "Authorization": f"Bearer {TOKEN}", "Host": "evil.example"})
+    assert answer.headers.get("location") == to
 
 
 def test_the_documentation_page_loads_nothing_from_elsewhere(standing):

@@ -4,6 +4,7 @@ import base64
 import hashlib
 import re
 from collections.abc import Iterable
+from urllib.parse import urlsplit, urlunsplit
 
 from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -17,6 +18,12 @@ def inline_hashes(html: str) -> list[str]:
             for script in INLINE_SCRIPT.findall(html)]
 
 
+def _relative(address: str) -> str:
+    """Return an address of this server without the server."""
+    _, _, path, query, fragment = urlsplit(address)
+    return urlunsplit(("", "", f"/{path.lstrip('/')}", query, fragment))
+
+
 class SecurityHeaders:
     """Add the headers to every response. scripts: CSP sources of the inline scripts of our own pages."""
 
@@ -28,7 +35,10 @@ class SecurityHeaders:
             "worker-src 'self' blob:; object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'self'",
             "X-Content-Type-Options": "nosniff",
             "Cross-Origin-Resource-Policy": "same-origin",
+            "Cross-Origin-Opener-Policy": "same-origin",
+            "Permissions-Policy": "camera=(), display-capture=(), geolocation=(), microphone=(), usb=()",
             "Referrer-Policy": "same-origin",
+            "X-Frame-Options": "SAMEORIGIN",
         }
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -37,6 +47,8 @@ class SecurityHeaders:
                 headers = MutableHeaders(scope=message)
                 for name, value in self.headers.items():
                     headers.setdefault(name, value)
+                if "location" in headers:  # the Host header, of which the framework makes it, is the caller's to choose
+                    headers["location"] = _relative(headers["location"])
             await send(message)
 
         await self.app(scope, receive, with_headers)

@@ -13,6 +13,7 @@ from typing import Any
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -124,6 +125,8 @@ class UnexpectedErrors:
             if scope["type"] == "http" and not started:
                 await problem(503, "shutting-down", SHUTTING_DOWN, say(
                     "server.try-after-restart", "Try again after the server has restarted."))(scope, receive, send)
+        except ClientDisconnect:
+            log.debug("a caller of %s has gone before its request was complete", scope["path"])
         except Exception:
             if scope["type"] != "http":
                 raise

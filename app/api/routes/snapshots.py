@@ -7,7 +7,15 @@ from pydantic import Field
 from starlette.responses import Response
 
 from app.api.bodies import content_type, json_body, uploaded_file
-from app.api.dependencies import MAX_NAME, IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
+from app.api.dependencies import (
+    MAX_NAME,
+    IfMatch,
+    IfMatchNeeded,
+    OperatorDep,
+    ServicesDep,
+    in_thread,
+    operator_name,
+)
 from app.api.responses import Json, created, page, picture, versioned
 from app.api.schemas import requests, responses
 from app.api.schemas.media import PICTURE, upload
@@ -167,4 +175,4 @@ async def watch_draft(socket: WebSocket, services: ServicesDep, snapshot: str, n
     {"others": [name, …], "etag": "…" | null, "by": name | null}, now and after every change; with name=, what others
     read of you.
     """
-    await send_stream(socket, services.presence.changes(snapshot[:MAX_NAME], name.strip()[:MAX_NAME]))
+    await send_stream(socket, services.presence.changes(snapshot[:MAX_NAME], operator_name(name)))
