@@ -439,7 +439,8 @@ def test_what_is_saved_is_for_its_owner_alone(tmp_path):
     with served(tmp_path / "data") as url, connect(int(url.rpartition(":")[2])) as line:
         field = json.dumps({"name": "mine", "length_mm": 1000, "width_mm": 900,
                             "regions": {"full": {"x": [-500, 500], "y": [-450, 450]}}}).encode()
-        line.sendall(head("api/v1/fields/mine", JSON, len(field), "PUT").replace(b"Host: x", b"Host: 127.0.0.1") + field)
+        asked = head("api/v1/fields/mine", JSON, len(field), "PUT").replace(b"Host: x", b"Host: 127.0.0.1")
+        line.sendall(asked + field)
         assert answer(line)[0] == 200
     saved = [tmp_path / "data", *(tmp_path / "data").rglob("*")]
     assert len(saved) > 4 and [path for path in saved if path.stat().st_mode & 0o077] == []
