@@ -400,7 +400,10 @@ def test_nobody_shuts_out_this_machine_or_who_has_the_token(others):
             for _ in range(10):
                 assert status_from(OURS, port) == 200 and status_from("127.0.0.9", port, TOKEN) == 200, sent
                 assert sent == BUSY or status_from("127.0.0.8", port) == 200, "who only waits keeps nobody out"
-        assert status_from("127.0.0.8", port) == 503, "the reserve is not for everybody"
+        for upgrade in (b"", b"Connection: Upgrade\r\nUpgrade: websocket\r\n"):
+            with connect_from("127.0.0.8", port, IDLE[:-2] + upgrade + b"\r\n") as line:
+                assert refusal(line) == (503, "too-many-connections"), "the reserve is not for everybody"
+                assert is_closed(line, LONG_S)
 
 
 @pytest.mark.parametrize(("address", "is_ours"), [

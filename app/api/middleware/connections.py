@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from starlette.datastructures import Headers
+from starlette.responses import Response
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from app.api.middleware.open_connections import OpenConnections
@@ -17,6 +18,8 @@ from app.api.middleware.problems import problem
 
 ABORT = "touchline.abort"  # where the state of a request's scope holds what drops its connection at once
 RETRY = {"Retry-After": "5"}
+OVERLOADED = problem(503, "too-many-connections", "The server has too many connections.", "Try again in some seconds.",
+                     {"Connection": "close", **RETRY})
 MAX_HEAD_BYTES = 64 * 1024  # browsers send 2 kB, a large cookie makes it 8
 
 
@@ -84,8 +87,7 @@ class LimitedConnection(HttpToolsProtocol):
         self._stop_timer()
         self.open.work(self)
         if self.open.is_beyond(self) and not self.is_known(Headers(raw=list(self.scope["headers"]))):
-            return self._close(503, "too-many-connections", "The server has too many connections.",
-                               "Try again in some seconds.", RETRY)
+            self.app = OVERLOADED
         self.scope["state"][ABORT] = self.transport.abort  # for a stream whose viewer takes nothing any more
         super().on_headers_complete()
 
@@ -97,8 +99,8 @@ class LimitedConnection(HttpToolsProtocol):
     def handle_websocket_upgrade(self) -> None:
         self._upgraded = True
         self._stop_timer()
-        if self.transport.is_closing():
-            return
+        if self.app is OVERLOADED:
+            return self._send(OVERLOADED)
         super().handle_websocket_upgrade()
         socket: Any = self.transport.get_protocol()  # uvicorn's, which has the connection from now on
         ended = socket.connection_lost
@@ -131,8 +133,11 @@ class LimitedConnection(HttpToolsProtocol):
     def _close(self, status: int, reason: str, detail: str, fix: str, headers: dict[str, str] | None = None) -> None:
         if self.transport.is_closing():
             return
-        answer = problem(status, reason, detail, fix, {"Connection": "close", **(headers or {})})
-        lines = [b"HTTP/1.1 %d %s" % (status, reason.encode()), *(b": ".join(pair) for pair in answer.raw_headers)]
+        self._send(problem(status, reason, detail, fix, {"Connection": "close", **(headers or {})}))
+
+    def _send(self, answer: Response) -> None:
+        """Send what no application sends, and close."""
+        lines = [b"HTTP/1.1 %d Refused" % answer.status_code, *(b": ".join(pair) for pair in answer.raw_headers)]
         self.transport.write(b"\r\n".join(lines) + b"\r\n\r\n" + answer.body)
         self.transport.close()
 
