@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
@@ -14,6 +13,7 @@ from app.core.errors import TouchlineError
 from app.store.checksummed import is_intact
 from app.store.database import Database
 from app.store.quarantine import DamagedFile, Quarantine
+from app.store.sqlite_files import open_as
 from app.store.tables import CHECKSUMMED_TABLES, Checksummed
 
 ROWS_AT_ONCE = 500
@@ -30,8 +30,7 @@ def find_damage(path: Path, min_changes: int = 0) -> str | None:
         if path.stat().st_size == 0:
             return "it is empty"  # SQLite itself would call it sound
         # Read only: a connection that may write would empty the log into a file of which nothing is known yet.
-        address = f"file:{quote(str(path.absolute()))}?mode=ro"
-        with closing(sqlite3.connect(address, uri=True, isolation_level=None, timeout=5)) as connection:
+        with closing(open_as(path, "ro")) as connection:
             (answer,) = connection.execute("PRAGMA integrity_check(1)").fetchone()
             if answer != "ok":
                 return f"its structure is broken: {answer.splitlines()[-1][:200]}"

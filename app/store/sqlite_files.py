@@ -4,6 +4,8 @@ import os
 import sqlite3
 from contextlib import closing, suppress
 from pathlib import Path
+from typing import Literal
+from urllib.parse import quote
 
 LOG, INDEX, JOURNAL = "-wal", "-shm", "-journal"
 ENDINGS = (LOG, INDEX, JOURNAL)  # of the side files; SQLite takes them for the database's own, whoever left them
@@ -30,10 +32,19 @@ def move_side_files(path: Path, target: Path) -> None:
 
 
 def roll_back(path: Path) -> None:
-    """Let SQLite undo the change that a kill has cut short; a file that it cannot read stays as it is."""
-    if _beside(path, JOURNAL).exists():
-        with suppress(sqlite3.Error), closing(sqlite3.connect(path, isolation_level=None)) as connection:
+    """Let SQLite undo the change that a kill has cut short; a file that it cannot read stays as it is.
+
+    Beside a log a journal is nobody's, and who may write would empty the log into a file of which nothing is known yet.
+    """
+    if _beside(path, JOURNAL).exists() and not _beside(path, LOG).exists():
+        with suppress(sqlite3.Error), closing(open_as(path, "rw")) as connection:
             connection.execute("SELECT count(*) FROM sqlite_master").fetchone()  # to read is to roll back
+
+
+def open_as(path: Path, mode: Literal["ro", "rw"]) -> sqlite3.Connection:
+    """Open a database that is there: none is made."""
+    address = f"file:{quote(str(path.absolute()))}?mode={mode}"
+    return sqlite3.connect(address, uri=True, isolation_level=None, timeout=5)
 
 
 def _beside(path: Path, ending: str) -> Path:

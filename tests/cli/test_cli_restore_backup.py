@@ -3,22 +3,11 @@
 import shutil
 
 from app.store.store import Store
-from app.store.tables import CalibrationRow
-from tests.support.store_opener import damage_row
-from tests.support.store_writer import calibration
-
-
-def filled(folder):
-    with Store(folder) as store:
-        kept = store.calibrations.add(calibration("north", "kept"))
-    with Store(folder) as store:
-        damage_row(store, CalibrationRow, lambda text: text.replace("kept", "lept"), id=kept.id)
-        store.calibrations.add(calibration("north", "newer"))
-    return kept
+from tests.support.store_opener import damaged_folder
 
 
 def test_the_newest_backup_without_damage_is_restored_and_what_it_lacks_is_named(touchline, tmp_path):
-    kept = filled(tmp_path / "data")
+    kept = damaged_folder(tmp_path / "data")
     code, out, said = touchline("restore-backup", "--data", "data")
     assert (code, out) == (0, "") and "newer changes can only be found in quarantine/database/touchline.db" in said
     with Store(tmp_path / "data") as store:
@@ -28,7 +17,7 @@ def test_the_newest_backup_without_damage_is_restored_and_what_it_lacks_is_named
 
 
 def test_without_a_good_backup_or_a_folder_or_beside_a_server_it_is_refused(touchline, tmp_path):
-    filled(tmp_path / "data")
+    damaged_folder(tmp_path / "data")
     with Store(tmp_path / "data"):
         code, _, said = touchline("restore-backup", "--data", "data")
         assert code == 4 and "in use by another Touchline" in said

@@ -4,7 +4,10 @@ from pathlib import Path
 
 from sqlalchemy import select, text, update
 
+from app.core.records import Calibration
 from app.store.store import Store
+from app.store.tables import CalibrationRow
+from tests.support.store_writer import calibration
 
 
 class StoreOpener:
@@ -37,6 +40,16 @@ def damage_row(store: Store, table, change, **key) -> None:
         body = connection.scalar(select(table.body).where(*where))
         assert body is not None, "there is no such row"
         connection.execute(update(table).where(*where).values(body=change(body)))
+
+
+def damaged_folder(folder: Path) -> Calibration:
+    """Fill a data folder: a good backup, a row that was damaged after it, and a save after that; return that row."""
+    with Store(folder) as store:
+        kept = store.calibrations.add(calibration("north", "kept"))
+    with Store(folder) as store:
+        damage_row(store, CalibrationRow, lambda text: text.replace("kept", "lept"), id=kept.id)
+        store.calibrations.add(calibration("north", "newer"))
+    return kept
 
 
 def count_rows(store: Store) -> dict[str, int]:

@@ -13,11 +13,11 @@ import pytest
 from app.core.errors import Unavailable
 from app.store.opening import FILE, UNFINISHED
 from app.store.restore import restore_into
+from app.store.sqlite_files import roll_back
 from app.store.store import Store
-from app.store.tables import CalibrationRow
 from tests.support.killed_at import is_killed_at
 from tests.support.paths import TESTS
-from tests.support.store_opener import damage_row
+from tests.support.store_opener import damaged_folder
 from tests.support.store_writer import calibration
 from tests.support.tiers import long
 from tests.support.waiting import LONG_S
@@ -36,13 +36,8 @@ def tmp_path(memory_path):
 @pytest.fixture
 def damaged(tmp_path):
     """A data folder with a good backup, a row that was damaged after it, and a save after that."""
-    folder = tmp_path / "damaged"
-    with Store(folder) as store:
-        kept = store.calibrations.add(calibration("north", "kept"))
-    with Store(folder) as store:
-        damage_row(store, CalibrationRow, lambda text: text.replace("kept", "lept"), id=kept.id)
-        store.calibrations.add(calibration("north", "newer"))
-    return folder
+    damaged_folder(tmp_path / "damaged")
+    return tmp_path / "damaged"
 
 
 def notes(store):
@@ -199,3 +194,21 @@ def test_a_journal_goes_to_the_quarantine_with_its_database(damaged):
         assert notes(store) in ({"kept"}, {"newer"})
         assert [one.file for one in store.damaged if one.kind == "database"] == [f"quarantine/database/{FILE}"]
     assert not journal.exists()
+
+
+def test_a_journal_without_its_database_makes_none_and_a_log_is_left_to_who_checks_it(damaged, tmp_path):
+    roll_back(tmp_path / "none.db")
+    (tmp_path / "none.db-journal").write_bytes(b"journal")
+    roll_back(tmp_path / "none.db")
+    assert not (tmp_path / "none.db").exists()
+    path = damaged / FILE
+    with closing(sqlite3.connect(path)) as connection:
+        connection.execute("UPDATE ledger SET changes = changes + 1")
+        connection.commit()
+        shutil.copytree(damaged, tmp_path / "open")
+    copy = tmp_path / "open" / FILE
+    log = copy.with_name(f"{FILE}-wal")
+    before = log.read_bytes()
+    copy.with_name(f"{FILE}-journal").write_bytes(b"journal")
+    roll_back(copy)
+    assert before and log.read_bytes() == before
