@@ -5,7 +5,7 @@ import os
 import threading
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
-from contextlib import aclosing, asynccontextmanager, closing
+from contextlib import aclosing, asynccontextmanager, closing, suppress
 from functools import partial
 from typing import Any, ParamSpec, TypeVar
 
@@ -33,7 +33,7 @@ from app.services.presence import Presence
 from app.services.publishing import PublishingService
 from app.services.result_savers import result_savers
 from app.services.rig_checks import RigChecks
-from app.settings import Settings
+from app.settings import CameraSettings, Settings
 from app.store.backup_restore import Restoration
 from app.store.fields import FieldRepository
 from app.store.files import remove_temporary_files
@@ -129,7 +129,9 @@ class Services:
                 self.jobs.open(self.store.jobs)
             return done
 
-        before = {camera.id: camera for camera in await self.run_in_thread(self.cameras.all)}
+        before: dict[str, CameraSettings] = {}  # none can be read where the database is damaged as a whole
+        with suppress(TouchlineError):
+            before = {camera.id: camera for camera in await self.run_in_thread(self.cameras.all)}
         done = await self.run_in_thread(restore)
         after = {camera.id: camera for camera in await self.run_in_thread(self.cameras.all)}
         for id in self.live.running:

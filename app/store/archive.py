@@ -15,7 +15,8 @@ import re
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
+from contextlib import ExitStack
 from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
@@ -44,10 +45,21 @@ FIX = "Use another archive. This archive cannot be restored."
 
 
 def archive_pieces(database: Database, folder: Path, fields: Path | None, clock: Clock) -> Iterator[bytes]:
-    """Yield the zip piece by piece: one consistent state of the database, however slowly it is read."""
+    """Return the zip piece by piece: one consistent state of the database, however slowly it is read.
+
+    The rows are read before the first piece, so that what cannot be read is no archive that ends in the middle.
+    """
+    with database.failures.noted("The archive"), ExitStack() as undo:
+        tables = undo.enter_context(tempfile.TemporaryFile(dir=folder))
+        pieces = _pieces(tables, *_copy_tables(database, tables), folder, fields, clock)
+        undo.pop_all()
+    return pieces
+
+
+def _pieces(tables: IO[bytes], rows: Mapping[str, int], pictures: Set[str], folder: Path, fields: Path | None,
+            clock: Clock) -> Iterator[bytes]:
     pipe = _Pipe()
-    with tempfile.TemporaryFile(dir=folder) as tables, zipfile.ZipFile(pipe, "w", zipfile.ZIP_DEFLATED) as out:
-        rows, pictures = _copy_tables(database, tables)  # at once: a slow reader must not hold the database
+    with tables, zipfile.ZipFile(pipe, "w", zipfile.ZIP_DEFLATED) as out:
         out.writestr("touchline.json", json.dumps({"format": FORMAT, "form": FORM, "software": __version__,
                                                    "made_at": timestamp(clock)}))
         tables.seek(0)

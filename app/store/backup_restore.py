@@ -1,6 +1,6 @@
-"""Put the newest good backup in the place of a database with damaged rows, which goes to the quarantine as a whole.
+"""Put the newest good backup in the place of a damaged database, of which a copy is kept.
 
-Good is a backup in which every row is intact. It is looked for in copies, and the copy takes the database's place in
+Nothing is read of the database that is replaced: it may be damaged as a whole. Good is a backup in which every row is intact. It is looked for in copies, and the copy takes the database's place in
 one step: a power cut leaves the old database or the new one, and an error leaves the old one in use.
 
 The new one counts on from the old one's number of changes, so that no backup from before is newer than it.
@@ -24,6 +24,7 @@ from app.store.files import replace_synced, translate_disk_errors
 from app.store.integrity import find_damage, is_whole
 from app.store.opening import UNFINISHED
 from app.store.quarantine import Quarantine
+from app.store.replaced import Replaced
 from app.store.schema import check_not_newer, schema_of, upgrade
 from app.store.sqlite_files import remove_database, remove_side_files
 
@@ -58,32 +59,33 @@ def find_restoration(database: Database, backups: Backups) -> Restoration:
         return Restoration(backup.changes, database.changes(), backup.made_at)
 
 
-def restore_backup(database: Database, backups: Backups, quarantine: Quarantine,
+def restore_backup(database: Database, backups: Backups, quarantine: Quarantine, replaced: Replaced,
                    seen: tuple[int, int] | None = None) -> Restoration:
     """Replace the database under all who use it; Conflict without a good backup.
 
-    seen: the numbers of backup and database that somebody has agreed to; Conflict if there are others by now.
+    seen: the numbers of backup and database that somebody has agreed to. Conflict if there is another backup by now,
+    or if somebody was faster. What others have saved since is lost as well, or the one who restores would never win
+    against those who save all the time: it is counted in the answer, and in the copy.
     """
     path = backups.source
     with (_good_copy(backups, seen) as (backup, copy), database.closed() as changes,
           translate_disk_errors("The database")):
-        if seen not in (None, (backup.changes, changes)):
+        if seen is not None and (backup.changes != seen[0] or not replaced.newest < seen[1] <= changes):
             raise Conflict(say("backup.changed-meanwhile", "Something was saved meanwhile."),
                            say("backup.look-again", "Check again what would be lost, then restore the backup."),
                            reason="changed-meanwhile")
         with closing(sqlite3.connect(copy, isolation_level=None)) as connection:
             connection.execute("PRAGMA journal_mode=DELETE")  # one file, without a log beside it
             connection.execute("UPDATE ledger SET changes = ?", [changes + 1])
-        kept = quarantine.add_copy("database", path)
+        kept = replaced.add(path, changes)
         remove_side_files(path)
         replace_synced(copy, path)
-    done = Restoration(backup.changes, changes, backup.made_at, kept.file)
-    note = f"The backup of change {done.backup} was restored."
-    quarantine.note(kept, f"{note} This file is the database from before, with {done.newer_changes}.")
-    for damage in quarantine.all():
-        if damage.restorable:
-            quarantine.note(damage, f"{note} If this was newer, it is missing.")
-    log.warning("the backup of change %s was restored; the database from before is %s", done.backup, kept.file)
+        replaced.newest = changes
+        quarantine.move_rows(kept.parent)
+    replaced.thin()
+    done = Restoration(backup.changes, changes, backup.made_at, str(kept.relative_to(path.parent)))
+    log.warning("the backup of change %s was restored; the database from before, with %s, is %s", done.backup,
+                done.newer_changes, done.file)
     return done
 
 

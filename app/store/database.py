@@ -10,7 +10,7 @@ writes. (SQLite before 3.51.3 can damage a database into which two connections w
 import errno
 import sqlite3
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from pathlib import Path
 from threading import RLock
 from typing import Any, Self
@@ -23,6 +23,7 @@ from sqlalchemy.orm import Session
 from app.core.common_sentences import REPEAT, TRY_AGAIN, install_package
 from app.core.errors import BadInput, Busy, DiskFull, TouchlineError, Unavailable
 from app.core.statements import join, say
+from app.store.failures import DAMAGED, Failures
 from app.store.files import CHECK_DISK, DISK_IS_FULL, FREE_SPACE, write_atomically
 from app.store.saved_things import because, not_saved
 from app.store.tables import LedgerRow
@@ -45,11 +46,14 @@ class Database:
         self._lock = RLock()
         self._open: Session | None = None  # the transaction of the thread that has the lock
         self._failed = False  # whether a part of it failed
+        self._changes: int | None = None  # how many it has saved; None until somebody has asked
+        self._is_closing = False  # then it may be damaged: its file is about to be replaced
+        self.failures = Failures()
         self.on_commit: Callable[[], None] = lambda: None
         self.check_owner: Callable[[Session], None] = lambda rows: None  # raises where another server saves
         if self.is_sqlite:
-            self._writer = _sqlite(url, 1)
-            self._reader = _sqlite(url, READERS, "query_only=ON")
+            self._writer = self._sqlite(1)
+            self._reader = self._sqlite(READERS, "query_only=ON")
         else:
             self._writer = self._reader = postgresql_engine(url, READERS)
 
@@ -59,9 +63,11 @@ class Database:
         return cls(URL.create("sqlite", database=str(path)), path.parent)
 
     def changes(self) -> int:
-        """Return how many changes it has saved."""
-        with self.reading() as rows:
-            return rows.scalar(select(LedgerRow.changes)) or 0
+        """Return how many changes it has saved; of one that was damaged since it was opened as well."""
+        if self._changes is None:
+            with self.reading() as rows:
+                self._changes = rows.scalar(select(LedgerRow.changes)) or 0
+        return self._changes
 
     @property
     def engine(self) -> Engine:
@@ -96,8 +102,10 @@ class Database:
                 if self._failed:
                     raise Unavailable(say("database.part-not-saved", "Nothing was saved, because a part of it could "
                                           "not be saved."), REPEAT, reason="not-saved")
-                rows.execute(update(LedgerRow).values(changes=LedgerRow.changes + 1))
+                changes = rows.scalar(update(LedgerRow).values(changes=LedgerRow.changes + 1).returning(
+                    LedgerRow.changes))
                 rows.commit()
+                self._changes = changes
                 self.on_commit()
             except (DBAPIError, TouchlineError) as error:
                 if isinstance(error, DBAPIError) or isinstance(error.__cause__, DBAPIError):
@@ -114,21 +122,26 @@ class Database:
 
     @contextmanager
     def closed(self) -> Iterator[int]:
-        """Close SQLite while the block replaces its file, which is whole without a log; yield its number of changes.
+        """Close SQLite while the block replaces its file; yield its number of changes.
 
+        Its log is a part of the file then, unless the file is damaged: the log is beside it in that case.
         Whoever reads or saves meanwhile waits for the end of the block, and goes on with the file that is there then.
         """
         with self._lock, self._translated_errors(None), ExitStack() as undo:
             changes = self.changes()
+            self._is_closing = True
+            undo.callback(setattr, self, "_is_closing", False)
             for engine, count in ((self._reader, READERS), (self._writer, 1)):
                 for _ in range(count):
                     held = engine.raw_connection()
                     undo.callback(held.invalidate)  # whoever has it next opens the file anew
                     connection: Any = held.driver_connection
-                    if engine is self._writer and connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]:
+                    if engine is self._writer and _cannot_empty_log(connection):
                         raise Busy(say("database.in-use", "Another program has the database open."), TRY_AGAIN)
                     connection.close()
             yield changes
+            self._changes = None
+            self.failures.forget()
 
     def close(self) -> None:
         """Readers first: the last connection that closes empties the log, and that must be the writer."""
@@ -140,7 +153,9 @@ class Database:
         try:
             yield
         except (DBAPIError, sqlite3.Error) as error:
-            raise self._error(what, error) from error
+            told = self._error(what, error)
+            self.failures.note(told)
+            raise told from error
         except NoConnection:
             raise Busy(say("database.overloaded", "The database is overloaded."), TRY_AGAIN) from None
 
@@ -150,8 +165,9 @@ class Database:
         code = getattr(cause, "sqlite_errorcode", None)
         if code is not None and code & 0xFF in DAMAGED_CODES:
             return Unavailable(join(done, say("database.is-damaged", "the database is damaged.")),
-                               say("database.restart", "Restart Touchline. It moves the damaged database to "
-                                   "quarantine and restores the newest backup."), reason="database-damaged")
+                               say("database.restore", "Restore the newest good backup, under System, Server. If that "
+                                   "does not help, restart Touchline: it moves the damaged database to quarantine and "
+                                   "restores the newest backup."), reason=DAMAGED)
         if self._is_full(cause, code):
             return DiskFull(join(done, DISK_IS_FULL), FREE_SPACE)
         if self.is_sqlite:
@@ -169,6 +185,25 @@ class Database:
         if code & 0xFF == sqlite3.SQLITE_FULL:
             return True
         return code & 0xFF == sqlite3.SQLITE_IOERR and is_full(self._folder)  # a quota's refusal comes as this
+
+    def _sqlite(self, connections: int, *more: str) -> Engine:
+        engine = create_engine(self.url, pool_size=connections, max_overflow=0, pool_timeout=30,
+                               connect_args={"check_same_thread": False, "cached_statements": 64})
+        pragmas = ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", f"busy_timeout={BUSY_MS}", *more)
+
+        @event.listens_for(engine, "connect")
+        def _set(connection: Any, _: Any) -> None:
+            connection.isolation_level = None  # Python shall not begin transactions for us
+            connection.text_factory = _text
+            with suppress(sqlite3.DatabaseError) if self._is_closing else nullcontext():
+                for pragma in pragmas:
+                    connection.execute(f"PRAGMA {pragma}")
+
+        @event.listens_for(engine, "begin")
+        def _begin(connection: Any) -> None:
+            connection.exec_driver_sql("BEGIN" if more else "BEGIN IMMEDIATE")
+
+        return engine
 
 
 def is_full(folder: Path) -> bool:
@@ -195,23 +230,11 @@ def postgresql_url(setting: str) -> URL:
     return url.set(drivername="postgresql+psycopg")
 
 
-def _sqlite(url: URL, connections: int, *more: str) -> Engine:
-    engine = create_engine(url, pool_size=connections, max_overflow=0, pool_timeout=30,
-                           connect_args={"check_same_thread": False, "cached_statements": 64})
-    pragmas = ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", f"busy_timeout={BUSY_MS}", *more)
-
-    @event.listens_for(engine, "connect")
-    def _set(connection: Any, _: Any) -> None:
-        connection.isolation_level = None  # Python shall not begin transactions for us
-        connection.text_factory = _text
-        for pragma in pragmas:
-            connection.execute(f"PRAGMA {pragma}")
-
-    @event.listens_for(engine, "begin")
-    def _begin(connection: Any) -> None:
-        connection.exec_driver_sql("BEGIN" if more else "BEGIN IMMEDIATE")
-
-    return engine
+def _cannot_empty_log(connection: Any) -> bool:
+    """Try to make the log a part of the file; whether another program is in the way. A damaged file keeps its log."""
+    with suppress(sqlite3.DatabaseError):
+        return bool(connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0])
+    return False
 
 
 def _text(raw: bytes) -> str:

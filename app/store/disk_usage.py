@@ -7,19 +7,21 @@ from typing import Any
 from app.store.backups import Backups
 from app.store.opening import FILE
 from app.store.quota import PictureQuota, free_bytes
+from app.store.replaced import Replaced
 from app.store.sqlite_files import LOG
 
 
-def disk_usage(folder: Path, quota: PictureQuota, backups: Backups | None) -> dict[str, Any]:
+def disk_usage(folder: Path, quota: PictureQuota, backups: Backups | None, replaced: Replaced) -> dict[str, Any]:
     """Measure what is used now; a backup that is removed meanwhile is not counted.
 
+    "replaced": databases from before a restored backup, newest first.
     "database_bytes" and "backups" are None where the database is not a file here. "newest_at": when the newest copy
     was made, ISO 8601, UTC; None before the first.
     """
     database = None if backups is None else sum(_size(folder / (FILE + more)) for more in ("", LOG))
     return {"pictures_bytes": quota.used_bytes, "pictures_limit_bytes": quota.quota_bytes,
             "free_bytes": free_bytes(folder), "database_bytes": database,
-            "backups": None if backups is None else _of_backups(backups)}
+            "backups": None if backups is None else _of_backups(backups), "replaced": replaced.files()}
 
 
 def _of_backups(backups: Backups) -> dict[str, Any]:

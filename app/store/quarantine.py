@@ -1,7 +1,6 @@
 """Damaged files and rows are moved to the quarantine and named, never read as something else or silently missing."""
 
 import logging
-import shutil
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +13,6 @@ from app.store.files import (
     make_folder,
     move_durably,
     remove_temporary_files,
-    replace_synced,
     write_atomically,
 )
 from app.store.sqlite_files import ENDINGS
@@ -96,21 +94,13 @@ class Quarantine:
                   target, RESTORE_BACKUP)
         return DamagedFile(Damage(kind, target.name))
 
-    def add_copy(self, kind: str, path: Path) -> Damage:
-        """Copy a file here that another one is to replace."""
-        target = self._free_name(kind, path.name)
-        unfinished = self._folder / f".{path.name}"
-        try:
-            shutil.copyfile(path, unfinished)
-            replace_synced(unfinished, target)
-        finally:
-            unfinished.unlink(missing_ok=True)
-        return Damage(kind, target.name)
-
-    def note(self, damage: Damage, note: str) -> None:
-        """Write down what became of it."""
-        with suppress(OSError):
-            write_atomically(self._folder / damage.kind / (damage.name + NOTE), note.encode())
+    def move_rows(self, folder: Path) -> None:
+        """Move what is left of damaged rows beside a copy of the database that had them, which another one replaces."""
+        for damage in self.all():
+            if damage.restorable:
+                source = self._folder / damage.kind / damage.name
+                with suppress(OSError):  # it stays, and is told until somebody removes it
+                    move_durably(source, make_folder(folder / damage.kind) / damage.name)
 
     def all(self) -> tuple[Damage, ...]:
         """Return everything that was moved here and is still here."""

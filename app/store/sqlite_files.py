@@ -1,6 +1,7 @@
 """A SQLite database on disk: its file, and what SQLite keeps beside it until that is a part of the file."""
 
 import os
+import shutil
 import sqlite3
 from contextlib import closing, suppress
 from pathlib import Path
@@ -29,6 +30,13 @@ def move_side_files(path: Path, target: Path) -> None:
         with suppress(FileNotFoundError):
             os.replace(_beside(path, ending), _beside(target, ending))
     remove_side_files(path)
+
+
+def copy_side_files(path: Path, target: Path) -> None:
+    """Copy what holds a part of a database beside the copy that is made of it."""
+    for ending in (LOG, JOURNAL):
+        if (side := _beside(path, ending)).exists() and side.stat().st_size:
+            shutil.copyfile(side, _beside(target, ending))
 
 
 def roll_back(path: Path) -> None:

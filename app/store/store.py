@@ -24,6 +24,7 @@ from app.store.lock import FolderLock, PostgresLock
 from app.store.opening import FILE, open_postgresql, open_sqlite
 from app.store.quarantine import Damage, Quarantine
 from app.store.quota import BACKUPS_BYTES, UPLOADS_BYTES, PictureQuota, free_bytes
+from app.store.replaced import Replaced
 from app.store.repository import Clock, utc_now
 from app.store.restore import refuse_unfinished
 from app.store.rolls import RollRepository
@@ -54,6 +55,7 @@ class Store:
             remove_temporary_files(self.folder)
             self._quarantine = Quarantine(self.folder / "quarantine")
             self._quarantine.sweep()
+            self._replaced = Replaced(self.folder)
             self._quota = PictureQuota(self.folder, uploads_bytes, free)
             if database is None:
                 self._backups = Backups(self.folder / "backups", self.folder / FILE, backups_bytes,
@@ -108,7 +110,7 @@ class Store:
         seen: as backup_restore.restore_backup takes it.
         """
         backups = self._own_backups()
-        done = restore_backup(self._database, backups, self._quarantine, seen)
+        done = restore_backup(self._database, backups, self._quarantine, self._replaced, seen)
         self.restored += 1
         backups.request()
         return done
@@ -123,12 +125,12 @@ class Store:
     @property
     def disk_usage(self) -> dict[str, Any]:
         """How much of the disk is used, bytes, and how old the newest backup is; plain JSON."""
-        return disk_usage(self.folder, self._quota, self._backups)
+        return disk_usage(self.folder, self._quota, self._backups, self._replaced)
 
     @property
     def warnings(self) -> tuple[Warning, ...]:
-        """What an operator should know: a disk that is nearly full, backups that fail, another server that saves."""
-        watched = (self._quota, self._backups, self._database_lock)
+        """What an operator should know: what could not be read or saved, a full disk, another server that saves."""
+        watched = (self._database.failures, self._quota, self._backups, self._database_lock)
         return tuple(warning for one in watched if one is not None for warning in one.warnings())
 
     @property

@@ -7,7 +7,7 @@ import pytest
 from app.store.tables import CalibrationRow
 from tests.support.refusals import API, refusal
 from tests.support.sample_jobs import sleeps_and_says
-from tests.support.store_opener import damage_row
+from tests.support.store_opener import break_database, damage_row
 from tests.support.waiting import until
 
 RESTORE = f"{API}/restore-backup"
@@ -47,14 +47,13 @@ def test_the_backup_is_named_then_restored_and_the_server_goes_on_with_it(client
     agreed = {name: offer[name] for name in ("backup", "database")}
     before = client.get(f"{API}/cameras/status").json()["restored"]
     done = client.post(RESTORE, json=agreed).json()
-    assert done == {**offer, "file": "quarantine/database/touchline.db"}
+    assert done == {**offer, "file": f"replaced/{offer['database']:012d}/touchline.db"}
+    assert client.get(f"{API}/settings").json()["storage"]["replaced"] == [done["file"]]
     assert client.get(f"{API}/calibrations/{damaged['id']}").json() == damaged
     status = client.get(f"{API}/cameras/status").json()
     assert status["restored"] == before + 1 and [one["id"] for one in status["items"]] == ["north"]
     assert "east" not in client.app.state.services.live.running
-    told = client.get(f"{API}/health").json()["damaged"]
-    assert [one["kind"] for one in told] == ["calibrations", "database"]
-    assert not any(one["restorable"] for one in told) and all("was restored" in one["note"] for one in told)
+    assert client.get(f"{API}/health").json()["damaged"] == []
     refusal(client.post(RESTORE, json=agreed), 409, "changed-meanwhile")
     assert client.post(f"{API}/cameras", json=EAST).status_code == 201, "and it saves again"
 
@@ -67,6 +66,22 @@ def test_of_two_operators_at_once_one_restores_and_the_other_is_told(client, sto
                          key=lambda answer: answer.status_code)
     assert answers[0].status_code == 200 and store.restored == 1
     refusal(answers[1], 409, "changed-meanwhile")
+
+
+def test_a_database_that_breaks_while_the_server_runs_is_told_by_every_call_and_replaced(client, store, calibration):
+    backed_up(store)
+    break_database(store)
+    for answer in (client.get(f"{API}/archive"), client.get(f"{API}/calibrations"),
+                   client.post(f"{API}/cameras", json=EAST)):
+        assert (answer.status_code, answer.json()["type"]) == (503, "/problems/database-damaged")
+    told = [one for one in client.get(f"{API}/health").json()["warnings"] if one["reason"] == "database-damaged"]
+    assert len(told) == 1 and "newest good backup" in told[0]["fix"]
+    offer = client.post(RESTORE, json={}).json()
+    done = client.post(RESTORE, json={name: offer[name] for name in ("backup", "database")}).json()
+    assert done["lost"] == 0 and client.get(f"{API}/calibrations/{calibration['id']}").json() == calibration
+    health = client.get(f"{API}/health").json()
+    assert health["damaged"] == [] and "database-damaged" not in [one["reason"] for one in health["warnings"]]
+    assert client.post(f"{API}/cameras", json=EAST).status_code == 201, "and it saves again"
 
 
 def test_without_a_good_backup_it_is_refused(client, store, damaged):

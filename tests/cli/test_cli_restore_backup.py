@@ -9,11 +9,12 @@ from tests.support.store_opener import damaged_folder
 def test_the_newest_backup_without_damage_is_restored_and_what_it_lacks_is_named(touchline, tmp_path):
     kept = damaged_folder(tmp_path / "data")
     code, out, said = touchline("restore-backup", "--data", "data")
-    assert (code, out) == (0, "") and "newer changes can only be found in quarantine/database/touchline.db" in said
+    assert (code, out) == (0, "") and "newer changes can only be found in replaced/" in said
     with Store(tmp_path / "data") as store:
         assert [one.note for one in store.calibrations.list().items] == ["kept"]
         assert store.calibrations.get(kept.id) == kept and not any(damage.restorable for damage in store.damaged)
-    assert (tmp_path / "data" / "quarantine" / "database" / "touchline.db").stat().st_size > 10_000
+    (before,) = (tmp_path / "data" / "replaced").glob("*/touchline.db")
+    assert before.stat().st_size > 10_000
 
 
 def test_without_a_good_backup_or_a_folder_or_beside_a_server_it_is_refused(touchline, tmp_path):

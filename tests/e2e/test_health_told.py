@@ -49,16 +49,15 @@ def test_damage_is_a_banner_and_the_newest_good_backup_is_restored_once_it_is_sa
     told = page.get_by_test_id("restoration")
     expect(told).to_contain_text(like("settings.restore.backup"))
     expect(told).to_contain_text(like("settings.restore.lost", count=2))
-    expect(told).to_contain_text("quarantine/database")
+    expect(told).to_contain_text("replaced")
     page.get_by_test_id("restore-cancel").click()
     expect(told).to_have_count(0)
     assert api("GET", f"/lenses/{lens['id']}").status_code == 503, "nothing was done"
     page.get_by_test_id("find-backup").click()
     with other.expect_event("load", timeout=LONG_MS):
         page.get_by_test_id("restore-backup").click()
-    expect(page.get_by_test_id("health-warnings")).to_contain_text("quarantine/database/touchline.db", timeout=LONG_MS)
-    expect(page.get_by_test_id("health-warnings")).to_contain_text(like("shell.problem.set-aside"))
-    expect(page.get_by_test_id("health-warnings")).not_to_contain_text(like("shell.problem.damaged"))
+    expect(page.get_by_test_id("replaced")).to_contain_text("touchline.db", timeout=LONG_MS)
+    expect(page.get_by_text(like("shell.problem.damaged"))).to_have_count(0)
     expect(page.get_by_test_id("find-backup")).to_have_count(0)
     assert until(lambda: api("GET", f"/lenses/{lens['id']}"), lambda answer: answer.ok).json()["id"] == lens["id"]
     expect(other.get_by_test_id("camera-newer")).to_have_count(0, timeout=LONG_MS)

@@ -1,10 +1,13 @@
 """Opening stores in tests, on either database, and damaging what they hold behind their back."""
 
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 from sqlalchemy import select, text, update
 
 from app.core.records import Calibration
+from app.store.opening import FILE
 from app.store.store import Store
 from app.store.tables import CalibrationRow
 from tests.support.store_writer import calibration
@@ -40,6 +43,22 @@ def damage_row(store: Store, table, change, **key) -> None:
         body = connection.scalar(select(table.body).where(*where))
         assert body is not None, "there is no such row"
         connection.execute(update(table).where(*where).values(body=change(body)))
+
+
+def break_database(store: Store, first_byte: int = 0) -> bytes:
+    """Overwrite an open SQLite database from that byte on, with nothing of it in its log or in memory; return it."""
+    path = store.folder / FILE
+    with closing(sqlite3.connect(path)) as connection:
+        assert connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0] == 0
+    whole = path.read_bytes()
+    with path.open("r+b") as file:
+        file.seek(first_byte)
+        file.write(b"\xa5" * (len(whole) - first_byte))
+    store._database._reader.dispose()
+    store._database._writer.dispose()
+    broken = path.read_bytes()
+    assert broken[first_byte:].strip(b"\xa5") == b""
+    return broken
 
 
 def damaged_folder(folder: Path) -> Calibration:

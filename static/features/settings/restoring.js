@@ -8,10 +8,12 @@ import { health, serverSettings } from "./settings.js";
 
 /** What would be restored, once somebody has asked. */
 export const restoration = signal(/** @type {Restoration | null} */ (null));
-/** Whether a backup of the server's own may have intact what is damaged. */
+/** Whether a backup of the server's own may have intact what is damaged: some rows, or the whole database. */
 export const canRestore = computed(
   () =>
-    Boolean(serverSettings.value?.storage.backups) && (health.value?.damaged ?? []).some((one) => one.restorable),
+    Boolean(serverSettings.value?.storage.backups) &&
+    ((health.value?.damaged ?? []).some((one) => one.restorable) ||
+      (health.value?.warnings ?? []).some((one) => one.reason === "database-damaged")),
 );
 
 export const findRestoration = () => ask({});

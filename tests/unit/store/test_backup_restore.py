@@ -11,17 +11,18 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.core.errors import Conflict, DiskFull, TouchlineError
+from app.core.errors import Conflict, DiskFull, TouchlineError, Unavailable
 from app.store import backup_restore
 from app.store.opening import FILE, UNFINISHED
 from app.store.quarantine import DamagedFile
 from app.store.store import Store
 from app.store.tables import CalibrationRow
-from tests.support.store_opener import damage_row
+from tests.support.store_opener import break_database, damage_row
 from tests.support.store_writer import calibration
 from tests.support.waiting import LONG_S, until
 
-STEPS = ("shutil.copyfile", "is_whole", "sqlite3.connect", "Quarantine.add_copy", "remove_database", "replace_synced")
+STEPS = ("shutil.copyfile", "is_whole", "sqlite3.connect", "Replaced.add", "remove_database", "replace_synced",
+         "Quarantine.move_rows")
 
 
 @pytest.fixture
@@ -58,16 +59,15 @@ def test_the_newest_backup_without_damage_is_restored_and_the_database_from_befo
         assert (done.backup, done.lost, done.made_at) == (found.backup, found.lost, found.made_at)
         assert store.calibrations.get(damaged.kept.id) == damaged.kept and notes(store) == {"kept"}
         assert store.calibrations.active("north").id == damaged.kept.id
-        assert {damage.kind: damage.note for damage in store.damaged} == {
-            "calibrations": f"The backup of change {done.backup} was restored. If this was newer, it is missing.",
-            "database": f"The backup of change {done.backup} was restored. This file is the database from before, with "
-                        f"{done.lost} newer changes."}
+        assert store.damaged == () and store.disk_usage["replaced"] == [done.file]
         with closing(sqlite3.connect(damaged.folder / done.file)) as before:
             assert before.execute("SELECT count(*) FROM calibrations").fetchone() == (2,)
+        rest = [path.read_text() for path in (damaged.folder / done.file).parent.glob("calibrations/*")]
+        assert len(rest) == 1 and "lept" in rest[0], "with what was left of the damaged row"
         again = store.calibrations.add(calibration("north", "again"))
         assert again.version == 2
     with Store(damaged.folder) as store:
-        assert notes(store) == {"kept", "again"} and len(store.damaged) == 2, "no backup from before is newer"
+        assert notes(store) == {"kept", "again"} and store.damaged == (), "no backup from before is newer"
         assert store.find_restoration().lost == 0
 
 
@@ -108,17 +108,59 @@ def test_of_two_at_once_one_restores_and_the_other_is_refused(damaged):
             one.start()
         for one in both:
             one.join(LONG_S)
-        assert set(told) == {"changed-meanwhile", "quarantine/database/touchline.db"}
+        assert set(told) == {"changed-meanwhile", f"replaced/{found.database:012d}/{FILE}"}
         assert notes(store) == {"kept"} and store.restored == 1
 
 
-def test_what_was_saved_since_the_question_is_not_lost_unasked(damaged):
+def test_who_restores_wins_against_those_who_save_and_their_saves_are_in_the_copy(damaged):
     with Store(damaged.folder) as store:
         found = store.find_restoration()
         store.calibrations.add(calibration("north", "a moment ago"))
-        with pytest.raises(Conflict) as told:
-            store.restore_backup((found.backup, found.database))
-        assert told.value.reason == "changed-meanwhile" and notes(store) == {"newer", "a moment ago", "damaged"}
+        done = store.restore_backup((found.backup, found.database))
+        assert notes(store) == {"kept"} and done.lost == found.lost + 1
+        with closing(sqlite3.connect(damaged.folder / done.file)) as before:
+            (bodies,) = before.execute("SELECT group_concat(body) FROM calibrations").fetchone()
+        assert "a moment ago" in bodies
+        store.calibrations.add(calibration("north", "since"))
+        for stale in ((found.backup, found.database), (found.backup - 1, found.database)):
+            with pytest.raises(Conflict) as told:
+                store.restore_backup(stale)
+            assert told.value.reason in ("changed-meanwhile", "no-good-backup")
+        assert notes(store) == {"kept", "since"}, "what somebody else has restored meanwhile is not restored again"
+
+
+def test_of_thirty_restores_three_databases_stay_and_no_damage_is_told(damaged):
+    with Store(damaged.folder) as store:
+        for number in range(30):
+            done = store.restore_backup()
+            store.calibrations.add(calibration("north", str(number)))
+        kept = store.disk_usage["replaced"]
+        assert store.damaged == () and len(kept) == 3 and kept[0] == done.file
+        assert sorted(path.name for path in (damaged.folder / "replaced").iterdir()) == sorted(
+            Path(file).parent.name for file in kept)
+
+
+@pytest.mark.parametrize("first_byte", [0, 4096], ids=["all", "all but its first page"])
+def test_a_database_that_is_damaged_while_it_runs_is_told_to_all_and_replaced_without_reading_it(tmp_path, first_byte):
+    with Store(tmp_path / "data") as store:
+        kept = store.calibrations.add(calibration("north", "kept"))
+        with store._backups.held:
+            store._backups.make()
+        before = break_database(store, first_byte)
+        for work in (store.calibrations.list, lambda: store.lenses.add({"model": "ssl"}), store.archive):
+            with pytest.raises(Unavailable) as told:
+                work()
+            assert told.value.reason == "database-damaged" and "newest good backup" in told.value.fix
+        (warning,) = [one for one in store.warnings if one.reason == "database-damaged"]
+        assert "damaged" in warning.text
+        found = store.find_restoration()
+        done = store.restore_backup((found.backup, found.database))
+        assert store.calibrations.get(kept.id) == kept and store.damaged == ()
+        assert not [one for one in store.warnings if one.reason == "database-damaged"]
+        assert store.calibrations.add(calibration("north", "again")).version == 2
+        assert (tmp_path / "data" / done.file).read_bytes() == before
+    with Store(tmp_path / "data") as store:
+        assert notes(store) == {"kept", "again"} and store.damaged == ()
 
 
 @pytest.mark.parametrize("after", [False, True], ids=["before", "after"])
@@ -148,12 +190,15 @@ def test_a_power_cut_at_any_step_leaves_the_old_database_or_the_new_one(damaged,
     assert images
     for image, is_replaced in images:
         with Store(image) as store:
-            assert notes(store) == {"kept" if is_replaced else "newer", "damaged"}  # the report stays, for once
+            if is_replaced:  # the report stays until it was moved as well
+                assert notes(store) - {"damaged"} == {"kept"}
+            else:
+                assert notes(store) == {"newer", "damaged"}
             assert not (image / UNFINISHED).exists()
-            assert {damage.note for damage in store.damaged} == {None}, "no other backup was restored at the start"
+            assert {damage.kind for damage in store.damaged} <= {"calibrations"}, "no other backup was restored"
 
 
-@pytest.mark.parametrize("step", STEPS)
+@pytest.mark.parametrize("step", STEPS[:-1])
 def test_an_error_at_any_step_leaves_the_old_database_in_use(damaged, monkeypatch, step):
     def fail(*_args, **_more):
         raise sqlite3.OperationalError("") if "sqlite3" in step else OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -163,7 +208,7 @@ def test_an_error_at_any_step_leaves_the_old_database_in_use(damaged, monkeypatc
         with monkeypatch.context() as patch, pytest.raises((TouchlineError, OSError)) as told:
             patch.setattr(getattr(backup_restore, owner) if owner else backup_restore, name, fail)
             store.restore_backup()
-        if step in ("shutil.copyfile", "Quarantine.add_copy", "replace_synced"):
+        if step in ("shutil.copyfile", "Replaced.add", "replace_synced"):
             assert isinstance(told.value, DiskFull) and told.value.fix
         assert notes(store) == {"newer", "damaged"} and store.restored == 0
         assert store.calibrations.add(calibration("north", "3")).version == 3

@@ -168,6 +168,10 @@ function Storage({ room }) {
               : t("settings.storage.newest.none")}
         </dd>
       </div>
+      ${room.replaced.length > 0 && html`<div>
+        <dt>${t("settings.storage.replaced")}</dt>
+        <dd data-testid="replaced">${room.replaced.join(", ")}</dd>
+      </div>`}
     </dl>
     <p class="reason">${t("settings.storage.about")}</p>
     <p>

@@ -39,7 +39,7 @@ export default {
   "database.lost": "Ein anderes Touchline verwendet die Datenbank. Dieser Server speichert nichts.",
   "database.overloaded": "Die Datenbank ist überlastet.",
   "database.part-not-saved": "Nichts wurde gespeichert, weil sich ein Teil nicht speichern ließ.",
-  "database.restart": "Starten Sie Touchline neu. Die beschädigte Datenbank kommt dann in Quarantäne, und die neueste Sicherung wird wiederhergestellt.",
+  "database.restore": "Stellen Sie unter System, Server die neueste intakte Sicherung wieder her. Hilft das nicht, starten Sie Touchline neu: Die beschädigte Datenbank kommt dann in Quarantäne, und die neueste Sicherung wird wiederhergestellt.",
   "database.stop-one": "Stoppen Sie einen von beiden, und starten Sie dann diesen Server neu.",
   "disk.cause": "Grund: {error}.",
   "disk.check": "Prüfen Sie den Datenträger und die Zugriffsrechte des Datenordners, und versuchen Sie es dann erneut.",
