@@ -67,7 +67,7 @@ class Services:
         self.settings, self.store, self.jobs = settings, store, jobs
         self.started_s = time.monotonic()
         remove_temporary_files(settings.own_fields)
-        self.fields = FieldRepository(settings.own_fields)
+        self.fields = FieldRepository(settings.own_fields, store.failures)
         self.cameras = CameraService(settings, store, self.fields, limits)
         self.publishing = PublishingService(settings, store, self.cameras, self.fields)
         self.detection = DetectionService(store, self.cameras, self.fields, self.publishing)

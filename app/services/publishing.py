@@ -17,7 +17,7 @@ from app.league.passed_on import PassedOn
 from app.league.publishing import Publishing
 from app.services.cameras import CameraService
 from app.settings import Settings
-from app.store.files import translate_disk_errors, write_atomically
+from app.store.files import write_atomically
 from app.store.repository import check_etag, content_etag
 from app.store.store import Store
 
@@ -34,6 +34,7 @@ class PublishingService:
                  fields: Mapping[str, Field]) -> None:
         self._path = settings.data / FILE
         self._own = settings.publish
+        self._failures = store.failures
         self._lock = threading.Lock()
         self._damage: tuple[Warning, ...] = ()
         self._changes: dict[str, Any] = {}
@@ -63,7 +64,7 @@ class PublishingService:
             config = PublishingConfig.from_json({**self._own.to_json(), **saved})
             if check:
                 self.publisher.check(config)
-            with translate_disk_errors("The setting"):
+            with self._failures.noted("The setting"):
                 write_atomically(self._path, json.dumps(saved, indent=1).encode())
             self._changes, self._damage = saved, ()
             if config != before:
@@ -80,7 +81,7 @@ class PublishingService:
 
     def _keep_heard(self, found: PassedOn) -> None:
         try:
-            with translate_disk_errors("The heard geometry"):
+            with self._failures.noted("The heard geometry"):
                 write_atomically(self._heard_path, json.dumps(found.saved()).encode())
         except TouchlineError as problem:  # it is passed on all the same, until the next start
             log.warning("%s", problem)

@@ -1,7 +1,8 @@
 """Put the newest good backup in the place of a damaged database, of which a copy is kept.
 
-Nothing is read of the database that is replaced: it may be damaged as a whole. Good is a backup in which every row is intact. It is looked for in copies, and the copy takes the database's place in
-one step: a power cut leaves the old database or the new one, and an error leaves the old one in use.
+Nothing is read of the database that is replaced: it may be damaged as a whole. Good is a backup in which every row is
+intact and none is missing. It is looked for in copies, and the copy takes the database's place in one step: a power cut
+leaves the old database or the new one, and an error leaves the old one in use.
 
 The new one counts on from the old one's number of changes, so that no backup from before is newer than it.
 """

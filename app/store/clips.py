@@ -16,7 +16,8 @@ from typing import Any
 
 from app.core.errors import BadInput, DiskFull, NotFound
 from app.core.statements import say
-from app.store.files import make_folder, translate_disk_errors, write_atomically
+from app.store.failures import RecentFailures
+from app.store.files import make_folder, write_atomically
 from app.store.quota import MB, PictureQuota
 from app.store.repository import Clock, new_id, timestamp
 
@@ -49,19 +50,19 @@ class Clip:
 class ClipRepository:
     """The clips of a folder. Thread-safe."""
 
-    def __init__(self, folder: Path, quota: PictureQuota, clock: Clock) -> None:
-        self._folder, self._quota, self._clock = folder / "clips", quota, clock
+    def __init__(self, folder: Path, quota: PictureQuota, clock: Clock, failures: RecentFailures) -> None:
+        self._folder, self._quota, self._clock, self._failures = folder / "clips", quota, clock, failures
 
     def add(self, camera: str, head: Mapping[str, Any], jpegs: bytes) -> Clip:
         """Save one. head: width, height and frames with their bytes, in the order of the JPEGs."""
-        self._quota.check_free()
         header = {"camera": camera, "taken_at": timestamp(self._clock), "width": head["width"],
                   "height": head["height"], "frames": list(head["frames"])}
         text = json.dumps(header, allow_nan=False, separators=(",", ":")).encode("ascii")
         if len(text) > MAX_HEADER_BYTES or len(jpegs) > MAX_BYTES:
             raise DiskFull(say("clip.too-large", "The clip is too large."),
                            say("clip.fewer-seconds", "Record fewer seconds."), reason="clip-too-large")
-        with translate_disk_errors("The clip"):
+        with self._failures.noted("The clip"):
+            self._quota.check_free()
             make_folder(self._folder)
             self._free_space(len(jpegs))
             id = new_id()
@@ -100,7 +101,7 @@ class ClipRepository:
     def delete(self, id: str) -> None:
         """Delete one; NotFound."""
         self._header(id)
-        with translate_disk_errors("The deletion"):
+        with self._failures.noted("The deletion"):
             self._path(id).unlink(missing_ok=True)
 
     def _header(self, id: str) -> tuple[dict[str, Any], int]:

@@ -8,6 +8,7 @@ writes. (SQLite before 3.51.3 can damage a database into which two connections w
 """
 
 import errno
+import json
 import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
@@ -23,8 +24,9 @@ from sqlalchemy.orm import Session
 from app.core.common_sentences import REPEAT, TRY_AGAIN, install_package
 from app.core.errors import BadInput, Busy, DiskFull, TouchlineError, Unavailable
 from app.core.statements import join, say
-from app.store.failures import DAMAGED, Failures
+from app.store.failures import DAMAGED, RecentFailures
 from app.store.files import CHECK_DISK, DISK_IS_FULL, FREE_SPACE, write_atomically
+from app.store.row_counts import count_rows
 from app.store.saved_things import because, not_saved
 from app.store.tables import LedgerRow
 
@@ -48,7 +50,7 @@ class Database:
         self._failed = False  # whether a part of it failed
         self._changes: int | None = None  # how many it has saved; None until somebody has asked
         self._is_closing = False  # then it may be damaged: its file is about to be replaced
-        self.failures = Failures()
+        self.failures = RecentFailures()
         self.on_commit: Callable[[], None] = lambda: None
         self.check_owner: Callable[[Session], None] = lambda rows: None  # raises where another server saves
         if self.is_sqlite:
@@ -102,8 +104,8 @@ class Database:
                 if self._failed:
                     raise Unavailable(say("database.part-not-saved", "Nothing was saved, because a part of it could "
                                           "not be saved."), REPEAT, reason="not-saved")
-                changes = rows.scalar(update(LedgerRow).values(changes=LedgerRow.changes + 1).returning(
-                    LedgerRow.changes))
+                changes = rows.scalar(update(LedgerRow).values(
+                    changes=LedgerRow.changes + 1, counts=json.dumps(count_rows(rows))).returning(LedgerRow.changes))
                 rows.commit()
                 self._changes = changes
                 self.on_commit()

@@ -12,7 +12,7 @@ TOLD_S = 300.0  # longer than any page waits between two looks at the list of pr
 DAMAGED = "database-damaged"  # told until another database is in its place
 
 
-class Failures:
+class RecentFailures:
     """The last failure of each reason. Thread-safe."""
 
     def __init__(self) -> None:

@@ -19,7 +19,8 @@ from app.core.field import Field
 from app.core.field_json import field_from_json
 from app.core.records import Warning
 from app.core.statements import join, say
-from app.store.files import make_folder, parse_yaml, read_yaml, sync_folder, translate_disk_errors, write_atomically
+from app.store.failures import RecentFailures
+from app.store.files import make_folder, parse_yaml, read_yaml, sync_folder, write_atomically
 from app.store.repository import check_etag, content_etag
 
 MAX_OWN_FIELDS = 500
@@ -72,10 +73,12 @@ class FieldRepository(Mapping[str, Field]):
     """All fields by name; put() and delete() change the operator's own, which go before those of the same name.
 
     own: the folder of their YAML files; made when the first is written. revision: another one after every change.
+    failures: where one that could not be saved is noted.
     """
 
-    def __init__(self, own: Path) -> None:
+    def __init__(self, own: Path, failures: RecentFailures | None = None) -> None:
         self._folder = own
+        self._failures = failures or RecentFailures()
         self._lock = Lock()
         self._shipped = load_fields()
         self._own: dict[str, Field] = {}
@@ -138,7 +141,7 @@ class FieldRepository(Mapping[str, Field]):
                                reason="too-many-fields")
             path = self._folder / f"{name}.yaml"
             data = _file_of(path, field)
-            with translate_disk_errors("The field"):
+            with self._failures.noted("The field"):
                 make_folder(self._folder)
                 if name in self._unread and path.exists():  # it may be all that is left of a field
                     path.rename(next(kept for number in count(1) if not (kept := path.with_suffix(
@@ -154,7 +157,7 @@ class FieldRepository(Mapping[str, Field]):
         with self._lock:
             _ = self[name]
             self._check_etag(name, etag)
-            with translate_disk_errors("The deletion"):
+            with self._failures.noted("The deletion"):
                 (self._folder / f"{name}.yaml").unlink(missing_ok=True)
                 sync_folder(self._folder)
             self._replace_own({own: field for own, field in self._own.items() if own != name})

@@ -128,10 +128,14 @@ def read_checked(name: str, path: str, sha256: str) -> bytes:
     try:
         data = Path(path).read_bytes()
     except OSError as error:
-        raise Unavailable(say("file.cannot-read", "{name} cannot be read: {error}.",
-                              name=image_name(name.capitalize()), error=error.strerror), UPLOAD_AGAIN,
-                          reason="damaged-file") from None
+        raise cannot_read(name, error) from None
     if hashlib.sha256(data).hexdigest() != sha256:
         raise Unavailable(say("file.damaged", "{name} is damaged.", name=image_name(name.capitalize())),
                           UPLOAD_AGAIN, reason="damaged-file")
     return data
+
+
+def cannot_read(name: str, error: OSError) -> Unavailable:
+    """Return the error for a stored picture whose bytes are not there, or not to be had."""
+    return Unavailable(say("file.cannot-read", "{name} cannot be read: {error}.", name=image_name(name.capitalize()),
+                           error=error.strerror), UPLOAD_AGAIN, reason="damaged-file")

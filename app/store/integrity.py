@@ -12,9 +12,10 @@ from sqlalchemy.orm import Session
 from app.core.errors import TouchlineError
 from app.store.checksummed import is_intact
 from app.store.database import Database
-from app.store.quarantine import DamagedFile, Quarantine
+from app.store.quarantine import MISSING, DamagedFile, Quarantine
+from app.store.row_counts import count_missing_rows
 from app.store.sqlite_files import open_as
-from app.store.tables import CHECKSUMMED_TABLES, Checksummed
+from app.store.tables import CHECKSUMMED_TABLES, Checksummed, LedgerRow
 
 ROWS_AT_ONCE = 500
 
@@ -61,9 +62,25 @@ def find_damaged_rows(rows: Session) -> Iterator[tuple[type[Checksummed], Any]]:
 
 
 def is_whole(rows: Session) -> bool:
-    """Check that no row is damaged, whether it is marked or not."""
+    """Check that no row is damaged or missing, whether it is marked or not."""
+    if rows.scalar(select(LedgerRow.missing)) is not None or count_missing_rows(rows):
+        return False
     marked = (select(table.damaged).where(table.damaged.is_not(None)).limit(1) for table in CHECKSUMMED_TABLES)
     return not any(map(rows.scalar, marked)) and next(find_damaged_rows(rows), None) is None
+
+
+def mark_missing_rows(database: Database, quarantine: Quarantine) -> None:
+    """Note the rows that vanished since the last save, until the quarantine's file of them is removed."""
+    with database.reading() as rows:
+        missing, noted = count_missing_rows(rows), rows.scalar(select(LedgerRow.missing))
+    if missing:
+        noted = quarantine.add_missing(missing).name
+    elif noted is None or quarantine.has(MISSING, noted):
+        return
+    else:
+        noted = None
+    with suppress(TouchlineError), database.writing("The mark of a damaged row") as rows:
+        rows.execute(update(LedgerRow).values(missing=noted))
 
 
 def mark_damaged(database: Database, quarantine: Quarantine, table: type[Checksummed], row: Any) -> DamagedFile:

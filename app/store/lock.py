@@ -25,6 +25,7 @@ from app.store.repository import new_id
 from app.store.tables import LedgerRow
 
 log = logging.getLogger("touchline")
+LOCK = "lock"
 ADVISORY_KEY = 0x70C41  # any number that nobody else is likely to take
 WAIT_S = 5.0  # PostgreSQL may take a moment to notice that a killed server has gone
 KEEP_S = 1.0  # how often the lock is looked at
@@ -38,8 +39,7 @@ class FolderLock:
     """Locked until close(), or until the process ends, however it does."""
 
     def __init__(self, folder: Path) -> None:
-        path = folder / "lock"
-        self._handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        self._handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
         try:
             fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
@@ -51,6 +51,12 @@ class FolderLock:
                               reason="data-folder-in-use") from None
         os.ftruncate(self._handle, 0)
         os.pwrite(self._handle, f"{os.getpid()}\n".encode(), 0)
+
+    def is_in(self, folder: Path) -> bool:
+        """Tell whether it is still that folder's: somebody may have moved or deleted the folder."""
+        with suppress(OSError):
+            return os.path.samestat(os.fstat(self._handle), os.stat(folder / LOCK))
+        return False
 
     def close(self) -> None:
         if self._handle >= 0:

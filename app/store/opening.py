@@ -20,7 +20,7 @@ from app.core.errors import Unavailable
 from app.store.backups import Backups
 from app.store.database import Database, postgresql_url
 from app.store.files import replace_synced, write_atomically
-from app.store.integrity import find_damage, find_damaged_rows, mark_damaged
+from app.store.integrity import find_damage, find_damaged_rows, mark_damaged, mark_missing_rows
 from app.store.lock import PostgresLock
 from app.store.quarantine import Quarantine
 from app.store.schema import HEAD, check_not_newer, schema_of, upgrade
@@ -140,8 +140,9 @@ def _restore(path: Path, damage: str, backups: Backups, quarantine: Quarantine) 
 
 
 def _check_rows(database: Database, quarantine: Quarantine) -> None:
-    """Mark the rows whose content was changed behind our back."""
+    """Mark the rows that were changed behind our back, and note those that vanished."""
     with database.reading() as rows:
         found = list(find_damaged_rows(rows))
     for table, row in found:
         mark_damaged(database, quarantine, table, row)
+    mark_missing_rows(database, quarantine)

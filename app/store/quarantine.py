@@ -1,6 +1,8 @@
 """Damaged files and rows are moved to the quarantine and named, never read as something else or silently missing."""
 
+import json
 import logging
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +25,7 @@ RESTORE_BACKUP = say("quarantine.restore-backup",
                      "Restore the newest good backup of the database, or create again what was damaged.")
 RESTORE_OR_CREATE = say("quarantine.restore", "Restore it from a backup, or create it again.")
 NOTE = ".note"
+MISSING = "missing"  # kind of what is not damaged but gone
 COMPANIONS = (NOTE, *ENDINGS)  # endings of files that belong to a damaged one
 
 
@@ -93,6 +96,19 @@ class Quarantine:
         log.error("%s %s in the database is damaged (its checksum is wrong); what is left of it is %s. %s", kind, name,
                   target, RESTORE_BACKUP)
         return DamagedFile(Damage(kind, target.name))
+
+    def add_missing(self, missing: Mapping[str, int]) -> Damage:
+        """Write down how many rows of which tables vanished while nobody looked."""
+        data = json.dumps(missing).encode()
+        target = self._free_name(MISSING, f"rows{ROW}", data)
+        with suppress(OSError):  # a full disk must not hide it
+            write_atomically(target, data)
+        log.error("rows of the database have vanished (%s). %s", missing, RESTORE_BACKUP)
+        return Damage(MISSING, target.name)
+
+    def has(self, kind: str, name: str) -> bool:
+        """Tell whether it is still here."""
+        return (self._folder / kind / name).exists()
 
     def move_rows(self, folder: Path) -> None:
         """Move what is left of damaged rows beside a copy of the database that had them, which another one replaces."""

@@ -41,7 +41,7 @@ class PictureQuota:
         return self.used_bytes + size_bytes - self.quota_bytes
 
     def check_free(self) -> None:
-        """Raise DiskFull where a picture would take what calibrations may need."""
+        """Raise DiskFull where a picture would take what calibrations may need; OSError without the folder."""
         if self._free(self._folder) < MIN_FREE_BYTES:
             raise DiskFull(say("disk.image-refused", "The image was not saved. Less than {free_mb} MB are free on the "
                                "disk.", free_mb=MIN_FREE_BYTES // MB),

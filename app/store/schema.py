@@ -11,7 +11,7 @@ from sqlalchemy import Engine, inspect, text
 
 from app.core.errors import Unavailable
 
-HEAD = "0007"
+HEAD = "0008"
 MIGRATIONS = Path(__file__).parent / "migrations"
 
 

@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session
 from app.core.geometry import ImageSize
 from app.store.checksummed import checksummed, content, json_text
 from app.store.database import Database
-from app.store.files import make_folder, remove_temporary_files, translate_disk_errors, write_atomically
+from app.store.files import cannot_read, make_folder, remove_temporary_files, write_atomically
 from app.store.quarantine import Damage, DamagedFile, Quarantine
 from app.store.quota import PictureQuota
 from app.store.repository import Clock, Page, Repository, column_text, new_id, timestamp
@@ -75,11 +75,11 @@ class SnapshotRepository(Repository):
         snapshot = Snapshot(new_id(), size.width, size.height, camera, timestamp(self._clock), digest, format, purpose)
         path = self.path(snapshot)
         with self._files:
-            if not _contains(path, digest):
-                self._free_space(len(data))
-                with translate_disk_errors("The snapshot"):
+            with self._database.failures.noted("The snapshot"):
+                if not _contains(path, digest):
+                    self._free_space(len(data))
                     write_atomically(path, data)
-                self._quota.added(len(data))
+                    self._quota.added(len(data))
             with self._database.writing("The snapshot") as rows:
                 rows.add(checksummed(SnapshotRow, snapshot.to_json(), "The snapshot", id=snapshot.id,
                                      picture=snapshot.file, purpose=column_text(purpose)))
@@ -111,8 +111,12 @@ class SnapshotRepository(Repository):
         path = self.path(snapshot)
         try:
             data = path.read_bytes()
-        except FileNotFoundError:
-            raise DamagedFile(Damage("pictures", path.name)) from None
+        except OSError as error:
+            if self._quarantine.has(self._pictures.name, path.name):
+                raise DamagedFile(Damage(self._pictures.name, path.name)) from None
+            told = cannot_read("the image", error)
+            self._database.failures.note(told)
+            raise told from None
         if hashlib.sha256(data).hexdigest() != snapshot.sha256:
             raise self._quarantine.move(path, "its checksum is wrong")
         return data
@@ -125,6 +129,14 @@ class SnapshotRepository(Repository):
             entry = json_text({"camera": camera}, "The camera")[1:-1]
             where.append(func.replace(SnapshotRow.body, entry, "") != SnapshotRow.body)
         return self._page(limit, cursor, _read, *where)
+
+    def lost(self) -> frozenset[str]:
+        """Return the names of pictures that are gone: no file is there, and none was moved to the quarantine."""
+        with self._database.reading() as rows:
+            known = set(rows.scalars(select(SnapshotRow.picture).where(SnapshotRow.damaged.is_(None)).distinct()))
+        there = {path.name for path in self._pictures.iterdir()}
+        moved = {damage.name for damage in self._quarantine.all() if damage.kind == self._pictures.name}
+        return frozenset(known - there - moved)
 
     def _free_space(self, size_bytes: int) -> None:
         """Delete the oldest pictures that nothing needs until so many bytes fit in; DiskFull if they cannot."""

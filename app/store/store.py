@@ -1,5 +1,6 @@
 """One data folder with everything in it, opened by one process at a time."""
 
+import logging
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -30,6 +31,8 @@ from app.store.restore import refuse_unfinished
 from app.store.rolls import RollRepository
 from app.store.snapshots import SnapshotRepository
 
+log = logging.getLogger("touchline")
+
 
 class Store:
     """Everything in one data folder; thread-safe. Close it, or use it as a context.
@@ -49,8 +52,8 @@ class Store:
         self._database_lock: PostgresLock | None = None
         with _usable(self.folder), ExitStack() as undo:
             make_folder(self.folder)
-            lock = FolderLock(self.folder)
-            undo.callback(lock.close)
+            self._lock = FolderLock(self.folder)
+            undo.callback(self._lock.close)
             refuse_unfinished(self.folder)
             remove_temporary_files(self.folder)
             self._quarantine = Quarantine(self.folder / "quarantine")
@@ -64,10 +67,14 @@ class Store:
             else:
                 self._database, self._database_lock = open_postgresql(database, self.folder, self._quarantine)
             undo.callback(self._database.close)
+            self.failures = self._database.failures
             if self._database_lock is not None:
                 undo.callback(self._database_lock.close)
             shared = (self._database, self._quarantine, clock)
             self.snapshots = SnapshotRepository(*shared, self.folder, self._quota)
+            self._lost = self.snapshots.lost()
+            if self._lost:
+                log.error("pictures are missing from %s: %s", self.folder / "pictures", ", ".join(sorted(self._lost)))
             self.drafts = DraftRepository(*shared, self.snapshots)
             self.calibrations = CalibrationRepository(*shared)
             self.lenses = LensRepository(*shared)
@@ -77,7 +84,7 @@ class Store:
             self.rolls = RollRepository(*shared)
             self.colour_profiles = ColourProfileRepository(*shared)
             self.detection_plans = DetectionPlanRepository(*shared)
-            self.clips = ClipRepository(self.folder, self._quota, clock)
+            self.clips = ClipRepository(self.folder, self._quota, clock, self.failures)
             self.jobs = JobRepository(self._database, clock)
             if self._backups is not None:
                 self._backups.start()
@@ -125,13 +132,22 @@ class Store:
     @property
     def disk_usage(self) -> dict[str, Any]:
         """How much of the disk is used, bytes, and how old the newest backup is; plain JSON."""
-        return disk_usage(self.folder, self._quota, self._backups, self._replaced)
+        with _usable(self.folder):
+            return disk_usage(self.folder, self._quota, self._backups, self._replaced)
 
     @property
     def warnings(self) -> tuple[Warning, ...]:
         """What an operator should know: what could not be read or saved, a full disk, another server that saves."""
+        if not self._lock.is_in(self.folder):
+            return (Warning("data-folder-moved", say("disk.folder-moved", "The data folder {folder} was moved or deleted "
+                                                     "while Touchline is running.", folder=str(self.folder)),
+                            say("disk.put-back", "Move it back, then restart Touchline.")),)
+        lost = Warning("images-missing", say("disk.images-missing", "Images are missing from the folder pictures: "
+                                             "{count}.", count=len(self._lost)),
+                       say("disk.put-images-back", "Copy them back from a copy of your own or from an archive, then "
+                           "restart Touchline. Calibrations are not affected."))
         watched = (self._database.failures, self._quota, self._backups, self._database_lock)
-        return tuple(warning for one in watched if one is not None for warning in one.warnings())
+        return (*((lost,) if self._lost else ()), *(warning for one in watched if one is not None for warning in one.warnings()))
 
     @property
     def damaged(self) -> tuple[Damage, ...]:

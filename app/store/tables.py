@@ -178,6 +178,8 @@ class LedgerRow(Base):
     """One row: how many changes were saved. A database with fewer than its newest backup has lost some.
 
     owner: the server that saves, in PostgreSQL, which several could reach; null where the last one signed off.
+    counts: how many rows each table had at the last save, as JSON.
+    missing: the quarantine's file of rows that vanished; null where none did, or where that file was removed.
     """
 
     __tablename__ = "ledger"
@@ -185,6 +187,8 @@ class LedgerRow(Base):
     one: Mapped[int] = mapped_column(Integer, primary_key=True)
     changes: Mapped[int] = mapped_column(Sequence)
     owner: Mapped[str | None] = mapped_column(String(16))
+    counts: Mapped[str | None] = mapped_column(Text)
+    missing: Mapped[str | None] = mapped_column(Text)
 
 
 # What is checked, archived and restored, in an order in which a row's references come before it.

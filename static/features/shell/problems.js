@@ -82,6 +82,9 @@ const ofJobs = () => {
 
 const AWAY = problem({ id: "away", text: t("common.server-silent"), fix: t("shell.problem.away.fix") });
 
+/** What has become of it: its note says that. @param {string} kind @param {string | null} note */
+const whatOf = (kind, note) => (note !== null ? "set-aside" : kind === "missing" ? "missing" : "damaged");
+
 /** What the server says of itself: its disk, its network, and records that were damaged. */
 export const serverProblems = computed(() => [
   ...(health.value?.warnings ?? []).map(({ reason, text, fix }) =>
@@ -91,7 +94,7 @@ export const serverProblems = computed(() => [
     problem({
       id: `damaged-${file}`,
       place: "system",
-      text: note === null ? t("shell.problem.damaged", { kind, file }) : t("shell.problem.set-aside", { file }),
+      text: t(`shell.problem.${whatOf(kind, note)}`, { kind, file }),
       fix: note ?? fix,
       href: addressOf("server"),
     }),

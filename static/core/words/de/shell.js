@@ -85,6 +85,7 @@ export default /** @type {const} */ ({
   "shell.problem.away.fix": "Ihre Punkte sind in diesem Browser gespeichert und werden an den Server gesendet, sobald er wieder antwortet.",
   "shell.problem.damaged": "Eine gespeicherte Datei war beschädigt ({kind}) und wurde nach {file} verschoben.",
   "shell.problem.jobs-failed": { one: "{count} Auftrag ist in der letzten Stunde fehlgeschlagen.", other: "{count} Aufträge sind in der letzten Stunde fehlgeschlagen." },
+  "shell.problem.missing": "In der Datenbank fehlen gespeicherte Daten. Wie viele, steht in {file}.",
   "shell.problem.set-aside": "Im Quarantäneordner liegt eine Datei: {file}.",
   "shell.problems.count": "Probleme: {count}",
   "shell.problems.none": "Keine Probleme",

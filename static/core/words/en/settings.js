@@ -21,7 +21,7 @@ export default /** @type {const} */ ({
   "settings.restore.backup": "The backup of {time} (change {number}) replaces the database.",
   "settings.restore.do": "Restore this backup",
   "settings.restore.find": "Restore the newest good backup…",
-  "settings.restore.kept": "What others save meanwhile is lost as well. The current database is kept in the folder replaced of the data folder. Images stay as they are. All open pages are loaded again.",
+  "settings.restore.kept": "Changes by others until then are lost as well. The current database stays in the folder replaced of the data folder. Images stay as they are. All open pages are loaded again.",
   "settings.restore.lost": { one: "{count} newer change is lost.", other: "{count} newer changes are lost." },
   "settings.section.general": "General",
   "settings.section.images": "Images",

@@ -85,6 +85,7 @@ export default /** @type {const} */ ({
   "shell.problem.away.fix": "Your points are saved in this browser and sent to the server when it responds again.",
   "shell.problem.damaged": "A saved file was damaged ({kind}) and was moved to {file}.",
   "shell.problem.jobs-failed": { one: "{count} job failed in the last hour.", other: "{count} jobs failed in the last hour." },
+  "shell.problem.missing": "Saved data is missing from the database. {file} has how much.",
   "shell.problem.set-aside": "The quarantine folder has a file: {file}.",
   "shell.problems.count": "Problems: {count}",
   "shell.problems.none": "No problems",
