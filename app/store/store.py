@@ -139,15 +139,17 @@ class Store:
     def warnings(self) -> tuple[Warning, ...]:
         """What an operator should know: what could not be read or saved, a full disk, another server that saves."""
         if not self._lock.is_in(self.folder):
-            return (Warning("data-folder-moved", say("disk.folder-moved", "The data folder {folder} was moved or deleted "
-                                                     "while Touchline is running.", folder=str(self.folder)),
+            return (Warning("data-folder-moved",
+                            say("disk.folder-moved", "The data folder {folder} was moved or deleted while Touchline is "
+                                "running.", folder=str(self.folder)),
                             say("disk.put-back", "Move it back, then restart Touchline.")),)
         lost = Warning("images-missing", say("disk.images-missing", "Images are missing from the folder pictures: "
                                              "{count}.", count=len(self._lost)),
                        say("disk.put-images-back", "Copy them back from a copy of your own or from an archive, then "
                            "restart Touchline. Calibrations are not affected."))
-        watched = (self._database.failures, self._quota, self._backups, self._database_lock)
-        return (*((lost,) if self._lost else ()), *(warning for one in watched if one is not None for warning in one.warnings()))
+        watched = (self.failures, self._quota, self._backups, self._database_lock)
+        return (*((lost,) if self._lost else ()),
+                *(warning for one in watched if one is not None for warning in one.warnings()))
 
     @property
     def damaged(self) -> tuple[Damage, ...]:
