@@ -71,19 +71,21 @@ class CameraService:
 
     def add(self, camera: CameraSettings, by: str) -> CameraSettings:
         """Save a new camera; its address is checked, not whether it answers."""
-        self._check(camera)
         if self._from_settings(camera.id):
             raise Conflict(say("camera.exists", "There is already a camera called {id!r}.", id=camera.id),
                            say("camera.another-id", "Choose another id."), reason="camera-exists")
-        self._store.cameras.add(camera.id, camera.model_dump(exclude={"id"}), by)
+        with self._store.references:
+            self._check(camera)
+            self._store.cameras.add(camera.id, camera.model_dump(exclude={"id"}), by)
         return camera
 
     def change(self, id: str, changes: Mapping[str, Any], etag: str, by: str) -> CameraSettings:
         """Save some new values; Stale unless the ETag is the newest."""
-        self._check(self.get(id).model_copy(update=changes))
-        self._refuse_settings(id)
-        camera = _read(id, {**self._store.cameras.get(id).body, **changes})
-        self._store.cameras.save(id, camera.model_dump(exclude={"id"}), etag, by)
+        with self._store.references:
+            self._check(self.get(id).model_copy(update=changes))
+            self._refuse_settings(id)
+            camera = _read(id, {**self._store.cameras.get(id).body, **changes})
+            self._store.cameras.save(id, camera.model_dump(exclude={"id"}), etag, by)
         return camera
 
     def remove(self, id: str, etag: str | None) -> None:

@@ -56,12 +56,13 @@ class DetectionService:
         self._cameras.get(id)
         plan = named_plan(body["plan"]) if isinstance(body["plan"], str) else StageConfig.from_json(body["plan"])
         profile = None if body["profile"] is None else ColourProfile.from_json(body["profile"]).to_json()
-        if body["colours"] is not None and self.colours(body["colours"]).to_json() == profile:
-            profile = None  # it is the shared one, and follows it
-        settings = {"on": body["on"], "plan": plan.to_json(), "colours": body["colours"], "profile": profile,
-                    "publish": body["publish"]}
         try:
-            self._store.detection_plans.save(id, settings, None if etag == UNSET else etag, by)
+            with self._store.references:
+                if body["colours"] is not None and self.colours(body["colours"]).to_json() == profile:
+                    profile = None  # it is the shared one, and follows it
+                settings = {"on": body["on"], "plan": plan.to_json(), "colours": body["colours"], "profile": profile,
+                            "publish": body["publish"]}
+                self._store.detection_plans.save(id, settings, None if etag == UNSET else etag, by)
         except Conflict as error:
             if error.reason != "seeing-exists":
                 raise
@@ -89,6 +90,17 @@ class DetectionService:
         known = {camera.id for camera in self._cameras.all()}  # settings of a removed camera do not count
         return [preset.name for preset in self._store.detection_plans.all()
                 if preset.body["colours"] == colours and preset.name in known]
+
+    def remove_colours(self, name: str, etag: str | None) -> None:
+        """Delete a profile with that ETag (None: whichever); Conflict while cameras name it, NotFound or Stale."""
+        with self._store.references:
+            if cameras := self.used_by(name):
+                self._store.colour_profiles.get(name)
+                raise Conflict(say("colours.in-use", "Cameras use the colour profile {name!r}: {cameras}.", name=name,
+                                   cameras=list(cameras)),
+                               say("colours.select-another", "Select another colour profile for these cameras first."),
+                               reason="colours-used")
+            self._store.colour_profiles.delete(name, etag)
 
     def process_settings(self, id: str) -> dict[str, Any]:
         """Return what a camera's process needs; switched off where saved settings cannot be read any more."""

@@ -6,10 +6,14 @@ from app.core.errors import Conflict
 from app.core.field import Field
 from app.core.field_types import FieldJson
 from app.core.records import Calibration
-from app.core.statements import named, say, stated
+from app.core.statements import Sentence, named, say, stated
 from app.services.container import Services
+from app.settings import CameraSettings
 from app.sources import split_address
+from app.store.documents import Document
 from app.store.drafts import Draft
+
+SHOWN_USERS = 3
 
 
 class PlayingField(FieldJson):
@@ -27,22 +31,27 @@ def field_json(services: Services, field: Field) -> PlayingField:
 
 
 def save_field(services: Services, name: str, value: dict[str, Any], etag: str | None, new: bool) -> Field:
-    """Check and save a field; whoever publishes or simulates it has it at once."""
-    field = services.fields.put(name, value, etag, new)
+    """Check and save a field; whoever publishes or simulates it has it at once.
+
+    Conflict where it lacks a region that a camera or a rig names.
+    """
+    with services.store.references:
+        field = services.fields.put(name, value, etag, new, lambda changed: _refuse_lost_regions(services, changed))
     services.publishing.publisher.wake()
     return field
 
 
 def delete_field(services: Services, name: str, etag: str | None) -> None:
     """Delete one of the operator's own; Conflict while a camera, a rig or publishing names it."""
-    if services.fields.is_own(name) and (users := _users(services, name)):
-        what = (say("field.in-use", "The field {name} is in use: {users}.", name=name, users=users)
-                if len(users) <= 3 else
-                say("field.in-use-by-many", "The field {name} is in use: {users} and {more} more.", name=name,
-                    users=users[:3], more=len(users) - 3))
-        raise Conflict(what, say("field.select-another", "Select another field for each of them, then delete this "
-                                 "field."), reason="field-used", users=users)
-    services.fields.delete(name, etag)
+    with services.store.references:
+        if services.fields.is_own(name) and (users := _users(services, name)):
+            what = (say("field.in-use", "The field {name} is in use: {users}.", name=name, users=users)
+                    if len(users) <= SHOWN_USERS else
+                    say("field.in-use-by-many", "The field {name} is in use: {users} and {more} more.", name=name,
+                        users=users[:SHOWN_USERS], more=len(users) - SHOWN_USERS))
+            raise Conflict(what, say("field.select-another", "Select another field for each of them, then delete this "
+                                     "field."), reason="field-used", users=users)
+        services.fields.delete(name, etag)
 
 
 def simulated(services: Services, name: str) -> list[str]:
@@ -60,12 +69,31 @@ def outdated_calibrations(services: Services, field: Field) -> list[Calibration]
 
 def _users(services: Services, name: str) -> list[str]:
     simulating = simulated(services, name)
-    cameras = [say("field.used-by-camera", "the camera {camera}", camera=camera.title)
-               for camera in services.cameras.all() if camera.field == name or camera.id in simulating]
-    rigs = [say("field.used-by-rig", "the rig {rig}", rig=rig.body["title"] or rig.name)
-            for rig in services.store.rigs.all() if rig.body["field"] == name]
+    cameras = [_camera(camera) for camera in services.cameras.all() if camera.field == name or camera.id in simulating]
+    rigs = [_rig(rig) for rig in services.store.rigs.all() if rig.body["field"] == name]
     publishing = [say("field.used-by-publishing", "publishing")]
     return [*cameras, *rigs, *(publishing if services.publishing.publisher.config.field == name else [])]
+
+
+def _refuse_lost_regions(services: Services, changed: Field) -> None:
+    """Raise Conflict for the first region that somebody names and that the field has no more."""
+    naming = [(camera.region, _camera(camera)) for camera in services.cameras.all() if camera.field == changed.name]
+    naming += [(camera["region"], _rig(rig)) for rig in services.store.rigs.all() if rig.body["field"] == changed.name
+               for camera in rig.body["cameras"]]
+    for region, user in naming:
+        if region is not None and region not in changed.regions:
+            raise Conflict(say("field.area-in-use", "The covered area {area} of the field is in use: {user}.",
+                               area=region, user=user),
+                           say("field.select-another-area", "Select another area there, then remove this one."),
+                           reason="region-used", entry="regions")
+
+
+def _camera(camera: CameraSettings) -> Sentence:
+    return say("field.used-by-camera", "the camera {camera}", camera=camera.title)
+
+
+def _rig(rig: Document) -> Sentence:
+    return say("field.used-by-rig", "the rig {rig}", rig=rig.body["title"] or rig.name)
 
 
 def with_known_field(services: Services, draft: Draft) -> dict[str, Any]:

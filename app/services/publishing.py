@@ -35,6 +35,7 @@ class PublishingService:
         self._path = settings.data / FILE
         self._own = settings.publish
         self._failures = store.failures
+        self._references, self._fields = store.references, fields
         self._lock = threading.Lock()
         self._damage: tuple[Warning, ...] = ()
         self._changes: dict[str, Any] = {}
@@ -47,12 +48,14 @@ class PublishingService:
         self.publisher = Publishing(self._read(), active, fields, self._read_heard(), self._keep_heard)
 
     def change(self, changes: Mapping[str, Any], check: bool = True, etag: str | None = None) -> None:
-        """Save and apply; BadInput for what cannot be, NetworkError for what this network does not carry now.
+        """Save and apply; BadInput, NotFound, or NetworkError for what this network does not carry now.
 
         etag: of the settings that the caller saw; Stale if they are others by now. Nothing is saved or applied where
         anything is refused.
         """
-        with self._lock:
+        with self._references, self._lock:
+            if changes.get("field") is not None:
+                _ = self._fields[changes["field"]]
             before = self.publisher.config
             check_etag(etag, content_etag(before.to_json()), say("stale.publishing", "Another user has changed the "
                        "publishing settings since you opened them."), "stale-publishing", before.to_json())

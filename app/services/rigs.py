@@ -41,7 +41,13 @@ class RigJson(RigStatus):
     updated_by: str
 
 
-def checked_definition(services: Services, definition: Mapping[str, Any]) -> dict[str, Any]:
+def save(services: Services, name: str, definition: Mapping[str, Any], etag: str | None, by: str) -> Document:
+    """Save a rig over the one with that ETag, None for a new one; BadInput, NotFound, Conflict or Stale."""
+    with services.store.references:
+        return services.store.rigs.save(name, _checked_definition(services, definition), etag, by)
+
+
+def _checked_definition(services: Services, definition: Mapping[str, Any]) -> dict[str, Any]:
     """Return what is saved: names that exist, each camera once, and rectangles that give a picture."""
     field = services.fields[definition["field"]]
     cameras: list[dict[str, Any]] = [{"camera": camera, "region": None, "rotate": None} if isinstance(camera, str)

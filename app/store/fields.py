@@ -3,7 +3,7 @@
 No file of the operator's own stops a start: one that cannot be read stays where it is, is not used, and is told.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from itertools import count
 from pathlib import Path
@@ -118,11 +118,12 @@ class FieldRepository(Mapping[str, Field]):
                     for name in self._own if name in self._shipped]
         return (*unread, *replaced)
 
-    def put(self, name: str, value: Any, etag: str | None = None, new: bool = False) -> Field:
+    def put(self, name: str, value: Any, etag: str | None = None, new: bool = False,
+            check: Callable[[Field], None] = lambda field: None) -> Field:
         """Check and save a field; the one before stays until the new one is safe on disk.
 
         etag: of the field that it replaces; Stale if that is another one by now. None: whichever there is.
-        new: Conflict where there is one of that name.
+        new: Conflict where there is one of that name. check: raises for a field that is not to be saved.
         """
         self._refuse_shipped(name)
         field = field_from_json(value)
@@ -139,6 +140,7 @@ class FieldRepository(Mapping[str, Field]):
                 raise Conflict(say("field.too-many", "The maximum of {most} fields is reached.", most=MAX_OWN_FIELDS),
                                say("field.delete-one", "Delete a field that is no longer used."),
                                reason="too-many-fields")
+            check(field)
             path = self._folder / f"{name}.yaml"
             data = _file_of(path, field)
             with self._failures.noted("The field"):

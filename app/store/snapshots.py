@@ -144,21 +144,25 @@ class SnapshotRepository(Repository):
         if self._quota.over_by(size_bytes) > 0:
             self._remove_files_without_rows()
         while self._quota.over_by(size_bytes) > 0:
-            with self._database.reading() as rows:
-                unneeded = select(SnapshotRow).where(*_unneeded(rows))
-                oldest = rows.scalar(unneeded.order_by(SnapshotRow.sequence).limit(1))
-            if oldest is None:
-                raise self._quota.refusal()
-            self._delete(oldest)
+            self._delete_oldest()
 
-    def _delete(self, row: SnapshotRow) -> None:
-        """Delete the row first: the other way round, a kill in between would leave a row without its picture."""
+    def _delete_oldest(self) -> None:
+        """Delete the oldest that nothing needs; DiskFull without one.
+
+        It is chosen where it is deleted: its first click may be on its way. The row goes first: the other way round, a
+        kill in between would leave a row without its picture.
+        """
         with self._database.writing("The deletion") as rows:
+            unneeded = select(SnapshotRow).where(*_unneeded(rows))
+            row = rows.scalar(unneeded.order_by(SnapshotRow.sequence).limit(1))
+            if row is None:
+                raise self._quota.refusal()
+            picture = row.picture
             rows.execute(delete(DraftRow).where(DraftRow.snapshot == row.id))
             rows.execute(delete(SnapshotRow).where(SnapshotRow.sequence == row.sequence))
-            others = rows.scalar(select(func.count()).where(SnapshotRow.picture == row.picture))
+            others = rows.scalar(select(func.count()).where(SnapshotRow.picture == picture))
         if others == 0:
-            self._remove(self._pictures / row.picture)
+            self._remove(self._pictures / picture)
 
     def _remove_files_without_rows(self) -> None:
         """Remove what a kill between a file and its row has left, only for want of space: a backup may lack rows."""

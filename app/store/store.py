@@ -4,6 +4,7 @@ import logging
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from threading import RLock
 from typing import Any, Self
 
 from app.core.errors import Conflict, Unavailable
@@ -47,6 +48,7 @@ class Store:
                  free: Callable[[Path], int] = free_bytes) -> None:
         self.folder = Path(folder).absolute()
         self._clock = clock
+        self.references = RLock()  # held while what names another thing is saved, and while what may be named goes
         self.restored = 0  # how often a backup has taken the database's place since the store was opened
         self._backups: Backups | None = None
         self._database_lock: PostgresLock | None = None

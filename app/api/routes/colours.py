@@ -60,13 +60,7 @@ async def save_colours(services: ServicesDep, by: OperatorDep, name: Id, body: C
 @in_thread
 def remove_colours(services: ServicesDep, name: Id, if_match: IfMatch = None) -> None:
     """Delete a profile; refused while cameras use it. With If-Match only if it is unchanged."""
-    if cameras := services.detection.used_by(name):
-        services.store.colour_profiles.get(name)
-        raise Conflict(say("colours.in-use", "Cameras use the colour profile {name!r}: {cameras}.", name=name,
-                           cameras=list(cameras)),
-                       say("colours.select-another", "Select another colour profile for these cameras first."),
-                       reason="colours-used")
-    services.store.colour_profiles.delete(name, if_match)
+    services.detection.remove_colours(name, if_match)
 
 
 @router.post("/cameras/{id}/colours/learn", response_model=responses.LearnedColours)

@@ -71,10 +71,7 @@ async def set_publishing(services: ServicesDep, body: PublishingChanges, if_matc
 
     With If-Match only if nobody has changed them since: else 412, with `current`.
     """
-    changes = body.model_dump(exclude_unset=True)
-    if changes.get("field") is not None:
-        _ = services.fields[changes["field"]]
-    await services.run_in_thread(services.publishing.change, changes, etag=if_match)
+    await services.run_in_thread(services.publishing.change, body.model_dump(exclude_unset=True), etag=if_match)
     for camera in await services.run_in_thread(services.cameras.all):  # their detections go by the same numbers
         services.live.refresh(camera.id)
     return await read_publishing(services)

@@ -60,8 +60,7 @@ def save_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schemas.Rig
              if_match: IfMatch = None) -> Response:
     """Create a rig (201), or replace the one that If-Match names: 428 without, 412 with `current` if that is old."""
     try:
-        definition = rigs.checked_definition(services, body.model_dump())
-        rig = services.store.rigs.save(name, definition, if_match, by)
+        rig = rigs.save(services, name, body.model_dump(), if_match, by)
         return versioned(rigs.rig_json(services, rig), rig.etag, f"rigs/{rig.name}" if if_match is None else None)
     except Conflict as error:
         if error.reason != "rig-exists":
