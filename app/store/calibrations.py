@@ -82,9 +82,10 @@ class CalibrationRepository(Repository):
                                reason="calibration-active")
             row.deleted_at = timestamp(self._clock)
 
-    def restore(self, id: str) -> Calibration:
-        """Take a deletion back; a version that is not deleted stays as it is."""
+    def restore(self, id: str, etag: str | None = None) -> Calibration:
+        """Take the deletion of a version with that ETag (None: whichever) back; one that is there stays as it is."""
         with self._changing("The undoing of the deletion", id) as (_, row):
+            self._check_version(row, etag)
             row.deleted_at = None
         return self.get(id)
 

@@ -19,7 +19,7 @@ from app.core.statements import say
 from app.store.failures import RecentFailures
 from app.store.files import make_folder, write_atomically
 from app.store.quota import MB, PictureQuota
-from app.store.repository import Clock, new_id, timestamp
+from app.store.repository import Clock, check_etag, content_etag, new_id, timestamp
 
 LENGTH = struct.Struct("<I")
 MAX_BYTES = 1000 * MB  # all clips together; the oldest go
@@ -40,6 +40,10 @@ class Clip:
     @property
     def seconds(self) -> float:
         return self.frames[-1]["time_s"] - self.frames[0]["time_s"] if self.frames else 0.0
+
+    @property
+    def etag(self) -> str:
+        return content_etag(self.to_json())
 
     def to_json(self) -> dict[str, Any]:
         return {"clip": self.id, "camera": self.camera, "taken_at": self.taken_at, "width": self.width,
@@ -98,9 +102,10 @@ class ClipRepository:
         except OSError:
             raise _unknown(id) from None
 
-    def delete(self, id: str) -> None:
-        """Delete one; NotFound."""
-        self._header(id)
+    def delete(self, id: str, etag: str | None = None) -> None:
+        """Delete the one with that ETag (None: whichever); NotFound, or Stale."""
+        check_etag(etag, self.get(id).etag, say("stale.clip", "This is another clip than the one you opened."),
+                   "stale-clip", {"clip": id})
         with self._failures.noted("The deletion"):
             self._path(id).unlink(missing_ok=True)
 

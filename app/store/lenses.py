@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from sqlalchemy import delete
-
+from app.core.statements import say
 from app.store.checksummed import checksummed, content
-from app.store.repository import Page, Repository, new_id, timestamp
+from app.store.repository import Page, Repository, check_etag, content_etag, new_id, timestamp
 from app.store.tables import LensRow
 
 
@@ -31,9 +30,10 @@ class LensRepository(Repository):
         """Return a page, newest first, without damaged ones."""
         return self._page(limit, cursor, content)
 
-    def delete(self, id: str) -> None:
-        """Delete a lens; NotFound."""
-        with self._database.writing("The deletion") as rows:
-            done = rows.connection().execute(delete(LensRow).where(LensRow.id == id, LensRow.damaged.is_(None)))
-            if done.rowcount == 0:
-                raise self._unknown(id)
+    def delete(self, id: str, etag: str | None = None) -> None:
+        """Delete the lens with that ETag (None: whichever); NotFound, or Stale."""
+        with self._changing("The deletion", id) as (rows, row):
+            lens = content(row)
+            check_etag(etag, content_etag(lens), say("stale.lens", "This is another lens than the one you opened."),
+                       "stale-lens", {"id": id})
+            rows.delete(row)

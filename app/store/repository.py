@@ -99,7 +99,7 @@ class Repository:
             if row is None:
                 raise self._unknown(id)  # deleted a moment ago
             yield rows, row
-            update_checksum(row)
+            update_checksum(row)  # of one that the block has deleted, to no effect
 
     def _find(self, query: Select[Any]) -> list[Any]:
         with self._database.reading() as rows:

@@ -1,12 +1,13 @@
 """Rolls: the straight tracks that a ball has left before a camera; what they mean is the business of their readers."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from sqlalchemy import delete, func, select
 
+from app.core.statements import say
 from app.store.checksummed import checksummed, content, json_text
-from app.store.repository import Repository, timestamp
+from app.store.repository import Repository, check_etag, content_etag, timestamp
 from app.store.tables import RollRow
 
 MAX_ROLLS = 300  # of one camera: with more nothing is known better; the oldest go
@@ -39,24 +40,36 @@ class RollRepository(Repository):
         query = select(RollRow).where(RollRow.camera == camera, RollRow.damaged.is_(None)).order_by(RollRow.sequence)
         return self._intact(self._find(query), lambda row: content(self._checked(row)))
 
-    def leave_out(self, camera: str, id: str, left_out: bool) -> dict[str, Any]:
-        """Save whether an operator wants it left out; NotFound."""
+    def leave_out(self, camera: str, id: str, left_out: bool, etag: str | None = None) -> dict[str, Any]:
+        """Save whether an operator wants the one with that ETag (None: whichever) left out; NotFound, or Stale."""
         with self._changing("The roll", id, RollRow.camera == camera) as (_, row):
+            _check([content(row)], etag)
             saved = {**content(row), "left_out": left_out}
             row.body = json_text(saved, "The roll")
         self.revision += 1
         return saved
 
-    def delete(self, camera: str, id: str) -> None:
-        """Delete one; NotFound."""
-        self._row(id, RollRow.camera == camera)
-        self._delete(RollRow.id == id)
-
-    def clear(self, camera: str) -> None:
-        """Delete all of a camera's."""
-        self._delete(RollRow.camera == camera, RollRow.damaged.is_(None))
-
-    def _delete(self, *where: Any) -> None:
-        with self._database.writing("The deletion") as rows:
-            rows.execute(delete(RollRow).where(*where))
+    def delete(self, camera: str, id: str, etag: str | None = None) -> None:
+        """Delete the one with that ETag (None: whichever); NotFound, or Stale."""
+        with self._changing("The deletion", id, RollRow.camera == camera) as (rows, row):
+            _check([content(row)], etag)
+            rows.delete(row)
         self.revision += 1
+
+    def clear(self, camera: str, etag: str | None = None) -> None:
+        """Delete all of a camera's; Stale unless all together have that ETag (None: whichever)."""
+        with self._database.writing("The deletion") as rows:
+            _check(self.of(camera) if etag is not None else (), etag)
+            rows.execute(delete(RollRow).where(RollRow.camera == camera, RollRow.damaged.is_(None)))
+        self.revision += 1
+
+
+def rolls_etag(rolls: Iterable[Mapping[str, Any]]) -> str:
+    """Return the ETag of one roll or of several together: all else of a roll never changes."""
+    return content_etag([[roll["id"], roll["left_out"]] for roll in rolls])
+
+
+def _check(rolls: Sequence[Mapping[str, Any]], etag: str | None) -> None:
+    now = [{"id": roll["id"], "left_out": roll["left_out"]} for roll in rolls]
+    what = say("stale.rolls", "Another user has changed these rolls since you opened them.")
+    check_etag(etag, rolls_etag(rolls), what, "stale-rolls", now)

@@ -15,7 +15,7 @@ from starlette.testclient import TestClient
 
 from app.main import create_app
 from app.settings import Settings
-from tests.support.refusals import API
+from tests.support.refusals import API, refusal
 from tests.support.route_world import CAMERAS, HALVES, NAME, World, board, clicked_edges, motion
 
 DAMAGED = "POST /restore-backup"  # wants a database that is damaged: test_rest_restore_backup.py
@@ -180,6 +180,11 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "POST /straightness/picture.{format}": sent(format="png", json=lambda w: {"lens": w.bent, **pictured(w)}),
 }
 
+# A job is cancelled whatever it does, and controls are the camera's own.
+STATELESS = ("DELETE /jobs/{id}", "PATCH /cameras/{id}/controls")
+CHANGING = [*(route for route in ASKED if route.startswith(("PUT", "PATCH", "DELETE")) and route not in STATELESS),
+            "POST /calibrations/{id}/restore", "POST /cameras/{id}/confirm"]
+
 
 @pytest.fixture(scope="module")
 def world(tmp_path_factory):
@@ -200,13 +205,28 @@ def test_no_route_is_left_out(promised):
     assert routes == {*ASKED, DAMAGED}
 
 
-@pytest.mark.parametrize("route", ASKED)
-def test_a_good_request_is_answered_as_the_documentation_promises(world, promised, route):
+def asked(world: World, route: str) -> tuple[str, str, dict[str, Any], dict[str, Any]]:
+    """The method of a route, its path as documented, what stands in its braces, and the client's arguments."""
     method, path = route.split()
     values = {name: value(world) if callable(value) else value for name, value in ASKED[route].items()}
     rest = {name: values.pop(name) for name in ("json", "params", "files") if name in values}
+    return method, path, values, rest
+
+
+@pytest.mark.parametrize("route", ASKED)
+def test_a_good_request_is_answered_as_the_documentation_promises(world, promised, route):
+    method, path, values, rest = asked(world, route)
     if route == STREAM:
         world.remove_soon(values["id"])  # then the stream ends
     asking = world.change if method in ("PUT", "PATCH") else world.ask
     answer = asking(method, path.format_map(values), **rest)
     promised[API + path][method].validate_response(answer)
+
+
+@pytest.mark.parametrize("route", CHANGING)
+def test_a_change_made_from_another_state_is_refused_with_the_one_that_there_is(world, route):
+    method, path, values, rest = asked(world, route)
+    answer = world.client.request(method, API + path.format_map(values), headers={"If-Match": '"0123456789abcdef"'},
+                                  **rest)
+    problem = refusal(answer, 412)
+    assert problem["type"].startswith("/problems/stale-") and problem["fix"] and "current" in problem

@@ -1,6 +1,7 @@
 """What something names does not go: neither asked for alone nor in a race with whoever begins to name it."""
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from itertools import count
 from threading import Barrier
 
@@ -78,10 +79,9 @@ def clear(client):
 
 
 # What is there first, what would take it away, who names it, and the reason of the refusal.
-TABLE = [(put_field, delete_field, add_camera, "field-used"), (put_field, delete_field, change_camera, "field-used"),
-         (put_field, delete_field, save_rig, "field-used"), (put_field, delete_field, publish, "field-used"),
-         (put_field, remove_region, add_camera, "region-used"), (put_field, remove_region, change_camera, "region-used"),
-         (put_field, remove_region, save_rig, "region-used"), (put_colours, delete_colours, name_colours, "colours-used")]
+TABLE = [*((put_field, delete_field, name, "field-used") for name in (add_camera, change_camera, save_rig, publish)),
+         *((put_field, remove_region, name, "region-used") for name in (add_camera, change_camera, save_rig)),
+         (put_colours, delete_colours, name_colours, "colours-used")]
 NAMED = pytest.mark.parametrize("put, take, name, reason", TABLE, ids=lambda part: getattr(part, "__name__", None))
 
 
@@ -100,12 +100,12 @@ def test_of_two_at_once_what_is_named_stays_or_nobody_names_it(standing, put, ta
     for _ in range(RACES):
         clear(standing)
         put(standing)
-        at_once = Barrier(2)
-
-        def run(call):
-            at_once.wait()
-            return call(standing).status_code
-
         with ThreadPoolExecutor(2) as both:
-            gone, named = both.map(run, (take, name))
+            gone, named = both.map(partial(at_the_same_time, Barrier(2), standing), (take, name))
         assert sorted((gone < 300, named < 300)) == [False, True], (gone, named)
+
+
+def at_the_same_time(all_there, client, call):
+    """The status of a call that is made once all are there."""
+    all_there.wait()
+    return call(client).status_code

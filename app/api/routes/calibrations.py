@@ -67,9 +67,9 @@ def change_note(services: ServicesDep, id: Id, body: NoteChange, if_match: IfMat
 
 
 @router.post("/{id}/restore", response_model=responses.Calibration)
-def restore_calibration(services: ServicesDep, id: Id) -> Json:
-    """Undo a deletion: the version is there again under its number."""
-    return _version_json(services.store.calibrations.restore(id))
+def restore_calibration(services: ServicesDep, id: Id, if_match: IfMatch = None) -> Json:
+    """Undo a deletion: the version is there again under its number. With If-Match only if it is unchanged."""
+    return _version_json(services.store.calibrations.restore(id, if_match))
 
 
 def _version_json(calibration: Calibration) -> Json:

@@ -19,6 +19,7 @@ from app.live.status_types import CameraStatus
 from app.settings import CameraSettings
 from app.sources import SOURCES
 from app.sources.discover import discover_cameras
+from app.store.repository import check_etag
 
 router = APIRouter(prefix="/cameras", tags=["cameras"])
 
@@ -131,8 +132,11 @@ async def set_controls(services: ServicesDep, id: Id, body: requests.ControlChan
 
 
 @router.post("/{id}/confirm", response_model=CameraStatus)
-async def confirm_camera(services: ServicesDep, by: OperatorDep, id: Id) -> Json:
-    """Confirm that this is the calibrated camera, although it looks like another: apply its calibration again."""
+async def confirm_camera(services: ServicesDep, by: OperatorDep, id: Id, if_match: IfMatch = None) -> Json:
+    """Confirm that this is the calibrated camera, although it looks like another: apply its calibration again.
+
+    With If-Match, the id of the version that you saw as the active one, only if it still is: else 412.
+    """
     camera = services.live.get(id)
     if camera.identity is None:
         raise Conflict(say("camera.not-live-yet", "The camera has not been live yet."),
@@ -141,6 +145,9 @@ async def confirm_camera(services: ServicesDep, by: OperatorDep, id: Id) -> Json
     if camera.calibration is None:
         raise Conflict(NOT_CALIBRATED, say("camera.nothing-to-confirm", "There is no calibration to confirm."),
                        reason="not-calibrated")
+    check_etag(if_match, camera.calibration.id, say("stale.confirmed", "Another version has become active since you "
+                                                    "opened this page."), "stale-activation",
+               {"calibration": camera.calibration.id})
     await services.run_in_thread(services.cameras.confirm, camera.calibration, camera.identity, by)
     services.live.refresh(id)
     return Json(camera.status())

@@ -6,8 +6,8 @@ from fastapi import APIRouter, Query
 from pydantic import Field
 from starlette.responses import Response
 
-from app.api.dependencies import ServicesDep, in_thread
-from app.api.responses import Json, created, page, picture
+from app.api.dependencies import IfMatch, ServicesDep, in_thread
+from app.api.responses import Json, created, page, picture, versioned
 from app.api.schemas import responses
 from app.api.schemas.media import files
 from app.api.schemas.requests import Id
@@ -48,15 +48,15 @@ def list_clips(services: ServicesDep) -> Json:
 
 @router.get("/clips/{id}", response_model=responses.Clip)
 def read_clip(services: ServicesDep, id: Id) -> Json:
-    """Return one clip, with the times of its frames."""
+    """Return one clip, with the times of its frames; its ETag goes into If-Match of DELETE."""
     clip = services.store.clips.get(id)
-    return Json({**clip.to_json(), "times_s": [frame["time_s"] for frame in clip.frames]})
+    return versioned({**clip.to_json(), "times_s": [frame["time_s"] for frame in clip.frames]}, clip.etag)
 
 
 @router.delete("/clips/{id}", status_code=204, response_class=Response)
-def delete_clip(services: ServicesDep, id: Id) -> None:
-    """Delete a clip."""
-    services.store.clips.delete(id)
+def delete_clip(services: ServicesDep, id: Id, if_match: IfMatch = None) -> None:
+    """Delete a clip. With If-Match only that very one."""
+    services.store.clips.delete(id, if_match)
 
 
 @router.get("/clips/{id}/frames/{number}.jpg", response_class=Response, responses=files("image/jpeg"))

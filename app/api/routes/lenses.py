@@ -7,9 +7,9 @@ from fastapi import APIRouter, Request
 from pydantic import Field
 from starlette.responses import Response
 
-from app.api.dependencies import OperatorDep, ServicesDep, in_thread
+from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
 from app.api.request_mapping import image_size, pictures_of_one_size
-from app.api.responses import Json, accepted, finished_or_queued, page, picture
+from app.api.responses import Json, accepted, finished_or_queued, page, picture, versioned
 from app.api.routes.calibrations import ACCEPTED
 from app.api.schemas import responses
 from app.api.schemas.media import PICTURE
@@ -20,6 +20,7 @@ from app.core.geometry import MAX_COORDINATE
 from app.models.distortion import Distortion
 from app.services.container import Services
 from app.services.forms import Coordinate, Name, Note, Number, OptionText, OptionValues, Pair, Size, Strict, Triple
+from app.store.repository import content_etag
 from app.workflows.board_request import BoardCalibrationRequest, run_pictures, run_views
 from app.workflows.straight_lines import undistort
 from app.workflows.straight_lines_request import StraightLinesRequest, run_straightness
@@ -92,14 +93,15 @@ def list_lenses(services: ServicesDep, limit: Limit = 50, cursor: Cursor = None)
 
 @router.get("/lenses/{id}", response_model=responses.Lens)
 def read_lens(services: ServicesDep, id: Id) -> Json:
-    """Return one lens, with its covariance and its complete report."""
-    return Json(services.store.lenses.get(id))
+    """Return one lens, with its covariance and its complete report; its ETag goes into If-Match of DELETE."""
+    lens = services.store.lenses.get(id)
+    return versioned(lens, content_etag(lens))
 
 
 @router.delete("/lenses/{id}", status_code=204, response_class=Response)
-def delete_lens(services: ServicesDep, id: Id) -> None:
-    """Delete a lens; calibrations that used it keep their copy."""
-    services.store.lenses.delete(id)
+def delete_lens(services: ServicesDep, id: Id, if_match: IfMatch = None) -> None:
+    """Delete a lens; calibrations that used it keep their copy. With If-Match only that very one."""
+    services.store.lenses.delete(id, if_match)
 
 
 def _summary(lens: dict[str, Any]) -> dict[str, Any]:

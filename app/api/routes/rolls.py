@@ -8,7 +8,7 @@ from fastapi import APIRouter, Query, WebSocket
 from pydantic import Field
 from starlette.responses import Response
 
-from app.api.dependencies import OperatorDep, ServicesDep, in_thread
+from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
 from app.api.responses import Json, accepted
 from app.api.schemas import responses
 from app.api.schemas.requests import Id
@@ -21,6 +21,7 @@ from app.services.container import Services
 from app.services.forms import Name, Note, Number, Pair, Size, Strict
 from app.services.live import when_awake
 from app.sources.local.files import file_within
+from app.store.rolls import rolls_etag
 from app.store.store import Store
 from app.workflows.rolling_request import check, check_refinable, run_motion, stored_rolls_json
 
@@ -41,30 +42,31 @@ class RollChange(Strict):
 def list_rolls(services: ServicesDep, id: Id) -> Json:
     """List saved rolls, oldest first, and their straightness: Eq. (9) of each, of zones, along the image edge.
 
-    Corrected as well, where the camera's active calibration is of pictures of their size.
+    Corrected as well, where the camera's active calibration is of pictures of their size. `etag`, and that of each,
+    goes into If-Match of DELETE and PATCH.
     """
     services.cameras.get(id)
     return Json(_rolls_json(services.store, id))
 
 
 @router.patch("/cameras/{id}/rolls/{roll}", response_model=responses.Rolls)
-def leave_roll_out(services: ServicesDep, id: Id, roll: Id, body: RollChange) -> Json:
-    """Leave one out, or take it in again; return the list."""
-    services.store.rolls.leave_out(id, roll, body.left_out)
+def leave_roll_out(services: ServicesDep, id: Id, roll: Id, body: RollChange, if_match: IfMatch = None) -> Json:
+    """Leave one out, or take it in again; return the list. With If-Match, its `etag`, only if it is unchanged."""
+    services.store.rolls.leave_out(id, roll, body.left_out, if_match)
     return Json(_rolls_json(services.store, id))
 
 
 @router.delete("/cameras/{id}/rolls/{roll}", status_code=204, response_class=Response)
-def delete_roll(services: ServicesDep, id: Id, roll: Id) -> None:
-    """Delete one roll."""
-    services.store.rolls.delete(id, roll)
+def delete_roll(services: ServicesDep, id: Id, roll: Id, if_match: IfMatch = None) -> None:
+    """Delete one roll. With If-Match, its `etag`, only if it is unchanged."""
+    services.store.rolls.delete(id, roll, if_match)
 
 
 @router.delete("/cameras/{id}/rolls", status_code=204, response_class=Response)
-def delete_rolls(services: ServicesDep, id: Id) -> None:
-    """Delete all rolls of this camera, as after it was moved."""
+def delete_rolls(services: ServicesDep, id: Id, if_match: IfMatch = None) -> None:
+    """Delete all rolls of this camera, as after it was moved. With If-Match, the list's `etag`, only if unchanged."""
     services.cameras.get(id)
-    services.store.rolls.clear(id)
+    services.store.rolls.clear(id, if_match)
 
 
 @router.websocket("/cameras/{id}/rolls/stream")
@@ -114,7 +116,10 @@ def _save(store: Store, camera: str, new: list[dict[str, Any]], image_size: list
 
 
 def _rolls_json(store: Store, camera: str) -> dict[str, Any]:
-    return stored_rolls_json(store.rolls.of(camera), store.calibrations.active(camera))
+    saved = store.rolls.of(camera)
+    shown = stored_rolls_json(saved, store.calibrations.active(camera))
+    items = [{**item, "etag": rolls_etag([roll])} for item, roll in zip(shown["items"], saved, strict=True)]
+    return {**shown, "items": items, "etag": rolls_etag(saved)}
 
 
 class RollForm(Strict):

@@ -99,7 +99,7 @@ Events = response("Events", items=list_of(Event))
 Clip = response("Clip", clip=str, camera=str, frames=int, seconds=float)
 Clips = page_of("Clips", Clip)
 # items: oldest first, each with what it says raw and corrected; report: what all say together
-Rolls = response("Rolls", items=list[JsonObject], report=JsonObject | None)
+Rolls = response("Rolls", items=list[JsonObject], report=JsonObject | None, etag=str)
 
 # --- detection
 # learned: whether the colours were clicked or found in the camera's picture, null before that

@@ -1,6 +1,6 @@
 // Clips of a camera: recorded, stepped frame by frame, and played repeatedly while colours and stages are tuned.
 import { computed, effect, signal } from "@preact/signals";
-import { call, request } from "../../core/api.js";
+import { call, changeSeen, request } from "../../core/api.js";
 import { notify, notifyError } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { detectionCamera } from "./detection.js";
@@ -82,7 +82,7 @@ export const play = () => {
 /** @param {Clip} clip */
 export async function removeClip(clip) {
   try {
-    await call("DELETE", `/clips/${clip.clip}`);
+    await changeSeen("DELETE", `/clips/${clip.clip}`, (now) => now.taken_at === clip.taken_at);
     if (heldFrame.value?.clip?.clip === clip.clip) releaseFrame();
     await readClips();
     notify({ level: "info", text: t("detection.clips.removed"), fix: "" });

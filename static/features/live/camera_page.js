@@ -247,7 +247,8 @@ export async function removeCamera(camera) {
 
 export async function confirmCamera() {
   try {
-    await call("POST", `/cameras/${openedCamera.value?.id}/confirm`);
+    const { id, active_calibration: seen } = openedCamera.value ?? {};
+    await request("POST", `/cameras/${id}/confirm`, { headers: seen ? { "If-Match": seen } : {} });
     await refreshStatuses();
   } catch (error) {
     notifyError(error);

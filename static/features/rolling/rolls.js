@@ -1,6 +1,6 @@
 // A ball rolling before a live camera: moving objects, each straight roll, and the lens fitted to the rolls.
 import { computed, effect, signal } from "@preact/signals";
-import { call, online } from "../../core/api.js";
+import { online, request } from "../../core/api.js";
 import { number, pct } from "../../core/format.js";
 import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
@@ -118,10 +118,15 @@ export function startRolls() {
 
 /** @param {string} id @param {boolean} out */
 export async function excludeRoll(id, out) {
-  const camera = rollsCamera.value?.id;
-  if (!camera) return;
+  const camera = rollsCamera.value?.id,
+    roll = rolls.value.find((one) => one.id === id);
+  if (!camera || !roll) return;
   try {
-    const now = await call("PATCH", `/cameras/${encodeURIComponent(camera)}/rolls/${id}`, { left_out: out });
+    const response = await request("PATCH", `/cameras/${encodeURIComponent(camera)}/rolls/${id}`, {
+      json: { left_out: out },
+      headers: { "If-Match": roll.etag },
+    });
+    const now = await response.json();
     leftOut.value = out ? [...leftOut.value, id] : leftOut.value.filter((one) => one !== id);
     if (rollsCamera.value?.id === camera) rollsResponse.value = { ...now, camera };
   } catch (error) {
@@ -155,8 +160,10 @@ export async function forgetRolls() {
   }
   forgetting.value = false;
   try {
-    await call("DELETE", `/cameras/${encodeURIComponent(camera.id)}/rolls`);
-    rollsResponse.value = { items: [], report: null, camera: camera.id };
+    await request("DELETE", `/cameras/${encodeURIComponent(camera.id)}/rolls`, {
+      headers: { "If-Match": rollsResponse.value?.etag ?? "" },
+    });
+    rollsResponse.value = { items: [], report: null, camera: camera.id, etag: "" };
   } catch (error) {
     notifyError(error);
   }

@@ -2,10 +2,10 @@
 /** One roll as a picture judges it. bow_pct: Eq. (9); spread_pct: its σ. */
 export interface JudgedRoll { length_px: number; bow_pct: number; sigma_pct: number; spread_pct: number; rms_px: number; level: string; words: string; used: boolean }
 /** A roll that is kept. at: unix, s; counts: whether it is of pictures of the newest one's size. */
-export interface SavedRoll { id: string; at: number; seconds: number; left_out: boolean; counts: boolean; points: [number, number][]; raw: JudgedRoll | null; corrected: JudgedRoll | null }
+export interface SavedRoll { id: string; at: number; seconds: number; left_out: boolean; counts: boolean; points: [number, number][]; raw: JudgedRoll | null; corrected: JudgedRoll | null; etag: string }
 export interface SagZone { pct: number; sigma_pct: number; rolls: number }
 /** What all rolls say of a picture. */
 export interface RollsSummary { border_pct: number | null; border_sigma_pct: number | null; free: boolean; sentence: string; zones: (SagZone | null)[][] }
-export interface RollsResponse { camera: string; items: SavedRoll[]; report: { raw: RollsSummary; corrected: RollsSummary | null; sentence: string } | null }
+export interface RollsResponse { camera: string; etag: string; items: SavedRoll[]; report: { raw: RollsSummary; corrected: RollsSummary | null; sentence: string } | null }
 /** What moves now, and the ids of rolls that have just ended. */
 export interface MovingTracks { seq: number; width: number; height: number; tracks: [number, number][][]; hint: string; new: string[] }
