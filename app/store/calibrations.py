@@ -158,10 +158,11 @@ class CalibrationRepository(Repository):
                      for row in self._find(query))
 
     def activations(self, limit: int = 50) -> tuple[dict[str, Any], ...]:
-        """Return what was activated for any camera, newest first: {"camera", "version", "at", "by", "despite", "moment"}.
+        """Return what was activated for any camera, newest first.
 
-        Versions that were deleted since are there too, damaged ones are not. camera: None for pictures from files.
-        moment: monotonic; -inf for what was activated before the store was opened.
+        As {"camera", "version", "at", "by", "despite", "moment"}. Versions that were deleted since are there too,
+        damaged ones are not. camera: None for pictures from files. moment: monotonic; -inf for what was activated
+        before the store was opened.
         """
         query = (select(ActivationRow, CalibrationRow.version)
                  .join(CalibrationRow, CalibrationRow.id == ActivationRow.calibration)
