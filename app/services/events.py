@@ -127,8 +127,9 @@ def newest_events(noted: tuple[_Event, ...], store: Store, cameras: CameraServic
                                   "version": row["version"], "by": row["by"] or None, "despite": row["despite"],
                                   "text": _activated(row["version"], title(row["camera"]), len(row["despite"]))})
                  for row in store.calibrations.activations(limit)]
-    did = [(event.moment, {"at": event.at, "kind": event.kind, "camera": event.camera, "version": None, "by": None,
-                           "despite": [], "text": event.text(title(event.camera))}) for event in noted[:limit]]
+    did: list[tuple[float, dict[str, Any]]] = [
+        (event.moment, {"at": event.at, "kind": event.kind, "camera": event.camera, "version": None, "by": None,
+                        "despite": [], "text": event.text(title(event.camera))}) for event in noted[:limit]]
     newest_first = heapq.merge(activated, did, key=itemgetter(0), reverse=True)
     return [stated(event) for _, event in islice(newest_first, limit)]
 
