@@ -5,6 +5,7 @@ from datetime import UTC, datetime
 import pytest
 
 from app.services.events import MAX_NOTED, CameraEvents, newest_events
+from tests.support import store_writer
 from tests.support.activation import activate_despite
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
@@ -49,8 +50,9 @@ def test_activations_of_all_cameras_are_listed_newest_first(client, task, calibr
         refusal(client.get(f"{API}/events", params={"limit": limit}), 422)
 
 
-def test_what_happened_last_comes_first_after_the_clock_was_set_back(client, calibration, monkeypatch):
+def test_what_happened_last_comes_first_after_the_clock_was_set_back(client, monkeypatch):
     services = client.app.state.services
+    made = services.store.calibrations.add(store_writer.calibration("north", ""))
     hours = iter(range(23, 0, -1))
 
     def set_back():
@@ -61,7 +63,7 @@ def test_what_happened_last_comes_first_after_the_clock_was_set_back(client, cal
     log = CameraEvents()
     for state, by in (("live", "Ada"), ("offline", "Bo"), ("live", "Cy")):
         log.note({"north": {"state": state, "drift": None}})
-        services.store.calibrations.activate(calibration["id"], by)
+        services.store.calibrations.activate(made.id, by)
 
     def told(limit):
         return [one["by"] or one["kind"] for one in newest_events(log.noted, services.store, services.cameras, limit)]
