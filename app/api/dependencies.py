@@ -9,6 +9,7 @@ from pydantic import AfterValidator
 from starlette.requests import HTTPConnection
 
 from app.core.errors import TouchlineError
+from app.core.jobs import Caller
 from app.services.container import Services
 
 OPERATOR_HEADER = "X-Operator"
@@ -28,6 +29,11 @@ async def operator_of(request: Request) -> str:
     return operator_name(request.headers.get(OPERATOR_HEADER, "")) or (request.client.host if request.client else "")
 
 
+async def caller_of(request: Request) -> Caller:
+    """Return who asks, with the address of the connection beside the name: the name alone is anybody's."""
+    return Caller(request.client.host if request.client else "", await operator_of(request))
+
+
 def operator_name(given: str) -> str:
     """Return a name as others may read it: short, and without what would move or hide the words around it."""
     return "".join(filter(str.isprintable, given)).strip()[:MAX_NAME]
@@ -39,6 +45,7 @@ def _bare(etag: str | None) -> str | None:
 
 ServicesDep = Annotated[Services, Depends(services_of)]
 OperatorDep = Annotated[str, Depends(operator_of)]
+CallerDep = Annotated[Caller, Depends(caller_of)]
 IfMatch = Annotated[str | None, Header(max_length=200), AfterValidator(_bare)]
 
 

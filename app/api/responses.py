@@ -11,7 +11,7 @@ from fastapi import Request
 from numpy.typing import NDArray
 from starlette.responses import Response
 
-from app.api.dependencies import operator_of
+from app.api.dependencies import caller_of
 from app.api.json_text import json_bytes
 from app.api.middleware.problems import MANUAL, problem
 from app.core.progress import Progress
@@ -106,7 +106,7 @@ async def finished_or_queued(request: Request, services: Services, kind: str, ru
 
     saver, context: what keeps the result, as JobEngine.start takes them. respond: returns the answer of a result.
     """
-    caller = await operator_of(request)
+    caller = await caller_of(request)
     if as_job:
         return accepted(await services.run_in_thread(services.jobs.start, kind, run, spec, saver, context,
                                                      caller=caller))

@@ -1,8 +1,8 @@
-"""A job: what it is to do (JobSpec), and one state of it (Job), wherever it is computed and kept."""
+"""A job: who wants it (Caller), what it is to do (JobSpec), and one state of it (Job), wherever it is computed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, Self
+from typing import Any, Literal, NamedTuple, Self
 
 from app.core.errors import TouchlineError
 from app.core.statements import say, stated
@@ -11,6 +11,16 @@ State = Literal["queued", "running", "done", "failed", "cancelled"]
 ENDED: tuple[State, ...] = ("done", "failed", "cancelled")
 WAITING = say("job.waiting", "Waiting for its turn")
 STORED = {"run": "run", "spec": "spec", "saver": "keep", "context": "about", "durable": "lasts"}  # names in stored rows
+
+
+class Caller(NamedTuple):
+    """Who wants a job. address: of the connection; name: what the caller says, which nothing proves."""
+
+    address: str = ""
+    name: str = ""
+
+
+NOBODY = Caller()
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,6 @@ from app.images.screen import screen
 
 # libjpeg leaves out what a smaller picture does not show: an eighth costs a third of the whole
 REDUCED = ((8, cv2.IMREAD_REDUCED_COLOR_8), (4, cv2.IMREAD_REDUCED_COLOR_4), (2, cv2.IMREAD_REDUCED_COLOR_2))
-HEAD_BYTES = 65_536  # in which tables and notes stand, before the pixels
 
 
 def decode_in_process(data: bytes, limits: ImageLimits = DEFAULT_LIMITS) -> Frame:
@@ -72,9 +71,8 @@ class JpegFrame(Frame):
 
     @property
     def is_plain(self) -> bool:
-        """Whether any viewer shows it as we do: it is not to be turned, and has its own Huffman tables."""
-        head = self.jpeg[:HEAD_BYTES]
-        return b"Exif\0" not in head and b"\xff\xc4" in head
+        """Whether any viewer shows it as we do."""
+        return self._declared.is_plain
 
     def reduced(self, width: int, height: int = 1) -> NDArray[np.uint8]:
         if self._decoded is None:

@@ -20,10 +20,11 @@ from app.images.limits import (
     unsupported,
 )
 
-EOI, SOS = 0xD9, 0xDA
+EOI, SOS, HUFFMAN = 0xD9, 0xDA, 0xC4
+APP1 = 0xE1  # Exif or XMP: either may say that viewers are to turn the picture, which the decoders here do not
 PLAIN = (0xC0, 0xC1, 0xC2)  # baseline, extended, progressive: what cameras write
 OTHER_KINDS = (0xC3, 0xC5, 0xC6, 0xC7, 0xC9, 0xCA, 0xCB, 0xCD, 0xCE, 0xCF)  # lossless, hierarchical, arithmetic
-SEGMENTS = {0xC4, 0xCC, *range(0xDB, 0xF0), 0xFE}  # tables, application data, comments
+SEGMENTS = {HUFFMAN, 0xCC, *range(0xDB, 0xF0), 0xFE}  # tables, application data, comments
 MAX_SEGMENTS = 5_000
 
 # At C's speed and with nothing to backtrack: a Python loop over a file full of FF 00 would itself be the attack.
@@ -34,6 +35,7 @@ FILL = re.compile(rb"\xff++")  # any number of fill bytes may precede a marker
 def screen_jpeg(data: bytes, limits: ImageLimits) -> DeclaredImage:
     """Size and format of a JPEG with few scans, whole to its end mark."""
     size: tuple[int, int] | None = None
+    has_tables, is_turned = False, False
     scans, position = 0, 2
     for _ in range(MAX_SEGMENTS):
         marker, body, position = _segment(data, position)
@@ -63,11 +65,13 @@ def screen_jpeg(data: bytes, limits: ImageLimits) -> DeclaredImage:
         elif marker not in SEGMENTS:
             raise damaged(say("image-damage.unknown-segment", "it contains an unknown segment ({marker})",
                               marker=f"{marker:02X}"))
+        has_tables |= marker == HUFFMAN and scans == 0
+        is_turned |= marker == APP1
     else:
         raise damaged(say("image-damage.too-many-segments", "it has too many segments"))
     if size is None or scans == 0:
         raise damaged(NO_PIXELS)
-    return DeclaredImage("jpeg", *size, position)
+    return DeclaredImage("jpeg", *size, position, has_tables and not is_turned)
 
 
 def _segment(data: bytes, position: int) -> tuple[int, memoryview, int]:

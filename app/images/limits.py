@@ -32,12 +32,15 @@ class DeclaredImage:
     """What a header says: format "png", "jpeg", "bmp" or "webp", and the size in px.
 
     length: bytes to the picture's end mark, after which more may have come; None where it was not looked for.
+    is_plain: a JPEG that any viewer shows as we decode it: nothing in it asks to be turned, and its Huffman tables are
+    its own.
     """
 
     format: str
     width: int
     height: int
     length: int | None = field(default=None, compare=False)
+    is_plain: bool = field(default=False, compare=False)
 
     def undecodable(self) -> BadImage:
         return BadImage(say("image.cannot-decode", "The {format} image cannot be decoded.", format=self.format.upper()),

@@ -8,6 +8,7 @@
         jobs.cancel(job.id)                       cancelled, at once
 
     engine.py           gives jobs to runners, and once more where a worker was lost
+    fair_queue.py       which job comes next, and how many each caller may have waiting
     registry.py         the state of every job
     runner.py           what a runner is; execute.py: a job's function found by its name and called
     process_runner.py   a process of this machine seen from outside; worker_main.py: from inside

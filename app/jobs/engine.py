@@ -1,24 +1,22 @@
 """Jobs on runners: a queue, as many threads as runners, another try after a lost worker, and how a job ends."""
 
 import logging
-import queue
 import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from itertools import count
-from math import inf
 from threading import RLock, Thread
 from typing import Any, Self
 
 from app.core.common_sentences import SHUTTING_DOWN, TRY_WHEN_BACK
-from app.core.errors import BadInput, Busy, Conflict, TouchlineError, Unavailable
-from app.core.jobs import Job, JobSpec, problem_of
+from app.core.errors import BadInput, Conflict, TouchlineError, Unavailable
+from app.core.jobs import NOBODY, Caller, Job, JobSpec, problem_of
 from app.core.progress import Progress
 from app.core.statements import say
 from app.jobs.dask_cluster import DaskCluster
 from app.jobs.dask_runner import DaskRunner
 from app.jobs.execute import current_name
+from app.jobs.fair_queue import MAX_QUEUED, FairQueue, check_room
 from app.jobs.process_runner import ProcessRunner
 from app.jobs.registry import START_AGAIN, JobRegistry, JobTable
 from app.jobs.runner import JobFailed, JobRunner, JobStopped, JobTimeout, WorkerDied
@@ -27,8 +25,6 @@ Run = Callable[[Any, Progress], Any]
 ResultSaver = Callable[[Any, Any], Any]  # what run returned, and the job's context -> the job's result
 log = logging.getLogger("touchline")
 
-MAX_QUEUED = 100
-MAX_QUEUED_EACH = 20  # of one caller: more would wait for so long that nobody waits for them
 KEPT_S = 3600.0
 MEMORY_BYTES = 2 << 30
 MAX_ATTEMPTS = 3  # a worker may be lost by chance twice; a job that has lost three is itself to blame
@@ -51,10 +47,8 @@ class JobEngine:
         self._modules = modules
         self.result_savers = {} if result_savers is None else result_savers
         self._registry = JobRegistry(kept, kept_s)
-        self._callers: dict[str, str] = {}  # of jobs that have not ended
-        self._numbers = count()
-        # Whose caller has fewest before it comes first, then who came first.
-        self._queue: queue.PriorityQueue[tuple[float, int, tuple[str, JobSpec] | None]] = queue.PriorityQueue()
+        self._callers: dict[str, Caller] = {}  # of jobs that have not ended
+        self._queue: FairQueue[tuple[str, JobSpec]] = FairQueue()
         if engine == "local":
             self._runners: list[JobRunner] = [ProcessRunner(memory_bytes, modules) for _ in range(workers)]
         else:
@@ -77,8 +71,8 @@ class JobEngine:
                     self._fail(job.id, Unavailable(say("job.not-supported", "This version of Touchline does not "
                                                        "support this job."), START_AGAIN, reason="job-lost"))
                 else:
-                    self._put(0, (job.id, spec))
-            if not self._queue.empty():
+                    self._queue.put((job.id, spec), NOBODY, 0, 0)
+            if not self._queue.is_empty:
                 self._start_threads()
 
     @contextmanager
@@ -92,13 +86,13 @@ class JobEngine:
             yield
 
     def start(self, kind: str, run: Run, spec: Any, saver: str | None = None, context: Any = None, *,
-              durable: bool = True, caller: str = "") -> Job:
+              durable: bool = True, caller: Caller = NOBODY) -> Job:
         """Queue a job. run: a top-level function; spec: plain JSON for it.
 
         saver: the name of a result saver, called here with what run returned and the context (plain JSON) when that is
         whole and still wanted; the job's result is what it returns. From then on the job cannot be cancelled, and what
         is saved is saved together with the job's end, whole or not at all. durable: false for who waits for the answer.
-        caller: each has a share of the queue; Busy for who has used it up.
+        caller: each address has a share of the queue, and each name a share of that; Busy for who has used it up.
         """
         job_spec = JobSpec(f"{run.__module__}:{run.__qualname__}", spec, saver, context, durable)
         if not self._can_save(saver):
@@ -107,18 +101,12 @@ class JobEngine:
             if self.closed:
                 raise Unavailable(SHUTTING_DOWN, TRY_WHEN_BACK, reason="shutting-down")
             under_way = [job for job in self._registry.all() if not job.ended]
-            self._callers = {job.id: self._callers.get(job.id, "") for job in under_way}
-            own = [job for job in under_way if self._callers[job.id] == caller]
-            for jobs, most, what in (
-                    (own, MAX_QUEUED_EACH, say("job.too-many-of-yours", "{jobs} of your jobs are already waiting.",
-                                               jobs=MAX_QUEUED_EACH)),
-                    (under_way, MAX_QUEUED, say("job.too-many", "{jobs} jobs are already waiting.", jobs=MAX_QUEUED))):
-                if sum(job.state == "queued" for job in jobs) >= most:
-                    raise Busy(what, say("job.wait-or-cancel", "Wait until some have ended, or cancel some."),
-                               reason="too-many-jobs")
+            self._callers = callers = {job.id: self._callers.get(job.id, NOBODY) for job in under_way}
+            check_room(caller, [callers[job.id] for job in under_way if job.state == "queued"])
+            of_address = [one for one in callers.values() if one.address == caller.address]
             job = self._registry.add(kind, job_spec)
-            self._callers[job.id] = caller
-            self._put(len(own), (job.id, job_spec))
+            callers[job.id] = caller
+            self._queue.put((job.id, job_spec), caller, len(of_address), of_address.count(caller))
             self._start_threads()
         return job
 
@@ -145,7 +133,7 @@ class JobEngine:
         for runner in self._runners:
             runner.end()
         for _ in self._threads:
-            self._put(inf, None)
+            self._queue.end()
         for thread in self._threads:
             thread.join()
         for runner in self._runners:
@@ -156,10 +144,6 @@ class JobEngine:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-    def _put(self, before: float, item: tuple[str, JobSpec] | None) -> None:
-        """Queue a job. before: how many its caller has under way already."""
-        self._queue.put((before, next(self._numbers), item))
 
     def _is_known(self, spec: JobSpec) -> bool:
         """Whether a stored job is one of ours: a data folder may come from a stranger's archive."""
@@ -175,7 +159,7 @@ class JobEngine:
                 thread.start()
 
     def _serve(self, runner: JobRunner) -> None:
-        while (item := self._queue.get()[2]) is not None:
+        while (item := self._queue.get()) is not None:
             id, spec = item
             try:
                 if self.closed or not self._registry.begin(id):
@@ -199,7 +183,8 @@ class JobEngine:
         elif self._registry.requeue(id, say(
                 "job.worker-lost", "Its worker was lost; waiting for attempt {attempt} of {attempts}", attempt=attempt,
                 attempts=MAX_ATTEMPTS)):
-            self._put(MAX_QUEUED_EACH, (id, spec))  # it may be to blame: the others go first
+            # It may be to blame: the others go first.
+            self._queue.put((id, spec), self._callers.get(id, NOBODY), MAX_QUEUED, MAX_QUEUED)
 
     def _fail(self, id: str, error: Exception) -> None:
         self._registry.fail(id, self._problem(error))

@@ -33,10 +33,11 @@ NICE = 10  # niceness: the picture and the detections go first
 
 @dataclass(frozen=True)
 class BufferedFrame:
-    """One frame, encoded."""
+    """One frame, encoded. time_s: unix; moment: on the steady clock, by which frames are kept, s."""
 
     seq: int
     time_s: float
+    moment: float
     size: ImageSize
     jpeg: bytes
 
@@ -84,8 +85,8 @@ class FrameBuffer:
                 frames = list(self._frames)
             if frames and frames[-1].seq != newest:
                 newest, silent_until = frames[-1].seq, time.monotonic() + SILENT_S
-                clip = [one for one in frames if one.time_s >= frames[-1].time_s - seconds - 0.5 / FPS]
-                full = frames[0].time_s <= frames[-1].time_s - seconds + 1.5 / FPS
+                clip = [one for one in frames if one.moment >= frames[-1].moment - seconds - 0.5 / FPS]
+                full = frames[0].moment <= frames[-1].moment - seconds + 1.5 / FPS
                 if full or self._bytes > 0.9 * MAX_BYTES:
                     return clip
             elif time.monotonic() > silent_until:
@@ -112,13 +113,13 @@ class FrameBuffer:
 
     def _keep(self, taken: CapturedFrame) -> None:
         jpeg = taken.frame.jpeg or _encoded(taken.frame.pixels)
-        frame = BufferedFrame(taken.seq, taken.time, taken.frame.size, jpeg)
+        frame = BufferedFrame(taken.seq, taken.time, taken.moment, taken.frame.size, jpeg)
         with self._changed:
             if self._frames and self._frames[-1].size != frame.size:
                 self._clear()  # a clip is of one size
             self._frames.append(frame)
             self._bytes += len(frame.jpeg)
-            while self._bytes > MAX_BYTES or frame.time_s - self._frames[0].time_s > MAX_S:
+            while self._bytes > MAX_BYTES or frame.moment - self._frames[0].moment > MAX_S:
                 self._bytes -= len(self._frames.popleft().jpeg)
             self._changed.notify_all()
 

@@ -6,8 +6,10 @@ import socket
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 from app.processes.framing import MAX_BODY, START, Connection, encode_body
@@ -15,6 +17,7 @@ from app.processes.framing import MAX_BODY, START, Connection, encode_body
 CHILD_MAIN = Path(__file__).with_name("child_main.py")
 FRUGAL = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
           "MALLOC_ARENA_MAX": "1"}  # of a thread's own arena the GNU library returns little of what was freed
+REAPER = "reaper of"
 SECRET = "TOUCHLINE"  # our settings may hold a token or a database's password, for which a child has no use
 
 
@@ -32,7 +35,10 @@ class Program:
 
 
 def start(program: Program) -> tuple[subprocess.Popen[bytes], socket.socket]:
-    """Return the process and the parent's end of the socket; OSError where none can be started."""
+    """Return the process and the parent's end of the socket; OSError where none can be started.
+
+    Its end is collected at once, also where nobody asks for it any more.
+    """
     ours, theirs = socket.socketpair()
     start_up = json.dumps({"path": sys.path, "main": program.main, "memory_bytes": program.memory_bytes,
                            "nice": program.nice})
@@ -40,12 +46,23 @@ def start(program: Program) -> tuple[subprocess.Popen[bytes], socket.socket]:
     try:
         with theirs:
             # A session of its own: an operator's Ctrl-C is for the server, which then ends its children.
-            return subprocess.Popen([sys.executable, "-P", str(CHILD_MAIN), start_up], env=environment,
-                                    stdin=theirs.fileno(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                                    start_new_session=True), ours
+            process = subprocess.Popen([sys.executable, "-P", str(CHILD_MAIN), start_up], env=environment,
+                                       stdin=theirs.fileno(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                       start_new_session=True)
     except OSError:
         ours.close()
         raise
+    with suppress(RuntimeError):  # no thread to be had: then whoever looks for it next collects it
+        Thread(target=_reap, args=(process,), name=f"{REAPER} {process.pid}", daemon=True).start()
+    return process, ours
+
+
+def _reap(process: subprocess.Popen[bytes]) -> None:
+    """Wait until a process ends, and collect it."""
+    with suppress(ChildProcessError):  # another thread was faster
+        # Not process.wait(): it holds the lock all the while without which poll() of other threads cannot tell.
+        os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+    process.poll()
 
 
 class ChildProcess:

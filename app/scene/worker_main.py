@@ -46,7 +46,7 @@ class SceneWorker:
 
     def _show_picture(self, key: str, jpeg: bytes) -> None:
         """Show a JPEG that our own server or a camera's process has encoded."""
-        raw = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+        raw = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
         if raw is not None:
             self._view.show_picture(key, np.asarray(raw, np.uint8))
 

@@ -14,6 +14,7 @@ from anyio import CapacityLimiter, to_thread
 
 from app.core.errors import Cancelled, TouchlineError
 from app.core.geometry import ImageSize
+from app.core.jobs import NOBODY, Caller
 from app.core.progress import Progress
 from app.core.records import Frame
 from app.evaluate.cameras.picture_print import PicturePrint
@@ -171,7 +172,7 @@ class Services:
 
     async def run_as_job(self, kind: str, run: Callable[[Any, Progress], Any], spec: Any,
                          is_abandoned: Callable[[], Awaitable[bool]], saver: str | None = None,
-                         context: Any = None, caller: str = "") -> Job:
+                         context: Any = None, caller: Caller = NOBODY) -> Job:
         """Run work of many seconds in a process and wait for its end; cancel it once its caller has gone."""
         job = self.jobs.start(kind, run, spec, saver, context, durable=False, caller=caller)
         polls = 0

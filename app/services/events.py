@@ -4,9 +4,13 @@ The store keeps activations. What cameras did is noted here while the server run
 """
 
 import asyncio
+import heapq
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, replace
+from itertools import islice
+from operator import itemgetter
+from time import monotonic
 from typing import Any, Literal
 
 from app.core.statements import Sentence, say, stated
@@ -46,8 +50,9 @@ class _Known:
 
 @dataclass(frozen=True)
 class _Event:
-    """said: a code, and a template with places for the camera's name and how far it moved."""
+    """moment: monotonic; said: a code, and a template with places for the camera's name and how far it moved."""
 
+    moment: float
     at: str
     kind: Kind
     camera: str
@@ -108,24 +113,25 @@ class CameraEvents:
         return replace(known, alarm=alarm)
 
     def _add(self, camera: str, kind: Kind, said: tuple[str, str], distance: str = "") -> None:
-        self.noted = (_Event(timestamp(utc_now), kind, camera, said, distance), *self.noted)[:MAX_NOTED]
+        self.noted = (_Event(monotonic(), timestamp(utc_now), kind, camera, said, distance), *self.noted)[:MAX_NOTED]
 
 
 def newest_events(noted: tuple[_Event, ...], store: Store, cameras: CameraService, limit: int) -> list[dict[str, Any]]:
-    """Return the newest activations and what cameras did, as plain JSON, newest first."""
+    """Return the newest activations and what cameras did, as plain JSON, newest first, even if the clock was set."""
     titles = {camera.id: camera.title for camera in cameras.all()}
 
     def title(camera: str | None) -> str:
         return FROM_FILES if camera is None else titles.get(camera, camera)
 
-    activated = [stated({"at": row["at"], "kind": "activated", "camera": row["camera"], "version": row["version"],
-                         "by": row["by"] or None, "despite": row["despite"], "text": _activated(
-                             row["version"], title(row["camera"]), len(row["despite"]))})
+    activated = [(row["moment"], {"at": row["at"], "kind": "activated", "camera": row["camera"],
+                                  "version": row["version"], "by": row["by"] or None, "despite": row["despite"],
+                                  "text": _activated(row["version"], title(row["camera"]), len(row["despite"]))})
                  for row in store.calibrations.activations(limit)]
-    did: list[dict[str, Any]] = [
-        stated({"at": event.at, "kind": event.kind, "camera": event.camera, "version": None, "by": None, "despite": [],
-                "text": event.text(title(event.camera))}) for event in noted[:limit]]
-    return sorted([*activated, *did], key=lambda event: event["at"], reverse=True)[:limit]
+    did: list[tuple[float, dict[str, Any]]] = [
+        (event.moment, {"at": event.at, "kind": event.kind, "camera": event.camera, "version": None, "by": None,
+                        "despite": [], "text": event.text(title(event.camera))}) for event in noted[:limit]]
+    newest_first = heapq.merge(activated, did, key=itemgetter(0), reverse=True)
+    return [stated(event) for _, event in islice(newest_first, limit)]
 
 
 def _activated(version: int, camera: str, problems: int) -> Sentence:

@@ -12,7 +12,7 @@ from app.core.errors import Unavailable
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
 from app.core.statements import say, sentence_in
-from app.live.camera import LiveCamera
+from app.live.camera import SEEN, LiveCamera
 from app.live.cameras import LiveCameras
 from app.services.cameras import CameraService
 from app.services.detection import DetectionService
@@ -50,13 +50,24 @@ async def take_frame(camera: LiveCamera, timeout_s: float = SNAPSHOT_S, frames: 
     return TakenFrame(camera, head, png)
 
 
-async def when_awake(camera: LiveCamera, take: Callable[[float], Awaitable[T]], timeout_s: float = FIRST_FRAME_S) -> T:
-    """Call take with the seconds left, on a camera that may have been asleep; Unavailable says what is wrong."""
+async def when_awake(camera: LiveCamera, take: Callable[[float], Awaitable[T]], timeout_s: float = FIRST_FRAME_S, *,
+                     must_be_live: bool = False) -> T:
+    """Call take with the seconds left, on a camera that may have been asleep; Unavailable says what is wrong.
+
+    must_be_live: the last frame of a camera that delivers none any more is not wanted.
+    """
     end = time.monotonic() + timeout_s
-    while (status := camera.status())["seq"] in (None, 0) and time.monotonic() < end:
-        if status["state"] == "offline":  # it says itself what is wrong
+
+    def is_awake() -> bool:
+        status = camera.status()
+        return status["state"] in SEEN if must_be_live else status["seq"] not in (None, 0)
+
+    while not is_awake() and time.monotonic() < end:
+        if camera.status()["state"] == "offline":  # it says itself what is wrong
             raise _silent(camera)
         await asyncio.sleep(0.05)
+    if must_be_live and not is_awake():
+        raise _silent(camera)
     try:
         return await take(max(1.0, end - time.monotonic()))
     except (TimeoutError, Unavailable):

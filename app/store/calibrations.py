@@ -8,6 +8,8 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from hashlib import sha256
+from math import inf
+from time import monotonic
 from typing import Any
 
 from sqlalchemy import ColumnElement, func, select
@@ -43,6 +45,7 @@ class CalibrationRepository(Repository):
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
         self._cameras: dict[str, str | None] = {}  # by key
+        self._moments: dict[int, float] = {}  # by an activation's sequence, monotonic: of those since we were opened
 
     def add(self, calibration: Calibration, by: str = "") -> Calibration:
         """Save a new version; its id, version, date and maker are given here."""
@@ -113,7 +116,10 @@ class CalibrationRepository(Repository):
                 raise self._unknown(id)  # deleted a moment ago
             self._check_active(activated, etag)
             rows.merge(checksummed(ActiveRow, chosen, what, **chosen))
-            rows.add(ActivationRow(**chosen, at=timestamp(self._clock), by=by, despite=json.dumps(list(despite))))
+            row = ActivationRow(**chosen, at=timestamp(self._clock), by=by, despite=json.dumps(list(despite)))
+            rows.add(row)
+            rows.flush()  # which numbers it
+            self._moments[row.sequence] = monotonic()
         return activated
 
     def _check_active(self, chosen: Calibration, etag: str | None) -> None:
@@ -153,9 +159,11 @@ class CalibrationRepository(Repository):
                      for row in self._find(query))
 
     def activations(self, limit: int = 50) -> tuple[dict[str, Any], ...]:
-        """Return what was activated for any camera, newest first: {"camera", "version", "at", "by", "despite"}.
+        """Return what was activated for any camera, newest first.
 
-        Versions that were deleted since are there too, damaged ones are not. camera: None for pictures from files.
+        As {"camera", "version", "at", "by", "despite", "moment"}. Versions that were deleted since are there too,
+        damaged ones are not. camera: None for pictures from files. moment: monotonic; -inf for what was activated
+        before the store was opened.
         """
         query = (select(ActivationRow, CalibrationRow.version)
                  .join(CalibrationRow, CalibrationRow.id == ActivationRow.calibration)
@@ -163,7 +171,8 @@ class CalibrationRepository(Repository):
         with self._database.reading() as rows:
             found = rows.execute(query).all()
         return self._intact(found, lambda pair: {"camera": self._camera(pair[0]), "version": pair[1],
-                                                 "at": pair[0].at, "by": pair[0].by, "despite": _despite(pair[0])})
+                                                 "at": pair[0].at, "by": pair[0].by, "despite": _despite(pair[0]),
+                                                 "moment": self._moments.get(pair[0].sequence, -inf)})
 
     def _camera(self, row: ActivationRow) -> str | None:
         """Return the name behind a key, which only a version's body has; read once, for it is always the same."""

@@ -5,6 +5,7 @@
 """
 
 import json
+import os
 import re
 import struct
 from collections.abc import Mapping
@@ -70,7 +71,10 @@ class ClipRepository:
             make_folder(self._folder)
             self._free_space(len(jpegs))
             id = new_id()
-            write_atomically(self._path(id), LENGTH.pack(len(text)) + text + jpegs)
+            before_ns = max((path.stat().st_mtime_ns for path in self._files()), default=0)
+            write_atomically(path := self._path(id), LENGTH.pack(len(text)) + text + jpegs)
+            if path.stat().st_mtime_ns <= before_ns:  # the clock was set back: the newest would be the first to go
+                os.utime(path, ns=(before_ns + 1, before_ns + 1))
         return self.get(id)
 
     def all(self) -> tuple[Clip, ...]:

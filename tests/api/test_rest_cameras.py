@@ -1,6 +1,7 @@
 """Cameras over REST: added, changed, tried, watched; passwords and wrong calibrations stay where they are."""
 
 import base64
+import contextlib
 import json
 import sqlite3
 import struct
@@ -11,9 +12,11 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
+from app.api.routes import streams
 from app.main import create_app
-from app.settings import Settings
+from app.settings import Settings, SourceSettings
 from tests.support.activation import activate_despite
+from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.paths import CLICKS
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
@@ -334,6 +337,25 @@ def test_a_dead_camera_hides_no_other_and_says_what_to_do(shared):
         assert answer.status_code == 503 and answer.json()["type"].endswith("unknown-picture") and answer.json()["fix"]
     assert time.monotonic() - start < 20
     assert alive(shared)["problem"] is None
+
+
+@pytest.mark.parametrize("fails", [MjpegCamera.close, lambda camera: setattr(camera, "stalled", True)],
+                         ids=["offline", "stalled"])
+def test_the_last_frame_of_a_camera_that_delivers_none_is_shown_only_if_asked_for(tmp_path, monkeypatch, fails):
+    monkeypatch.setattr(streams, "FIRST_FRAME_S", 0.2)
+    with contextlib.closing(MjpegCamera()) as camera:
+        settings = Settings(data=tmp_path, cameras=({**SOUTH, "source": camera.url},),
+                            sources=SourceSettings(allowed_hosts=("127.0.0.1",)))
+        with TestClient(create_app(settings), base_url="http://127.0.0.1:8000") as client:
+            alive(client, "south")
+            with watched(client, "cameras/south/stream") as socket:  # somebody has it on the screen
+                socket.receive_bytes()
+                fails(camera)
+                until(lambda: status_of(client, "south")["state"] not in ("live", "mismatch"))
+                answer = client.get(f"{API}/cameras/south/frame.jpg?quality=80")
+                assert answer.status_code == 503 and answer.json()["fix"]
+                last = client.get(f"{API}/cameras/south/frame.jpg?quality=80&stale=1")
+                assert last.status_code == 200 and pixels_of(last.content).shape == (240, 320, 3)
 
 
 def test_uploads_are_still_pictures_of_a_camera_that_was_added(shared):

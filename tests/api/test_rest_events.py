@@ -1,8 +1,11 @@
 """REST of what has happened: activations over all cameras, and what cameras did by themselves."""
 
+from datetime import UTC, datetime
+
 import pytest
 
-from app.services.events import MAX_NOTED, CameraEvents
+from app.services.events import MAX_NOTED, CameraEvents, newest_events
+from tests.support import store_writer
 from tests.support.activation import activate_despite
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
@@ -45,6 +48,27 @@ def test_activations_of_all_cameras_are_listed_newest_first(client, task, calibr
     assert events(client, limit=1) == found[:1]
     for limit in (0, 201, "many"):
         refusal(client.get(f"{API}/events", params={"limit": limit}), 422)
+
+
+def test_what_happened_last_comes_first_after_the_clock_was_set_back(client, monkeypatch):
+    services = client.app.state.services
+    made = services.store.calibrations.add(store_writer.calibration("north", ""))
+    hours = iter(range(23, 0, -1))
+
+    def set_back():
+        return datetime(2026, 1, 1, next(hours), tzinfo=UTC)
+
+    monkeypatch.setattr(services.store.calibrations, "_clock", set_back)
+    monkeypatch.setattr("app.services.events.utc_now", set_back)
+    log = CameraEvents()
+    for state, by in (("live", "Ada"), ("offline", "Bo"), ("live", "Cy")):
+        log.note({"north": {"state": state, "drift": None}})
+        services.store.calibrations.activate(made.id, by)
+
+    def told(limit):
+        return [one["by"] or one["kind"] for one in newest_events(log.noted, services.store, services.cameras, limit)]
+
+    assert told(9) == ["Cy", "back", "Bo", "offline", "Ada"] and told(2) == ["Cy", "back"]
 
 
 def test_a_camera_that_goes_offline_and_comes_back_is_told(client):

@@ -15,8 +15,11 @@ from pathlib import Path
 from urllib.request import Request, urlopen
 
 import pytest
+from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
+from app.core.jobs import Caller
+from app.jobs.fair_queue import MAX_QUEUED
 from tests.support import sample_jobs
 from tests.support.child_processes import pids_of
 from tests.support.paths import ROOT
@@ -193,12 +196,23 @@ def test_a_page_hears_a_job_and_all_jobs_by_websocket(standing):
 
 def test_too_many_jobs_are_429_and_not_an_error_of_the_server(client, engine, task):
     for _ in range(22):
-        engine.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}, caller="testclient")
+        engine.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60},
+                     caller=Caller("testclient", "testclient"))
         if sum(job.state == "queued" for job in engine.all()) >= 20:
             break
     refusal(client.post(f"{CAL}?job=true", json=task), 429, "too-many-jobs")
     refusal(client.post(f"{CAL}/compare", json=task), 429, "too-many-jobs")
     assert client.post(f"{CAL}?job=true", json=task, headers={"X-Operator": "Somebody else"}).status_code == 202
+
+
+def test_a_caller_that_changes_its_name_at_every_request_leaves_places_for_another_address(client, engine, task):
+    for n in range(4):  # no worker is free
+        engine.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 600}, caller=Caller(f"{n}"))
+    answers = (client.post(f"{CAL}?job=true", json=task, headers={"X-Operator": f"operator {n}"})
+               for n in range(MAX_QUEUED))
+    refusal(next(answer for answer in answers if answer.status_code != 202), 429, "too-many-jobs")
+    another = TestClient(client.app, base_url=str(client.base_url), client=("192.0.2.7", 50_000))
+    accepted(another.post(f"{CAL}?job=true", json=task))
 
 
 def start_server(tmp_path):

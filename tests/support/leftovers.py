@@ -7,6 +7,7 @@ from pathlib import Path
 from types import ModuleType
 
 from app.processes.limits import return_memory
+from app.processes.start import REAPER
 from tests.support.paths import ROOT
 from tests.support.postgres import FOLDER_PREFIX
 from tests.support.standing_decoder import standing_pids
@@ -19,7 +20,7 @@ OF_LIBRARIES = ("Dask-Callback-Thread", "asyncio_")  # Dask's, and those of Play
 def leftovers() -> set[str]:
     """Everything that could have been left, each in a few words. Caches, most with a dot before, do not count."""
     threads = {f"thread {thread.ident}: {thread.name}" for thread in threading.enumerate()
-               if not thread.name.startswith(OF_LIBRARIES)}
+               if not thread.name.startswith((*OF_LIBRARIES, REAPER))}  # whose process counts itself
     files = {f"file {path}" for path in ROOT.iterdir() if not path.name.startswith(CACHES)}
     return _children() | threads | files
 

@@ -69,6 +69,38 @@ def jpeg_with_size(width: int, height: int, data: bytes | None = None) -> bytes:
     return bytes(changed)
 
 
+def jpeg_segment(marker: int, body: bytes) -> bytes:
+    return struct.pack(">BBH", 0xFF, marker, 2 + len(body)) + body
+
+
+# Exif with one tag: whoever shows the picture is to turn it by 90°.
+EXIF = b"MM\0*" + struct.pack(">IHHHIHHI", 8, 1, 0x0112, 3, 1, 6, 0, 0)
+TURN = jpeg_segment(0xE1, b"Exif\0\0" + EXIF)
+COMMENTS = jpeg_segment(0xFE, b"\xff\xc4" + bytes(65_531)) * 2  # what looks like a table in them is none
+TURNED = {  # what stands between a JPEG's first marker and its second
+    "Exif": TURN, "Exif behind comments": COMMENTS + TURN, "Exif behind fill bytes": b"\xff" * 9 + TURN,
+    "Exif behind another": jpeg_segment(0xE1, b"http://ns.adobe.com/xap/1.0/\0") + TURN,
+    "Exif behind large tables": jpeg_segment(0xE2, b"ICC_PROFILE\0" + bytes(65_000)) * 3 + TURN,
+}
+
+
+def turned_jpeg(name: str, data: bytes) -> bytes:
+    """A JPEG that viewers turn: with what TURNED calls so."""
+    return data[:2] + TURNED[name] + data[2:]
+
+
+def turned_png() -> bytes:
+    data = encoded("png")
+    return data[:33] + chunk(b"eXIf", EXIF) + data[33:]  # behind its header
+
+
+def turned_webp() -> bytes:
+    has_exif = struct.pack("<I", 0x08)
+    canvas = b"VP8X" + struct.pack("<I", 10) + has_exif + struct.pack("<I", 64 - 1)[:3] + struct.pack("<I", 48 - 1)[:3]
+    body = b"WEBP" + canvas + encoded("webp")[12:] + b"EXIF" + struct.pack("<I", len(EXIF)) + EXIF
+    return b"RIFF" + struct.pack("<I", len(body)) + body
+
+
 def jpeg_of_many_scans(count: int, width: int = 2000, height: int = 2000) -> bytes:
     """A progressive JPEG that repeats one of its later scans, each of which costs a pass over all pixels."""
     data = encoded("jpg", np.zeros((height, width, 3), np.uint8), cv2.IMWRITE_JPEG_PROGRESSIVE, 1)

@@ -11,6 +11,7 @@ from app.api.responses import Json, created, page, picture, versioned
 from app.api.schemas import responses
 from app.api.schemas.media import files
 from app.api.schemas.requests import Id
+from app.images import screen
 from app.services.clips import RAW, detect_in_clip
 from app.services.forms import Name, Strict
 from app.services.live import when_awake
@@ -65,7 +66,10 @@ def show_frame_of_clip(services: ServicesDep, id: Id, number: int, stage: Stage 
                        plan: PlanName = None) -> Response:
     """Return a frame, counted from 0: as it was, with detections drawn, or the image of a stage."""
     if stage == RAW:
-        return Response(services.store.clips.frame(id, number), media_type="image/jpeg")
+        jpeg = services.store.clips.frame(id, number)
+        if screen(jpeg, services.decoder.limits).is_plain:
+            return Response(jpeg, media_type="image/jpeg")
+        return picture(services.decoder.frame_from_bytes(jpeg).pixels, "jpg")  # a browser would turn the camera's own
     return picture(detect_in_clip(services, id, number, plan, stage)[1](), "jpg")
 
 

@@ -7,7 +7,7 @@ from pydantic import Field as Value
 from starlette.responses import Response
 
 from app.api.bodies import uploaded_file
-from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
+from app.api.dependencies import CallerDep, IfMatch, ServicesDep, in_thread
 from app.api.responses import Json, accepted, attachment, versioned
 from app.api.routes.calibrations import FILE
 from app.api.schemas import responses
@@ -171,7 +171,7 @@ async def add_seen(request: Request, services: ServicesDep, body: CalibratedPict
 
 @router.post("/{name}/refit", status_code=202, response_model=responses.Job)
 @in_thread
-def refit_field(services: ServicesDep, by: OperatorDep, name: Id, body: Refit) -> Response:
+def refit_field(services: ServicesDep, caller: CallerDep, name: Id, body: Refit) -> Response:
     """Start a job that makes calibrations again from their saved points on the current field, as new versions of
     which none is activated: {"calibrations": [id, …]}."""
     field = services.fields[name]
@@ -186,7 +186,8 @@ def refit_field(services: ServicesDep, by: OperatorDep, name: Id, body: Refit) -
         raise Conflict(say("field.all-match", "All active calibrations match the field."),
                        say("field.no-new-versions", "No new versions are needed."), reason="nothing-to-refit")
     spec = {"calibrations": chosen, "rectangles": {}, "field": field.to_json()}
-    return accepted(services.jobs.start("field-refit", run_refit, spec, "calibrations", {"by": by}, caller=by))
+    return accepted(services.jobs.start("field-refit", run_refit, spec, "calibrations", {"by": caller.name},
+                                        caller=caller))
 
 
 def _shown(services: Services, field: Field) -> Json:

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Request
 from pydantic import Field
 from starlette.responses import Response
 
-from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
+from app.api.dependencies import CallerDep, IfMatch, ServicesDep, in_thread
 from app.api.request_mapping import image_size, pictures_of_one_size
 from app.api.responses import Json, accepted, finished_or_queued, page, picture, versioned
 from app.api.routes.calibrations import ACCEPTED
@@ -112,7 +112,7 @@ def _summary(lens: dict[str, Any]) -> dict[str, Any]:
 
 @router.post("/calibrations/board", status_code=202, response_model=responses.Job)
 @in_thread
-def calibrate_lens(services: ServicesDep, by: OperatorDep, body: BoardRequest) -> Json:
+def calibrate_lens(services: ServicesDep, caller: CallerDep, body: BoardRequest) -> Json:
     """Start a job that finds a lens and saves it: {"lens": id, "record": what GET /lenses/{id} returns}.
 
     From `snapshots` of one board, or from `views`: corners in the picture and their places on the board in mm.
@@ -125,7 +125,7 @@ def calibrate_lens(services: ServicesDep, by: OperatorDep, body: BoardRequest) -
     about = {"camera": body.camera, "note": body.note, "snapshots": body.snapshots}
     run, spec = (_from_snapshots(services, body.snapshots, body, task) if body.snapshots is not None else
                  _from_views(body.views or (), body, task))
-    return accepted(services.jobs.start("board", run, spec, "lens", about, caller=by))
+    return accepted(services.jobs.start("board", run, spec, "lens", about, caller=caller))
 
 
 def _from_views(given: Sequence[BoardViewForm], body: BoardRequest,

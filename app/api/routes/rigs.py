@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Query, Request, WebSocket
 from starlette.responses import Response
 
-from app.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
+from app.api.dependencies import CallerDep, IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
 from app.api.responses import NO_STORE, Json, accepted, finished_or_queued, page, picture, versioned
 from app.api.routes.calibrations import ACCEPTED
 from app.api.schemas import responses
@@ -142,7 +142,7 @@ async def check_rig(request: Request, services: ServicesDep, name: Id, body: sch
 
 @router.post("/{name}/refit", status_code=202, response_model=responses.Job)
 @in_thread
-def refit_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schemas.RigRefit) -> Response:
+def refit_rig(services: ServicesDep, caller: CallerDep, name: Id, body: schemas.RigRefit) -> Response:
     """Start a job that refits cameras to their own points with the rig's rectangles, as new versions of which none is
     activated: {"calibrations": [id, …]}."""
     saved = services.store.rigs.get(name)
@@ -156,7 +156,8 @@ def refit_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schemas.Ri
                        else say("rig.none-active", "None of these cameras has an active calibration."),
                        say("rig.select-calibrated", "Select calibrated cameras."), reason="nothing-to-refit")
     spec = {"calibrations": calibrations, "rectangles": shown["rectangles"]}
-    return accepted(services.jobs.start("rig-refit", run_refit, spec, "calibrations", {"by": by}, caller=by))
+    return accepted(services.jobs.start("rig-refit", run_refit, spec, "calibrations", {"by": caller.name},
+                                        caller=caller))
 
 
 @router.get("/{name}/tracks", response_model=responses.Tracks)

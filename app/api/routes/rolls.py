@@ -8,7 +8,7 @@ from fastapi import APIRouter, Query, WebSocket
 from pydantic import Field
 from starlette.responses import Response
 
-from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
+from app.api.dependencies import CallerDep, IfMatch, ServicesDep, in_thread
 from app.api.responses import Json, accepted
 from app.api.schemas import responses
 from app.api.schemas.requests import Id
@@ -147,7 +147,7 @@ class MotionRequest(Strict):
 
 @router.post("/motion", status_code=202, response_model=responses.Job)
 @in_thread
-def judge_motion(services: ServicesDep, by: OperatorDep, body: MotionRequest) -> Json:
+def judge_motion(services: ServicesDep, caller: CallerDep, body: MotionRequest) -> Json:
     """Start a job: {"report", "lens": id | null, "calibration": id | null}. No version is activated.
 
     make "lens": the rolls as plumb lines, kept under /lenses for a fit to hold; "refined": the calibration fitted anew
@@ -190,4 +190,4 @@ def judge_motion(services: ServicesDep, by: OperatorDep, body: MotionRequest) ->
     spec = {"film": film, "rolls": rolls, "image_size": size, "make": body.make, "lens": body.lens,
             "calibration": None if calibration is None else calibration.to_json(), "note": body.note,
             "centre_sigma_px": body.centre_sigma_px, "camera": body.camera}
-    return accepted(services.jobs.start("motion", run_motion, spec, "motion", {"by": by}, caller=by))
+    return accepted(services.jobs.start("motion", run_motion, spec, "motion", {"by": caller.name}, caller=caller))

@@ -37,13 +37,17 @@ ViewName = Annotated[str, Query(max_length=64, description="raw, corrected, side
                                 "with the detections, stage-NAME: result of a stage of the detection")]
 Width = Annotated[int, Query(ge=0, le=3840, description="of the picture, px; 0: as delivered by the camera")]
 Quality = Annotated[int, Query(ge=10, le=100, description="of the JPEG")]
+Stale = Annotated[bool, Query(description="also the last frame of a camera that delivers none any more; only JPEG")]
 Fps = Annotated[float | None, Query(gt=0, le=MAX_FPS, allow_inf_nan=False, description="at most; by default all")]
 
 
 @router.get("/{id}/frame.{format}", response_class=Response, responses=PICTURE)
 async def show_frame(services: ServicesDep, id: Id, format: Literal["jpg", "png"], view: ViewName = "raw",
-                     width: Width = 0, quality: Quality = 90) -> Response:
-    """Return the newest frame. PNG is exact to the bit, at its own size; X-Frame-Seq and X-Frame-Time say which."""
+                     width: Width = 0, quality: Quality = 90, stale: Stale = False) -> Response:
+    """Return the newest frame. PNG is exact to the bit, at its own size; X-Frame-Seq and X-Frame-Time say which.
+
+    503 while the camera delivers none, unless stale=1 asks for the last one all the same.
+    """
     camera = services.live.get(id)
     if format == "png" and view not in ("raw", "corrected"):
         raise BadInput("Only the raw view and the corrected view are available as PNG.",
@@ -53,7 +57,7 @@ async def show_frame(services: ServicesDep, id: Id, format: Literal["jpg", "png"
     if format == "png":
         return await _exact_frame(services, camera, view)
     with camera.watching(channel) as viewer:
-        head, jpeg = decode_body(await when_awake(camera, viewer.next))
+        head, jpeg = decode_body(await when_awake(camera, viewer.next, FIRST_FRAME_S, must_be_live=not stale))
     return Response(bytes(jpeg), media_type="image/jpeg", headers=_headers(head))
 
 

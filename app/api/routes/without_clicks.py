@@ -5,7 +5,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Request, Response
 from pydantic import Field
 
-from app.api.dependencies import OperatorDep, ServicesDep
+from app.api.dependencies import CallerDep, ServicesDep
 from app.api.request_mapping import with_lens
 from app.api.responses import Json, accepted, finished_or_queued
 from app.api.routes.calibrations import ACCEPTED
@@ -50,7 +50,7 @@ class AutoRequest(PictureChoice):
 
 
 @router.post("/calibrations/auto", tags=["calibrations"], status_code=202, response_model=responses.Job)
-async def find_calibration(request: Request, services: ServicesDep, by: OperatorDep, body: AutoRequest) -> Json:
+async def find_calibration(request: Request, services: ServicesDep, caller: CallerDep, body: AutoRequest) -> Json:
     """Start a job that finds the field's lines, assigns them, and saves a version if nothing contradicts it.
 
     Its result has the version's id or null as `calibration`, a `verdict`, the `doubts`, the `candidates`, and what was
@@ -66,7 +66,7 @@ async def find_calibration(request: Request, services: ServicesDep, by: Operator
         first = services.store.snapshots.get(ids[0])
         spec = {"task": {**task, "snapshot": first.id, "camera": first.camera},
                 "pictures": services.store.snapshots.all_for_job(ids), "keep": body.keep}
-        return services.jobs.start("auto", run_auto, spec, "found-lines", {"by": by}, caller=by)
+        return services.jobs.start("auto", run_auto, spec, "found-lines", {"by": caller.name}, caller=caller)
     return accepted(await services.run_in_thread(start))
 
 
@@ -113,7 +113,7 @@ class Reregister(Strict):
 
 
 @router.post("/cameras/{id}/reregister", tags=["cameras"], status_code=202, response_model=responses.Job)
-async def reregister_camera(request: Request, services: ServicesDep, by: OperatorDep, id: Id,
+async def reregister_camera(request: Request, services: ServicesDep, caller: CallerDep, id: Id,
                             body: Reregister | None = None) -> Json:
     """Start a job: a child of the active calibration with its lens, and the pose by the field's lines now.
 
@@ -130,5 +130,5 @@ async def reregister_camera(request: Request, services: ServicesDep, by: Operato
         spec = {"calibration": calibration.to_json(), "snapshot": snapshot, "note": body.note,
                 "picture": services.store.snapshots.for_job(snapshot, "the image"),
                 "before": services.cameras.calibration_picture(calibration)}
-        return services.jobs.start("register", run_register, spec, "registered", {"by": by}, caller=by)
+        return services.jobs.start("register", run_register, spec, "registered", {"by": caller.name}, caller=caller)
     return accepted(await services.run_in_thread(start))

@@ -8,7 +8,7 @@ import pytest
 
 from app.core.errors import BadImage
 from app.images import read_in_process
-from tests.support.pictures import encoded, gradient
+from tests.support.pictures import COMMENTS, TURN, TURNED, encoded, gradient, jpeg_segment, turned_jpeg
 
 
 @pytest.fixture
@@ -76,8 +76,23 @@ def test_one_that_cannot_be_decoded_says_so_when_its_pixels_are_wanted():
             wanted()
 
 
-def test_a_picture_that_viewers_would_turn_is_not_plain():
+@pytest.mark.parametrize("name", TURNED)
+def test_a_picture_that_viewers_would_turn_is_not_plain_and_not_turned_here(name):
+    data = turned_jpeg(name, encoded("jpg", gradient(64, 48)))
+    assert cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR).shape == (64, 48, 3)  # as a viewer shows it
+    frame = read_in_process(data)
+    assert not frame.is_plain and frame.pixels.shape == (48, 64, 3)
+
+
+def test_a_picture_with_long_comments_or_the_letters_of_exif_in_one_is_plain():
     plain = encoded("jpg", gradient(64, 48))
-    assert read_in_process(plain).is_plain
-    turned = plain[:2] + b"\xff\xe1\x00\x20Exif\0\0" + bytes(24) + plain[2:]
-    assert not read_in_process(turned).is_plain
+    for between in (b"", COMMENTS, jpeg_segment(0xFE, TURN)):
+        assert read_in_process(plain[:2] + between + plain[2:]).is_plain
+
+
+def test_a_picture_whose_huffman_tables_are_left_to_its_viewer_is_not_plain():
+    plain = encoded("jpg", gradient(64, 48))
+    first, end = plain.index(b"\xff\xc4"), plain.index(b"\xff\xda")
+    tables = plain[first:end]
+    assert not read_in_process(plain[:first] + plain[end:]).is_plain
+    assert not read_in_process(plain[:first] + jpeg_segment(0xFE, tables) + plain[end:]).is_plain

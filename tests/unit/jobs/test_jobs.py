@@ -11,8 +11,9 @@ import time
 import pytest
 
 from app.core.errors import Busy, NotFound, Unavailable
+from app.core.jobs import Caller
 from app.jobs import JobEngine
-from app.jobs.engine import MAX_QUEUED, MAX_QUEUED_EACH
+from app.jobs.fair_queue import MAX_QUEUED, MAX_QUEUED_EACH, FairQueue, check_room
 from tests.support import sample_jobs
 from tests.support.child_processes import pids_of
 from tests.support.paths import ROOT
@@ -235,25 +236,61 @@ def test_a_cancelled_job_whose_worker_is_lost_is_not_tried_again(jobs):
 
 def test_a_caller_has_a_share_of_the_queue_and_another_one_comes_before_the_rest_of_it():
     with JobEngine(workers=1) as jobs:
-        first = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}, caller="Anna")
+        first = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}, caller=Caller("hall", "Anna"))
         running(jobs, first)
-        waiting = [jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}, caller="Anna")
+        waiting = [jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}, caller=Caller("hall", "Anna"))
                    for n in range(MAX_QUEUED_EACH)]
         with pytest.raises(Busy, match="your jobs"):
-            jobs.start("adding", sample_jobs.adds, {}, caller="Anna")
-        other = jobs.start("adding", sample_jobs.adds, {"a": 2, "b": 2}, caller="Ben")
+            jobs.start("adding", sample_jobs.adds, {}, caller=Caller("hall", "Anna"))
+        other = jobs.start("adding", sample_jobs.adds, {"a": 2, "b": 2}, caller=Caller("hall", "Ben"))
         jobs.cancel(first.id)
         told = [ended(jobs, job) for job in (other, *waiting)]
     assert all(job.state == "done" for job in told) and told[0].ended_at == min(job.ended_at for job in told)
+
+
+def test_an_address_with_many_names_leaves_half_of_the_queue_and_comes_after_one_with_fewer_jobs():
+    with JobEngine(workers=1) as jobs:
+        first = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}, caller=Caller("hostile", "0"))
+        running(jobs, first)
+        waiting = [jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}, caller=Caller("hostile", f"{n + 1}"))
+                   for n in range(MAX_QUEUED // 2)]
+        with pytest.raises(Busy, match=f"{MAX_QUEUED // 2} jobs from your address"):
+            jobs.start("adding", sample_jobs.adds, {}, caller=Caller("hostile", "a new one"))
+        other = [jobs.start("adding", sample_jobs.adds, {"a": 2, "b": 2}, caller=Caller("hall", "Anna"))
+                 for _ in range(2)]
+        jobs.cancel(first.id)
+        told = [ended(jobs, job) for job in (*other, *waiting)]
+    order = sorted(told, key=lambda job: (job.ended_at, told.index(job)))
+    assert all(job.state == "done" for job in told) and {job.id for job in order[:3]} >= {job.id for job in other}
+
+
+def test_behind_one_address_the_name_with_fewer_jobs_comes_first():
+    queue = FairQueue()
+    for place, (address, name, of_address, of_name) in enumerate([
+            ("hall", "Anna", 0, 0), ("hall", "Anna", 1, 1), ("hall", "Anna", 2, 2), ("hall", "Ben", 3, 0),
+            ("office", "Cy", 0, 0), ("office", "Cy", 1, 1)]):
+        queue.put(place, Caller(address, name), of_address, of_name)
+    queue.end()
+    assert [queue.get() for _ in range(7)] == [0, 4, 3, 5, 1, 2, None]
 
 
 def test_all_callers_together_cannot_queue_without_end():
     with JobEngine(workers=1) as jobs:
         running(jobs, jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}))
         for n in range(MAX_QUEUED):
-            jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}, caller=str(n % 7))
+            jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}, caller=Caller(f"address {n}"))
+        with pytest.raises(Busy, match=f"{MAX_QUEUED} jobs are"):
+            jobs.start("adding", sample_jobs.adds, {}, caller=Caller("one more"))
+
+
+def test_addresses_that_take_all_they_can_leave_places_for_one_more():
+    waiting = []
+    for hostile in range(6):
         with pytest.raises(Busy):
-            jobs.start("adding", sample_jobs.adds, {}, caller="one more")
+            for name in range(MAX_QUEUED):
+                check_room(caller := Caller(f"{hostile}", f"{name}"), waiting)
+                waiting.append(caller)
+    check_room(Caller("hall"), waiting)
 
 
 def test_what_has_ended_of_late_is_not_forgotten_however_much_it_is():

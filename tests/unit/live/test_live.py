@@ -449,6 +449,24 @@ def test_a_picture_whose_size_keeps_changing_is_recorded_up_to_the_limit(monkeyp
     assert len(jpegs) == sum(one["bytes"] for one in clip["frames"]) <= 3000
 
 
+@pytest.mark.parametrize("step_s", [-3600, 3600])
+def test_a_clip_is_as_long_as_asked_for_while_the_clock_is_set(monkeypatch, step_s):
+    class Stepped:
+        """Sixty frames; the unix clock is set after the fiftieth."""
+
+        def after(self, seq, timeout_s):
+            if seq == 60:
+                raise SystemExit
+            moment = seq / frame_buffer.FPS
+            return CapturedFrame(Frame(np.zeros((48, 64, 3), np.uint8)), seq + 1, moment + (seq >= 50) * step_s, moment)
+
+    monkeypatch.setattr(frame_buffer, "IDLE_S", 0.05)
+    buffer = frame_buffer.FrameBuffer(Stepped(), Failures())
+    buffer.keep(True)
+    recording(buffer).join(LONG_S)
+    assert [one["seq"] for one in buffer.clip(2.0)[0]["frames"]] == list(range(40, 61))
+
+
 def test_a_cameras_process_has_nothing_of_the_servers_half():
     story = "import sys, app.live.worker_main; print([name for name in ('asyncio', 'ssl') if name in sys.modules])"
     told = subprocess.run([sys.executable, "-c", story], capture_output=True, text=True, check=True).stdout

@@ -12,7 +12,7 @@ from app.live.stream_spec import StreamSpec
 from app.processes.framing import decode_body
 from tests.support.live_cameras import live
 from tests.support.mjpeg_camera import MjpegCamera, coded
-from tests.support.pictures import encoded, gradient
+from tests.support.pictures import encoded, gradient, turned_jpeg
 from tests.support.waiting import LONG_S, until_async
 
 
@@ -60,5 +60,5 @@ def test_only_what_serves_as_it_is_is_passed_on():
     assert passed_on(grainy, StreamSpec("raw", 0, 80)) == b""  # three times as large as one of that quality
     assert passed_on(grainy, StreamSpec("raw", 0, 95)) == grainy.jpeg
     assert passed_on(read_in_process(encoded("png", gradient(640, 480))), StreamSpec("raw", 0, 80)) == b""
-    turned = fine.jpeg[:2] + b"\xff\xe1\x00\x20Exif\0\0" + bytes(24) + fine.jpeg[2:]
+    turned = turned_jpeg("Exif behind comments", encoded("jpg", gradient(1920, 1080)))
     assert passed_on(read_in_process(turned), StreamSpec("raw", 0, 80)) == b""

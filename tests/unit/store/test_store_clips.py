@@ -51,6 +51,18 @@ def test_the_oldest_go_where_there_is_no_more_room(store, monkeypatch):
         store.clips.add("north", HEAD, b"abcde")
 
 
+def test_the_newest_stays_after_the_clock_was_set_back(store, monkeypatch):
+    before = store.clips.add("north", HEAD, b"abcde")
+    path = store.folder / "clips" / f"{before.id}.clip"
+    tomorrow_s = path.stat().st_mtime + 86_400
+    os.utime(path, (tomorrow_s, tomorrow_s))
+    ids = [store.clips.add("north", HEAD, b"abcde").id for _ in range(2)]
+    assert [clip.id for clip in store.clips.all()] == [ids[1], ids[0], before.id]
+    monkeypatch.setattr(clips, "MAX_BYTES", 2 * path.stat().st_size + 5)
+    newest = store.clips.add("north", HEAD, b"abcde").id
+    assert [clip.id for clip in store.clips.all()] == [newest, *ids[::-1]]
+
+
 @pytest.mark.parametrize("data", [b"", b"\xff\xff\xff\xff{}", LENGTH.pack(2) + b"{}", LENGTH.pack(4) + b"\xff\xfe\0\0",
                                   LENGTH.pack(25) + b'{"frames":[{"bytes":-1}]}', LENGTH.pack(13) + b'{"frames":[]}'])
 def test_what_is_damaged_is_missing_and_hides_no_other(store, data):

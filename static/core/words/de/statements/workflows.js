@@ -133,6 +133,7 @@ export default {
   "job.starting": "Startet",
   "job.too-long": "Der Auftrag hat länger als {seconds} s gedauert.",
   "job.too-many": "{jobs} Aufträge warten bereits.",
+  "job.too-many-of-address": "{jobs} Aufträge von Ihrer Adresse warten bereits.",
   "job.too-many-of-yours": "{jobs} Ihrer Aufträge warten bereits.",
   "job.under-way": "Es laufen oder warten noch Aufträge.",
   "job.unexpected": "Ein unerwarteter Fehler ist aufgetreten (Fehler {error}).",
