@@ -6,6 +6,7 @@
     fields/NAME.yaml      the operator's own fields
     end.json              {"rows": {table: how many}, "pictures", "missing": [pictures that were lost before]}
 
+The rows of cameras have their passwords in clear where that was asked for, and else none.
 end.json comes last: an archive without it was cut short and is refused. What is read back is checked: each row and
 each picture by its own checksum.
 """
@@ -15,7 +16,7 @@ import re
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
@@ -30,7 +31,7 @@ from app.store.checksummed import is_intact
 from app.store.database import Database
 from app.store.files import make_folder, write_atomically
 from app.store.repository import Clock, timestamp
-from app.store.tables import ARCHIVED_TABLES, Checksummed
+from app.store.tables import ARCHIVED_TABLES, CameraRow, Checksummed
 
 FORMAT = "touchline-archive-1"
 FORM = "0004"  # the step of the schema that last changed a table in it
@@ -43,11 +44,13 @@ MAX_FILE_BYTES = 256 << 20  # no picture that is taken in is larger
 FIX = "Use another archive. This archive cannot be restored."
 
 
-def archive_pieces(database: Database, folder: Path, fields: Path | None, clock: Clock) -> Iterator[bytes]:
+def archive_pieces(database: Database, folder: Path, fields: Path | None, clock: Clock,
+                   archived_camera: Callable[[dict[str, Any]], dict[str, Any]]) -> Iterator[bytes]:
     """Yield the zip piece by piece: one consistent state of the database, however slowly it is read."""
     pipe = _Pipe()
     with tempfile.TemporaryFile(dir=folder) as tables, zipfile.ZipFile(pipe, "w", zipfile.ZIP_DEFLATED) as out:
-        rows, pictures = _copy_tables(database, tables)  # at once: a slow reader must not hold the database
+        # At once: a slow reader must not hold the database.
+        rows, pictures = _copy_tables(database, tables, archived_camera)
         out.writestr("touchline.json", json.dumps({"format": FORMAT, "form": FORM, "software": __version__,
                                                    "made_at": timestamp(clock)}))
         tables.seek(0)
@@ -73,7 +76,8 @@ def archive_pieces(database: Database, folder: Path, fields: Path | None, clock:
     yield from pipe.take(1)
 
 
-def _copy_tables(database: Database, out: IO[bytes]) -> tuple[dict[str, int], set[str]]:
+def _copy_tables(database: Database, out: IO[bytes], archived_camera: Callable[[dict[str, Any]], dict[str, Any]],
+                 ) -> tuple[dict[str, int], set[str]]:
     counts: dict[str, int] = {}
     pictures: set[str] = set()
     with database.reading() as rows:
@@ -85,6 +89,8 @@ def _copy_tables(database: Database, out: IO[bytes]) -> tuple[dict[str, int], se
             every = select(*columns).order_by(*table.__mapper__.primary_key)
             for row in rows.execute(every.execution_options(yield_per=500)):
                 values = {column.name: getattr(row, column.key, row[number]) for number, column in enumerate(columns)}
+                if table is CameraRow:
+                    values = archived_camera(values)
                 out.write(json.dumps(values).encode("ascii") + b"\n")
                 counts[table.__tablename__] += 1
                 if picture := values.get("picture"):

@@ -117,7 +117,11 @@ async def restore_backup(services: ServicesDep, body: requests.RestoreBackup) ->
 
 
 @router.get("/archive", tags=["archive"], response_class=StreamingResponse, responses=files("application/zip"))
-def download_everything(services: ServicesDep) -> StreamingResponse:
-    """Download one zip with every row, image and field of your own; `touchline restore` makes a data folder of it."""
-    return StreamingResponse(services.store.archive(services.settings.own_fields), media_type="application/zip",
+def download_everything(services: ServicesDep, passwords: bool = False) -> StreamingResponse:
+    """Download one zip with every row, image and field of your own; `touchline restore` makes a data folder of it.
+
+    It has no password of a camera, or with `?passwords=1` all of them, in clear.
+    """
+    return StreamingResponse(services.store.archive(services.settings.own_fields, passwords=passwords),
+                             media_type="application/zip",
                              headers={"Content-Disposition": attachment("touchline.zip"), **NO_STORE})
