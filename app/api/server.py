@@ -14,6 +14,7 @@ from starlette.types import ASGIApp
 
 from app.core.errors import Conflict, Unavailable
 from app.settings import Settings
+from app.sources.address import without_secrets
 
 TOKEN_BYTES = 24  # 192 bits: nobody guesses it, and it still fits on one line
 BACKLOG = 1024
@@ -87,8 +88,28 @@ def run(app: ASGIApp, listener: socket.socket, settings: Settings, connection: t
         http=connection, ws="websockets-sansio",
         ws_per_message_deflate=False)  # JPEGs do not get smaller, only the server slower
     logging.getLogger("uvicorn.error").addFilter(_without_traceback_of_bad_bytes)
+    _mask_logs()
     with contextlib.closing(listener), contextlib.suppress(KeyboardInterrupt):
         _AnnouncedServer(config, announce).run(sockets=[listener])
+
+
+class MaskedFormatter(logging.Formatter):
+    """Formats as another formatter, without the secrets of addresses: of a request, a camera, or in a traceback."""
+
+    def __init__(self, inner: logging.Formatter) -> None:
+        super().__init__()
+        self._inner = inner
+
+    def format(self, record: logging.LogRecord) -> str:
+        return without_secrets(self._inner.format(record))
+
+
+def _mask_logs() -> None:
+    """Mask all that this process logs: by uvicorn's handlers, by root's, and by Python's own where there are none."""
+    loggers = map(logging.getLogger, ("", "uvicorn", "uvicorn.access"))
+    for handler in (logging.lastResort, *(handler for logger in loggers for handler in logger.handlers)):
+        if handler is not None and not isinstance(handler.formatter, MaskedFormatter):
+            handler.setFormatter(MaskedFormatter(handler.formatter or logging.Formatter()))
 
 
 def _without_traceback_of_bad_bytes(record: logging.LogRecord) -> bool:

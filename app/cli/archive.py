@@ -36,11 +36,13 @@ def stored(data: Path | None, config: Path | None) -> Iterator[tuple[Store, Sett
 
 def archive(file: Annotated[Path, typer.Argument(metavar="FILE", help="The zip file to write.")],
             data: FromOption = None,
-            config: ConfigOption = None) -> None:
+            config: ConfigOption = None,
+            passwords: Annotated[bool, typer.Option("--passwords", help="Include the passwords of cameras, in "
+                                                    "clear.")] = False) -> None:
     """Write all saved data to one zip file."""
     with stored(data, config) as (store, settings), file.open("xb") as out:
         try:
-            for piece in store.archive(settings.own_fields):
+            for piece in store.archive(settings.own_fields, passwords=passwords):
                 out.write(piece)
         except BaseException:  # Ctrl-C as well: half an archive is none
             file.unlink()

@@ -21,10 +21,13 @@ NOT_VALID = say("address.not-valid", "The camera address is not valid.")
 FORM = say("address.form", "Write it as scheme://target?option=value, such as sim://ssl-div-b?lens=strong.")
 
 # user:password@ before the host; then name=value pairs whose name tells that the value is a secret, as some cameras
-# take it in the query or, with _ between them, in the path.
+# take it in the query or, with _ between them, in the path. Counts are bounded: what is logged is a stranger's.
 USERINFO = re.compile(r"^([^/?#@:]*)(:[^/?#@]*)?@(?=[^/?#@\\]+([/?#]|$))")
-SECRET = re.compile(r"([?&;/_#](?:[a-z]*pass[a-z]*|[a-z]*pwd|[a-z_]*token|[a-z_]*key|auth|[a-z_]*secret|sig[a-z]*)=)"
-                    r"(?:(?!_[^\W_]+=)[^&;/#])*", re.IGNORECASE)
+NAME = (r"(?:[a-z]{0,40}pass[a-z]{0,40}|[a-z]{0,40}pwd|[a-z_-]{0,40}(?:token|key|secret)|auth(?:orization)?|"
+        r"sig[a-z]{0,40})=")
+SECRET = re.compile(rf"([?&;#]{NAME})[^&;#]*|([/_]{NAME})(?:(?!_[^\W_]+=)[^&;/#?])*", re.IGNORECASE)
+ADDRESS_IN_TEXT = re.compile(r"[a-z][a-z0-9+.-]{0,20}://\S+", re.IGNORECASE)
+SECRET_IN_TEXT = re.compile(rf"([?&;]{NAME})[^\s&;]*?(?=[\"']?(?:[\s&;]|$))", re.IGNORECASE)
 
 
 def split_address(url: str) -> tuple[str, str, dict[str, str]]:
@@ -61,7 +64,12 @@ def without_password(url: str) -> str:
         # An @ in a path is a camera's own affair; before it, or after an odd host, it is a password with signs in it.
         if "@" in host or (":" in host and not host.rpartition(":")[2].isdecimal()):
             rest = rest.rpartition("@")[2]
-    return scheme + separator + SECRET.sub(r"\1…", rest)
+    return scheme + separator + SECRET.sub(r"\1\2…", rest)
+
+
+def without_secrets(text: str) -> str:
+    """Return a text as it may be logged: every address in it without its password, every query without its secrets."""
+    return SECRET_IN_TEXT.sub(r"\1…", ADDRESS_IN_TEXT.sub(lambda found: without_password(found[0]), text))
 
 
 def device_of(url: str) -> str:

@@ -6,6 +6,7 @@
     fields/NAME.yaml      the operator's own fields
     end.json              {"rows": {table: how many}, "pictures", "missing": [pictures that were lost before]}
 
+The rows of cameras have their passwords in clear where that was asked for, and else none.
 end.json comes last: an archive without it was cut short and is refused. What is read back is checked: each row and
 each picture by its own checksum.
 """
@@ -15,7 +16,7 @@ import re
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Callable, Iterator, Mapping, Set
 from contextlib import ExitStack
 from hashlib import sha256
 from pathlib import Path
@@ -31,7 +32,7 @@ from app.store.checksummed import is_intact
 from app.store.database import Database
 from app.store.files import make_folder, write_atomically
 from app.store.repository import Clock, timestamp
-from app.store.tables import ARCHIVED_TABLES, Checksummed
+from app.store.tables import ARCHIVED_TABLES, CameraRow, Checksummed
 
 FORMAT = "touchline-archive-1"
 FORM = "0004"  # the step of the schema that last changed a table in it
@@ -44,14 +45,15 @@ MAX_FILE_BYTES = 256 << 20  # no picture that is taken in is larger
 FIX = "Use another archive. This archive cannot be restored."
 
 
-def archive_pieces(database: Database, folder: Path, fields: Path | None, clock: Clock) -> Iterator[bytes]:
+def archive_pieces(database: Database, folder: Path, fields: Path | None, clock: Clock,
+                   archived_camera: Callable[[dict[str, Any]], dict[str, Any]]) -> Iterator[bytes]:
     """Return the zip piece by piece: one consistent state of the database, however slowly it is read.
 
     The rows are read before the first piece, so that what cannot be read is no archive that ends in the middle.
     """
     with database.failures.noted("The archive"), ExitStack() as undo:
         tables = undo.enter_context(tempfile.TemporaryFile(dir=folder))
-        pieces = _pieces(tables, *_copy_tables(database, tables), folder, fields, clock)
+        pieces = _pieces(tables, *_copy_tables(database, tables, archived_camera), folder, fields, clock)
         undo.pop_all()
     return pieces
 
@@ -85,7 +87,8 @@ def _pieces(tables: IO[bytes], rows: Mapping[str, int], pictures: Set[str], fold
     yield from pipe.take(1)
 
 
-def _copy_tables(database: Database, out: IO[bytes]) -> tuple[dict[str, int], set[str]]:
+def _copy_tables(database: Database, out: IO[bytes], archived_camera: Callable[[dict[str, Any]], dict[str, Any]],
+                 ) -> tuple[dict[str, int], set[str]]:
     counts: dict[str, int] = {}
     pictures: set[str] = set()
     with database.reading() as rows:
@@ -97,6 +100,8 @@ def _copy_tables(database: Database, out: IO[bytes]) -> tuple[dict[str, int], se
             every = select(*columns).order_by(*table.__mapper__.primary_key)
             for row in rows.execute(every.execution_options(yield_per=500)):
                 values = {column.name: getattr(row, column.key, row[number]) for number, column in enumerate(columns)}
+                if table is CameraRow:
+                    values = archived_camera(values)
                 out.write(json.dumps(values).encode("ascii") + b"\n")
                 counts[table.__tablename__] += 1
                 if picture := values.get("picture"):

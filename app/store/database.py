@@ -191,7 +191,8 @@ class Database:
     def _sqlite(self, connections: int, *more: str) -> Engine:
         engine = create_engine(self.url, pool_size=connections, max_overflow=0, pool_timeout=30,
                                connect_args={"check_same_thread": False, "cached_statements": 64})
-        pragmas = ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", f"busy_timeout={BUSY_MS}", *more)
+        pragmas = ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", f"busy_timeout={BUSY_MS}",
+                   "secure_delete=ON", *more)  # what was deleted is overwritten: it may have had a password
 
         @event.listens_for(engine, "connect")
         def _set(connection: Any, _: Any) -> None:

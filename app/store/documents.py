@@ -107,7 +107,7 @@ class DocumentRepository(Repository):
             raise self._deleted(name)
         current = self._read(row)
         changed = self._say("changed-meanwhile", f"Another user has changed this {self.noun} since you opened it.")
-        check_etag(etag, current.etag, changed, f"stale-{self.word}", dict(current.body))
+        check_etag(etag, current.etag, changed, f"stale-{self.word}", self._shown(current.body))
         return row
 
     def _deleted(self, name: str) -> TouchlineError:
@@ -128,8 +128,21 @@ class DocumentRepository(Repository):
     def _build(self, rows: Session, name: str, body: Mapping[str, Any], by: str, before: Any) -> Any:
         """Return the row of a new state. before: the row that it replaces."""
         head, columns = self._head(rows, before)
-        record = {**head, "updated_at": timestamp(self._clock), "updated_by": by, self.member: dict(body)}
+        record = {**head, "updated_at": timestamp(self._clock), "updated_by": by, **self._saved(body, before)}
         return checksummed(self.table, record, self._what, **{self._key.key: self._key_of(name)}, **columns)
+
+    def _saved(self, body: Mapping[str, Any], before: Any) -> dict[str, Any]:
+        """Return the part of a row's JSON that holds the body. before: the row that it replaces."""
+        return {self.member: dict(body)}
+
+    def _body(self, record: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the body of a row's JSON: what was given to be saved."""
+        body: Mapping[str, Any] = record[self.member]
+        return body
+
+    def _shown(self, body: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the body as an error may show it."""
+        return dict(body)
 
     def _head(self, rows: Session, before: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return what tells this state from others: in the row's JSON, and in its columns."""
@@ -141,7 +154,7 @@ class DocumentRepository(Repository):
     def _read(self, row: Any) -> Document:
         key = getattr(row, self._key.key)
         record = content(self._checked(row))
-        return Document(key.rpartition(":")[2], record[self.member], self._etag(record), record["updated_at"],
+        return Document(key.rpartition(":")[2], self._body(record), self._etag(record), record["updated_at"],
                         record["updated_by"])
 
     def _etag(self, record: Mapping[str, Any]) -> str:

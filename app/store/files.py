@@ -27,10 +27,13 @@ CHECK_DISK = say("disk.check", "Check the disk and the permissions of the data f
 UPLOAD_AGAIN = say("file.upload-again", "Upload it again.")
 
 
-def write_atomically(path: Path, data: bytes) -> None:
-    """Write the file; on return it survives a power cut. On OSError the old file is still there."""
+def write_atomically(path: Path, data: bytes, mode: int = 0o666) -> None:
+    """Write the file; on return it survives a power cut. On OSError the old file is still there.
+
+    mode: who may read and write it, less what the process' umask takes away.
+    """
     temporary = path.parent / f".{secrets.token_hex(8)}{TEMPORARY}"
-    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
+    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode)
     try:
         try:
             rest = memoryview(data)

@@ -24,6 +24,7 @@ from app.store.jobs import JobRepository
 from app.store.lenses import LensRepository
 from app.store.lock import FolderLock, PostgresLock
 from app.store.opening import FILE, open_postgresql, open_sqlite
+from app.store.passwords import PasswordKey
 from app.store.quarantine import Damage, Quarantine
 from app.store.quota import BACKUPS_BYTES, UPLOADS_BYTES, PictureQuota, free_bytes
 from app.store.replaced import Replaced
@@ -80,7 +81,8 @@ class Store:
             self.drafts = DraftRepository(*shared, self.snapshots)
             self.calibrations = CalibrationRepository(*shared)
             self.lenses = LensRepository(*shared)
-            self.cameras = CameraRepository(*shared)
+            self.cameras = CameraRepository(*shared, PasswordKey(self.folder))
+            self.cameras.encrypt_passwords()
             self.identities = IdentityRepository(*shared)
             self.rigs = RigRepository(*shared)
             self.rolls = RollRepository(*shared)
@@ -105,9 +107,13 @@ class Store:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def archive(self, fields: Path | None = None) -> Iterator[bytes]:
-        """Yield everything as one zip, piece by piece. fields: the folder of the operator's own."""
-        return archive_pieces(self._database, self.folder, fields, self._clock)
+    def archive(self, fields: Path | None = None, *, passwords: bool = False) -> Iterator[bytes]:
+        """Yield everything as one zip, piece by piece.
+
+        fields: the folder of the operator's own. passwords: whether it has those of cameras, in clear.
+        """
+        return archive_pieces(self._database, self.folder, fields, self._clock,
+                              lambda camera: self.cameras.archived(camera, passwords))
 
     def find_restoration(self) -> Restoration:
         """Return which backup restore_backup would restore, and what would be lost; Conflict where it cannot."""
@@ -120,6 +126,7 @@ class Store:
         """
         backups = self._own_backups()
         done = restore_backup(self._database, backups, self._quarantine, self._replaced, seen)
+        self.cameras.encrypt_passwords()
         self.restored += 1
         backups.request()
         return done
@@ -149,7 +156,7 @@ class Store:
                                              "{count}.", count=len(self._lost)),
                        say("disk.put-images-back", "Copy them back from a copy of your own or from an archive, then "
                            "restart Touchline. Calibrations are not affected."))
-        watched = (self.failures, self._quota, self._backups, self._database_lock)
+        watched = (self.failures, self._quota, self._backups, self._database_lock, self.cameras)
         return (*((lost,) if self._lost else ()),
                 *(warning for one in watched if one is not None for warning in one.warnings()))
 

@@ -10,6 +10,7 @@ from app.main import create_app
 from app.settings import Settings
 
 TOKEN = "a-token-that-is-long-enough"
+HEALTH = "/api/v1/health"
 LAN = "http://10.0.0.5:8000"
 BORDER = {"points": [[0, 0], [0, 50], [1, 100], [0, 150]], "axis": "x_of_y", "degree": 1}
 
@@ -46,6 +47,22 @@ def test_every_call_but_the_open_ones_wants_the_token(shut):
         else:
             assert answer.status_code == 401, path
             assert answer.json()["fix"] and answer.headers["www-authenticate"] == "Bearer"
+
+
+def test_health_says_only_that_the_server_is_ok_until_the_token_is_there(guarded):
+    told = [guarded.get(HEALTH), guarded.get(HEALTH, headers={"Cookie": f"{COOKIE}=of an older token"}),
+            guarded.get(HEALTH, headers={"Authorization": "Bearer wrong"})]
+    assert [(one.status_code, one.json()) for one in told] == [(200, {"status": "ok"})] * 3
+    whole = guarded.get(HEALTH, headers={"Authorization": f"Bearer {TOKEN}"}).json()
+    assert {"status", "version", "uptime_s", "warnings", "damaged"} <= whole.keys()
+    guarded.post("/login", data={"token": TOKEN})
+    assert guarded.get(HEALTH).json().keys() == whole.keys()
+
+
+def test_tokens_are_guessed_as_slowly_by_way_of_health(guarded):
+    wrong = [guarded.get(HEALTH, headers={"Authorization": f"Bearer {i}"}).status_code for i in range(MAX_WRONG + 3)]
+    assert wrong == [200] * MAX_WRONG + [429] * 3
+    assert guarded.get(HEALTH).status_code == 200  # who sends none guesses none
 
 
 @pytest.mark.parametrize("path", ["/", "/docs", "/api/v1/openapi.json", "/vendor/preact.js", "/app.js", "/help/api.md"])

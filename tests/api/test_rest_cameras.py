@@ -2,10 +2,12 @@
 
 import base64
 import contextlib
+import io
 import json
 import sqlite3
 import struct
 import time
+import zipfile
 
 import cv2
 import numpy as np
@@ -15,6 +17,8 @@ from starlette.testclient import TestClient
 from app.api.routes import streams
 from app.main import create_app
 from app.settings import Settings, SourceSettings
+from app.store.passwords import FILE
+from app.store.store import Store
 from tests.support.activation import activate_despite
 from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.paths import CLICKS
@@ -152,8 +156,34 @@ def test_passwords_in_addresses_are_never_told(shared):
     answers = [shared.post(f"{API}/cameras", json=secret), shared.get(f"{API}/cameras"),
                shared.get(f"{API}/cameras/south"), shared.get(f"{API}/cameras/south/status")]
     assert all(answer.status_code < 300 for answer in answers)
-    assert all("s3cret" not in answer.text for answer in answers)
     assert "operator@10.255.255.1" in answers[0].text
+    slower = shared.patch(f"{API}/cameras/south", json={"name": "x"}, headers={"If-Match": "0-0"})
+    refusal(slower, 412, "stale-camera")
+    assert all("s3cret" not in answer.text for answer in (*answers, slower))
+
+
+@pytest.mark.parametrize(("asked", "has"), [("", False), ("?passwords=0", False), ("?passwords=1", True)])
+def test_passwords_are_in_an_archive_only_where_they_are_asked_for(shared, asked, has):
+    shared.post(f"{API}/cameras", json={**SOUTH, "source": "rtsp://operator:s3cret@10.255.255.1:554/live"})
+    with zipfile.ZipFile(io.BytesIO(shared.get(f"{API}/archive{asked}").content)) as found:
+        assert (b"s3cret" in found.read("tables/cameras.jsonl")) is has
+
+
+def test_a_camera_that_has_lost_its_password_is_told_with_what_to_do(tmp_path):
+    with Store(tmp_path / "data") as store:
+        store.cameras.add("south", {"name": "", "source": "rtsp://operator:s3cret@127.0.0.1:1/", "field": None,
+                                    "region": None})
+    (tmp_path / "data" / FILE).unlink()
+    with TestClient(create_app(Settings(data=tmp_path / "data")), base_url="http://127.0.0.1:8000") as client:
+        told = {one["reason"]: one for one in client.get(f"{API}/health").json()["warnings"]}
+        lost = told["camera-password-missing"]
+        assert "south" in lost["text"] and set(lost["statements"]) == {"text", "fix"}
+        shown = client.get(f"{API}/cameras/south")
+        assert shown.json()["source"] == "rtsp://operator@127.0.0.1:1/"
+        client.patch(f"{API}/cameras/south", json={"source": "rtsp://operator:s3cret@127.0.0.1:1/"},
+                     headers={"If-Match": shown.headers["etag"]})
+        reasons = [one["reason"] for one in client.get(f"{API}/health").json()["warnings"]]
+    assert "camera-password-missing" not in reasons
 
 
 def test_the_settings_own_cameras_are_changed_there(shared):

@@ -12,6 +12,8 @@ from urllib.request import urlopen
 import cv2
 import numpy as np
 import pytest
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
 
 from app import __version__
 from tests.support.paths import CLICKS as CLICKS_FOLDER
@@ -217,6 +219,22 @@ def test_a_server_that_cannot_start_never_says_that_it_runs(tmp_path):
         second = subprocess.run([*TOUCHLINE, "serve", "--port", "0", "--data", str(data)], cwd=ROOT,
                                 capture_output=True, text=True, timeout=LONG_S)
     assert second.returncode == 4 and second.stdout == "" and "fix: " in second.stderr
+
+
+def test_the_log_of_requests_has_no_token_of_a_mistyped_address(tmp_path):
+    server = subprocess.Popen([*TOUCHLINE, "serve", "-v", "--port", "0", "--data", str(tmp_path / "data")],
+                              cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        url = next(line.split()[-1] for line in server.stdout if "is running at" in line)
+        urlopen(f"{url}api/v1/health?n=1&token=s3cret", timeout=60).close()
+        with pytest.raises(InvalidStatus):
+            connect(url.replace("http", "ws") + "viser/none?token=s3cret")
+        server.send_signal(signal.SIGTERM)
+        told, _ = server.communicate(timeout=60)
+    finally:
+        server.kill()
+        server.wait()
+    assert "s3cret" not in told and "/api/v1/health?n=1&token=… HTTP" in told and "/viser/none?token=…" in told
 
 
 def test_serve_says_its_address_and_sigterm_ends_it_though_a_request_is_half_sent(touchline, tmp_path):

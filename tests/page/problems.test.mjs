@@ -6,7 +6,7 @@ import { cameras } from "../../static/core/state.js";
 import { t } from "../../static/core/words.js";
 import { jobs } from "../../static/features/jobs/job_list.js";
 import { statuses } from "../../static/features/live/camera_status.js";
-import { health } from "../../static/features/settings/settings.js";
+import { fetchHealth, health } from "../../static/features/settings/settings.js";
 import { badCamera, problems, worstOf } from "../../static/features/shell/problems.js";
 import { readiness } from "../../static/features/shell/readiness.js";
 
@@ -45,6 +45,15 @@ test("a claim without cases is told in one sentence, and a camera that is not ca
     ["bad", "field", "Cameras do not agree.", "#/field/rigs/hall"],
     ["warn", "cameras", "1 of 2 calibrated. Not: W.", "#/cameras/west/calibrate"]]);
   assert.equal(badCamera.value, null);
+});
+
+test("who is no longer signed in keeps what the server's health has said", async () => {
+  const whole = { status: "ok", version: "1", uptime_s: 2, warnings: [], damaged: [] };
+  for (const answer of [whole, { status: "ok" }]) {
+    globalThis.fetch = async () => new Response(JSON.stringify(answer));
+    await fetchHealth();
+    assert.deepEqual(health.value, whole);
+  }
 });
 
 test("cases of a claim that does not stand against a match are warnings", () => {

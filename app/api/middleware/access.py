@@ -3,7 +3,8 @@
 Without a token the server listens on this machine only; then the Host header must name this machine, or a
 page elsewhere could reach us by pointing its own name here. A request that changes something and carries an
 Origin must come from our own page. With a token everything but OPEN needs it: as a Bearer header from scripts,
-as a cookie from browsers, whose pictures and sockets cannot send headers. Nothing is read from another site's page,
+as a cookie from browsers, whose pictures and sockets cannot send headers; /health tells the others only that the
+server answers. Nothing is read from another site's page,
 either, but what it links to: a browser says where a request comes from (Sec-Fetch-Site; https://web.dev/fetch-metadata).
 """
 
@@ -25,7 +26,8 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from app.api.middleware.problems import framework_problem, problem
 
-OPEN = ("/api/v1/health", "/login")
+LOGIN = "/login"
+OPEN = ("/api/v1/health", LOGIN)
 SAFE = ("GET", "HEAD", "OPTIONS")
 COOKIE = "touchline"
 COOKIE_DAYS = 30
@@ -108,11 +110,15 @@ class AccessControl:
         return None
 
     def _refuse_token(self, scope: Scope, headers: Headers) -> Response | None:
-        if self.token is None or scope["path"] in OPEN or has_token(headers, self.token):
+        if self.token is None or scope["path"] == LOGIN or has_token(headers, self.token):
             return None
         cookie = _cookie(headers)
+        is_wrong = bool(headers.get("authorization", "").partition(" ")[2] or cookie)
+        too_many = is_wrong and self.wrong.too_many(_address(scope))  # an open path, too, answers a right one otherwise
+        if scope["path"] in OPEN and not too_many:
+            return None
         answer = framework_problem(401, "This server requires an access token.", {"WWW-Authenticate": "Bearer"})
-        if (headers.get("authorization", "").partition(" ")[2] or cookie) and self.wrong.too_many(_address(scope)):
+        if too_many:
             answer = too_many_tokens()
         elif "text/html" in headers.get("accept", ""):
             answer = RedirectResponse("/login", 303)

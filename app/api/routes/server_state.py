@@ -8,12 +8,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from pydantic import BaseModel, SecretStr
 from starlette.responses import StreamingResponse
 
 from app import __version__, shipped
 from app.api.dependencies import ServicesDep
+from app.api.middleware.access import has_token
 from app.api.responses import NO_STORE, Json, attachment
 from app.api.schemas import requests, responses
 from app.api.schemas.media import files
@@ -28,8 +29,14 @@ SECRET = "set"  # shown in place of a secret
 
 
 @router.get("/health", tags=["health"], response_model=responses.Health)
-def health(services: ServicesDep) -> Json:
-    """Return version, uptime in s, warnings about disk and network, and damaged records."""
+def health(services: ServicesDep, request: Request) -> Json:
+    """Return version, uptime in s, warnings about disk and network, and damaged records.
+
+    On a server with an access token, a request without it is answered with `status` alone.
+    """
+    token = services.settings.token
+    if token is not None and not has_token(request.headers, token.get_secret_value()):
+        return Json({"status": "ok"})
     warnings = (*services.store.warnings, *services.fields.warnings, *services.publishing.warnings)
     return Json({"status": "ok", "version": __version__, "uptime_s": round(time.monotonic() - services.started_s, 3),
                  "warnings": [stated({"reason": w.reason, "text": w.text, "fix": w.fix}) for w in warnings],
@@ -110,7 +117,11 @@ async def restore_backup(services: ServicesDep, body: requests.RestoreBackup) ->
 
 
 @router.get("/archive", tags=["archive"], response_class=StreamingResponse, responses=files("application/zip"))
-def download_everything(services: ServicesDep) -> StreamingResponse:
-    """Download one zip with every row, image and field of your own; `touchline restore` makes a data folder of it."""
-    return StreamingResponse(services.store.archive(services.settings.own_fields), media_type="application/zip",
+def download_everything(services: ServicesDep, passwords: bool = False) -> StreamingResponse:
+    """Download one zip with every row, image and field of your own; `touchline restore` makes a data folder of it.
+
+    It has no password of a camera, or with `?passwords=1` all of them, in clear.
+    """
+    return StreamingResponse(services.store.archive(services.settings.own_fields, passwords=passwords),
+                             media_type="application/zip",
                              headers={"Content-Disposition": attachment("touchline.zip"), **NO_STORE})

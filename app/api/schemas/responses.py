@@ -26,6 +26,7 @@ def described(type: Any, description: str) -> Any:
 
 
 # --- the server
+# without the access token: status alone
 Health = response("Health", status=Literal["ok"], version=str, uptime_s=float, warnings=list[JsonObject],
     damaged=list[JsonObject])
 # lost: changes that only the database has; file: where that is now, null before it was replaced

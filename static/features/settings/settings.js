@@ -14,9 +14,10 @@ export const isGuarded = computed(() =>
 );
 export const health = signal(/** @type {import("./types").Health | null} */ (null));
 
-/** Ask how the server is. */
+/** Ask how the server is. Who is no longer signed in is told only that it answers, and keeps what was known. */
 export async function fetchHealth() {
-  health.value = await call("GET", "/health");
+  const told = await call("GET", "/health");
+  if (told.version) health.value = told;
 }
 
 export async function fetchSettings() {

@@ -3,7 +3,8 @@
 import pytest
 
 from app.core.errors import BadInput
-from app.sources import SourceContext, source_from_url, split_address, without_password
+from app.sources import Identity, SourceContext, source_from_url, split_address, without_password
+from app.sources.address import without_secrets
 from app.sources.network.endpoint import Endpoint
 
 
@@ -25,12 +26,34 @@ def test_a_network_cameras_query_is_its_own_and_our_options_stand_behind_the_has
     ("http://cam/x?access_token=s3cret&n=1", "http://cam/x?access_token=…&n=1"),
     ("rtsp://cam:554/user=op_password=s3_cret_channel=1_stream=0.sdp",
      "rtsp://cam:554/user=op_password=…_channel=1_stream=0.sdp"),
+    ("http://cam/x?key=s3/cret_c=r&n=1#token=s3/cret", "http://cam/x?key=…&n=1#token=…"),
+    ("http://cam/x?x-api-key=s3cret", "http://cam/x?x-api-key=…"),
     ("http://cam/keyboard?monkey", "http://cam/keyboard?monkey"),
     ("sim://table?seed=1", "sim://table?seed=1"),
     ("no address at all", "no address at all"),
 ])
 def test_what_is_shown_of_an_address_holds_no_password(address, shown):
     assert without_password(address) == shown
+
+
+def test_evidence_that_an_earlier_version_has_saved_with_more_of_an_address_is_of_the_same_camera():
+    now = Identity(without_password("http://cam/x?key=s3/cret"))
+    assert now.differs_from(Identity("http://cam/x?key=…/cret")) is None
+    told = now.differs_from(Identity("http://other/x?key=…/cret"))
+    assert told is not None and "cret" not in told
+
+
+@pytest.mark.parametrize(("text", "logged"), [
+    ('GET /?token=s3/c_r=et HTTP/1.1', 'GET /?token=… HTTP/1.1'),
+    ('"WebSocket /a?x=1&access_token=s3cret" [accepted]', '"WebSocket /a?x=1&access_token=…" [accepted]'),
+    ("OSError: 'rtsp://op:s3@cret@cam/x?pwd=s3cret' and\nhttp://:s3cret@cam",
+     "OSError: 'rtsp://cam/x?pwd=… and\nhttp://cam"),
+    ("/a?secret=s3cret;b=2 /b?n=2", "/a?secret=…;b=2 /b?n=2"),
+    ("sorted(a, sort_key=str, key=len) at https://cam:80/x", "sorted(a, sort_key=str, key=len) at https://cam:80/x"),
+    ("?token=" * 20_000, "?token=…"),
+])
+def test_what_is_logged_holds_no_secret_of_an_address(text, logged):
+    assert without_secrets(text) == logged
 
 
 def test_a_place_is_read_with_its_login_and_keeps_what_is_sent():

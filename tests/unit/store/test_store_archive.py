@@ -168,10 +168,14 @@ def test_a_picture_that_was_lost_before_is_named_and_the_rest_is_there(filled, t
 def test_the_shell_archives_and_restores(touchline, tmp_path):
     with Store(tmp_path / "data") as store:
         kept = store.calibrations.add(calibration("north", "1"))
+        camera = store.cameras.add("north", {"source": "rtsp://op:s3cret@cam/"})
     assert touchline("archive", "all.zip", "--data", "nowhere")[0] == 4 and not (tmp_path / "nowhere").exists()
     assert touchline("archive", "all.zip", "--data", "data")[0] == 0
     code, _, said = touchline("restore", "all.zip", "--data", "bare")
     assert code == 0 and "1 calibrations" in said
     assert touchline("restore", "all.zip", "--data", "bare")[0] == 4
-    with Store(tmp_path / "bare") as again:
+    assert touchline("archive", "whole.zip", "--data", "data", "--passwords")[0] == 0
+    assert touchline("restore", "whole.zip", "--data", "whole")[0] == 0
+    with Store(tmp_path / "bare") as again, Store(tmp_path / "whole") as whole:
         assert again.calibrations.get(kept.id) == kept
+        assert again.cameras.get("north").body == {"source": "rtsp://op@cam/"} and whole.cameras.get("north") == camera

@@ -32,7 +32,7 @@ export default /** @type {const} */ ({
   "settings.section.storage": "Speicher",
   "settings.server": "Server",
   "settings.server.about": "Der Server liest diese Werte beim Start aus der Einstellungsdatei, der Umgebung oder der Befehlszeile. Um eine Einstellung zu ändern, bearbeiten Sie die Datei und starten Sie den Server neu. Passwörter und das Token werden nie angezeigt.",
-  "settings.storage.about": "Nach jedem Speichern wird eine Sicherung angelegt. Ist die Grenze erreicht, werden die ältesten nicht verwendeten Bilder gelöscht.",
+  "settings.storage.about": "Nach jedem Speichern wird eine Sicherung angelegt. Ist die Grenze erreicht, werden die ältesten nicht verwendeten Bilder gelöscht. Die ZIP-Datei enthält keine Passwörter von Kameras.",
   "settings.storage.backups": "Sicherungen ({count})",
   "settings.storage.database": "Datenbank",
   "settings.storage.download": "Alles herunterladen (ZIP)",

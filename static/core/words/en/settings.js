@@ -32,7 +32,7 @@ export default /** @type {const} */ ({
   "settings.section.storage": "Storage",
   "settings.server": "Server",
   "settings.server.about": "Read from the settings file, the environment or the command line when the server starts. To change a setting, edit the file and restart the server. Passwords and the token are never shown.",
-  "settings.storage.about": "A backup is made after every save. When the limit is reached, the oldest unused images are deleted.",
+  "settings.storage.about": "A backup is made after every save. When the limit is reached, the oldest unused images are deleted. The ZIP does not contain the passwords of cameras.",
   "settings.storage.backups": "Backups ({count})",
   "settings.storage.database": "Database",
   "settings.storage.download": "Download everything (ZIP)",
