@@ -1,5 +1,6 @@
 """The store that settings describe."""
 
+from app.services.saved_shapes import READERS
 from app.settings import Settings
 from app.store.quota import MB
 from app.store.store import Store
@@ -9,4 +10,4 @@ def open_store(settings: Settings) -> Store:
     """Open the store of the settings' data folder, or of their database."""
     return Store(settings.data, database=settings.database.get_secret_value() if settings.database else None,
                  uploads_bytes=int(settings.storage.uploads_mb * MB),
-                 backups_bytes=int(settings.storage.backups_mb * MB))
+                 backups_bytes=int(settings.storage.backups_mb * MB), readers=READERS)

@@ -6,6 +6,7 @@ since a name may be anything; the version's body has it in words.
 
 import json
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from hashlib import sha256
 from math import inf
@@ -18,6 +19,7 @@ from app.core.errors import Conflict
 from app.core.records import Calibration
 from app.core.statements import say
 from app.store.checksummed import checksummed, content, json_text
+from app.store.quarantine import DamagedFile
 from app.store.repository import Page, Repository, check_etag, column_text, content_etag, new_id, timestamp
 from app.store.tables import ActivationRow, ActiveRow, CalibrationRow
 
@@ -143,9 +145,11 @@ class CalibrationRepository(Repository):
         return known
 
     def active(self, camera: str | None) -> Calibration | None:
-        """Return a camera's active version; None where none was activated."""
+        """Return a camera's active version; None where none was activated, or where that is damaged and reported."""
         id = self.active_id(camera)
-        return None if id is None else self.get(id)
+        with suppress(DamagedFile):
+            return None if id is None else self.get(id)
+        return None
 
     def active_id(self, camera: str | None) -> str | None:
         """Return the id of a camera's active version, also of a damaged one."""

@@ -1,7 +1,7 @@
 """Check that a database is what was written: its structure by SQLite's own check, its rows by their checksums."""
 
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
@@ -9,6 +9,7 @@ from typing import Any
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
+from app import __version__
 from app.core.errors import TouchlineError
 from app.store.checksummed import is_intact
 from app.store.database import Database
@@ -18,6 +19,8 @@ from app.store.sqlite_files import open_as
 from app.store.tables import CHECKSUMMED_TABLES, Checksummed, LedgerRow
 
 ROWS_AT_ONCE = 500
+MAX_REASON = 300  # characters
+Readers = Mapping[str, Callable[[Any], object]]  # by table: each raises for a row that it does not understand
 
 
 def find_damage(path: Path, min_changes: int = 0) -> str | None:
@@ -53,12 +56,25 @@ def count_changes(connection: sqlite3.Connection) -> int | None:
 
 def find_damaged_rows(rows: Session) -> Iterator[tuple[type[Checksummed], Any]]:
     """Find every row, with its table, whose checksum is wrong and that is not marked as damaged yet."""
+    return (found for found in _unmarked_rows(rows) if not is_intact(found[1], found[0]))
+
+
+def find_unreadable_rows(rows: Session, readers: Readers) -> Iterator[tuple[type[Checksummed], Any, str]]:
+    """Find every intact row, with its table and the reason, that its reader does not understand."""
+    for table, row in _unmarked_rows(rows):
+        if is_intact(row, table) and table.__tablename__ in readers:
+            try:
+                readers[table.__tablename__](row)
+            except (TouchlineError, ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
+                yield table, row, " ".join(str(error).split())[:MAX_REASON]
+
+
+def _unmarked_rows(rows: Session) -> Iterator[tuple[type[Checksummed], Any]]:
     for table in CHECKSUMMED_TABLES:
         columns = list(table.__table__.columns)
         query = select(*columns).where(table.damaged.is_(None)).execution_options(yield_per=ROWS_AT_ONCE)
         for row in rows.execute(query):
-            if not is_intact(row, table):
-                yield table, row
+            yield table, row
 
 
 def is_whole(rows: Session) -> bool:
@@ -83,11 +99,28 @@ def mark_missing_rows(database: Database, quarantine: Quarantine) -> None:
         rows.execute(update(LedgerRow).values(missing=noted))
 
 
-def mark_damaged(database: Database, quarantine: Quarantine, table: type[Checksummed], row: Any) -> DamagedFile:
-    """Write what is left of a damaged row to the quarantine, and mark the row; return the error to raise."""
+def set_aside_unreadable_rows(database: Database, quarantine: Quarantine, readers: Readers) -> None:
+    """Mark the rows that this version cannot read; once for each version, which can read what it writes itself."""
+    with database.reading() as rows:
+        if not readers or rows.scalar(select(LedgerRow.read_by)) == __version__:
+            return
+        found = list(find_unreadable_rows(rows, readers))
+    for table, row, reason in found:
+        note = f"This version of Touchline ({__version__}) cannot read it: {reason}. Create it again."
+        mark_damaged(database, quarantine, table, row, note)
+    with suppress(TouchlineError), database.writing("The mark of a damaged row") as rows:
+        rows.execute(update(LedgerRow).values(read_by=__version__))
+
+
+def mark_damaged(database: Database, quarantine: Quarantine, table: type[Checksummed], row: Any,
+                 note: str | None = None) -> DamagedFile:
+    """Write what is left of a damaged row to the quarantine, and mark the row; return the error to raise.
+
+    note: why it is set aside, where its checksum is right.
+    """
     (key,) = table.__table__.primary_key
     name = str(getattr(row, "id" if hasattr(row, "id") else key.key)).replace(":", "-")
-    damaged = quarantine.add_row(table.__tablename__, name, str(row.body))
+    damaged = quarantine.add_row(table.__tablename__, name, str(row.body), note)
     with suppress(TouchlineError), database.writing("The mark of a damaged row") as rows:
         rows.execute(update(table).where(key == getattr(row, key.key)).values(damaged=damaged.damage.name))
     return damaged

@@ -20,7 +20,14 @@ from app.core.errors import Unavailable
 from app.store.backups import Backups
 from app.store.database import Database, postgresql_url
 from app.store.files import replace_synced, write_atomically
-from app.store.integrity import find_damage, find_damaged_rows, mark_damaged, mark_missing_rows
+from app.store.integrity import (
+    Readers,
+    find_damage,
+    find_damaged_rows,
+    mark_damaged,
+    mark_missing_rows,
+    set_aside_unreadable_rows,
+)
 from app.store.lock import PostgresLock
 from app.store.quarantine import Quarantine
 from app.store.schema import HEAD, check_not_newer, schema_of, upgrade
@@ -32,8 +39,11 @@ FILE = "touchline.db"
 UNFINISHED = f"{FILE}.unfinished"  # what is to take its place
 
 
-def open_sqlite(folder: Path, backups: Backups, quarantine: Quarantine) -> Database:
-    """Open the folder's own database, sound and of the newest schema; Unavailable if there is none."""
+def open_sqlite(folder: Path, backups: Backups, quarantine: Quarantine, readers: Readers) -> Database:
+    """Open the folder's own database, sound and of the newest schema; Unavailable if there is none.
+
+    readers: as integrity.py takes them.
+    """
     path = folder / FILE
     remove_database(path.with_name(UNFINISHED))
     roll_back(path)
@@ -52,11 +62,12 @@ def open_sqlite(folder: Path, backups: Backups, quarantine: Quarantine) -> Datab
     if schema != HEAD:
         backups.make()  # an update that goes wrong can be taken back
         upgrade(database.engine)
-    _check_rows(database, quarantine)
+    check_rows(database, quarantine, readers)
     return database
 
 
-def open_postgresql(setting: str, folder: Path, quarantine: Quarantine) -> tuple[Database, PostgresLock]:
+def open_postgresql(setting: str, folder: Path, quarantine: Quarantine,
+                    readers: Readers) -> tuple[Database, PostgresLock]:
     """Open the database that the setting names, with the newest schema, locked against other servers."""
     database = Database(postgresql_url(setting), folder)
     with ExitStack() as undo:
@@ -78,7 +89,7 @@ def open_postgresql(setting: str, folder: Path, quarantine: Quarantine) -> tuple
                               "Check that PostgreSQL is running, and check the setting `database`.",
                               reason="database-away") from None
         undo.pop_all()
-    _check_rows(database, quarantine)
+    check_rows(database, quarantine, readers)
     return database, lock
 
 
@@ -139,10 +150,11 @@ def _restore(path: Path, damage: str, backups: Backups, quarantine: Quarantine) 
     log.error("%s: %s", path, note)
 
 
-def _check_rows(database: Database, quarantine: Quarantine) -> None:
-    """Mark the rows that were changed behind our back, and note those that vanished."""
+def check_rows(database: Database, quarantine: Quarantine, readers: Readers) -> None:
+    """Mark the rows that were changed behind our back or cannot be read, and note those that vanished."""
     with database.reading() as rows:
         found = list(find_damaged_rows(rows))
     for table, row in found:
         mark_damaged(database, quarantine, table, row)
+    set_aside_unreadable_rows(database, quarantine, readers)
     mark_missing_rows(database, quarantine)

@@ -87,15 +87,17 @@ class Quarantine:
         log.error("%s/%s is damaged (%s); it was moved to %s", kind, path.name, why, target)
         return DamagedFile(Damage(kind, target.name, note))
 
-    def add_row(self, kind: str, name: str, body: str) -> DamagedFile:
+    def add_row(self, kind: str, name: str, body: str, note: str | None = None) -> DamagedFile:
         """Write what is left of a damaged row; return the error to raise, which says where that is."""
         data = body.encode("utf-8", "surrogatepass")
         target = self._free_name(kind, name + ROW, data)
         with suppress(OSError):  # a full disk must not hide the damage
             write_atomically(target, data)
-        log.error("%s %s in the database is damaged (its checksum is wrong); what is left of it is %s. %s", kind, name,
-                  target, RESTORE_BACKUP)
-        return DamagedFile(Damage(kind, target.name))
+            if note is not None:
+                write_atomically(target.with_name(target.name + NOTE), note.encode())
+        log.error("%s %s in the database is damaged (%s); what is left of it is %s. %s", kind, name,
+                  note or "its checksum is wrong", target, "" if note else RESTORE_BACKUP)
+        return DamagedFile(Damage(kind, target.name, note))
 
     def add_missing(self, missing: Mapping[str, int]) -> Damage:
         """Write down how many rows of which tables vanished while nobody looked."""

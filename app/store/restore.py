@@ -60,7 +60,7 @@ def _fill(file: Path, folder: Path, setting: str | None) -> dict[str, int]:
         create_sqlite(path)
         with closing(Database.on_sqlite(path)) as database:
             return restore_archive(file, database, folder)
-    database, lock = open_postgresql(setting, folder, Quarantine(folder / "quarantine"))
+    database, lock = open_postgresql(setting, folder, Quarantine(folder / "quarantine"), {})
     with closing(database), closing(lock):
         if database.changes() != 0:
             raise Conflict("The database is not empty.", "Enter a new database in the settings. Existing data is "

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from threading import RLock
+from types import MappingProxyType
 from typing import Any, Self
 
 from app.core.errors import Conflict, Unavailable
@@ -20,10 +21,11 @@ from app.store.disk_usage import disk_usage
 from app.store.documents import ColourProfileRepository, DetectionPlanRepository, RigRepository
 from app.store.drafts import DraftRepository
 from app.store.files import make_folder, remove_temporary_files
+from app.store.integrity import Readers
 from app.store.jobs import JobRepository
 from app.store.lenses import LensRepository
 from app.store.lock import FolderLock, PostgresLock
-from app.store.opening import FILE, open_postgresql, open_sqlite
+from app.store.opening import FILE, check_rows, open_postgresql, open_sqlite
 from app.store.passwords import PasswordKey
 from app.store.quarantine import Damage, Quarantine
 from app.store.quota import BACKUPS_BYTES, UPLOADS_BYTES, PictureQuota, free_bytes
@@ -42,13 +44,15 @@ class Store:
     database: None for SQLite in the folder, or the address of a PostgreSQL database.
     clock: for the dates that people read; no order and no number rests on it.
     uploads_bytes, backups_bytes: what pictures and backups may take of the disk. free: how much of it is left, bytes.
+    readers: by table, what raises for a row that cannot be read; such rows are set aside.
     """
 
     def __init__(self, folder: Path, clock: Clock = utc_now, *, database: str | None = None,
                  uploads_bytes: int = UPLOADS_BYTES, backups_bytes: int = BACKUPS_BYTES,
-                 free: Callable[[Path], int] = free_bytes) -> None:
+                 free: Callable[[Path], int] = free_bytes, readers: Readers = MappingProxyType({})) -> None:
         self.folder = Path(folder).absolute()
         self._clock = clock
+        self._readers = readers
         self.references = RLock()  # held while what names another thing is saved, and while what may be named goes
         self.restored = 0  # how often a backup has taken the database's place since the store was opened
         self._backups: Backups | None = None
@@ -66,9 +70,10 @@ class Store:
             if database is None:
                 self._backups = Backups(self.folder / "backups", self.folder / FILE, backups_bytes,
                                         is_damaged=lambda: any(damage.restorable for damage in self.damaged))
-                self._database = open_sqlite(self.folder, self._backups, self._quarantine)
+                self._database = open_sqlite(self.folder, self._backups, self._quarantine, readers)
             else:
-                self._database, self._database_lock = open_postgresql(database, self.folder, self._quarantine)
+                self._database, self._database_lock = open_postgresql(database, self.folder, self._quarantine,
+                                                                        readers)
             undo.callback(self._database.close)
             self.failures = self._database.failures
             if self._database_lock is not None:
@@ -126,6 +131,7 @@ class Store:
         """
         backups = self._own_backups()
         done = restore_backup(self._database, backups, self._quarantine, self._replaced, seen)
+        check_rows(self._database, self._quarantine, self._readers)
         self.cameras.encrypt_passwords()
         self.restored += 1
         backups.request()

@@ -180,6 +180,7 @@ class LedgerRow(Base):
     owner: the server that saves, in PostgreSQL, which several could reach; null where the last one signed off.
     counts: how many rows each table had at the last save, as JSON.
     missing: the quarantine's file of rows that vanished; null where none did, or where that file was removed.
+    read_by: the version of Touchline that has found every row readable, or set it aside.
     """
 
     __tablename__ = "ledger"
@@ -189,6 +190,7 @@ class LedgerRow(Base):
     owner: Mapped[str | None] = mapped_column(String(16))
     counts: Mapped[str | None] = mapped_column(Text)
     missing: Mapped[str | None] = mapped_column(Text)
+    read_by: Mapped[str | None] = mapped_column(Text)
 
 
 # What is checked, archived and restored, in an order in which a row's references come before it.

@@ -14,7 +14,10 @@ import schemathesis
 from starlette.testclient import TestClient
 
 from app.main import create_app
+from app.services.saved_shapes import READERS
 from app.settings import Settings
+from app.store.integrity import find_unreadable_rows
+from app.store.row_counts import count_rows
 from tests.support.refusals import API, refusal
 from tests.support.route_world import CAMERAS, HALVES, NAME, World, board, clicked_edges, motion
 
@@ -230,3 +233,14 @@ def test_a_change_made_from_another_state_is_refused_with_the_one_that_there_is(
                                   **rest)
     problem = refusal(answer, 412)
     assert problem["type"].startswith("/problems/stale-") and problem["fix"] and "current" in problem
+
+
+def test_what_the_routes_save_can_be_read_by_the_next_start(world):
+    for part in ("snapshot", "kept_colours", "rig", "lens", "rolled", "camera", "calibrations"):
+        getattr(world, part)
+    world.change("PUT", f"/drafts/{world.snapshot}", json={"field": NAME})
+    world.change("PUT", "/cameras/cam0/seeing", json={"on": True, "plan": "ssl"})
+    world.ask("POST", f"/cameras/{world.live_camera}/confirm")
+    with world.app.state.services.store._database.reading() as rows:
+        assert all(count_rows(rows).values()), "something of each"
+        assert [(table.__tablename__, reason) for table, _, reason in find_unreadable_rows(rows, READERS)] == []

@@ -1,4 +1,4 @@
-"""The ledger knows how many rows there are, so that rows that vanish while nobody looks are missed."""
+"""The ledger knows how many rows there are, so that those that vanish are missed; and which version could read all."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -10,3 +10,4 @@ down_revision = "0007"
 def upgrade() -> None:
     op.add_column("ledger", sa.Column("counts", sa.Text()))
     op.add_column("ledger", sa.Column("missing", sa.Text()))
+    op.add_column("ledger", sa.Column("read_by", sa.Text()))
