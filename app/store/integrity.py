@@ -65,7 +65,8 @@ def find_unreadable_rows(rows: Session, readers: Readers) -> Iterator[tuple[type
         if is_intact(row, table) and table.__tablename__ in readers:
             try:
                 readers[table.__tablename__](row)
-            except (TouchlineError, ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
+            except (TouchlineError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError,
+                    RecursionError) as error:
                 yield table, row, " ".join(str(error).split())[:MAX_REASON]
 
 
