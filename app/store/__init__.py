@@ -15,7 +15,10 @@ has saved survives a killed process and a power cut. One process at a time opens
     database.py    one writer and many readers, on SQLite or PostgreSQL; tables.py: the rows, checksummed.py: checksums
     repository.py  what the repositories share: snapshots, drafts, calibrations, lenses, rolls; documents.py: named
                    JSON, such as cameras, rigs and presets; jobs.py has a table of its own kind, clips.py files
-    backups.py     copies of the database; backup_restore.py puts the newest good one in its place
+    integrity.py   what is damaged, cannot be read, or is missing; row_counts.py: how many rows there should be
+    backups.py     copies of the database; backup_restore.py puts the newest good one in its place, and replaced.py
+                   keeps the three newest that it replaced
+    passwords.py   the key of cameras' passwords; failures.py: what could not be read or saved lately
     quota.py       how much of the disk pictures may take; disk_usage.py measures how much everything takes
     archive.py     everything as one zip, and back; restore.py fills an empty folder with it
     files.py, quarantine.py, lock.py    atomic files, what is damaged, one server a folder
