@@ -152,9 +152,9 @@ def _restore(path: Path, damage: str, backups: Backups, quarantine: Quarantine) 
 
 def check_rows(database: Database, quarantine: Quarantine, readers: Readers) -> None:
     """Mark the rows that were changed behind our back or cannot be read, and note those that vanished."""
+    mark_missing_rows(database, quarantine)  # first: every save counts what there is then
     with database.reading() as rows:
         found = list(find_damaged_rows(rows))
     for table, row in found:
         mark_damaged(database, quarantine, table, row)
     set_aside_unreadable_rows(database, quarantine, readers)
-    mark_missing_rows(database, quarantine)

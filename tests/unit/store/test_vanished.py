@@ -10,7 +10,8 @@ from app.core.errors import TouchlineError
 from app.core.geometry import ImageSize
 from app.store.opening import FILE
 from app.store.store import Store
-from app.store.tables import ARCHIVED_TABLES
+from app.store.tables import ARCHIVED_TABLES, CameraRow
+from tests.support.store_opener import damage_row
 from tests.support.store_writer import calibration
 
 SIZE = ImageSize(640, 480)
@@ -54,6 +55,17 @@ def test_rows_that_vanished_are_named_at_the_next_start_and_a_good_backup_has_th
         assert store.cameras.get("north").body and len(store.snapshots.list().items) == 1
     with Store(tmp_path) as store:
         assert store.damaged == ()
+
+
+def test_rows_that_vanished_are_named_where_others_are_damaged_too(opener, tmp_path):
+    with opener(tmp_path) as store:
+        fill(store)
+        damage_row(store, CameraRow, lambda body: body.replace("table", "tible"), id="north")
+        with store._database.engine.begin() as connection:
+            connection.execute(text("DELETE FROM lenses"))
+    for _ in range(2):
+        with opener(tmp_path) as store:
+            assert [damage.kind for damage in store.damaged] == ["cameras", "missing"]
 
 
 def test_rows_that_vanished_are_forgotten_with_the_file_that_names_them(opener, tmp_path):

@@ -42,7 +42,7 @@ export default /** @type {const} */ ({
   "settings.storage.newest.database": "von der Datenbank verwaltet",
   "settings.storage.newest.none": "noch keine",
   "settings.storage.pictures": "Bilder",
-  "settings.storage.replaced": "Vor einer Wiederherstellung",
+  "settings.storage.replaced": "Datenbank vor einer Wiederherstellung",
   "settings.storage.title": "Speicher",
   "settings.value.default": "Standard: {value}",
   "settings.value.empty": "leer",

@@ -42,7 +42,7 @@ export default /** @type {const} */ ({
   "settings.storage.newest.database": "managed by the database",
   "settings.storage.newest.none": "none yet",
   "settings.storage.pictures": "Images",
-  "settings.storage.replaced": "Before a restore",
+  "settings.storage.replaced": "Database from before a restore",
   "settings.storage.title": "Storage",
   "settings.value.default": "default: {value}",
   "settings.value.empty": "empty",
