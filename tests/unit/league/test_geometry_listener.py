@@ -71,6 +71,17 @@ def there():
     listener.close()
 
 
+def read_by(listener, id, data, told, sock):
+    """Send a packet until the listener has read it: it skips some of a sender that costs it much, on a busy machine."""
+    while True:
+        before = listener.get(id)
+        said(data, **told, sock=sock)
+        after = until(lambda: listener.get(id), lambda found, packets=before.packets: found.packets > packets)
+        if after.skipped == before.skipped:
+            return after
+        time.sleep(0.05)  # so that what it may spend grows again
+
+
 def test_nan_and_inf_are_really_in_the_wrong_packets():
     assert WRONG["nan"] != GOOD and WRONG["inf"] != GOOD
 
@@ -80,12 +91,11 @@ def test_two_senders_are_told_apart_and_the_newest_whole_packet_of_each_is_kept(
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as a, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as b:
         port_a, port_b = said(packet(1), **told, sock=a), said(packet(2), **told, sock=b)
         until(lambda: len(listener.publishers) == 2)
-        said(GOOD, **told, sock=a)
-        said(GOOD[:-3], **told, sock=a)
-        until(lambda: listener.get(f"127.0.0.1-{port_a}").refused == 1)
+        for data in (GOOD, GOOD[:-3]):
+            read_by(listener, f"127.0.0.1-{port_a}", data, told, a)
     one, other = (listener.get(f"127.0.0.1-{port}") for port in (port_a, port_b))
     assert (one.data, other.data) == (GOOD, packet(2))
-    assert (one.packets, one.geometries, one.refused) == (3, 2, 1) and other.refused == 0
+    assert (one.packets - one.skipped, one.geometries, one.refused) == (3, 2, 1) and other.refused == 0
     assert one.source == SSL_Source.OTHER and "ends within" in one.why
 
 
@@ -95,11 +105,9 @@ def test_what_is_no_whole_packet_is_counted_and_left(there, kind):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
         id = f"127.0.0.1-{said(GOOD, **told, sock=stranger)}"
         until(lambda: (found := listener.get(id)) and found.geometries == 1)
-        said(WRONG[kind], **told, sock=stranger)
-        found = until(lambda: listener.get(id).refused and listener.get(id))
-        assert found.data == GOOD and found.why
-        said(GOOD, **told, sock=stranger)
-        until(lambda: listener.get(id).geometries == 2)
+        found = read_by(listener, id, WRONG[kind], told, stranger)
+        assert found.refused == 1 and found.data == GOOD and found.why
+        assert read_by(listener, id, GOOD, told, stranger).geometries == 2
 
 
 @pytest.mark.parametrize("examples", [50, long(300)])
