@@ -4,7 +4,7 @@ Rows that this version has written can be read; those of an earlier one, of an a
 """
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NotRequired
 
 from pydantic import TypeAdapter
 from typing_extensions import TypedDict
@@ -27,11 +27,13 @@ class _Saved(TypedDict):
 
 
 class _DraftBody(TypedDict):
+    """Only what is looked at: an operator's clicks are worth more than a whole record."""
+
     field: str | None
     region: str | None
-    rotate: int | None
-    model: str | None
-    options: Plain
+    rotate: NotRequired[int | None]
+    model: NotRequired[str | None]
+    options: NotRequired[Plain]
     observations: list[Plain]
 
 
@@ -58,14 +60,13 @@ class _LensReport(TypedDict):
 class _Lens(TypedDict):
     id: str
     created_at: str
-    camera: str | None
-    note: str
     model: str
-    board: Plain | None
-    image_size: tuple[int, int]
     lens: Plain
-    report: _LensReport
-    software: str
+    camera: NotRequired[str | None]
+    note: NotRequired[str]
+    board: NotRequired[Plain | None]
+    image_size: NotRequired[tuple[int, int]]
+    report: NotRequired[_LensReport]
 
 
 class _Camera(_Saved):
@@ -127,29 +128,19 @@ class _Seeing(TypedDict):
     publish: bool
 
 
-def _of(shape: Any) -> Callable[[Row], object]:
+SEEING, SNAPSHOT = TypeAdapter(_Seeing), TypeAdapter(Snapshot)
+
+
+def _of(shape: Any, read: Callable[[Any, Row], object] = lambda record, row: record) -> Callable[[Row], object]:
+    """Return a reader of rows with content of that shape. read: goes on with the content and its row."""
     adapter = TypeAdapter(shape)
-    return lambda row: adapter.validate_python(content(row))
+    return lambda row: read(adapter.validate_python(content(row)), row)
 
 
-def _snapshot(row: Row) -> object:
-    return TypeAdapter(Snapshot).validate_python(Snapshot(**content(row)).to_json())
-
-
-def _camera(row: Row) -> object:
-    record = TypeAdapter(_Camera).validate_python(content(row))
-    return CameraSettings(id=row.id, **record["camera"])
-
-
-def _identity(row: Row) -> object:
-    return Identity(**TypeAdapter(_Identity).validate_python(content(row))["evidence"])
-
-
-def _preset(row: Row) -> object:
-    preset = TypeAdapter(_Preset).validate_python(content(row))["preset"]
+def _preset(record: _Preset, row: Row) -> object:
     if row.key.startswith("colours:"):
-        return ColourProfile.from_json(preset)
-    settings = TypeAdapter(_Seeing).validate_python(preset)
+        return ColourProfile.from_json(record["preset"])
+    settings = SEEING.validate_python(record["preset"])
     if settings["profile"] is not None:
         ColourProfile.from_json(settings["profile"])
     return StageConfig.from_json(settings["plan"])
@@ -157,6 +148,13 @@ def _preset(row: Row) -> object:
 
 # By table; each raises for a row that cannot be read.
 READERS: Mapping[str, Callable[[Row], object]] = {
-    "snapshots": _snapshot, "drafts": _of(_Draft), "calibrations": lambda row: Calibration.from_json(content(row)),
-    "active": _of(_Active), "lenses": _of(_Lens), "cameras": _camera, "identities": _identity, "rigs": _of(_Rig),
-    "rolls": _of(_Roll), "presets": _preset}
+    "snapshots": _of(Plain, lambda record, _: SNAPSHOT.validate_python(Snapshot(**record).to_json())),
+    "drafts": _of(_Draft),
+    "calibrations": lambda row: Calibration.from_json(content(row)),
+    "active": _of(_Active),
+    "lenses": _of(_Lens),
+    "cameras": _of(_Camera, lambda record, row: CameraSettings(id=row.id, **record["camera"])),
+    "identities": _of(_Identity, lambda record, _: Identity(**record["evidence"])),
+    "rigs": _of(_Rig),
+    "rolls": _of(_Roll),
+    "presets": _of(_Preset, _preset)}

@@ -4,9 +4,10 @@ import sqlite3
 from contextlib import closing
 from pathlib import Path
 
-from sqlalchemy import select, text, update
+from sqlalchemy import select, update
 
 from app.core.records import Calibration
+from app.store import row_counts
 from app.store.opening import FILE
 from app.store.store import Store
 from app.store.tables import CalibrationRow
@@ -74,5 +75,4 @@ def damaged_folder(folder: Path) -> Calibration:
 def count_rows(store: Store) -> dict[str, int]:
     """How many rows each table has, whatever their state."""
     with store._database.reading() as rows:
-        return {name: rows.scalar(text(f"SELECT count(*) FROM {name}"))
-                for name in ("snapshots", "drafts", "calibrations", "active", "activations", "lenses", "cameras")}
+        return row_counts.count_rows(rows)

@@ -4,8 +4,8 @@ Without a token the server listens on this machine only; then the Host header mu
 page elsewhere could reach us by pointing its own name here. A request that changes something and carries an
 Origin must come from our own page. With a token everything but OPEN needs it: as a Bearer header from scripts,
 as a cookie from browsers, whose pictures and sockets cannot send headers; /health tells the others only that the
-server answers. Nothing is read from another site's page,
-either, but what it links to: a browser says where a request comes from (Sec-Fetch-Site; https://web.dev/fetch-metadata).
+server answers. Nothing is read from another site's page, either, but what it links to: a browser says where a request
+comes from (Sec-Fetch-Site; https://web.dev/fetch-metadata).
 """
 
 import hashlib

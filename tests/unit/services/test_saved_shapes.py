@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from types import SimpleNamespace
 
 import pytest
 from sqlalchemy import select, update
@@ -77,6 +78,19 @@ def changed_copy(folder, copy, table=None):
 
 def test_every_kind_of_row_has_a_reader():
     assert READERS.keys() == TABLES.keys()
+
+
+def test_a_draft_needs_no_more_than_its_points():
+    draft = {"field": None, "region": None, "observations": []}
+    body = {"revision": 1, "updated_at": "2026-01-01", "updated_by": "", "draft": draft}
+    assert READERS["drafts"](SimpleNamespace(body=json.dumps(body)))
+
+
+def test_a_lens_of_an_early_version_is_read_and_listed(tmp_path):
+    with Store(tmp_path) as store:
+        store.lenses.add({"model": "division", "lens": {"focal_px": 500.5}})
+    faults, damaged = served(changed_copy(tmp_path, tmp_path.with_name("early")), ["/health", "/lenses"])
+    assert faults == {} and damaged == []
 
 
 def test_what_is_sound_is_read_and_nothing_is_set_aside(filled, tmp_path):
