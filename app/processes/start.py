@@ -34,11 +34,34 @@ class Program:
     nice: int = 0
 
 
-def start(program: Program) -> tuple[subprocess.Popen[bytes], socket.socket]:
-    """Return the process and the parent's end of the socket; OSError where none can be started.
+class Child(subprocess.Popen[bytes]):
+    """A process whose end is collected at once, also where nobody asks for it any more."""
 
-    Its end is collected at once, also where nobody asks for it any more.
-    """
+    _reaper: Thread | None = None
+
+    def collect_soon(self) -> None:
+        """Collect it in a thread of its own, or, where no thread is to be had, when somebody looks for it."""
+        reaper = Thread(target=self._collect, name=f"{REAPER} {self.pid}", daemon=True)
+        with suppress(RuntimeError):
+            reaper.start()
+            self._reaper = reaper
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Wait until it has ended and nothing of it is left, no thread either."""
+        code = super().wait(timeout)
+        if self._reaper is not None:
+            self._reaper.join()
+        return code
+
+    def _collect(self) -> None:
+        with suppress(ChildProcessError):  # another thread was faster
+            # Not wait(): it holds the lock all the while without which poll() of other threads cannot tell.
+            os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOWAIT)
+        self.poll()
+
+
+def start(program: Program) -> tuple[Child, socket.socket]:
+    """Return the process and the parent's end of the socket; OSError where none can be started."""
     ours, theirs = socket.socketpair()
     start_up = json.dumps({"path": sys.path, "main": program.main, "memory_bytes": program.memory_bytes,
                            "nice": program.nice})
@@ -46,23 +69,13 @@ def start(program: Program) -> tuple[subprocess.Popen[bytes], socket.socket]:
     try:
         with theirs:
             # A session of its own: an operator's Ctrl-C is for the server, which then ends its children.
-            process = subprocess.Popen([sys.executable, "-P", str(CHILD_MAIN), start_up], env=environment,
-                                       stdin=theirs.fileno(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                                       start_new_session=True)
+            process = Child([sys.executable, "-P", str(CHILD_MAIN), start_up], env=environment, stdin=theirs.fileno(),
+                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
     except OSError:
         ours.close()
         raise
-    with suppress(RuntimeError):  # no thread to be had: then whoever looks for it next collects it
-        Thread(target=_reap, args=(process,), name=f"{REAPER} {process.pid}", daemon=True).start()
+    process.collect_soon()
     return process, ours
-
-
-def _reap(process: subprocess.Popen[bytes]) -> None:
-    """Wait until a process ends, and collect it."""
-    with suppress(ChildProcessError):  # another thread was faster
-        # Not process.wait(): it holds the lock all the while without which poll() of other threads cannot tell.
-        os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
-    process.poll()
 
 
 class ChildProcess:

@@ -3,6 +3,8 @@
 import asyncio
 import os
 import signal
+import threading
+import time
 from pathlib import Path
 
 from app.images import ImageDecoder
@@ -63,3 +65,18 @@ def test_one_that_ends_while_it_is_ended_is_no_error():
         with ImageDecoder(workers=1) as decoder:
             kill(*(pids := pids_of(decoder)))
         assert all(map(is_gone, pids))
+
+
+def test_who_has_waited_for_a_process_leaves_no_thread_of_it(monkeypatch):
+    def late(*of):
+        try:
+            return waitid(*of)
+        finally:
+            time.sleep(0.2)  # as on a busy machine
+
+    waitid = os.waitid
+    monkeypatch.setattr(os, "waitid", late)
+    before = threading.active_count()
+    with ImageDecoder(workers=2) as decoder:
+        pids_of(decoder)
+    assert threading.active_count() == before
