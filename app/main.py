@@ -22,6 +22,7 @@ from app.api.schemas.requests import PROBLEMS
 from app.images import ImageLimits
 from app.jobs import JobEngine
 from app.services.container import Services
+from app.services.fit_processes import FitProcesses
 from app.services.open_store import open_store
 from app.settings import LOOPBACK, Settings, unknown_variables
 
@@ -47,7 +48,8 @@ def create_app(settings: Settings) -> FastAPI:
     """Make the whole application from settings alone. It holds the data folder until it has been served and stopped."""
     jobs = JobEngine(settings.jobs.workers, engine=settings.jobs.engine, wall_s=settings.jobs.time_limit_s,
                      kept=settings.jobs.kept, modules=MODULES)  # refused before anything is held
-    services = Services(settings, open_store(settings), jobs, image_limits(settings))
+    fits = FitProcesses(settings.jobs.time_limit_s, MODULES[:1])
+    services = Services(settings, open_store(settings), jobs, fits, image_limits(settings))
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:

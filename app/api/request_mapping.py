@@ -1,8 +1,8 @@
 """From a checked request to what is computed with: names become fields, ids become snapshots and lenses."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from typing import Any, TypeVar
+from typing import Any
 
 from app.api.schemas.requests import FitRequest
 from app.core.errors import BadInput, Conflict, NotFound
@@ -11,9 +11,6 @@ from app.core.records import observations_from_json
 from app.services.container import Services
 from app.store.store import Store
 from app.workflows.calibration_request import CalibrationRequest
-
-FEW_POINTS = 600  # half a second; operators click some fifty
-Result = TypeVar("Result")
 
 
 def fit_task(services: Services, body: FitRequest, models: Iterable[str]) -> CalibrationRequest:
@@ -35,15 +32,6 @@ def fit_task(services: Services, body: FitRequest, models: Iterable[str]) -> Cal
         image_sha256=snapshot.sha256 if snapshot else None, note=body.note)
     task.check_names(models)
     return task
-
-
-async def fit_few(services: Services, body: FitRequest, fit: Callable[[CalibrationRequest], Result],
-                  ) -> tuple[CalibrationRequest, Result | None]:
-    """Return a body's task, and what `fit` makes of it on a thread; None of so many points that it must be a job."""
-    def work() -> tuple[CalibrationRequest, Result | None]:
-        task = fit_task(services, body, (body.model,))
-        return task, fit(task) if task.n_points <= FEW_POINTS else None
-    return await services.run_in_thread(work)
 
 
 def with_lens(services: Services, options: Mapping[str, Any]) -> dict[str, Any]:

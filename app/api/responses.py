@@ -13,7 +13,9 @@ from starlette.responses import Response
 
 from app.api.dependencies import caller_of
 from app.api.json_text import json_bytes
-from app.api.middleware.problems import MANUAL, problem
+from app.api.middleware.problems import MANUAL
+from app.core.errors import Cancelled
+from app.core.jobs import error_of
 from app.core.progress import Progress
 from app.evaluate.fit.approximation import ApproximationError
 from app.images import ENCODED_MEDIA_TYPES, encode
@@ -52,6 +54,12 @@ def error_header(loss: ApproximationError | None) -> dict[str, str]:
     if loss.hat_worst_mm is not None:
         parts += [f"hat={loss.hat_worst_mm:.3f}", f"hat-rms={loss.hat_rms_mm:.3f}"]
     return {"X-Approximation-Error-Mm": ";".join(parts)}
+
+
+class JsonText(Response):
+    """A JSON response whose text is ready made."""
+
+    media_type = "application/json"
 
 
 class Json(Response):
@@ -111,8 +119,8 @@ async def finished_or_queued(request: Request, services: Services, kind: str, ru
         return accepted(await services.run_in_thread(services.jobs.start, kind, run, spec, saver, context,
                                                      caller=caller))
     job = await services.run_as_job(kind, run, spec, request.is_disconnected, saver, context, caller)
-    if job.state == "done":
-        return respond(job.result)
-    return problem(**(job.problem or {"reason": "cancelled", "title": "Cancelled", "status": 409,
-                                      "fix": "Request it again.",
-                                      "detail": f"{job.message}."}))
+    if job.problem is not None:
+        raise error_of(job.problem)
+    if job.state != "done":
+        raise Cancelled(f"{job.message}.", "Request it again.")
+    return respond(job.result)

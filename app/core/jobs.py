@@ -4,11 +4,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, Self
 
-from app.core.errors import TouchlineError
-from app.core.statements import say, stated
+from app.core.errors import (
+    BadInput,
+    Busy,
+    Conflict,
+    DiskFull,
+    ImageTooLarge,
+    NotFound,
+    Stale,
+    TouchlineError,
+    Unavailable,
+)
+from app.core.statements import STATEMENTS, say, sentence_in, stated
 
 State = Literal["queued", "running", "done", "failed", "cancelled"]
 ENDED: tuple[State, ...] = ("done", "failed", "cancelled")
+BY_STATUS = {kind.status: kind for kind in (
+    BadInput, ImageTooLarge, NotFound, Conflict, Stale, Busy, Unavailable, DiskFull)}
+PROBLEM_MEMBERS = ("reason", "title", "status", "detail", "fix", STATEMENTS)
 WAITING = say("job.waiting", "Waiting for its turn")
 STORED = {"run": "run", "spec": "spec", "saver": "keep", "context": "about", "durable": "lasts"}  # names in stored rows
 
@@ -79,3 +92,10 @@ def problem_of(error: TouchlineError) -> dict[str, Any]:
     """Return an error as plain JSON, from which the API makes its answer."""
     return stated({"reason": error.reason, "title": error.title, "status": error.status, "detail": error.what,
                    "fix": error.fix, **error.details})
+
+
+def error_of(problem: Mapping[str, Any]) -> TouchlineError:
+    """Return the error that a problem, as problem_of writes it, was made from."""
+    kind = BY_STATUS.get(problem.get("status", 0), Unavailable)
+    details = {name: value for name, value in problem.items() if name not in PROBLEM_MEMBERS}
+    return kind(sentence_in(problem, "detail"), sentence_in(problem, "fix"), reason=problem["reason"], **details)

@@ -1,7 +1,5 @@
 """Jobs on runners: a queue, as many threads as runners, another try after a lost worker, and how a job ends."""
 
-import logging
-import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -9,25 +7,24 @@ from threading import RLock, Thread
 from typing import Any, Self
 
 from app.core.common_sentences import SHUTTING_DOWN, TRY_WHEN_BACK
-from app.core.errors import BadInput, Conflict, TouchlineError, Unavailable
-from app.core.jobs import NOBODY, Caller, Job, JobSpec, problem_of
+from app.core.errors import Conflict, Unavailable
+from app.core.jobs import NOBODY, Caller, Job, JobSpec
 from app.core.progress import Progress
 from app.core.statements import say
 from app.jobs.dask_cluster import DaskCluster
 from app.jobs.dask_runner import DaskRunner
 from app.jobs.execute import current_name
+from app.jobs.failures import MAX_ATTEMPTS, problem_of_failure
 from app.jobs.fair_queue import MAX_QUEUED, FairQueue, check_room
 from app.jobs.process_runner import ProcessRunner
 from app.jobs.registry import START_AGAIN, JobRegistry, JobTable
-from app.jobs.runner import JobFailed, JobRunner, JobStopped, JobTimeout, WorkerDied
+from app.jobs.runner import JobRunner, JobStopped, WorkerDied
 
 Run = Callable[[Any, Progress], Any]
 ResultSaver = Callable[[Any, Any], Any]  # what run returned, and the job's context -> the job's result
-log = logging.getLogger("touchline")
 
 KEPT_S = 3600.0
 MEMORY_BYTES = 2 << 30
-MAX_ATTEMPTS = 3  # a worker may be lost by chance twice; a job that has lost three is itself to blame
 
 
 class JobEngine:
@@ -187,37 +184,10 @@ class JobEngine:
             self._queue.put((id, spec), self._callers.get(id, NOBODY), MAX_QUEUED, MAX_QUEUED)
 
     def _fail(self, id: str, error: Exception) -> None:
-        self._registry.fail(id, self._problem(error))
+        self._registry.fail(id, problem_of_failure(error, self._wall_s))
 
     def _is_wanted(self, id: str) -> bool:
         return not self._registry.ended(id)
 
     def _save(self, spec: JobSpec, made: Any) -> Any:
         return made if spec.saver is None else self.result_savers[spec.saver](made, spec.context)
-
-    def _problem(self, error: Exception) -> dict[str, Any]:
-        if isinstance(error, JobFailed) and "detail" in error.problem:
-            return error.problem
-        return problem_of(self._explained(error))
-
-    def _explained(self, error: Exception) -> TouchlineError:
-        """Say what a job's end means to who wants it, and what to do."""
-        if isinstance(error, TouchlineError):
-            return error
-        if isinstance(error, WorkerDied):
-            return Unavailable(say("job.process-died", "The process that ran this job ended before the job was "
-                                   "complete, {times} times.", times=MAX_ATTEMPTS),
-                               say("job.reduce-or-check-workers", "Reduce the size of the job. On a cluster, check "
-                                   "the memory limit and the log of its workers."), reason="worker-died")
-        if isinstance(error, JobTimeout):
-            return BadInput(say("job.too-long", "The job took longer than {seconds:g} s.", seconds=self._wall_s),
-                            say("job.reduce", "Reduce the size of the job."), reason="job-too-long")
-        if isinstance(error, JobFailed) and error.problem["reason"] == "job-needs-memory":
-            return BadInput(say("job.needs-memory", "The job needs more memory than it is allowed."),
-                            say("job.fewer-images", "Use fewer or smaller images."), reason="job-needs-memory")
-        id = secrets.token_hex(4)
-        log.error("unexpected error %s in a job: %s", id,
-                  error.problem.get("trace") if isinstance(error, JobFailed) else repr(error))
-        return Unavailable(say("job.unexpected", "An unexpected error occurred (error {error}).", error=id),
-                           say("job.report-error", "Try again. If the error remains, report it with the log around "
-                               "error {error}.", error=id), reason="unexpected")

@@ -1,5 +1,6 @@
 """Jobs in a process of this machine: started when first needed, killed when it does not stop, started anew."""
 
+import json
 import time
 from collections.abc import Callable
 from threading import Lock
@@ -8,27 +9,35 @@ from typing import Any
 from app.core.statements import sentence_in
 from app.jobs import worker_main
 from app.jobs.runner import JobFailed, JobStopped, JobTimeout, Report, WorkerDied
-from app.processes.framing import Message, decode_body, encode_body
+from app.processes.framing import decode_body, encode_body, split_body
 from app.processes.start import ChildProcess, Program
 
 START_S = 30.0  # importing OpenCV takes 0.3 s, on a busy small machine some seconds
 STOP_S = 1.0  # a cancelled job has so long to stop by itself
 POLL_S = 0.05  # how often we look whether a job is still wanted
-NICE = 5  # the server's own processes go first
+NICE = 5  # what others wait for goes first
 MAX_ANSWER_BYTES = 64 << 20
 
 
 class ProcessRunner:
     """Runs one job at a time. Only end() may be called by another thread than its own."""
 
-    def __init__(self, memory_bytes: int, modules: tuple[str, ...] = ()) -> None:
-        self._program = Program("app.jobs.worker_main:main", memory_bytes, NICE)
+    def __init__(self, memory_bytes: int, modules: tuple[str, ...] = (), nice: int = NICE) -> None:
+        self._program = Program("app.jobs.worker_main:main", memory_bytes, nice)
         self._modules = modules
         self._child: ChildProcess | None = None
         self._number = 0
         self._has_begun = False
         self._lock = Lock()
         self._closed = False
+
+    def warm(self) -> None:
+        """Start the process before its first job; WorkerDied where none can be started."""
+        try:
+            self._started()
+        except OSError:
+            self.close()
+            raise WorkerDied from None
 
     @property
     def pid(self) -> int | None:
@@ -37,7 +46,11 @@ class ProcessRunner:
         return child.pid if child and child.is_alive else None
 
     def run(self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool], wall_s: float) -> Any:
-        """Do a job and return its result; see runner.py.
+        """Do a job and return its result; see runner.py."""
+        return json.loads(self.run_to_text(run, spec, report, is_wanted, wall_s))
+
+    def run_to_text(self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool], wall_s: float) -> bytes:
+        """Do a job and return its result as JSON text, in ASCII; otherwise as run.
 
         A process that stood idle may have died unseen: a job that it never began is given to a new one.
         """
@@ -61,7 +74,8 @@ class ProcessRunner:
         with self._lock:
             self._close()
 
-    def _run_once(self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool], wall_s: float) -> Any:
+    def _run_once(self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool],
+                  wall_s: float) -> bytes:
         deadline = time.monotonic() + wall_s
         self._number += 1
         self._has_begun = False
@@ -76,7 +90,7 @@ class ProcessRunner:
             self.close()
             raise
 
-    def _follow(self, child: ChildProcess, report: Report, is_wanted: Callable[[], bool], deadline: float) -> Any:
+    def _follow(self, child: ChildProcess, report: Report, is_wanted: Callable[[], bool], deadline: float) -> bytes:
         stopping = False
         while True:
             if not stopping and not is_wanted():
@@ -90,12 +104,12 @@ class ProcessRunner:
             if message.kind == worker_main.BEGUN:
                 self._has_begun = True
             elif message.kind == worker_main.PROGRESS:
-                body = _json(message)
+                body, _ = decode_body(message.body)
                 report(body["fraction"], sentence_in(body, "message"))
             elif message.kind == worker_main.RESULT:
-                return _json(message)["value"]
+                return bytes(split_body(message.body)[1])
             elif message.kind == worker_main.PROBLEM:
-                raise JobFailed(_json(message)["value"])
+                raise JobFailed(json.loads(bytes(split_body(message.body)[1])))
 
     def _started(self) -> ChildProcess:
         """Return a living process that has said it is ready; OSError where there is none."""
@@ -117,7 +131,3 @@ class ProcessRunner:
         if self._child is not None:
             self._child.close()
         self._child = None
-
-
-def _json(message: Message) -> Any:
-    return decode_body(message.body)[0]

@@ -1,9 +1,10 @@
 """The process that does jobs, one after another.
 
-Bodies are JSON with an empty payload; the number is the job's. To it: RUN {"run": "module:function", "spec"} and
-CANCEL. From it, for each job: BEGUN, PROGRESS {"fraction", "message"}, then RESULT {"value"} or PROBLEM.
+Bodies are JSON; the number is the job's. To it: RUN {"run": "module:function", "spec"} and CANCEL. From it, for each
+job: BEGUN, PROGRESS {"fraction", "message"}, then RESULT or PROBLEM, whose payload is JSON: some only pass it on.
 """
 
+import json
 import queue
 import threading
 import time
@@ -54,7 +55,8 @@ class JobWorker:
 
         self._send(BEGUN, number, {})
         is_done, value = execute(job["run"], job["spec"], progress)
-        self._send(RESULT if is_done else PROBLEM, number, {"value": value})
+        text = json.dumps(finite_json(value), allow_nan=False, separators=(",", ":"))
+        self._send(RESULT if is_done else PROBLEM, number, {}, text.encode("ascii"))
 
     def _listen(self) -> None:
         """Receive while a job runs."""
@@ -65,5 +67,5 @@ class JobWorker:
             else:
                 self._cancelled = number
 
-    def _send(self, kind: int, number: int, value: dict[str, Any]) -> None:
-        self._connection.send(kind, number, encode_body({name: finite_json(part) for name, part in value.items()}))
+    def _send(self, kind: int, number: int, value: dict[str, Any], payload: bytes = b"") -> None:
+        self._connection.send(kind, number, encode_body(finite_json(value), payload))

@@ -29,6 +29,7 @@ from app.services.cache import LruCache
 from app.services.cameras import CameraService
 from app.services.detection import DetectionService
 from app.services.events import CameraEvents
+from app.services.fit_processes import FitProcesses
 from app.services.live import start_live_cameras, take_frame
 from app.services.presence import Presence
 from app.services.publishing import PublishingService
@@ -63,9 +64,11 @@ class Services:
     scenes: SceneRegistry
     _threads: CapacityLimiter
     _large: CapacityLimiter
+    _quick: CapacityLimiter
 
-    def __init__(self, settings: Settings, store: Store, jobs: JobEngine, limits: ImageLimits) -> None:
-        self.settings, self.store, self.jobs = settings, store, jobs
+    def __init__(self, settings: Settings, store: Store, jobs: JobEngine, fits: FitProcesses,
+                 limits: ImageLimits) -> None:
+        self.settings, self.store, self.jobs, self.fits = settings, store, jobs, fits
         self.started_s = time.monotonic()
         remove_temporary_files(settings.own_fields)
         self.fields = FieldRepository(settings.own_fields, store.failures)
@@ -91,9 +94,10 @@ class Services:
         with self.store, ImageDecoder(self._limits) as self.decoder, self.jobs:
             self._threads = CapacityLimiter(max(4, os.cpu_count() or 4))
             self._large = CapacityLimiter(MAX_LARGE)
+            self._quick = CapacityLimiter(1)
             self.jobs.open(self.store.jobs)
             live = start_live_cameras(self.cameras, self.detection)
-            async with aclosing(live) as self.live, aclosing(SceneRegistry()) as self.scenes:
+            async with (self.fits.running(), aclosing(live) as self.live, aclosing(SceneRegistry()) as self.scenes):
                 with closing(self.publishing.publisher) as publisher:
                     publisher.start()
                     async with self.events.following(live):
@@ -145,6 +149,10 @@ class Services:
     async def run_in_thread(self, work: Callable[Given, Result], *args: Given.args, **kwargs: Given.kwargs) -> Result:
         """Run work of a second or two on a worker thread; when all are busy it waits for its turn."""
         return await to_thread.run_sync(lambda: work(*args, **kwargs), limiter=self._threads)
+
+    async def fit_quickly(self, fit: Callable[Given, Result], *args: Given.args, **kwargs: Given.kwargs) -> Result:
+        """Run a fit of some 20 ms on a thread: one at a time, since a second would only halve the pace of the first."""
+        return await to_thread.run_sync(lambda: fit(*args, **kwargs), limiter=self._quick)
 
     async def process_picture(self, size: ImageSize, work: Callable[[Progress], Result],
                               is_abandoned: Callable[[], Awaitable[bool]]) -> Result:

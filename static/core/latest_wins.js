@@ -4,9 +4,10 @@
 /**
  * @template T
  * @param {(value: T) => Promise<void>} send
+ * @param {number} [patienceMs] how long the latest waits for an earlier answer; then answers may come in another order
  * @returns {(value: T) => Promise<void>} resolves when nothing waits any more
  */
-export function latestWins(send) {
+export function latestWins(send, patienceMs) {
   /** @type {{ value: T } | null} */
   let waiting = null;
   /** @type {Promise<void> | null} */
@@ -17,7 +18,7 @@ export function latestWins(send) {
       while (waiting) {
         const { value } = waiting;
         waiting = null;
-        await send(value);
+        await (patienceMs === undefined ? send(value) : Promise.race([send(value), pause(patienceMs)]));
       }
     } finally {
       running = null;
@@ -50,3 +51,6 @@ export function requestOrder() {
     },
   };
 }
+
+/** @param {number} ms */
+export const pause = (ms) => new Promise((done) => setTimeout(done, ms));

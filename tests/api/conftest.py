@@ -11,7 +11,7 @@ from tests.support.followed_camera import URL, Followed
 from tests.support.paths import CLICKS
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, without_size
-from tests.support.standing_decoder import standing_decoder
+from tests.support.standing_processes import standing_processes
 
 HERE = "http://127.0.0.1:8000"
 CAMERAS = ({"id": "north", "name": "North half", "source": "sim://table?size=320x256&fps=200", "field": "table",
@@ -19,8 +19,8 @@ CAMERAS = ({"id": "north", "name": "North half", "source": "sim://table?size=320
 
 
 @pytest.fixture(scope="session", autouse=True)
-def one_decoder():
-    with standing_decoder():
+def standing_processes_of_all():
+    with standing_processes():
         yield
 
 

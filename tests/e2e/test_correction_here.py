@@ -195,7 +195,7 @@ def test_another_picture_is_drawn_from_its_own_pixels_once_they_are_there(correc
 
 def test_every_way_to_compare_is_drawn_without_a_request_and_as_the_server_would(operator, correcting):
     page = operator.page
-    with page.expect_response("**/fit/attempt"):  # of the draft, however late
+    with page.expect_response("**/fit/attempt?*"):  # of the draft, however late
         correcting("brown-conrady", "verify")
     asked: list[str] = []
     expect(page.get_by_test_id("wipe")).to_be_visible(timeout=LONG_MS)

@@ -1,7 +1,7 @@
 // Requests at the rate of a pointer: one under way, the latest one waiting; and which of several answers counts.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { latestWins, requestOrder } from "../../static/core/latest_wins.js";
+import { latestWins, pause, requestOrder } from "../../static/core/latest_wins.js";
 
 /** A request that is answered when the test says so. */
 function held() {
@@ -50,4 +50,24 @@ test("an answer counts as long as no other question has begun", () => {
   assert.deepEqual([first(), beside()], [true, true]);
   const second = order.begin();
   assert.deepEqual([first(), beside(), second()], [false, false, true]);
+});
+
+test("with patience the latest is asked although an earlier answer is still to come, and each only once", async () => {
+  const asked = [],
+    answers = [];
+  const ask = latestWins((value) => {
+    asked.push(value);
+    return new Promise((resolve) => {
+      answers.push(resolve);
+    });
+  }, 1);
+  const asking = Promise.all([1, 2, 3].map(ask));
+  while (asked.length < 2) await pause(1);
+  await asking;
+  assert.deepEqual(asked, [1, 3]);
+  answers.forEach((answer) => answer());
+  const more = ask(4);
+  answers[2]();
+  await more;
+  assert.deepEqual(asked, [1, 3, 4]);
 });

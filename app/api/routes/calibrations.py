@@ -10,8 +10,8 @@ from pydantic import Field
 from starlette.responses import Response
 
 from app.api.bodies import uploaded_file
-from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
-from app.api.request_mapping import fit_few, fit_task
+from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, caller_of, in_thread
+from app.api.request_mapping import fit_task
 from app.api.responses import Json, attachment, created, error_header, finished_or_queued, versioned
 from app.api.responses import page as json_page
 from app.api.schemas import responses
@@ -21,6 +21,7 @@ from app.core.errors import TouchlineError
 from app.core.records import Calibration
 from app.services.activation import activate
 from app.services.container import Services
+from app.services.fit_processes import FEW_POINTS
 from app.services.forms import Name, Note, Strict
 from app.services.import_file import MAX_IMPORT_BYTES, OPTIONS, import_file
 from app.services.result_savers import save_new_version
@@ -98,14 +99,13 @@ async def make_calibration(request: Request, services: ServicesDep, by: Operator
 
     With ?job=true a job, whose result is {"calibration": id}.
     """
-    if job:
-        task = await services.run_in_thread(fit_task, services, body, (body.model,))
-    else:
-        task, saved = await fit_few(services, body, lambda task: save_new_version(
-            services.store, task.record(task.run()), by))
-        if saved is not None:
-            return _created(saved)
-    return await finished_or_queued(request, services, "calibration", run_fit, {"task": task.to_json()}, job,
+    task = await services.run_in_thread(fit_task, services, body, (body.model,))
+    spec = {"task": task.to_json()}
+    if not job and task.n_points <= FEW_POINTS:
+        made = await services.fits.run(run_fit, spec, (await caller_of(request)).address, request.is_disconnected)
+        return _created(await services.run_in_thread(
+            save_new_version, services.store, Calibration.from_json(json.loads(made)), by))
+    return await finished_or_queued(request, services, "calibration", run_fit, spec, job,
                                     "calibration", {"by": by}, lambda made: _created(
                                         services.store.calibrations.get(made["calibration"])))
 

@@ -6,9 +6,9 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
-from app.api.dependencies import ServicesDep
-from app.api.request_mapping import fit_few, image_size
-from app.api.responses import Json, finished_or_queued, page
+from app.api.dependencies import ServicesDep, caller_of
+from app.api.request_mapping import fit_task, image_size
+from app.api.responses import Json, JsonText, finished_or_queued, page
 from app.api.schemas import responses
 from app.api.schemas.requests import BorderRequest, FitRequest
 from app.core.geometry import as_points
@@ -16,7 +16,9 @@ from app.core.progress import Progress
 from app.core.statements import named, stated
 from app.fitting import FITTERS
 from app.models import MODELS
+from app.services import fit_processes
 from app.services.container import Services
+from app.services.forms import Name
 from app.workflows import calibration
 from app.workflows.calibration_request import CalibrationRequest, run_attempt, run_preview
 from app.workflows.calibration_types import Attempt, BorderFit, Preview
@@ -27,6 +29,9 @@ Quick = Annotated[bool, Query(description="without cross-validation")]
 MeshMargin = Annotated[int | None, Query(
     ge=0, le=2000, description="with `mesh`: the corrected view with so much carpet around the region, px, as GET "
     "/calibrations/{id}/mesh describes it; its nodes in base64 as raw_px, and the field in it as overlay")]
+Series = Annotated[Name | None, Query(
+    description="any name, such as the window's: a newer request of one series takes the place of one that waits, "
+    "which is answered with 409 `superseded`")]
 FEW_POINTS = 100  # as many fit in a millisecond or two: quicker done at once than handed to a thread
 
 
@@ -55,29 +60,36 @@ async def fit_border(services: ServicesDep, body: BorderRequest) -> Json:
 
 @router.post("/fit/preview", tags=["fit"], response_model=Preview)
 async def preview_calibration(request: Request, services: ServicesDep, body: FitRequest,
-                              quick: Quick = False, mesh_margin_px: MeshMargin = None) -> Response:
+                              quick: Quick = False, mesh_margin_px: MeshMargin = None,
+                              series: Series = None) -> Response:
     """Return what POST /calibrations would save for the same body: model, report and the field in the image.
 
     With the model "auto", the most probable lens; which model is saved, a comparison of all of them decides.
     """
     return await _fit(request, services, body, CalibrationRequest.preview_json, run_preview, quick,
-                      mesh_margin_px)
+                      mesh_margin_px, series)
 
 
 @router.post("/fit/attempt", tags=["fit"], response_model=Attempt)
 async def attempt_calibration(request: Request, services: ServicesDep, body: FitRequest,
-                              quick: Quick = False, mesh_margin_px: MeshMargin = None) -> Response:
+                              quick: Quick = False, mesh_margin_px: MeshMargin = None,
+                              series: Series = None) -> Response:
     """Return the preview, or why there is none yet: while points are still being placed, too few are no mistake."""
     return await _fit(request, services, body, CalibrationRequest.attempt_json, run_attempt, quick,
-                      mesh_margin_px)
+                      mesh_margin_px, series)
 
 
 async def _fit(request: Request, services: Services, body: FitRequest,
                fit: Callable[[CalibrationRequest, bool, int | None], Preview | Attempt],
-               run: Callable[[Any, Progress], Preview | Attempt], quick: bool, mesh_margin_px: int | None) -> Response:
-    """Return what `fit` makes of a few points on a thread, or `run` of many in a process while the caller waits."""
-    task, found = await fit_few(services, body, lambda task: fit(task, quick, mesh_margin_px))
-    if found is not None:
-        return Json(found)
+               run: Callable[[Any, Progress], Preview | Attempt], quick: bool, mesh_margin_px: int | None,
+               series: str | None) -> Response:
+    """Return what `fit` makes of a few points on a thread, where that is quick, or `run` in a process."""
+    task = await services.run_in_thread(fit_task, services, body, (body.model,))
+    few = task.n_points <= fit_processes.FEW_POINTS
+    if quick and few:
+        return Json(await services.fit_quickly(fit, task, quick, mesh_margin_px))
     spec = {"task": task.to_json(), "quick": quick, "mesh_margin_px": mesh_margin_px}
+    if few:
+        return JsonText(await services.fits.run(run, spec, (await caller_of(request)).address,
+                                                request.is_disconnected, series))
     return await finished_or_queued(request, services, "preview", run, spec, False)

@@ -2,7 +2,7 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
 import { BORDERS, doc, dragging, isEqual, pointsOf } from "../../core/document.js";
-import { latestWins } from "../../core/latest_wins.js";
+import { latestWins, pause } from "../../core/latest_wins.js";
 import { automaticModel, compare, editing, field, model, snapshot } from "../../core/state.js";
 import { isOurs } from "../../canvas/graphics.js";
 import { MARGIN_PX } from "../../canvas/viewport.js";
@@ -17,6 +17,8 @@ import { curveThrough } from "./live_curve.js";
 
 const AXIS = { left: "x_of_y", right: "x_of_y", top: "y_of_x", bottom: "y_of_x" };
 const PAUSE_MS = 50; // between two questions of a kind while a point is dragged
+const PATIENCE_MS = 500; // with an earlier fit: then the newer one takes its place in the server's queue
+const SERIES = String(crypto.getRandomValues(new Uint32Array(1))[0]); // this window's fits
 const FEWEST = 3; // on a border, for a degree that is chosen by the server
 const AUTOMATIC = "auto"; // what the server calls the model that it chooses
 
@@ -84,11 +86,9 @@ function borderAsker(border) {
       border,
       isCurve(answer) && dragging.value ? (curveThrough(answer, current, run(border)) ?? answer) : answer,
     );
-    if (dragging.value) await pause(); // it is drawn without the server: the fit may go first
+    if (dragging.value) await pause(PAUSE_MS); // it is drawn without the server: the fit may go first
   });
 }
-
-const pause = () => new Promise((done) => setTimeout(done, PAUSE_MS));
 
 /** @param {Border} border @returns {0 | 1} */
 const run = (border) => (AXIS[border] === "x_of_y" ? 1 : 0);
@@ -143,6 +143,9 @@ function askCurves(picture, document) {
 /** Whether there is anything to fit. @param {import("../../core/types").Doc} d */
 const hasClicks = (d) => Boolean(d.field && d.region && d.observations.length);
 
+let fitsAsked = 0,
+  fitShown = 0; // their numbers: an answer that a newer one has overtaken is not shown any more
+
 const askPreview = latestWins(
   async (
     /** @type {{ picture: string, asking: import("../../core/types").Doc, held: boolean }} */ {
@@ -152,27 +155,32 @@ const askPreview = latestWins(
     },
   ) => {
     if (snapshot.value?.id !== picture) return; // it waited for an earlier answer while another picture was opened
+    const number = ++fitsAsked;
     let answer = null,
       why = null;
-    const mesh = wantsMesh.value ? `mesh_margin_px=${MARGIN_PX}` : "";
+    const quick = held ? `&quick=${knowsItsError()}` : "",
+      mesh = wantsMesh.value ? `&mesh_margin_px=${MARGIN_PX}` : "";
     try {
-      const attempt = held
-        ? await call("POST", `/fit/attempt?quick=${knowsItsError()}${mesh && `&${mesh}`}`, quickBody(asking))
-        : await call("POST", `/fit/attempt${mesh && `?${mesh}`}`, fitBody(asking));
+      const body = held ? quickBody(asking) : fitBody(asking);
+      const attempt = await call("POST", `/fit/attempt?series=${SERIES}${quick}${mesh}`, body);
       answer = attempt.preview;
       why = attempt.refusal && { ...attempt.refusal, detail: attempt.refusal.what };
     } catch (error) {
       if (error instanceof ServerUnreachable) return;
       why = toRefusal(error);
+      if (why.reason === "superseded") return;
     }
+    if (number < fitShown) return;
     if (why && held && dragging.value) return; // what stands is drawn on; the release will tell
     if (snapshot.value?.id !== picture || !hasClicks(doc.value)) return;
+    fitShown = number;
     preview.value = answer;
     if (answer) automaticModel.value = answer.model.name;
     refusal.value = why;
     stale.value = !(held && dragging.value) && !isEqual(asking, doc.value);
-    if (held && dragging.value) await pause();
+    if (held && dragging.value) await pause(PAUSE_MS);
   },
+  PATIENCE_MS,
 );
 
 /**
