@@ -1,9 +1,14 @@
 """Fits that save nothing: one border at once, and the preview of a whole calibration."""
 
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from threading import Event
+
 import numpy as np
 import pytest
 
 from tests.support.refusals import API, refusal, without_size
+from tests.support.waiting import LONG_S, until
 
 BORDER = f"{API}/fit/border"
 
@@ -132,3 +137,51 @@ def test_more_points_than_a_fit_has_time_for_are_refused(standing, many):
                                      for o in many["observations"]]}
     for path in ("fit/preview", "fit/attempt", "calibrations", "calibrations?job=true", "calibrations/compare"):
         refusal(standing.post(f"{API}/{path}", json=much), 422, "too-many-points")
+
+
+@contextmanager
+def fits_held(client, bodies, query=""):
+    """Previews of these bodies, all asked for, of which none ends within the context: the futures of their answers, which are empty."""
+    fits, let_go, asked = client.app.state.services.fits, Event(), []
+    take, in_queue = fits._turns.take, []
+
+    def held(*_):
+        assert let_go.wait(LONG_S)
+        return b"{}"
+
+    def taken(place):
+        in_queue.append(place)
+        return take(place)
+    with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(len(bodies)) as crowd:
+        patch.setattr(fits, "_attempt", held)
+        patch.setattr(fits._turns, "take", taken)
+        try:
+            for body in bodies:
+                asked.append(crowd.submit(client.post, f"{API}/fit/preview{query}", json=body))
+                until(lambda: len(in_queue) == len(asked))
+            yield asked
+        finally:
+            let_go.set()
+
+
+def different(task, count):
+    """Bodies of which none is answered by the answer to another."""
+    return [{**task, "note": f"{number}"} for number in range(count)]
+
+
+def test_other_answers_do_not_wait_for_fits(client, calibration, task):
+    version = f"/calibrations/{calibration['id']}"
+    with fits_held(client, different(task, 6)) as asked:
+        for path in (f"{version}/mesh", f"{version}/report.json", f"{version}/overlay.json",
+                     f"/snapshots/{calibration['snapshot']}/image.png", "/health"):
+            assert client.get(API + path).status_code == 200
+        quick = client.post(f"{API}/fit/preview?quick=true", json=task)
+        assert quick.status_code == 200 and not any(answer.done() for answer in asked)
+    assert {answer.result().status_code for answer in asked} == {200}
+
+
+def test_of_a_series_the_newest_is_answered_and_who_waited_is_told(client, task):
+    with fits_held(client, different(task, 3), "?series=window") as asked:
+        told = until(lambda: next((answer.result() for answer in asked if answer.done()), None))
+        assert refusal(told, 409, "superseded")
+    assert [answer.result().status_code for answer in asked] == [200, 409, 200]

@@ -191,7 +191,8 @@ def main() -> None:
                 took_s, answers = asyncio.run(crowd(world, seconds))
                 used = processor_s(world.pid) - before
             rate = sum(answers.values()) / seconds / (1 - WARM_SHARE)
-            print(f"{checkout}, turn {turn + 1}: {rate:.1f} calls a second, {used / seconds:.2f} processors, load {os.getloadavg()[0]:.1f}, answers {dict(answers)}")
+            print(f"{checkout}, turn {turn + 1}: {rate:.1f} calls a second, {used / seconds:.2f} processors, "
+                  f"load {os.getloadavg()[0]:.1f}, answers {dict(answers)}")
             for kind in sorted(took_s):
                 show(kind, took_s[kind])
             for name, kinds in (("all but fits", READS), ("fits", FITS)):
