@@ -49,7 +49,9 @@ def create_app(settings: Settings) -> FastAPI:
     jobs = JobEngine(settings.jobs.workers, engine=settings.jobs.engine, wall_s=settings.jobs.time_limit_s,
                      kept=settings.jobs.kept, modules=MODULES)  # refused before anything is held
     fits = FitProcesses(settings.jobs.time_limit_s, MODULES[:1])
-    services = Services(settings, open_store(settings), jobs, fits, image_limits(settings))
+    # A comparison of all models takes some seconds, for which no preview is to wait.
+    comparisons = FitProcesses(settings.jobs.time_limit_s, MODULES[:1], processes=1, at_once=False)
+    services = Services(settings, open_store(settings), jobs, fits, comparisons, image_limits(settings))
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:

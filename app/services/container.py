@@ -67,8 +67,8 @@ class Services:
     _quick: CapacityLimiter
 
     def __init__(self, settings: Settings, store: Store, jobs: JobEngine, fits: FitProcesses,
-                 limits: ImageLimits) -> None:
-        self.settings, self.store, self.jobs, self.fits = settings, store, jobs, fits
+                 comparisons: FitProcesses, limits: ImageLimits) -> None:
+        self.settings, self.store, self.jobs, self.fits, self.comparisons = settings, store, jobs, fits, comparisons
         self.started_s = time.monotonic()
         remove_temporary_files(settings.own_fields)
         self.fields = FieldRepository(settings.own_fields, store.failures)
@@ -97,7 +97,8 @@ class Services:
             self._quick = CapacityLimiter(1)
             self.jobs.open(self.store.jobs)
             live = start_live_cameras(self.cameras, self.detection)
-            async with (self.fits.running(), aclosing(live) as self.live, aclosing(SceneRegistry()) as self.scenes):
+            async with (self.fits.running(), self.comparisons.running(), aclosing(live) as self.live,
+                        aclosing(SceneRegistry()) as self.scenes):
                 with closing(self.publishing.publisher) as publisher:
                     publisher.start()
                     async with self.events.following(live):

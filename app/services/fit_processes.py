@@ -29,15 +29,17 @@ CHECK_S = 0.25  # between two looks whether a caller still waits
 
 
 class FitProcesses:
-    """So many processes, one of them started at once; for one event loop, while it is running().
+    """So many processes; for one event loop, while it is running().
 
-    wall_s: the longest that a fit may take. modules: what each process imports before its first fit.
+    wall_s: the longest that a fit may take. modules: what each process imports before its first fit. at_once: the first
+    process is started beforehand, and not with the first fit.
     """
 
     _turns: Turns
 
-    def __init__(self, wall_s: float, modules: tuple[str, ...], processes: int = PROCESSES) -> None:
-        self._wall_s = wall_s
+    def __init__(self, wall_s: float, modules: tuple[str, ...], processes: int = PROCESSES, *,
+                 at_once: bool = True) -> None:
+        self._wall_s, self._at_once = wall_s, at_once
         self._runners = [ProcessRunner(MEMORY_BYTES, modules, nice=0) for _ in range(processes)]
         self._idle = list(self._runners)
         self._threads = CapacityLimiter(len(self._runners))
@@ -48,14 +50,14 @@ class FitProcesses:
     async def running(self) -> AsyncIterator[None]:
         """Start the first process beside the caller; end all at the end."""
         self._turns = Turns(len(self._runners))
-        warming = asyncio.create_task(self._warm())
+        warming = [asyncio.create_task(self._warm())] if self._at_once else []
         try:
             yield
         finally:
             self._closed = True
             for runner in self._runners:
                 runner.end()
-            await warming
+            await asyncio.gather(*warming)
             for runner in self._runners:
                 runner.close()
 

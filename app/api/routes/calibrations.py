@@ -29,7 +29,7 @@ from app.store.calibrations import NOTHING_ACTIVE, version_etag
 from app.store.store import Store
 from app.workflows.calibration_request import run_compare, run_fit
 from app.workflows.interchange import export, formats
-from app.workflows.model_choice import Ranking
+from app.workflows.model_choice import AUTO, Ranking
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 
@@ -102,7 +102,8 @@ async def make_calibration(request: Request, services: ServicesDep, by: Operator
     task = await services.run_in_thread(fit_task, services, body, (body.model,))
     spec = {"task": task.to_json()}
     if not job and task.n_points <= FEW_POINTS:
-        made = await services.fits.run(run_fit, spec, (await caller_of(request)).address, request.is_disconnected)
+        processes = services.comparisons if body.model == AUTO else services.fits
+        made = await processes.run(run_fit, spec, (await caller_of(request)).address, request.is_disconnected)
         return _created(await services.run_in_thread(
             save_new_version, services.store, Calibration.from_json(json.loads(made)), by))
     return await finished_or_queued(request, services, "calibration", run_fit, spec, job,
