@@ -29,7 +29,7 @@ from app.services.cache import LruCache
 from app.services.cameras import CameraService
 from app.services.detection import DetectionService
 from app.services.events import CameraEvents
-from app.services.fit_processes import FitProcesses
+from app.services.fit_processes import FitProcesses, closed_request
 from app.services.live import start_live_cameras, take_frame
 from app.services.presence import Presence
 from app.services.publishing import PublishingService
@@ -151,9 +151,12 @@ class Services:
         """Run work of a second or two on a worker thread; when all are busy it waits for its turn."""
         return await to_thread.run_sync(lambda: work(*args, **kwargs), limiter=self._threads)
 
-    async def fit_quickly(self, fit: Callable[Given, Result], *args: Given.args, **kwargs: Given.kwargs) -> Result:
+    async def fit_quickly(self, fit: Callable[[], Result], is_abandoned: Callable[[], Awaitable[bool]]) -> Result:
         """Run a fit of some 20 ms on a thread: one at a time, since a second would only halve the pace of the first."""
-        return await to_thread.run_sync(lambda: fit(*args, **kwargs), limiter=self._quick)
+        async with self._quick:
+            if await is_abandoned():
+                raise closed_request()
+            return await to_thread.run_sync(fit)
 
     async def process_picture(self, size: ImageSize, work: Callable[[Progress], Result],
                               is_abandoned: Callable[[], Awaitable[bool]]) -> Result:

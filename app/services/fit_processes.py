@@ -115,8 +115,9 @@ class FitProcesses:
 async def _watch(place: QueuePlace, is_abandoned: Callable[[], Awaitable[bool]]) -> None:
     while not await is_abandoned():
         await asyncio.sleep(CHECK_S)
-    place.end(_gone())
+    place.end(closed_request())
 
 
-def _gone() -> Cancelled:
+def closed_request() -> Cancelled:
+    """Return the end of a fit that nobody waits for any more."""
     return Cancelled("The request for this fit was closed.", "Request it again.")

@@ -7,6 +7,7 @@ from threading import Event
 import numpy as np
 import pytest
 
+from app.core.errors import Cancelled
 from tests.support.refusals import API, refusal, without_size
 from tests.support.waiting import LONG_S, until
 
@@ -141,7 +142,7 @@ def test_more_points_than_a_fit_has_time_for_are_refused(standing, many):
 
 @contextmanager
 def fits_held(client, bodies, query=""):
-    """Previews of these bodies, all asked for, of which none ends within the context: the futures of their answers, which are empty."""
+    """Previews of these bodies, all asked for, of which none ends within the context: futures of empty answers."""
     fits, let_go, asked = client.app.state.services.fits, Event(), []
     take, in_queue = fits._turns.take, []
 
@@ -185,3 +186,16 @@ def test_of_a_series_the_newest_is_answered_and_who_waited_is_told(client, task)
         told = until(lambda: next((answer.result() for answer in asked if answer.done()), None))
         assert refusal(told, 409, "superseded")
     assert [answer.result().status_code for answer in asked] == [200, 409, 200]
+
+
+def test_a_quick_fit_is_not_made_for_who_has_left(client, task):
+    services, made = client.app.state.services, []
+
+    async def left():
+        return True
+
+    async def ask():
+        with pytest.raises(Cancelled):
+            await services.fit_quickly(lambda: made.append(1), left)
+    client.portal.call(ask)
+    assert not made

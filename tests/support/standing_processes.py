@@ -14,6 +14,7 @@ from app.services import container, fit_processes
 from app.settings import Settings
 from tests.support.child_processes import pids_of
 
+FITS = MODULES[:1]
 _standing: set[ImageDecoder | ProcessRunner] = set()
 
 
@@ -21,7 +22,7 @@ class StandingRunner(ProcessRunner):
     """Serves several servers, one job after the other, and outlives them."""
 
     def __init__(self) -> None:
-        super().__init__(fit_processes.MEMORY_BYTES, MODULES[:1], nice=0)
+        super().__init__(fit_processes.MEMORY_BYTES, FITS, nice=0)
         self._turn = Lock()
 
     def warm(self) -> None:
@@ -52,8 +53,11 @@ def standing_processes() -> Iterator[None]:
         def decoder_for(limits: ImageLimits) -> AbstractContextManager[ImageDecoder]:
             return nullcontext(decoder) if limits == decoder.limits else ImageDecoder(limits)
 
+        def runner_for(memory_bytes: int, modules: tuple[str, ...], nice: int) -> ProcessRunner:
+            return runner if modules == FITS else ProcessRunner(memory_bytes, modules, nice)
+
         patch.setattr(container, "ImageDecoder", decoder_for)
-        patch.setattr(fit_processes, "ProcessRunner", lambda *_, **__: runner)
+        patch.setattr(fit_processes, "ProcessRunner", runner_for)
         _standing.update((decoder, runner))
         yield
         _standing.difference_update((decoder, runner))

@@ -1,6 +1,7 @@
 """/models and /fit: what clicks would give, at once; nothing is saved."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
@@ -87,7 +88,7 @@ async def _fit(request: Request, services: Services, body: FitRequest,
     task = await services.run_in_thread(fit_task, services, body, (body.model,))
     few = task.n_points <= fit_processes.FEW_POINTS
     if quick and few:
-        return Json(await services.fit_quickly(fit, task, quick, mesh_margin_px))
+        return Json(await services.fit_quickly(partial(fit, task, quick, mesh_margin_px), request.is_disconnected))
     spec = {"task": task.to_json(), "quick": quick, "mesh_margin_px": mesh_margin_px}
     if few:
         return JsonText(await services.fits.run(run, spec, (await caller_of(request)).address,
