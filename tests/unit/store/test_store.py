@@ -182,8 +182,8 @@ def test_versions_as_text_are_the_same_versions(opener, store):
     kept = [store.calibrations.add(calibration(camera, note)) for camera in ("north", None, "ü")]
     store.calibrations.activate(kept[1].id)
     for asked in ({}, {"camera": "north"}, {"limit": 1}, {"limit": 1, "cursor": "2"}):
-        as_text, as_records = store.calibrations.texts(**asked), store.calibrations.list(**asked)
-        assert [json.loads(text) for text in as_text.items] == [one.to_json() for one in as_records.items]
+        as_text, as_records = store.calibrations.found(**asked), store.calibrations.list(**asked)
+        assert [json.loads(one.text) for one in as_text.items] == [one.to_json() for one in as_records.items]
         assert as_text.next_cursor == as_records.next_cursor
 
 
