@@ -1,4 +1,4 @@
-"""Responses: JSON in which nothing is NaN, pages of items, records with an ETag, jobs, pictures, and files' headers."""
+"""Responses: JSON without NaN, pages, records with an ETag, what never changes, jobs, pictures, and files' headers."""
 
 import re
 from collections.abc import Awaitable, Callable, Iterable

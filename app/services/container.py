@@ -12,7 +12,6 @@ from typing import Any, ParamSpec, TypeVar
 import anyio
 from anyio import CapacityLimiter, to_thread
 
-from app.core.cache import LruCache
 from app.core.errors import Cancelled, TouchlineError
 from app.core.geometry import ImageSize
 from app.core.jobs import NOBODY, Caller
@@ -38,6 +37,7 @@ from app.services.result_savers import result_savers
 from app.services.rig_checks import RigChecks
 from app.settings import CameraSettings, Settings
 from app.store.backup_restore import Restoration
+from app.store.cache import LruCache
 from app.store.fields import FieldRepository
 from app.store.files import remove_temporary_files
 from app.store.snapshots import Snapshot

@@ -14,10 +14,10 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Select, and_, bindparam, func, select
 
-from app.core.cache import LruCache
 from app.core.errors import Conflict
 from app.core.records import Calibration
 from app.core.statements import say
+from app.store.cache import LruCache
 from app.store.checksummed import checksummed, content, json_text
 from app.store.repository import Page, Repository, check_etag, column_text, content_etag, is_id, new_id, timestamp
 from app.store.tables import ActivationRow, ActiveRow, CalibrationRow
