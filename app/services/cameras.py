@@ -128,6 +128,10 @@ class CameraService:
         return SourceContext(self._fields, None, settings.shown_pictures, settings.sources.allowed_hosts,
                              settings.sources.known_producers)
 
+    def active_calibrations(self) -> list[Calibration]:
+        """Return the active versions of the cameras that have one, in their order."""
+        return list(self._store.calibrations.active_of([camera.id for camera in self.all()]).values())
+
     def active_calibration(self, id: str) -> tuple[Calibration | None, Identity | None]:
         """Return a camera's active calibration, and for which device it was made or confirmed."""
         calibration = self._store.calibrations.active(id)

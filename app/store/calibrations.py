@@ -194,11 +194,11 @@ class CalibrationRepository(Repository):
         return self.active_of([camera]).get(camera)
 
     def active_of(self, cameras: Collection[str | None]) -> dict[str | None, Calibration]:
-        """Return the active version of each of the cameras that has one, all in one read."""
+        """Return the active version of each of the cameras that has one, in their order, all in one read."""
         names = {camera_key(camera): camera for camera in cameras}
         pairs = self._pairs(CHOSEN, cameras=list(names))
-        found = self._intact(pairs, lambda pair: (pair[0].camera_key, self._chosen(*pair)))
-        return {names[key]: version.calibration for key, version in found if version.active}
+        found = dict(self._intact(pairs, lambda pair: (pair[0].camera_key, self._chosen(*pair))))
+        return {camera: found[key].calibration for key, camera in names.items() if key in found and found[key].active}
 
     def active_id(self, camera: str | None) -> str | None:
         """Return the id of a camera's active version, also of a damaged one."""
