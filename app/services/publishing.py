@@ -41,7 +41,8 @@ class PublishingService:
         self._changes: dict[str, Any] = {}
 
         self._heard_path = settings.data / HEARD_FILE
-        self.publisher = Publishing(self._read(), cameras.active_calibrations, fields, self._read_heard(), self._keep_heard)
+        self.publisher = Publishing(self._read(), cameras.active_calibrations, fields, self._read_heard(),
+                                    self._keep_heard)
 
     def change(self, changes: Mapping[str, Any], check: bool = True, etag: str | None = None) -> None:
         """Save and apply; BadInput, NotFound, or NetworkError for what this network does not carry now.
