@@ -8,9 +8,11 @@ from fastapi import Depends, Header, Request
 from pydantic import AfterValidator
 from starlette.requests import HTTPConnection
 
+from app.api.schemas.requests import Id
 from app.core.errors import TouchlineError
 from app.core.jobs import Caller
 from app.services.container import Services
+from app.store.calibrations import FoundVersion
 
 OPERATOR_HEADER = "X-Operator"
 MAX_NAME = 64  # characters of an operator's name
@@ -47,6 +49,14 @@ ServicesDep = Annotated[Services, Depends(services_of)]
 OperatorDep = Annotated[str, Depends(operator_of)]
 CallerDep = Annotated[Caller, Depends(caller_of)]
 IfMatch = Annotated[str | None, Header(max_length=200), AfterValidator(_bare)]
+
+
+def version_of(services: ServicesDep, id: Id) -> FoundVersion:
+    """Return the version that the path names, read in a thread: the event loop never waits for the store."""
+    return services.store.calibrations.find(id)
+
+
+VersionDep = Annotated[FoundVersion, Depends(version_of)]
 
 
 def in_thread(work: Callable[Concatenate[Services, ...], Answer]) -> Callable[..., Awaitable[Answer]]:

@@ -1,7 +1,9 @@
-"""Responses: JSON in which nothing is NaN, pages of items, records with an ETag, jobs, pictures, and files' headers."""
+"""Responses: JSON without NaN, pages, records with an ETag, what never changes, jobs, pictures, and files' headers."""
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Awaitable, Callable, Iterable
+from functools import partial, wraps
+from inspect import Parameter, iscoroutinefunction, signature
 from typing import Any, Literal
 from unicodedata import combining, normalize
 from urllib.parse import quote
@@ -9,11 +11,13 @@ from urllib.parse import quote
 import numpy as np
 from fastapi import Request
 from numpy.typing import NDArray
+from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
 from app.api.dependencies import caller_of
 from app.api.json_text import json_bytes
 from app.api.middleware.problems import MANUAL
+from app.api.revalidation import revalidated
 from app.core.errors import Cancelled
 from app.core.jobs import error_of
 from app.core.progress import Progress
@@ -21,6 +25,7 @@ from app.evaluate.fit.approximation import ApproximationError
 from app.images import ENCODED_MEDIA_TYPES, encode
 from app.jobs import Job
 from app.services.container import Services
+from app.services.kept_answers import KeptAnswer
 
 # What ends a header or a path, is no letter anywhere, or turns the reading direction and so hides a name's ending.
 UNSAFE = re.compile(r'[\x00-\x1f\x7f-\x9f/\\:*?"<>|\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]')
@@ -28,6 +33,7 @@ MAX_LENGTH = 80  # characters: of four bytes each, with %-signs, still no header
 END_LENGTH = 30
 API = "/api/v1"
 NO_STORE = {"Cache-Control": "no-store"}
+REVALIDATED = {"Cache-Control": "private, no-cache"}  # a browser keeps it, and asks each time whether it is still so
 
 
 def attachment(name: str) -> str:
@@ -62,10 +68,8 @@ class JsonText(Response):
     media_type = "application/json"
 
 
-class Json(Response):
+class Json(JsonText):
     """A JSON response that is sent as it is; response models only describe it in the documentation."""
-
-    media_type = "application/json"
 
     def render(self, content: Any) -> bytes:
         return json_bytes(content)
@@ -86,6 +90,27 @@ def versioned(record: Any, etag: str, created_at: str | None = None) -> Json:
     response = Json(record) if created_at is None else created(record, created_at)
     response.headers.update({"ETag": f'"{etag}"', **NO_STORE})
     return response
+
+
+def kept(work: Callable[..., Any]) -> Callable[..., Awaitable[Response]]:
+    """Make a route of work whose answer rests on its parameters alone, such as versions: it is done once for each.
+
+    Its bytes are kept in memory, with an ETag: who has them already receives 304. A parameter that has a `stamp`, as a
+    version has, is read each time and may be refused then. Work that is @in_thread waits only where nothing is kept.
+    """
+    make = work if iscoroutinefunction(work) else partial(run_in_threadpool, work)
+
+    @wraps(work)
+    async def route(request: Request, services: Services, **given: Any) -> Response:
+        key = (work, *((name, getattr(value, "stamp", value)) for name, value in given.items()))
+        if (answer := services.kept_answers.get(key)) is None:
+            made = await make(services, **given)
+            answer = services.kept_answers.put(key, KeptAnswer.of(bytes(made.body), made.media_type))
+        return revalidated(request.headers, answer.content, answer.etag, answer.media_type, REVALIDATED)
+    asked = Parameter("request", Parameter.KEYWORD_ONLY, annotation=Request)
+    own = signature(work)
+    route.__signature__ = own.replace(parameters=[*own.parameters.values(), asked])  # type: ignore[attr-defined]
+    return route
 
 
 def picture(pixels: NDArray[np.uint8], format: str, headers: dict[str, str] | None = None) -> Response:

@@ -1,6 +1,6 @@
 """The cameras of this server: those that the settings name and those that operators added."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import asdict
 from typing import Any
@@ -16,6 +16,7 @@ from app.live.camera import LiveCamera
 from app.live.status_types import CameraStatus
 from app.settings import CameraSettings, Settings
 from app.sources import SOURCES, Identity, SourceContext, read_query, split_address, without_password
+from app.store.documents import Document
 from app.store.fields import FieldRepository
 from app.store.store import Store
 
@@ -33,9 +34,12 @@ class CameraService:
 
     def all(self) -> list[CameraSettings]:
         """Return the settings' cameras, then those that were added, oldest first."""
+        return self._with_added(self._store.cameras.all())
+
+    def _with_added(self, rows: Iterable[Document]) -> list[CameraSettings]:
         configured = list(self._settings.cameras)
         ids = {camera.id for camera in configured}
-        return configured + [_read(row.name, row.body) for row in self._store.cameras.all() if row.name not in ids]
+        return configured + [_read(row.name, row.body) for row in rows if row.name not in ids]
 
     def get(self, id: str) -> CameraSettings:
         """Return one camera; NotFound."""
@@ -62,7 +66,17 @@ class CameraService:
     def to_json(self, camera: CameraSettings) -> dict[str, Any]:
         """Return what the API shows of a camera; never its password."""
         row = None if self._from_settings(camera.id) else self._store.cameras.get(camera.id)
-        active = self._store.calibrations.active(camera.id)
+        return self._json(camera, row, self._store.calibrations.active(camera.id))
+
+    def all_json(self) -> list[dict[str, Any]]:
+        """Return the same of every camera; the store is asked twice, however many there are."""
+        rows = {row.name: row for row in self._store.cameras.all()}
+        cameras = self._with_added(rows.values())
+        active = self._store.calibrations.active_of([camera.id for camera in cameras])
+        return [self._json(camera, None if self._from_settings(camera.id) else rows[camera.id], active.get(camera.id))
+                for camera in cameras]
+
+    def _json(self, camera: CameraSettings, row: Document | None, active: Calibration | None) -> dict[str, Any]:
         return {"id": camera.id, "name": camera.title, "field": camera.field, "region": camera.region,
                 "source": without_password(camera.source), "editable": row is not None,
                 "active_calibration": active.id if active else None,
@@ -113,6 +127,10 @@ class CameraService:
         settings = self._settings
         return SourceContext(self._fields, None, settings.shown_pictures, settings.sources.allowed_hosts,
                              settings.sources.known_producers)
+
+    def active_calibrations(self) -> list[Calibration]:
+        """Return the active versions of the cameras that have one, in their order."""
+        return list(self._store.calibrations.active_of([camera.id for camera in self.all()]).values())
 
     def active_calibration(self, id: str) -> tuple[Calibration | None, Identity | None]:
         """Return a camera's active calibration, and for which device it was made or confirmed."""

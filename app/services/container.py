@@ -24,12 +24,13 @@ from app.imaging.mosaic import Stitcher
 from app.jobs import Job, JobEngine
 from app.live.cameras import LiveCameras
 from app.live.track_fusion import TrackFusion
+from app.models import CameraModel
 from app.scene.scene_registry import SceneRegistry
-from app.services.cache import LruCache
 from app.services.cameras import CameraService
 from app.services.detection import DetectionService
 from app.services.events import CameraEvents
 from app.services.fit_processes import FitProcesses, closed_request
+from app.services.kept_answers import KeptAnswers
 from app.services.live import start_live_cameras, take_frame
 from app.services.presence import Presence
 from app.services.publishing import PublishingService
@@ -37,6 +38,7 @@ from app.services.result_savers import result_savers
 from app.services.rig_checks import RigChecks
 from app.settings import CameraSettings, Settings
 from app.store.backup_restore import Restoration
+from app.store.cache import LruCache
 from app.store.fields import FieldRepository
 from app.store.files import remove_temporary_files
 from app.store.snapshots import Snapshot
@@ -47,6 +49,7 @@ Result = TypeVar("Result")
 MAX_FRAME_BYTES = 256 << 20  # decoded snapshots: a picture that is looked at is asked for many times in a row
 MAX_SCENE_PAGES = 4  # of 1 MB each; one takes a process and two seconds, and a version never changes
 MAX_STITCHER_BYTES = 128 << 20  # a rig's picture as the page shows it has some 20 MB
+MAX_MODELS = 100  # by their version's checksum; to restore one may take a millisecond
 MAX_CLAIMS_KEPT = 500  # of versions, by what never changes: their own pictures, and one another
 MAX_PRINTS_KEPT = 500  # of calibration images, 3 kB each
 MAX_LARGE = 2  # pictures at once
@@ -82,6 +85,8 @@ class Services:
         self.stitchers: LruCache[tuple[object, ...], tuple[Stitcher, list[str]]] = LruCache(
             MAX_STITCHER_BYTES, lambda made: made[0].nbytes)
         self.scene_pages: LruCache[tuple[object, ...], bytes] = LruCache(MAX_SCENE_PAGES)
+        self.kept_answers = KeptAnswers()
+        self.models: LruCache[str, CameraModel] = LruCache(MAX_MODELS)
         self.claims_kept: LruCache[tuple[str, ...], Sequence[Claim]] = LruCache(MAX_CLAIMS_KEPT)
         self._prints: LruCache[str, tuple[PicturePrint | None]] = LruCache(MAX_PRINTS_KEPT)
         self._frames: LruCache[str, Frame] = LruCache(MAX_FRAME_BYTES, lambda frame: frame.pixels.nbytes)

@@ -62,9 +62,8 @@ def simulated(services: Services, name: str) -> list[str]:
 def outdated_calibrations(services: Services, field: Field) -> list[Calibration]:
     """List the active calibrations that the field's changes have made wrong."""
     now = field.to_json()
-    active = (services.store.calibrations.active(camera.id) for camera in services.cameras.all())
-    return [calibration for calibration in active if calibration is not None
-            and calibration.field["name"] == field.name and calibration.field_changes(now)]
+    return [calibration for calibration in services.cameras.active_calibrations()
+            if calibration.field["name"] == field.name and calibration.field_changes(now)]
 
 
 def _users(services: Services, name: str) -> list[str]:

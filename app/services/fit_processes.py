@@ -18,8 +18,8 @@ from app.core.progress import Progress
 from app.jobs.failures import MAX_ATTEMPTS, problem_of_failure
 from app.jobs.process_runner import ProcessRunner
 from app.jobs.runner import WorkerDied
-from app.services.cache import LruCache
 from app.services.turns import QueuePlace, Turns
+from app.store.cache import LruCache
 
 MEMORY_BYTES = 2 << 30
 PROCESSES = max(1, (os.cpu_count() or 1) // 2)  # the others answer meanwhile

@@ -10,7 +10,7 @@ from typing import Any
 
 from app.core.errors import BadInput, TouchlineError
 from app.core.field import Field
-from app.core.records import Calibration, Warning
+from app.core.records import Warning
 from app.core.statements import say
 from app.league.config import PublishingConfig
 from app.league.passed_on import PassedOn
@@ -40,12 +40,9 @@ class PublishingService:
         self._damage: tuple[Warning, ...] = ()
         self._changes: dict[str, Any] = {}
 
-        def active() -> list[Calibration]:
-            calibrations = (store.calibrations.active(camera.id) for camera in cameras.all())
-            return [calibration for calibration in calibrations if calibration is not None]
-
         self._heard_path = settings.data / HEARD_FILE
-        self.publisher = Publishing(self._read(), active, fields, self._read_heard(), self._keep_heard)
+        self.publisher = Publishing(self._read(), cameras.active_calibrations, fields, self._read_heard(),
+                                    self._keep_heard)
 
     def change(self, changes: Mapping[str, Any], check: bool = True, etag: str | None = None) -> None:
         """Save and apply; BadInput, NotFound, or NetworkError for what this network does not carry now.

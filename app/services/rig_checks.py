@@ -4,8 +4,8 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from app.services.cache import LruCache
 from app.services.rig_outdated import NewestCheck
+from app.store.cache import LruCache
 from app.store.repository import timestamp, utc_now
 from app.workflows.rig_types import RigReport
 

@@ -19,6 +19,7 @@ has saved survives a killed process and a power cut. One process at a time opens
     backups.py     copies of the database; backup_restore.py puts the newest good one in its place, and replaced.py
                    keeps the three newest that it replaced
     passwords.py   the key of cameras' passwords; failures.py: what could not be read or saved lately
+    cache.py       what was used lately, such as parsed versions
     quota.py       how much of the disk pictures may take; disk_usage.py measures how much everything takes
     archive.py     everything as one zip, and back; restore.py fills an empty folder with it
     files.py, quarantine.py, lock.py    atomic files, what is damaged, one server a folder

@@ -5,27 +5,27 @@ since a name may be anything; the version's body has it in words.
 """
 
 import json
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
-from dataclasses import replace
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from math import inf
 from time import monotonic
 from typing import Any
 
-from sqlalchemy import ColumnElement, func, select
+from sqlalchemy import ColumnElement, Select, and_, bindparam, func, select
 
 from app.core.errors import Conflict
 from app.core.records import Calibration
 from app.core.statements import say
+from app.store.cache import LruCache
 from app.store.checksummed import checksummed, content, json_text
-from app.store.quarantine import DamagedFile
-from app.store.repository import Page, Repository, check_etag, column_text, content_etag, new_id, timestamp
+from app.store.repository import Page, Repository, check_etag, column_text, content_etag, is_id, new_id, timestamp
 from app.store.tables import ActivationRow, ActiveRow, CalibrationRow
 
 SHOWN = CalibrationRow.deleted_at.is_(None)  # a deleted version keeps its row and its number
 NOTHING_ACTIVE = "none"
 ACTIVE = ',"active":{},"field_definition":'  # within Calibration.to_json()
+MAX_PARSED = 8 << 20  # characters of the versions that stay parsed: some 100, which take three times as many bytes
 
 
 def version_etag(calibration: Calibration) -> str:
@@ -38,6 +38,45 @@ def camera_key(camera: str | None) -> str:
     return sha256(b"" if camera is None else b"camera " + camera.encode("utf-8", "surrogatepass")).hexdigest()[:12]
 
 
+# Rows of versions, each with its camera's choice of the active one or None. Made once: that takes as long as they do.
+WITH_CHOICE = select(CalibrationRow, ActiveRow).outerjoin(ActiveRow, and_(
+    ActiveRow.camera_key == CalibrationRow.camera_key, ActiveRow.damaged.is_(None))).where(SHOWN)
+BY_ID = WITH_CHOICE.where(CalibrationRow.id == bindparam("id"))
+CHOSEN = WITH_CHOICE.where(ActiveRow.calibration == CalibrationRow.id,
+                           ActiveRow.camera_key.in_(bindparam("cameras", expanding=True)))
+
+Parsed = LruCache[str, tuple[int, Calibration]]  # by the row's checksum, with how many characters it has
+
+
+@dataclass(frozen=True, eq=False)
+class FoundVersion:
+    """A version as its row, read and checked, has it; it is parsed when that is needed, and once."""
+
+    body: str
+    sha256: str  # of the whole row
+    active: bool
+    parsed: Parsed
+
+    @property
+    def stamp(self) -> tuple[str, bool]:
+        """Return what is another one as soon as anything of the version is."""
+        return self.sha256, self.active
+
+    @property
+    def text(self) -> str:
+        """Return its JSON as it was saved, but for whether it is active now."""
+        before, mark, after = self.body.rpartition(ACTIVE.format("false"))
+        assert mark, "a version is saved as inactive"
+        return before + ACTIVE.format("true" if self.active else "false") + after
+
+    @property
+    def calibration(self) -> Calibration:
+        """Return the record, whose parts every caller shares: it is only read."""
+        _, known = self.parsed.get_or_make(self.sha256, lambda: (
+            len(self.body), Calibration.from_json(json.loads(self.body))))
+        return known.activated(self.active)
+
+
 class CalibrationRepository(Repository):
     """The versions of every camera's calibration."""
 
@@ -46,6 +85,7 @@ class CalibrationRepository(Repository):
 
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
+        self._parsed: Parsed = LruCache(MAX_PARSED, lambda sized: sized[0])
         self._cameras: dict[str, str | None] = {}  # by key
         self._moments: dict[int, float] = {}  # by an activation's sequence, monotonic: of those since we were opened
 
@@ -61,18 +101,23 @@ class CalibrationRepository(Repository):
 
     def get(self, id: str) -> Calibration:
         """Return one version by its id; NotFound, or DamagedFile."""
-        row = self._row(id, SHOWN)
-        return self._read(row, self._active_ids(row.camera_key))
+        return self.find(id).calibration
+
+    def find(self, id: str) -> FoundVersion:
+        """Return the same without parsing it."""
+        for row, choice in self._pairs(BY_ID, id=id) if is_id(id) else ():
+            return self._chosen(row, choice)
+        raise self._unknown(id)
 
     def list(self, camera: str | None = None, limit: int = 50, cursor: str | None = None) -> Page[Calibration]:
         """Return a page, newest first, of one camera or of all, without damaged ones."""
-        active = self._active_ids()
-        return self._page(limit, cursor, lambda row: self._read(row, active), *_shown(camera))
+        page = self.found(camera, limit, cursor)
+        return Page(tuple(one.calibration for one in page.items), page.next_cursor)
 
-    def texts(self, camera: str | None = None, limit: int = 50, cursor: str | None = None) -> Page[str]:
-        """Return the same page as JSON, without parsing numbers only to write them again: a tenth of the time."""
+    def found(self, camera: str | None = None, limit: int = 50, cursor: str | None = None) -> Page[FoundVersion]:
+        """Return the same page without parsing it: a tenth of the time."""
         active = self._active_ids()
-        return self._page(limit, cursor, lambda row: _text(row, row.id in active), *_shown(camera))
+        return self._page(limit, cursor, lambda row: self._found(row, active), *_shown(camera))
 
     def delete(self, id: str, etag: str | None = None) -> None:
         """Hide a version with that ETag (None: whichever); Conflict while it is its camera's active one.
@@ -110,7 +155,7 @@ class CalibrationRepository(Repository):
         etag: the id of the version that is active, NOTHING_ACTIVE for none; Stale if it is another one by now.
         """
         row = self._row(id, SHOWN)  # no damaged one can be activated
-        activated = self._read(row, {id})
+        activated = self._found(row, {id}).calibration
         chosen = {"camera_key": row.camera_key, "calibration": id}
         what = "The choice of the active calibration"
         with self._database.writing(what) as rows:
@@ -138,7 +183,7 @@ class CalibrationRepository(Repository):
                    say("stale.compare-versions", "Compare the two versions, then activate the better one."))
 
     def _check_version(self, row: CalibrationRow, etag: str | None) -> Calibration:
-        known = self._read(row, self._active_ids(row.camera_key))
+        known = self._found(self._checked(row), self._active_ids(row.camera_key)).calibration
         check_etag(etag, version_etag(known), say("stale.version", "Another user has changed this version "
                    "since you opened it."),
                    "stale-calibration", {"note": known.note, "active": known.active})
@@ -146,10 +191,14 @@ class CalibrationRepository(Repository):
 
     def active(self, camera: str | None) -> Calibration | None:
         """Return a camera's active version; None where none was activated, or where that is damaged and reported."""
-        id = self.active_id(camera)
-        with suppress(DamagedFile):
-            return None if id is None else self.get(id)
-        return None
+        return self.active_of([camera]).get(camera)
+
+    def active_of(self, cameras: Collection[str | None]) -> dict[str | None, Calibration]:
+        """Return the active version of each of the cameras that has one, in their order, all in one read."""
+        names = {camera_key(camera): camera for camera in cameras}
+        pairs = self._pairs(CHOSEN, cameras=list(names))
+        found = dict(self._intact(pairs, lambda pair: (pair[0].camera_key, self._chosen(*pair))))
+        return {camera: found[key].calibration for key, camera in names.items() if key in found and found[key].active}
 
     def active_id(self, camera: str | None) -> str | None:
         """Return the id of a camera's active version, also of a damaged one."""
@@ -184,15 +233,26 @@ class CalibrationRepository(Repository):
             self._cameras[row.camera_key] = content(self._row(row.calibration))["camera"]
         return self._cameras[row.camera_key]
 
-    def _read(self, row: CalibrationRow, active: set[str]) -> Calibration:
-        return Calibration.from_json(content(row)).activated(row.id in active)
+    def _pairs(self, query: Select[Any, Any], **values: Any) -> Sequence[Any]:
+        with self._database.reading() as rows:
+            return rows.execute(query, values).all()
+
+    def _chosen(self, row: CalibrationRow, choice: ActiveRow | None) -> FoundVersion:
+        return self._found(self._checked(row), self._choices(() if choice is None else (choice,)))
+
+    def _choices(self, rows: Iterable[ActiveRow]) -> set[str]:
+        """Return the versions chosen. A choice that is damaged is reported; then nothing is active there."""
+        return set(self._intact(rows, lambda row: str(self._checked(row).calibration)))
+
+    def _found(self, row: CalibrationRow, active: set[str]) -> FoundVersion:
+        """Return what an intact row has."""
+        return FoundVersion(row.body, row.sha256, row.id in active, self._parsed)
 
     def _active_ids(self, key: str | None = None) -> set[str]:
         query = select(ActiveRow).where(ActiveRow.damaged.is_(None))
         if key is not None:
             query = query.where(ActiveRow.camera_key == key)
-        # A choice that is damaged is reported; then nothing is active, and the versions themselves are all there.
-        return set(self._intact(self._find(query), lambda row: str(self._checked(row).calibration)))
+        return self._choices(self._find(query))
 
 
 def _shown(camera: str | None) -> Iterator[ColumnElement[bool]]:
@@ -204,13 +264,6 @@ def _shown(camera: str | None) -> Iterator[ColumnElement[bool]]:
 def _despite(row: ActivationRow) -> list[str]:
     """Return the codes of the claims that it was activated in spite of."""
     return [] if row.despite is None else json.loads(row.despite)
-
-
-def _text(row: CalibrationRow, active: bool) -> str:
-    """Return a version's JSON as it was saved, but for whether it is active now."""
-    before, mark, after = row.body.rpartition(ACTIVE.format("false"))
-    assert mark, "a version is saved as inactive"
-    return before + ACTIVE.format("true" if active else "false") + after
 
 
 def calibration_row(calibration: Calibration) -> CalibrationRow:

@@ -13,6 +13,7 @@ import pytest
 import schemathesis
 from starlette.testclient import TestClient
 
+from app.core.records import Calibration
 from app.main import create_app
 from app.services.saved_shapes import READERS
 from app.settings import Settings
@@ -244,3 +245,10 @@ def test_what_the_routes_save_can_be_read_by_the_next_start(world):
     with world.app.state.services.store._database.reading() as rows:
         assert all(count_rows(rows).values()), "something of each"
         assert [(table.__tablename__, reason) for table, _, reason in find_unreadable_rows(rows, READERS)] == []
+
+
+def test_no_route_changes_a_record_that_all_share(world):
+    store = world.app.state.services.store.calibrations
+    assert world.calibrations
+    for version in store.found(limit=200).items:
+        assert version.calibration.to_json() == Calibration.from_json(json.loads(version.text)).to_json()

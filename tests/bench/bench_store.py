@@ -69,9 +69,9 @@ def measure(folder: Path, one: Calibration, count: int, export: dict) -> None:
             return f"{number * 7919 % count:016x}"
 
         store._backups.close()  # copies of so large a database are made now and then, not in these milliseconds
-        print("list 20 of all       ", p(timed(lambda n: store.calibrations.texts(limit=20))))
-        print("list 20 of a camera  ", p(timed(lambda n: store.calibrations.texts(CAMERAS[n % 10], limit=20))))
-        print("list 20 far back     ", p(timed(lambda n: store.calibrations.texts(None, 20, str(count // 2 + n)))))
+        print("list 20 of all       ", p(timed(lambda n: store.calibrations.found(limit=20))))
+        print("list 20 of a camera  ", p(timed(lambda n: store.calibrations.found(CAMERAS[n % 10], limit=20))))
+        print("list 20 far back     ", p(timed(lambda n: store.calibrations.found(None, 20, str(count // 2 + n)))))
         print("open one             ", p(timed(lambda n: store.calibrations.get(any_id(n)))))
         print("save                 ", p(timed(lambda n: store.calibrations.add(replace(one, camera=CAMERAS[n % 10])))))
         print("activate             ", p(timed(lambda n: store.calibrations.activate(any_id(n)))))

@@ -10,8 +10,11 @@ import re
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from starlette.responses import Response
+from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
+
+from app.api.revalidation import revalidated
+from app.services.kept_answers import etag_of
 
 IMPORTED = re.compile(r"""^(?:import|export)\b[^;"']*?["']([^"']+)["']""", re.MULTILINE)
 IMPORT_MAP = re.compile(r'<script type="importmap">(.*?)</script>', re.DOTALL)
@@ -19,7 +22,7 @@ MAIN = '<script type="module" src="main.js">'
 MODULES, BUNDLE, SOURCES = "/index.html", "/built/index.html", "/built/SOURCES.json"
 TEXTS = ("text/", "application/json", "image/svg+xml")
 WORTH_PACKING_BYTES = 1000
-GZIP = re.compile(rb"\bgzip\b(?!\s*;\s*q=0(?:\.0*)?\s*(?:,|$))")
+GZIP = re.compile(r"\bgzip\b(?!\s*;\s*q=0(?:\.0*)?\s*(?:,|$))")
 
 
 @dataclass(frozen=True)
@@ -51,19 +54,15 @@ class PageFiles:
         found = self._find(scope["path"]) if scope["type"] == "http" and scope["method"] in ("GET", "HEAD") else None
         if found is None:
             return await self.app(scope, receive, send)
-        asked = dict(scope["headers"])
+        asked = Headers(scope=scope)
         content, etag = found.content, found.etag
         headers = {"Cache-Control": "no-cache"}
         if found.packed is not None:
             headers["Vary"] = "Accept-Encoding"
-            if GZIP.search(asked.get(b"accept-encoding", b"")):
+            if GZIP.search(asked.get("accept-encoding", "")):
                 content, etag = found.packed, f'{found.etag[:-1]}-gz"'
                 headers["Content-Encoding"] = "gzip"
-        headers["ETag"] = etag
-        if asked.get(b"if-none-match", b"").decode("latin-1") == etag:
-            headers.pop("Content-Encoding", None)
-            return await Response(status_code=304, headers=headers)(scope, receive, send)
-        await Response(content, media_type=found.kind, headers=headers)(scope, receive, send)
+        await revalidated(asked, content, etag, found.kind, headers)(scope, receive, send)
 
     def _find(self, path: str) -> PageFile | None:
         if path == "/":
@@ -106,7 +105,7 @@ class PageFiles:
         kind = "text/javascript" if file.suffix == ".js" else mimetypes.guess_type(file.name)[0]
         kind = kind or "application/octet-stream"
         is_worth_it = len(content) > WORTH_PACKING_BYTES and kind.startswith(TEXTS)
-        return PageFile(content, kind, f'"{hashlib.sha256(content).hexdigest()[:32]}"', changed_ns,
+        return PageFile(content, kind, etag_of(content), changed_ns,
                         gzip.compress(content, mtime=0) if is_worth_it else None)
 
 

@@ -10,12 +10,12 @@ from pydantic import Field
 from starlette.responses import Response
 
 from app.api.bodies import uploaded_file
-from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, caller_of, in_thread
+from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, VersionDep, caller_of, in_thread
+from app.api.json_text import json_bytes
 from app.api.request_mapping import fit_task
-from app.api.responses import Json, attachment, created, error_header, finished_or_queued, versioned
-from app.api.responses import page as json_page
+from app.api.responses import Json, JsonText, attachment, created, error_header, finished_or_queued, kept, versioned
 from app.api.schemas import responses
-from app.api.schemas.media import BINARY, BYTES, Responses, upload
+from app.api.schemas.media import BINARY, BYTES, UNCHANGED, Responses, upload
 from app.api.schemas.requests import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
 from app.core.errors import TouchlineError
 from app.core.records import Calibration
@@ -24,8 +24,9 @@ from app.services.container import Services
 from app.services.fit_processes import FEW_POINTS
 from app.services.forms import Name, Note, Strict
 from app.services.import_file import MAX_IMPORT_BYTES, OPTIONS, import_file
+from app.services.kept_answers import KeptAnswer
 from app.services.result_savers import save_new_version
-from app.store.calibrations import NOTHING_ACTIVE, version_etag
+from app.store.calibrations import NOTHING_ACTIVE, FoundVersion, version_etag
 from app.store.store import Store
 from app.workflows.calibration_request import run_compare, run_fit
 from app.workflows.interchange import export, formats
@@ -146,23 +147,25 @@ def list_calibrations(services: ServicesDep, camera: Annotated[IdQuery | None, Q
                           "changes of the field since then")] = False,
                       ) -> Response:
     """List versions, newest first."""
-    if brief:
-        found = services.store.calibrations.list(camera, limit, cursor)
-        return json_page((_brief(services, one) for one in found.items), found.next_cursor)
-    page = services.store.calibrations.texts(camera, limit, cursor)
-    text = f'{{"items":[{",".join(page.items)}],"next_cursor":{json.dumps(page.next_cursor)}}}'
-    return Response(text, media_type="application/json")
+    page = services.store.calibrations.found(camera, limit, cursor)
+    texts = [_brief(services, one) if brief else one.text.encode() for one in page.items]
+    return JsonText(b'{"items":[%b],"next_cursor":%b}' % (b",".join(texts), json_bytes(page.next_cursor)))
 
 
-def _brief(services: Services, calibration: Calibration) -> dict[str, Any]:
-    report = {**calibration.report, "per_feature": []}
-    report.pop("model_choice", None)
-    if "covariance" in report:  # which parameters were found, lists do tell; an imported one may be anything
-        known = report["covariance"]
-        names = known.get("names") if isinstance(known, Mapping) else None
-        report["covariance"] = {"names": names, "matrix": []} if isinstance(names, list) else None
-    return {**calibration.to_json(), "observations": [], "field_definition": {}, "report": report,
-            "field_changes": services.cameras.field_changes(calibration)}
+def _brief(services: Services, version: FoundVersion) -> bytes:
+    """Return the JSON of a version's brief form; made once, until it or a field has changed."""
+    def made() -> KeptAnswer:
+        calibration = version.calibration
+        report = {**calibration.report, "per_feature": []}
+        report.pop("model_choice", None)
+        if "covariance" in report:  # which parameters were found, lists do tell; an imported one may be anything
+            known = report["covariance"]
+            names = known.get("names") if isinstance(known, Mapping) else None
+            report["covariance"] = {"names": names, "matrix": []} if isinstance(names, list) else None
+        return KeptAnswer.of(json_bytes({
+            **calibration.to_json(), "observations": [], "field_definition": {}, "report": report,
+            "field_changes": services.cameras.field_changes(calibration)}))
+    return services.kept_answers.get_or_make((_brief, version.stamp, services.fields.revision), made).content
 
 
 @router.get("/{id}", response_model=responses.Calibration)
@@ -191,11 +194,12 @@ async def activate_calibration(request: Request, services: ServicesDep, by: Oper
     return _version_json(await activate(services, id, by, if_match, despite, request.is_disconnected))
 
 
-@router.get("/{id}/exports", response_model=responses.Formats)
+@router.get("/{id}/exports", response_model=responses.Formats, responses=UNCHANGED)
+@kept
 @in_thread
-def list_exports(services: ServicesDep, id: Id) -> Json:
+def list_exports(services: ServicesDep, version: VersionDep) -> Json:
     """List every format: what it can represent, whether this calibration is exact in it, else the error in mm."""
-    return Json({"items": formats(services.store.calibrations.get(id))})
+    return Json({"items": formats(version.calibration)})
 
 
 @router.get("/{id}/export/{format}", response_class=Response, responses=FILE)

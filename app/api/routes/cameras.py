@@ -31,7 +31,7 @@ SEARCHES = asyncio.Semaphore(1)  # each starts some processes
 @router.get("", response_model=responses.Cameras)
 def list_cameras(services: ServicesDep) -> Json:
     """List every camera with its name and the field and region that it looks at."""
-    return page(map(services.cameras.to_json, services.cameras.all()))
+    return page(services.cameras.all_json())
 
 
 @router.post("", status_code=201, response_model=responses.Camera)

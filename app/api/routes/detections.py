@@ -7,7 +7,7 @@ from fastapi import APIRouter, Query, Request, WebSocket
 from starlette.responses import Response
 
 from app.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
-from app.api.responses import NO_STORE, Json, picture, versioned
+from app.api.responses import NO_STORE, Json, JsonText, picture, versioned
 from app.api.schemas import responses
 from app.api.schemas.base import Answer
 from app.api.schemas.detection import DetectionBody, DetectionSettingsBody
@@ -141,7 +141,7 @@ async def newest_detections(services: ServicesDep, id: Id) -> Response:
     camera = services.live.get(id)
     with camera.detections.listening() as viewer:
         body = await when_awake(camera, viewer.next, FIRST_S)
-    return Response(json_text(body), media_type="application/json", headers=NO_STORE)
+    return JsonText(json_text(body), headers=NO_STORE)
 
 
 @router.websocket("/cameras/{id}/detections")

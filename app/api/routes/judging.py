@@ -1,27 +1,31 @@
 """How far to trust a version, how far two are apart, and all that is known of one; two cameras that see the same."""
 
 from contextlib import suppress
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Depends, Query, Request
 from pydantic import Field
 from starlette.responses import HTMLResponse, Response
 
 from app import report
-from app.api.dependencies import ServicesDep, in_thread
-from app.api.responses import Json, disposition, finished_or_queued, picture
+from app.api.dependencies import ServicesDep, VersionDep, in_thread
+from app.api.json_text import json_bytes
+from app.api.responses import Json, disposition, finished_or_queued, kept, picture
 from app.api.schemas import responses
-from app.api.schemas.media import HTML, files
+from app.api.schemas.media import HTML, UNCHANGED, files
 from app.api.schemas.requests import Id
-from app.core.errors import BadInput, NotFound
+from app.core.errors import BadInput, NotFound, TouchlineError
 from app.core.geometry import ImageSize
-from app.core.records import Calibration
+from app.core.records import Calibration, Frame
+from app.evaluate.claims.claim import Claim
 from app.evaluate.fit.difference import Difference
 from app.models.restored import Restored, model_of
 from app.report.page import POLICY
 from app.services.claims import known_claims, packet_json
 from app.services.container import Services
 from app.services.forms import HeightForm, Name, Number, Pair, Size, Strict
+from app.services.kept_answers import etag_of
+from app.store.calibrations import FoundVersion
 from app.workflows import calibration as workflow
 from app.workflows.calibration_types import Uncertainty
 from app.workflows.pair import lines_by_calibrations, lines_by_matrix, run_pair
@@ -30,37 +34,48 @@ from app.workflows.pair_types import PairLines, PairReport
 router = APIRouter(tags=["judging"])
 
 HeightMm = Annotated[float, Query(ge=0, le=5000, allow_inf_nan=False, description="height of the plane, mm")]
-PNG = files("image/png")
+PNG = files("image/png") | UNCHANGED
 
 
-@router.get("/calibrations/{id}/uncertainty.json", response_model=Uncertainty)
+def _other_of(services: ServicesDep, other: Id) -> FoundVersion:
+    return services.store.calibrations.find(other)
+
+
+OtherDep = Annotated[FoundVersion, Depends(_other_of)]
+
+
+@router.get("/calibrations/{id}/uncertainty.json", response_model=Uncertainty, responses=UNCHANGED)
+@kept
 @in_thread
-def uncertainty_of(services: ServicesDep, id: Id, z_mm: HeightMm = 0.0) -> Json:
+def uncertainty_of(services: ServicesDep, version: VersionDep, z_mm: HeightMm = 0.0) -> Json:
     """Return the expected error in mm on a grid over the region, in the plane at z_mm; 409 for a model without it."""
-    return Json(_uncertainty(services.store.calibrations.get(id), z_mm))
+    return Json(_uncertainty(version.calibration, z_mm))
 
 
 @router.get("/calibrations/{id}/uncertainty.png", response_class=Response, responses=PNG)
+@kept
 @in_thread
-def uncertainty_picture(services: ServicesDep, id: Id, z_mm: HeightMm = 0.0) -> Response:
+def uncertainty_picture(services: ServicesDep, version: VersionDep, z_mm: HeightMm = 0.0) -> Response:
     """Draw the same as a heat map with a scale in mm and the largest error marked, oriented as the corrected image."""
-    calibration = services.store.calibrations.get(id)
+    calibration = version.calibration
     grid = _uncertainty(calibration, z_mm)["grid"]
     return _heat_map(grid["sigma_mm"], calibration, f"expected error at z = {z_mm:g} mm")
 
 
-@router.get("/calibrations/{id}/difference/{other}.json", response_model=Difference)
+@router.get("/calibrations/{id}/difference/{other}.json", response_model=Difference, responses=UNCHANGED)
+@kept
 @in_thread
-def difference_between(services: ServicesDep, id: Id, other: Id) -> Json:
+def difference_between(services: ServicesDep, version: VersionDep, against: OtherDep) -> Json:
     """Return the difference of two calibrations of one image over the region: mm on the carpet and px in it."""
-    return Json(_difference(services.store.calibrations.get(id), services.store.calibrations.get(other)))
+    return Json(_difference(version.calibration, against.calibration))
 
 
 @router.get("/calibrations/{id}/difference/{other}.png", response_class=Response, responses=PNG)
+@kept
 @in_thread
-def difference_picture(services: ServicesDep, id: Id, other: Id) -> Response:
+def difference_picture(services: ServicesDep, version: VersionDep, against: OtherDep) -> Response:
     """Draw the same as a heat map with a scale in mm."""
-    a, b = services.store.calibrations.get(id), services.store.calibrations.get(other)
+    a, b = version.calibration, against.calibration
     grid = workflow.difference_grid(_difference(a, b))
     return _heat_map(grid["mm"], a, f"version {b.version} from version {a.version}")
 
@@ -90,13 +105,40 @@ def _heat_map(values_mm: Any, calibration: Calibration, title: str) -> Response:
     return picture(workflow.error_map_image(values_mm, Restored.of(calibration).region, title), "png")
 
 
+class Surroundings(NamedTuple):
+    """What a report says that its version does not. picture: the name of its file; None if that is gone."""
+
+    camera_name: str | None
+    picture: str | None
+    claims: list[Claim]
+
+    @property
+    def stamp(self) -> tuple[str | None, ...]:
+        """Return what is another one as soon as the report says something else."""
+        return self.camera_name, self.picture, etag_of(json_bytes([claim.to_json() for claim in self.claims]))
+
+
+def _surroundings_of(services: ServicesDep, version: VersionDep) -> Surroundings:
+    calibration, name, file = version.calibration, None, None
+    if calibration.camera is not None:
+        with suppress(NotFound):  # its camera was removed, or belongs to another server
+            name = services.cameras.get(calibration.camera).name
+    if calibration.snapshot is not None:
+        with suppress(TouchlineError):
+            path = services.store.snapshots.path(services.store.snapshots.get(calibration.snapshot))
+            file = path.name if path.exists() else None
+    return Surroundings(name, file, known_claims(services, calibration))
+
+
+SurroundingsDep = Annotated[Surroundings, Depends(_surroundings_of)]
+
+
 @router.get("/calibrations/{id}/report.html", response_class=HTMLResponse, responses=HTML)
 @in_thread
-def report_page(services: ServicesDep, id: Id) -> HTMLResponse:
+def report_page(services: ServicesDep, version: VersionDep, around: SurroundingsDep) -> HTMLResponse:
     """Return one self-contained page: verdict, figures, images before and after, error maps, versions and hashes."""
-    calibration = services.store.calibrations.get(id)
-    shown = _shown(services, calibration)
-    contents = report.contents(calibration, shown, known_claims(services, calibration))
+    calibration, shown = version.calibration, _shown(services, version, around)
+    contents = report.contents(calibration, shown, around.claims)
     html = report.page(contents, report.draw(calibration, shown, contents))
     name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}-report.html"
     return HTMLResponse(html.encode("utf-8", "replace"), headers={
@@ -104,20 +146,19 @@ def report_page(services: ServicesDep, id: Id) -> HTMLResponse:
         "Content-Disposition": disposition("inline", name)})
 
 
-@router.get("/calibrations/{id}/report.json", response_model=responses.CalibrationReport)
+@router.get("/calibrations/{id}/report.json", response_model=responses.CalibrationReport, responses=UNCHANGED)
+@kept
 @in_thread
-def report_as_json(services: ServicesDep, id: Id) -> Json:
+def report_as_json(services: ServicesDep, version: VersionDep, around: SurroundingsDep) -> Json:
     """Return the same numbers and words as JSON, null for what is not known."""
-    calibration = services.store.calibrations.get(id)
-    return Json(report.contents(calibration, _shown(services, calibration), known_claims(services, calibration)))
+    return Json(report.contents(version.calibration, _shown(services, version, around), around.claims))
 
 
-def _shown(services: Services, calibration: Calibration) -> report.ReportPicture:
-    name = None
-    if calibration.camera is not None:
-        with suppress(NotFound):  # its camera was removed, or belongs to another server
-            name = services.cameras.get(calibration.camera).name
-    return report.report_picture(calibration, services.frame, name)
+def _shown(services: Services, version: FoundVersion, around: Surroundings) -> report.ReportPicture:
+    def frame(snapshot: str) -> Frame:
+        services.store.snapshots.get(snapshot)  # a deleted one is not shown, though it may be in memory
+        return services.frame(snapshot)
+    return report.report_picture(version.calibration, frame, around.camera_name)
 
 
 class PairRequest(Strict):

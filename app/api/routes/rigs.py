@@ -8,7 +8,7 @@ from fastapi import APIRouter, Query, Request, WebSocket
 from starlette.responses import Response
 
 from app.api.dependencies import CallerDep, IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
-from app.api.responses import NO_STORE, Json, accepted, finished_or_queued, page, picture, versioned
+from app.api.responses import NO_STORE, Json, JsonText, accepted, finished_or_queued, page, picture, versioned
 from app.api.routes.calibrations import ACCEPTED
 from app.api.schemas import responses
 from app.api.schemas import rigs as schemas
@@ -173,7 +173,7 @@ async def newest_tracks(services: ServicesDep, name: Id) -> Response:
         text = await _first(viewer)
         while loop.time() < end_s:
             text = await viewer.next(FIRST_S)
-    return Response(text, media_type="application/json", headers=NO_STORE)
+    return JsonText(text, headers=NO_STORE)
 
 
 @router.websocket("/{name}/tracks")

@@ -14,6 +14,7 @@ def files(*media_types: str) -> Responses:
 
 
 PICTURE = files("image/png", "image/jpeg")
+UNCHANGED: Responses = {304: {"description": "Unchanged: If-None-Match has its ETag"}}
 HTML: Responses = {200: {"content": {"text/html": {"schema": {"type": "string"}}}}}
 
 

@@ -182,9 +182,36 @@ def test_versions_as_text_are_the_same_versions(opener, store):
     kept = [store.calibrations.add(calibration(camera, note)) for camera in ("north", None, "ü")]
     store.calibrations.activate(kept[1].id)
     for asked in ({}, {"camera": "north"}, {"limit": 1}, {"limit": 1, "cursor": "2"}):
-        as_text, as_records = store.calibrations.texts(**asked), store.calibrations.list(**asked)
-        assert [json.loads(text) for text in as_text.items] == [one.to_json() for one in as_records.items]
+        as_text, as_records = store.calibrations.found(**asked), store.calibrations.list(**asked)
+        assert [json.loads(one.text) for one in as_text.items] == [one.to_json() for one in as_records.items]
         assert as_text.next_cursor == as_records.next_cursor
+
+
+def test_a_version_is_parsed_once_and_checked_at_every_read(store, monkeypatch):
+    kept = store.calibrations.add(calibration("north", "1"))
+    store.calibrations.activate(kept.id)
+    before = store.calibrations.get(kept.id)
+    with monkeypatch.context() as patched:
+        patched.setattr(Calibration, "from_json", None)
+        assert store.calibrations.get(kept.id) == store.calibrations.active("north") == before
+        assert store.calibrations.list().items == (before,) and before.active
+    assert store.calibrations.annotate(kept.id, "2").note == store.calibrations.get(kept.id).note == "2"
+    damage_row(store, CalibrationRow, lambda text: text.replace('"2"', '"3"'), id=kept.id)
+    assert store.calibrations.active("north") is None and store.calibrations.list().items == ()
+    with pytest.raises(DamagedFile):
+        store.calibrations.get(kept.id)
+
+
+def test_the_active_versions_of_many_cameras_are_one_read(store, monkeypatch):
+    made = {camera: [store.calibrations.add(calibration(camera)) for _ in range(2)] for camera in ("a", "ü", "c", None)}
+    for camera in ("a", "ü", None):
+        store.calibrations.activate(made[camera][0].id)
+    reads, reading = [], store._database.reading
+    monkeypatch.setattr(store._database, "reading", lambda: reads.append(1) or reading())
+    found = store.calibrations.active_of(["ü", "nobody", None, "c", "a"])
+    assert list(found.items()) == [(camera, made[camera][0].activated(True)) for camera in ("ü", None, "a")]
+    assert len(reads) == 1
+    assert store.calibrations.active_of([]) == {}
 
 
 def test_a_page_that_ends_with_the_last_one_has_no_next(store):
