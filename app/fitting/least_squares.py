@@ -48,9 +48,11 @@ def minimise(start: State, evaluate: Callable[[State], tuple[Array, Array]], mov
     cost = _cost(residuals, robust_rows)
     damping, growth = FIRST_DAMPING, 2.0
     for _ in range(max_steps):
-        weight = np.ones_like(residuals)
-        weight[:robust_rows] = (1 + residuals[:robust_rows] ** 2) ** -0.25  # √ρ'
-        weighted, jw = residuals * weight, jacobian * weight[:, None]
+        weighted, jw = residuals, jacobian
+        if robust_rows:
+            weight = np.ones_like(residuals)
+            weight[:robust_rows] = (1 + residuals[:robust_rows] ** 2) ** -0.25  # √ρ'
+            weighted, jw = residuals * weight, jacobian * weight[:, None]
         scale = np.linalg.norm(jw, axis=0)
         scale[scale == 0] = 1.0
         jw = jw / scale
