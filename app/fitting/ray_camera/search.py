@@ -9,7 +9,7 @@ import numpy as np
 from app.core.errors import FitFailed
 from app.core.geometry import Array, Indices, Mask, root_mean_square
 from app.core.statements import say
-from app.fitting.least_squares import Minimum, minimise
+from app.fitting.least_squares import FIRST_DAMPING, Minimum, minimise
 from app.fitting.linear import CHECK_LINES
 from app.fitting.options import CLICK_SIGMAS_PX
 from app.fitting.ray_camera.lens_prior import GaussianPrior
@@ -18,7 +18,7 @@ from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.fitting.ray_camera.problem import CameraState, ClickResiduals, ScalarPrior, State
 
 CLICK_PX = 0.5  # prior of σ of a click
-START_STEPS = 8
+FIRST_STEPS, MORE_STEPS, PROMISING = 1, 7, 3  # of every start, and of so many that were the best then
 MAX_STEPS = 300  # where height and focal length trade, the least cost lies at the end of a long bent valley
 PRIOR_CLICKS = 1  # how many clicks that prior weighs
 OUTLIER_SIGMAS = 4.5
@@ -26,10 +26,14 @@ MIN_OUTLIER_PX = 1.5  # nothing nearer is an outlier
 CORE_MEDIANS = 4.0  # 2.7 σ: the first spread is taken from clicks within
 MAX_OUTLIER_SHARE = 0.3  # of all clicks
 NOISE_ROUNDS = 3
+NEARBY = 1e-7  # damping where the search begins near its end: less, and bent valleys cost steps in vain
 MIN_NEIGHBOURS = 40  # fewer, and their correlation is chance
 MAX_CORRELATION = 0.95
 MIN_HEIGHT_MM = 1.0
 SEARCHING, NEAR, THERE = 1e-2, 1e-4, 1e-7  # how near to its least the cost must be: for outliers, for σ, for the answer
+
+
+_Tried = tuple[Minimum[RayCameraParameters], Array]  # and the places along its curves
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,15 +175,24 @@ class RayFitResult(Generic[State]):
 
 
 def best_start(task: RayFitProblem, starts: list[RayCameraParameters]) -> RayCameraParameters:
-    """Improve each start by a few robust steps and return the best."""
-    tried = []
-    for start in starts:
-        task.problem.places = np.empty(0)
-        tried.append(minimum_near(task, start, 2 * CLICK_PX, residual_count(task.problem), steps=START_STEPS))
-    best = min(tried, key=lambda m: m.cost)
+    """Improve each start by a few robust steps, the most promising ones by more, and return the best."""
+    rows = residual_count(task.problem)
+
+    def improve(start: RayCameraParameters, places: Array, steps: int, damping: float) -> _Tried:
+        task.problem.places = places
+        found = minimum_near(task, start, 2 * CLICK_PX, rows, steps=steps, damping=damping)
+        return found, task.problem.places
+
+    tried = sorted((improve(start, np.empty(0), FIRST_STEPS, FIRST_DAMPING) for start in starts), key=_cost)
+    best, _ = min((one if one[0].converged else improve(one[0].state, one[1], MORE_STEPS, one[0].damping)
+                   for one in tried[:PROMISING]), key=_cost)
     if not np.isfinite(best.cost):
         raise no_camera_error()
     return best.state
+
+
+def _cost(tried: _Tried) -> float:
+    return tried[0].cost
 
 
 def no_camera_error() -> FitFailed:
@@ -197,7 +210,8 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
     robust = settings["robust"]
     rows = residual_count(task.problem)
     task.problem.places = np.empty(0)
-    best = minimum_near(task, start, sigma, rows if robust else 0, tolerance=SEARCHING if robust else NEAR)
+    best = minimum_near(task, start, sigma, rows if robust else 0, tolerance=SEARCHING if robust else NEAR,
+                        damping=NEARBY if noise_known else FIRST_DAMPING)
     if not np.isfinite(best.cost):
         raise no_camera_error()
     inliers = np.ones(len(task.problem.pixels), bool)
@@ -214,7 +228,8 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
         if np.array_equal(~outliers, inliers) and number > 0:
             break
         inliers = ~outliers
-        best = minimum_near(replace(task, problem=task.problem.only(inliers)), best.state, spread, 0, tolerance=NEAR)
+        best = minimum_near(replace(task, problem=task.problem.only(inliers)), best.state, spread, 0, tolerance=NEAR,
+                            damping=NEARBY)
     chosen = replace(task, problem=task.problem.only(inliers))
     for number in range(0 if noise_known else NOISE_ROUNDS):
         if not np.isfinite(best.cost):
@@ -232,7 +247,7 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
         correlation = correlation_factor(pixels[:task.problem.curves][inliers[:task.problem.curves]],
                                          task.problem.owners[:task.problem.curves][inliers[:task.problem.curves]])
         best = minimum_near(chosen, best.state, spread * np.sqrt(correlation), 0,
-                            tolerance=NEAR if number < NOISE_ROUNDS - 1 else THERE)
+                            tolerance=NEAR if number < NOISE_ROUNDS - 1 else THERE, damping=NEARBY)
     if not np.isfinite(best.cost):
         raise no_camera_error()
     pixels = _click_distances(task.problem, best.state)
@@ -275,7 +290,7 @@ def covariance_of(jacobian: Array) -> Array:
 
 
 def minimum_near(task: RayFitProblem, start: State, sigma: float, robust_rows: int,
-                 steps: int = MAX_STEPS, tolerance: float = SEARCHING) -> Minimum[State]:
+                 steps: int = MAX_STEPS, tolerance: float = SEARCHING, damping: float = FIRST_DAMPING) -> Minimum[State]:
     weights = task.click_weights(start, sigma)
     curves = task.problem.curves
     per_row = np.concatenate([weights[:curves], np.repeat(weights[curves:], 2)]) / sigma
@@ -286,7 +301,7 @@ def minimum_near(task: RayFitProblem, start: State, sigma: float, robust_rows: i
         return np.concatenate([r * per_row, known]), np.concatenate([j * per_row[:, None], by])[:, task.free]
 
     return minimise(start, evaluate, lambda state, delta: state.retract(delta, task.free),
-                    robust_rows=robust_rows, max_steps=steps, tolerance=tolerance)
+                    robust_rows=robust_rows, max_steps=steps, tolerance=tolerance, damping=damping)
 
 
 def residual_count(problem: ClickResiduals) -> int:
