@@ -36,16 +36,17 @@ class Minimum(Generic[State]):
 
 def minimise(start: State, evaluate: Callable[[State], tuple[Array, Array]], move: Callable[[State, Array], State],
              *, robust_rows: int = 0, max_steps: int = 60, tolerance: float = 1e-10,
-             damping: float = FIRST_DAMPING) -> Minimum[State]:
+             damping: float = FIRST_DAMPING, first: tuple[Array, Array] | None = None) -> Minimum[State]:
     """Find the state of least cost near start.
 
     evaluate(state) -> residuals (m,), jacobian (m, n), both in units of σ; non-finite residuals mark a state that is
     out of reach, and the step there is shortened. move(state, delta) applies a step. robust_rows: how many of the
     first rows feel the robust loss. Converged when no parameter would move by more than `tolerance` of what one σ of
     the residuals is worth, or the cost stands still. damping: the first step's; less where the start is near.
+    first: evaluate(start), where that is known.
     """
     state = start
-    residuals, jacobian = evaluate(state)
+    residuals, jacobian = evaluate(state) if first is None else first
     if not (np.isfinite(residuals).all() and np.isfinite(jacobian).all()):
         return Minimum(state, np.inf, residuals, jacobian, False, damping)
     cost = _cost(residuals, robust_rows)

@@ -19,7 +19,7 @@ from app.core.records import Observations
 from app.fitting.clicks import first_of_each_place
 from app.fitting.linear import Incidences, line_through
 
-FOOT_STEPS, NEAR_ENOUGH = 12, 1e-3  # for the first places; mm or radians
+FOOT_STEPS, NEAR_ENOUGH_MM = 12, 1.0  # for the first places: what remains of a last step is far less
 PARTS = ("across", "tilt", "centre_x", "centre_y")  # of a marking's offset, mm; "across" an arc is its radius
 TILT_SHARE = 0.4  # how far a line's end lies off by its tilt, of how far the line does as a whole: each end is measured
 
@@ -150,7 +150,7 @@ class ClickResiduals:
             points, tangents, _ = self._curve(places, state)
             pixel, by_point, _ = state.project_jacobian(points)
             before, places = places, self._nearer(places, pixel, _times(by_point[:, :, :2], tangents))
-            if np.abs(places - before).max(initial=0.0) < NEAR_ENOUGH:
+            if (np.abs(places - before) < NEAR_ENOUGH_MM * self._place_per_mm).all():
                 break
         return places
 

@@ -217,7 +217,8 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
     inliers = np.ones(len(task.problem.pixels), bool)
     spread, correlation = sigma, 1.0
     for number in range(0 if noise_known else 4 if robust else 1):
-        pixels = _click_distances(task.problem, best.state)
+        seen = task.problem.residuals(best.state)
+        pixels = _click_distances(task.problem, seen[0])
         # at first without the furthest, which would hide other outliers
         weighted = np.abs(pixels) * task.click_weights(best.state, sigma)
         trusted = inliers if number else weighted <= CORE_MEDIANS * np.median(weighted)
@@ -229,12 +230,13 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
             break
         inliers = ~outliers
         best = minimum_near(replace(task, problem=task.problem.only(inliers)), best.state, spread, 0, tolerance=NEAR,
-                            damping=NEARBY)
+                            damping=NEARBY, seen=_of_clicks(task.problem, seen, inliers))
     chosen = replace(task, problem=task.problem.only(inliers))
     for number in range(0 if noise_known else NOISE_ROUNDS):
         if not np.isfinite(best.cost):
             raise no_camera_error()
-        pixels = _click_distances(task.problem, best.state)
+        seen = task.problem.residuals(best.state)
+        pixels = _click_distances(task.problem, seen[0])
         weighted = pixels * task.click_weights(best.state, spread)
         spread = settings["click_sigma_px"] or _spread(weighted[inliers], _determined(best, len(chosen.known_names)))
         if task.usual_line_mm is not None:
@@ -247,10 +249,11 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
         correlation = correlation_factor(pixels[:task.problem.curves][inliers[:task.problem.curves]],
                                          task.problem.owners[:task.problem.curves][inliers[:task.problem.curves]])
         best = minimum_near(chosen, best.state, spread * np.sqrt(correlation), 0,
-                            tolerance=NEAR if number < NOISE_ROUNDS - 1 else THERE, damping=NEARBY)
+                            tolerance=NEAR if number < NOISE_ROUNDS - 1 else THERE, damping=NEARBY,
+                            seen=_of_clicks(task.problem, seen, inliers))
     if not np.isfinite(best.cost):
         raise no_camera_error()
-    pixels = _click_distances(task.problem, best.state)
+    pixels = _click_distances(task.problem, task.problem.residuals(best.state)[0])
     freedom = residual_count(chosen.problem) + len(chosen.known_names) - int(task.free.sum())
     terms = tuple(n for n, f in zip(task.names, task.free, strict=True) if f and n in best.state.lens_names)
     return RayFitResult(chosen, terms, best, inliers, pixels, float(spread), freedom, float(correlation))
@@ -290,27 +293,35 @@ def covariance_of(jacobian: Array) -> Array:
 
 
 def minimum_near(task: RayFitProblem, start: State, sigma: float, robust_rows: int,
-                 steps: int = MAX_STEPS, tolerance: float = SEARCHING, damping: float = FIRST_DAMPING) -> Minimum[State]:
+                 steps: int = MAX_STEPS, tolerance: float = SEARCHING, damping: float = FIRST_DAMPING,
+                 seen: tuple[Array, Array] | None = None) -> Minimum[State]:
+    """Return the minimum near a start. seen: the clicks' residuals there and their Jacobian, where they are known."""
     weights = task.click_weights(start, sigma)
     curves = task.problem.curves
     per_row = np.concatenate([weights[:curves], np.repeat(weights[curves:], 2)]) / sigma
 
-    def evaluate(state: State) -> tuple[Array, Array]:
-        r, j = task.problem.residuals(state)
+    def evaluate(state: State, seen: tuple[Array, Array] | None = None) -> tuple[Array, Array]:
+        r, j = seen or task.problem.residuals(state)
         known, by = task.prior_residuals(state)
         return np.concatenate([r * per_row, known]), np.concatenate([j * per_row[:, None], by])[:, task.free]
 
     return minimise(start, evaluate, lambda state, delta: state.retract(delta, task.free),
-                    robust_rows=robust_rows, max_steps=steps, tolerance=tolerance, damping=damping)
+                    robust_rows=robust_rows, max_steps=steps, tolerance=tolerance, damping=damping,
+                    first=evaluate(start, seen))
 
 
 def residual_count(problem: ClickResiduals) -> int:
     return problem.curves + 2 * len(problem.marks)
 
 
-def _click_distances(problem: ClickResiduals, state: CameraState) -> Array:
-    """Return per click the signed distance from its curve, or the distance from its mark, px."""
-    r, _ = problem.residuals(state)
+def _of_clicks(problem: ClickResiduals, seen: tuple[Array, Array], keep: Mask) -> tuple[Array, Array]:
+    """Return some clicks' residuals and Jacobian; keep (n,)."""
+    rows = np.concatenate([keep[:problem.curves], np.repeat(keep[problem.curves:], 2)])
+    return seen[0][rows], seen[1][rows]
+
+
+def _click_distances(problem: ClickResiduals, r: Array) -> Array:
+    """Return per click the signed distance from its curve, or the distance from its mark, px. r: all residuals."""
     spots = r[problem.curves:].reshape(-1, 2)
     return np.concatenate([r[:problem.curves], np.linalg.norm(spots, axis=1) / np.sqrt(2)])
 
