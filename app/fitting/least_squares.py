@@ -57,7 +57,7 @@ def minimise(start: State, evaluate: Callable[[State], tuple[Array, Array]], mov
             weight = np.ones_like(residuals)
             weight[:robust_rows] = (1 + residuals[:robust_rows] ** 2) ** -0.25  # √ρ'
             weighted, jw = residuals * weight, jacobian * weight[:, None]
-        scale = np.linalg.norm(jw, axis=0)
+        scale = np.sqrt(np.einsum("ij,ij->j", jw, jw))
         scale[scale == 0] = 1.0
         jw = jw / scale
         gradient, hessian = jw.T @ weighted, jw.T @ jw

@@ -47,6 +47,7 @@ def vector_from_matrix(matrix: Array) -> Array:
 
 
 def nearest_rotation(matrix: Array) -> Array:
-    """Return the rotation nearest to a matrix (Frobenius); its determinant is +1."""
+    """Return the rotations nearest to matrices (..., 3, 3) (Frobenius); their determinant is +1."""
     u, _, vt = np.linalg.svd(matrix)
-    return u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+    u[..., 2] *= np.linalg.det(u @ vt)[..., None]
+    return u @ vt

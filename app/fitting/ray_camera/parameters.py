@@ -64,12 +64,13 @@ class RayCameraParameters:
         n = 4 + len(self.terms)
         longer = min(max(float(full[0]), -1.0), 1.0)
         terms = self.lens.rescaled(self.terms, full[4:n], longer)
-        return replace(self, log_focal=min(max(self.log_focal + longer, -5.0), 20.0),
-                       aspect=min(max(self.aspect + float(full[1]), 0.5), 2.0), centre_px=self.centre_px + full[2:4],
-                       terms=np.where(free[4:n], terms, self.terms),
-                       camera_from_field=matrix_from_vector(full[n:n + 3]) @ self.camera_from_field,
-                       position_mm=self.position_mm + full[n + 3:n + 6] * self._stretch(full[n + 5]),
-                       offsets_mm=self.offsets_mm + full[n + 6:])
+        return type(self)(
+            self.lens, log_focal=min(max(self.log_focal + longer, -5.0), 20.0),
+            aspect=min(max(self.aspect + float(full[1]), 0.5), 2.0), centre_px=self.centre_px + full[2:4],
+            terms=np.where(free[4:n], terms, self.terms),
+            camera_from_field=matrix_from_vector(full[n:n + 3]) @ self.camera_from_field,
+            position_mm=self.position_mm + full[n + 3:n + 6] * self._stretch(full[n + 5]),
+            offsets_mm=self.offsets_mm + full[n + 6:])
 
     def _stretch(self, rise_mm: float) -> float:
         """Return (eˢ - 1) / s, s = rise / height: the whole shift is scaled by it, so that it keeps its direction."""

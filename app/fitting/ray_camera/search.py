@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Generic
 
 import numpy as np
@@ -64,21 +65,30 @@ class RayFitProblem:
 
     def prior_residuals(self, state: CameraState) -> tuple[Array, Array]:
         """Return the priors as residuals, in σ, and their Jacobian (rows, all parameters)."""
-        values, names = state.values(), list(self.names)
-        known = np.empty(len(self.priors))
-        by = np.zeros((len(self.priors), len(names)))
+        values = state.values()
+        if "height" in values:
+            height = max(values["height"], MIN_HEIGHT_MM)
+            values["log_height"] = float(np.log(height))
+        means, sigmas, by = self._scalar_priors
+        known = (np.array([values[p.name] for p in self.priors]) - means) / sigmas
         for row, p in enumerate(self.priors):
             if p.name == "log_height":
-                height = max(values["height"], MIN_HEIGHT_MM)
-                known[row] = (np.log(height) - p.value) / p.sigma
-                by[row, names.index("height")] = 1 / (height * p.sigma)
-            else:
-                known[row] = (values[p.name] - p.value) / p.sigma
-                by[row, names.index(p.name)] = 1 / p.sigma
+                by = by.copy()
+                by[row] /= height
         if self.lens_prior:
+            names = list(self.names)
             known = np.concatenate([known, self.lens_prior.residuals(values)])
             by = np.concatenate([by, self.lens_prior.jacobian(names, values)])
         return known, by
+
+    @cached_property
+    def _scalar_priors(self) -> tuple[Array, Array, Array]:
+        """Return means, σ, and the Jacobian (rows, all parameters), which of log_height is that at a height of 1 mm."""
+        sigmas = np.array([p.sigma for p in self.priors])
+        by = np.zeros((len(self.priors), len(self.names)))
+        for row, p in enumerate(self.priors):
+            by[row, self.names.index("height" if p.name == "log_height" else p.name)] = 1 / p.sigma
+        return np.array([p.value for p in self.priors]), sigmas, by
 
     def with_prior(self, name: str, prior: ScalarPrior) -> "RayFitProblem":
         """Return the same problem with another prior in the place of the one so called."""
