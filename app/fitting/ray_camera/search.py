@@ -116,10 +116,15 @@ class RayFitResult(Generic[State]):
     terms: tuple[str, ...]
     minimum: Minimum[State]
     inliers: Mask
-    pixels: Array  # residuals, px: signed for curves, distances for spots
+    clicks: ClickResiduals  # all of them; the task has the inliers
     sigma_px: float
     freedom: int
     correlation: float
+
+    @cached_property
+    def pixels(self) -> Array:
+        """Return the residuals of all clicks, px: signed for curves, distances for spots."""
+        return _click_distances(self.clicks, self.clicks.residuals(self.minimum.state)[0])
 
     @property
     def rms_px(self) -> float:
@@ -263,10 +268,10 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
                             seen=_of_clicks(task.problem, seen, inliers))
     if not np.isfinite(best.cost):
         raise no_camera_error()
-    pixels = _click_distances(task.problem, task.problem.residuals(best.state)[0])
     freedom = residual_count(chosen.problem) + len(chosen.known_names) - int(task.free.sum())
     terms = tuple(n for n, f in zip(task.names, task.free, strict=True) if f and n in best.state.lens_names)
-    return RayFitResult(chosen, terms, best, inliers, pixels, float(spread), freedom, float(correlation))
+    # a copy, whose places along the curves no other search moves
+    return RayFitResult(chosen, terms, best, inliers, replace(task.problem), float(spread), freedom, float(correlation))
 
 
 def _determined(found: Minimum[State], priors: int) -> float:
