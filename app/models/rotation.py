@@ -4,7 +4,6 @@ import numpy as np
 
 from app.core.geometry import Array
 
-
 # [eᵢ]×, each as one row of nine
 UNIT_CROSS_ROWS = np.array([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0.0]])
 

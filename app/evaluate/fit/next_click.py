@@ -63,8 +63,8 @@ def _candidates(fit: Fit, sensitivity: Sensitivity, field: Field, region: Region
     owners = np.repeat(np.arange(len(shapes)), [len(along) // 2 for along in samples])
     pixels = _pixels(fit, places)
     visible = inside_picture(pixels, image_size, MARGIN_PX)
-    places, ahead, normals, lever, owners, pixels = (
-        each[visible] for each in (places, ahead, normals, lever, owners, pixels))
+    places, ahead, normals, pixels = (each[visible] for each in (places, ahead, normals, pixels))
+    lever, owners = lever[visible], owners[visible]
     rows = sensitivity.click_jacobian(places, ahead, fit.parameter_names)
     px_per_mm = _across(_pixels(fit, places + ahead) - pixels, _pixels(fit, places + normals) - pixels)
     for part, by in zip(PARTS, (np.ones_like(lever), lever, normals[:, 0], normals[:, 1]), strict=True):

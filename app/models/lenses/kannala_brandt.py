@@ -115,7 +115,7 @@ def _polar(terms: Array, rays: Array) -> _Polar:
     with np.errstate(all="ignore"):
         rho = np.sqrt(x * x + y * y)
         theta = _angle(rho, z)
-        powers = np.cumprod(np.repeat((theta * theta)[..., None], len(terms), axis=-1), axis=-1)
+        powers = np.multiply.accumulate(np.repeat((theta * theta)[..., None], len(terms), axis=-1), axis=-1)
         rd, slope = theta * (1 + powers @ terms), 1 + powers @ (ODD * terms)
         near = np.abs(rho) < SMALL * np.abs(z)
         per_rho = 1 / rho
