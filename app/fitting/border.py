@@ -4,6 +4,7 @@ Fitted in a Chebyshev basis over the picture's own extent, where degree 8 still 
 """
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -80,8 +81,7 @@ def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, 
         inliers = _inliers(t, value, degree) if robust else np.ones(t.size, bool)
         reason = say("degree.chosen", "Chosen by the user.")
     solved = _solve(t[inliers], value[inliers], degree)
-    plain = chebyshev.cheb2poly(solved.coefficients)
-    plain = np.pad(plain, (0, degree + 1 - len(plain)))  # numpy drops coefficients that are exactly 0
+    plain = _plain_from_chebyshev(degree) @ solved.coefficients
     curve = Curve(tuple(float(c) for c in plain), float(centre), float(scale))
     held_out = value - curve(position)  # an outlier is not in the fit: its residual is held out already
     held_out[inliers] = _held_out(solved)
@@ -112,7 +112,7 @@ def _check_points(position: Array, value: Array, degree: Degree, border: str | N
 
 
 def _solve(t: Array, value: Array, degree: int) -> _Solved:
-    q, r = np.linalg.qr(chebyshev.chebvander(t, degree))
+    q, r = np.linalg.qr(_chebyshev_values(t, degree))
     diagonal = np.abs(np.diag(r))
     if diagonal.min() < 1e-9 * diagonal.max():
         raise FitFailed(
@@ -123,6 +123,22 @@ def _solve(t: Array, value: Array, degree: int) -> _Solved:
     coefficients = np.linalg.solve(r, q.T @ value)
     residuals = value - q @ (q.T @ value)
     return _Solved(coefficients, residuals, np.einsum("ij,ij->i", q, q), q)
+
+
+def _chebyshev_values(t: Array, degree: int) -> Array:
+    """Return T_0(t), …, T_degree(t) as columns (n, degree + 1)."""
+    values = np.empty((degree + 1, len(t)))
+    values[0], values[1:] = 1.0, t
+    for k in range(2, degree + 1):
+        values[k] = 2 * t * values[k - 1] - values[k - 2]
+    return values.T
+
+
+@cache
+def _plain_from_chebyshev(degree: int) -> Array:
+    """Return the matrix from Chebyshev's coefficients to those of powers."""
+    columns = [chebyshev.cheb2poly(unit) for unit in np.eye(degree + 1)]
+    return np.stack([np.pad(column, (0, degree + 1 - len(column))) for column in columns], axis=1)
 
 
 def _held_out(solved: _Solved) -> Array:

@@ -19,7 +19,8 @@ def first_of_each_place(points: Points) -> Indices:
     first = np.arange(len(points))
     if len(points) > MAX_CLICKED:
         return first
-    near = np.tril(np.linalg.norm(points[:, None] - points, axis=2) < SAME_PLACE_PX, -1)
+    apart = points[:, None] - points
+    near = np.tril(np.einsum("ijk,ijk->ij", apart, apart) < SAME_PLACE_PX**2, -1)
     for k in np.flatnonzero(near.any(axis=1)):
         firsts = np.flatnonzero(near[k] & (first == np.arange(len(points))))
         first[k] = firsts[0] if firsts.size else k

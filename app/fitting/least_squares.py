@@ -18,40 +18,46 @@ State = TypeVar("State")
 
 FIRST_DAMPING = 1e-3
 MAX_DAMPING = 1e12
+STANDING = 10.0  # times a gain that is no gain: a step may promise so much where the cost stands still
 MIN_DAMPING_FACTOR = 0.1  # of one good step; the usual third needs twice the evaluations
 
 
 @dataclass(frozen=True, eq=False)
 class Minimum(Generic[State]):
-    """Where the search ended. residuals and jacobian are unweighted, in units of their σ."""
+    """Where the search ended. residuals and jacobian are unweighted, in units of their σ; damping: to go on with."""
 
     state: State
     cost: float
     residuals: Array
     jacobian: Array
     converged: bool
+    damping: float
 
 
 def minimise(start: State, evaluate: Callable[[State], tuple[Array, Array]], move: Callable[[State, Array], State],
-             *, robust_rows: int = 0, max_steps: int = 60, tolerance: float = 1e-10) -> Minimum[State]:
+             *, robust_rows: int = 0, max_steps: int = 60, tolerance: float = 1e-10,
+             damping: float = FIRST_DAMPING, first: tuple[Array, Array] | None = None) -> Minimum[State]:
     """Find the state of least cost near start.
 
     evaluate(state) -> residuals (m,), jacobian (m, n), both in units of σ; non-finite residuals mark a state that is
     out of reach, and the step there is shortened. move(state, delta) applies a step. robust_rows: how many of the
     first rows feel the robust loss. Converged when no parameter would move by more than `tolerance` of what one σ of
-    the residuals is worth, or the cost stands still.
+    the residuals is worth, or the cost stands still. damping: the first step's; less where the start is near.
+    first: evaluate(start), where that is known.
     """
     state = start
-    residuals, jacobian = evaluate(state)
+    residuals, jacobian = evaluate(state) if first is None else first
     if not (np.isfinite(residuals).all() and np.isfinite(jacobian).all()):
-        return Minimum(state, np.inf, residuals, jacobian, False)
+        return Minimum(state, np.inf, residuals, jacobian, False, damping)
     cost = _cost(residuals, robust_rows)
-    damping, growth = FIRST_DAMPING, 2.0
+    growth = 2.0
     for _ in range(max_steps):
-        weight = np.ones_like(residuals)
-        weight[:robust_rows] = (1 + residuals[:robust_rows] ** 2) ** -0.25  # √ρ'
-        weighted, jw = residuals * weight, jacobian * weight[:, None]
-        scale = np.linalg.norm(jw, axis=0)
+        weighted, jw = residuals, jacobian
+        if robust_rows:
+            weight = np.ones_like(residuals)
+            weight[:robust_rows] = (1 + residuals[:robust_rows] ** 2) ** -0.25  # √ρ'
+            weighted, jw = residuals * weight, jacobian * weight[:, None]
+        scale = np.sqrt(np.einsum("ij,ij->j", jw, jw))
         scale[scale == 0] = 1.0
         jw = jw / scale
         gradient, hessian = jw.T @ weighted, jw.T @ jw
@@ -69,16 +75,18 @@ def minimise(start: State, evaluate: Callable[[State], tuple[Array, Array]], mov
             damping *= growth
             growth *= 2
             if damping > MAX_DAMPING:
-                return Minimum(state, cost, residuals, jacobian, True)
+                return Minimum(state, cost, residuals, jacobian, True, damping)
         predicted = float(delta @ (damping * delta - gradient))
         ratio = (cost - new_cost) / predicted if predicted > 0 else 1.0
-        still = cost - new_cost <= 0.1 * tolerance * cost + tolerance**2 or np.abs(delta).max() < tolerance
+        enough = 0.1 * tolerance * cost + tolerance**2
+        # a step too long for a bent valley gains nothing either, where a shorter one would
+        still = (cost - new_cost <= enough and predicted <= STANDING * enough) or np.abs(delta).max() < tolerance
         state, residuals, jacobian, cost = candidate, new_residuals, new_jacobian, new_cost
         if still:
-            return Minimum(state, cost, residuals, jacobian, True)
+            return Minimum(state, cost, residuals, jacobian, True, damping)
         damping *= max(MIN_DAMPING_FACTOR, 1 - (2 * ratio - 1) ** 3)
         growth = 2.0
-    return Minimum(state, cost, residuals, jacobian, False)
+    return Minimum(state, cost, residuals, jacobian, False, damping)
 
 
 def _cost(residuals: Array, robust_rows: int) -> float:

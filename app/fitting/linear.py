@@ -113,19 +113,21 @@ def focal_from_vanishing_points(plane_from_field: Array) -> float | None:
     return float(1 / np.sqrt(inverse_square)) if inverse_square > 1e-12 else None
 
 
-def pose_from_homography(plane_from_field: Array, focal_px: float) -> tuple[Array, Array]:
-    """Return camera_from_field (3, 3) and the position, mm, of a homography of the carpet about the principal point.
+def pose_from_homography(plane_from_field: Array, focal_px: float | Array) -> tuple[Array, Array]:
+    """Return camera_from_field (…, 3, 3) and positions (…, 3), mm, of a homography of the carpet about the principal
+    point, for focal lengths (…).
 
     The camera stands above the carpet and the field before it; a mirrored homography gives no such pose: FitFailed.
     """
-    columns = np.diag([1 / focal_px, 1 / focal_px, 1.0]) @ plane_from_field
-    columns = columns / np.sqrt(np.linalg.norm(columns[:, 0]) * np.linalg.norm(columns[:, 1]))
-    if columns[2, 2] < 0:
-        columns = -columns
-    r1, r2, t = columns.T
-    rotation = nearest_rotation(np.stack([r1, r2, np.cross(r1, r2)], axis=1))
-    position = -rotation.T @ t
-    if position[2] <= 0:
+    focal = np.asarray(focal_px)[..., None]
+    columns = plane_from_field / np.concatenate([focal, focal, np.ones_like(focal, float)], axis=-1)[..., None]
+    lengths = np.linalg.norm(columns[..., :2], axis=-2)
+    facing = np.where(columns[..., 2, 2] < 0, -1.0, 1.0)
+    columns = columns * (facing / np.sqrt(lengths[..., 0] * lengths[..., 1]))[..., None, None]
+    r1, r2, t = np.moveaxis(columns, -1, 0)
+    rotation = nearest_rotation(np.stack([r1, r2, np.cross(r1, r2)], axis=-1))
+    position = -(np.swapaxes(rotation, -1, -2) @ t[..., None])[..., 0]
+    if (position[..., 2] <= 0).any():
         raise mirrored_error()
     return rotation, position
 

@@ -4,17 +4,22 @@ import numpy as np
 
 from app.core.geometry import Array
 
+# [eᵢ]×, each as one row of nine
+UNIT_CROSS_ROWS = np.array([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0.0]])
+
 
 def cross_matrix(v: Array) -> Array:
     """Return [v]× (..., 3, 3): cross_matrix(v) @ w is v × w."""
-    return np.cross(np.asarray(v)[..., None, :], np.eye(3)).swapaxes(-1, -2)
+    rows = np.asarray(v) @ UNIT_CROSS_ROWS
+    return rows.reshape(*rows.shape[:-1], 3, 3)
 
 
 def matrix_from_vector(v: Array) -> Array:
     """Return the rotation matrices (..., 3, 3) of rotation vectors (..., 3)."""
-    angle, k = np.linalg.norm(v, axis=-1)[..., None, None], cross_matrix(v)
-    # sin a / a and (1 - cos a) / a² = 2 (sin(a/2) / a)², by numpy's sinc, which is defined at 0
-    return np.eye(3) + np.sinc(angle / np.pi) * k + np.sinc(angle / (2 * np.pi)) ** 2 / 2 * (k @ k)
+    half, k = np.linalg.norm(v, axis=-1)[..., None, None] / 2, cross_matrix(v)
+    sinc = np.sinc(half / np.pi)  # sin(a/2) / (a/2), also at 0
+    # sin a / a = sinc cos(a/2) and (1 - cos a) / a² = sinc² / 2
+    return np.eye(3) + sinc * np.cos(half) * k + sinc**2 / 2 * (k @ k)
 
 
 def vector_from_matrix(matrix: Array) -> Array:
@@ -41,6 +46,7 @@ def vector_from_matrix(matrix: Array) -> Array:
 
 
 def nearest_rotation(matrix: Array) -> Array:
-    """Return the rotation nearest to a matrix (Frobenius); its determinant is +1."""
+    """Return the rotations nearest to matrices (..., 3, 3) (Frobenius); their determinant is +1."""
     u, _, vt = np.linalg.svd(matrix)
-    return u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+    u[..., 2] *= np.linalg.det(u @ vt)[..., None]
+    return u @ vt

@@ -39,7 +39,8 @@ def held_out_mm(fit: Fit, observations: Observations, field: Field, region: Regi
         left_out: dict[int, list[int]] = {}  # by observation
         for i, k in out:
             left_out.setdefault(i, []).append(k)
-        rest = tuple(replace(o, points=np.delete(o.points, left_out.get(i, []), axis=0)) for i, o in enumerate(clean))
+        rest = tuple(replace(o, points=np.delete(o.points, left_out[i], axis=0)) if i in left_out else o
+                     for i, o in enumerate(clean))
         try:
             without = fitter.fit(rest, field, region, image_size, choices)
         except FitFailed:

@@ -50,38 +50,33 @@ def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSiz
 def _candidates(fit: Fit, sensitivity: Sensitivity, field: Field, region: Region, image_size: ImageSize,
                 ) -> tuple[list[str], Points, Array, Array]:
     """Names, places (c, 2) px, rows (c, p), and σ px by which the lines of these may lie beside their places (c,)."""
-    names: list[str] = []
-    points, rows, line_px = [], [], []
     shapes: list[Line | Arc] = [*map(region.border, BORDERS), *(
         line for line in field.lines.values() if field.observed_name(line.name, region) == line.name),  # else a border
         *field.arcs.values()]
     offsets = {f"line_{i}": name for i, name in enumerate(fit.notes.get("offset_names", ()))}
     column_of = {offsets[name]: k for k, name in enumerate(fit.parameter_names) if name in offsets}
+    samples = [shape.sample(2 * CANDIDATES_PER_FEATURE + 1) for shape in shapes]
+    places, ahead = (np.concatenate(each) for each in (
+        [along[1::2] for along in samples], [along[2::2] - along[1::2] for along in samples]))
+    normals = np.concatenate([shape.normals(along[1::2]) for shape, along in zip(shapes, samples, strict=True)])
+    lever = TILT_SHARE * np.concatenate([np.linspace(-1, 1, len(along))[1::2] for along in samples])
+    owners = np.repeat(np.arange(len(shapes)), [len(along) // 2 for along in samples])
+    pixels = _pixels(fit, places)
+    visible = inside_picture(pixels, image_size, MARGIN_PX)
+    places, ahead, normals, pixels = (each[visible] for each in (places, ahead, normals, pixels))
+    lever, owners = lever[visible], owners[visible]
+    rows = sensitivity.click_jacobian(places, ahead, fit.parameter_names)
+    px_per_mm = _across(_pixels(fit, places + ahead) - pixels, _pixels(fit, places + normals) - pixels)
+    for part, by in zip(PARTS, (np.ones_like(lever), lever, normals[:, 0], normals[:, 1]), strict=True):
+        for number, shape in enumerate(shapes):
+            if (shape.name, part) in column_of:
+                own = owners == number
+                rows[own, column_of[shape.name, part]] = (px_per_mm * by)[own]
     learned_mm = list(fit.notes.get("line_sigmas_mm", {}).values())
-    for shape in shapes:
-        name, samples = shape.name, shape.sample(2 * CANDIDATES_PER_FEATURE + 1)
-        places, ahead = samples[1::2], samples[2::2] - samples[1::2]
-        pixels = _pixels(fit, places)
-        visible = inside_picture(pixels, image_size, MARGIN_PX)
-        if visible.any():
-            places, ahead = places[visible], ahead[visible]
-            row = sensitivity.click_jacobian(places, ahead, fit.parameter_names)
-            normals = shape.normals(places)
-            px_per_mm = _across(_pixels(fit, places + ahead) - pixels[visible],
-                                _pixels(fit, places + normals) - pixels[visible])
-            lever = TILT_SHARE * np.linspace(-1, 1, len(samples))[1::2][visible]
-            for part, by in zip(PARTS, (np.ones_like(lever), lever, normals[:, 0], normals[:, 1]), strict=True):
-                if (name, part) in column_of:
-                    row[:, column_of[name, part]] = px_per_mm * by
-            names += [name] * len(places)
-            points.append(pixels[visible])
-            rows.append(row)
-            unknown_mm = float(np.median(learned_mm)) if learned_mm and (name, "across") not in column_of else 0.0
-            ways = np.sqrt(2) if isinstance(shape, Arc) else 1.0  # its radius and its centre may be off
-            line_px.append(px_per_mm * ways * unknown_mm)
-    if not names:
-        return [], np.empty((0, 2)), np.empty((0, 0)), np.empty(0)
-    return names, np.concatenate(points), np.concatenate(rows), np.concatenate(line_px)
+    # where no click tells how far a line lies beside its place, nor an arc's radius and centre
+    unknown_mm = np.array([0.0 if not learned_mm or (shape.name, "across") in column_of else
+                           np.median(learned_mm) * (np.sqrt(2) if isinstance(shape, Arc) else 1.0) for shape in shapes])
+    return [shapes[number].name for number in owners], pixels, rows, px_per_mm * unknown_mm[owners]
 
 
 def _pixels(fit: Fit, places: Points) -> Points:

@@ -69,8 +69,8 @@ class RayFitter(Fitter):
         """Fit to points anywhere along lines and arcs, to landmarks, and to points at known heights.
 
         Options: OPTIONS; also "start" (parameters), which begins near a known answer, with its "start_lines_mm"
-        (offsets by marking and part); and "line_sigmas_mm" (their σ likewise), which says that the noise is known, and
-        each point an inlier.
+        (offsets by marking and part); and "line_sigmas_mm" (their σ likewise), which says that the noise is known and
+        each point an inlier: then the model and the lines' offsets are all that the fit tells.
         """
         given = dict(options or {})
         start, lines = given.pop("start", None), given.pop("start_lines_mm", {})
@@ -126,6 +126,8 @@ class RayFitter(Fitter):
                 say("refused.implausible.fix", "Check the line of each point and the covered area, then add points."),
                 reason="implausible-camera")
         inliers = inlier_masks(observations, problem.owners, best.inliers)
+        if learned is not None:
+            return Fit(model, inliers, (True,) * len(observations), notes=best.offset_notes)
         notes = {
             "terms": {"chosen": best.terms, "tried": {" ".join(best.terms): {
                 "rms_px": best.rms_px, "parameters": best.parameters}}},
@@ -139,19 +141,17 @@ class RayFitter(Fitter):
                     *residual_warnings(best.rms_px, settings, image_size),
                     *misplaced_line_warnings(notes["line_offsets_mm"], line_sigma_mm(settings, field)),
                     *unusual_camera_warnings(state, best.task.priors, image_size, field)]
-        alternative = None
-        if learned is None and intrinsics is not None:
+        if intrinsics is not None:
             free_lens = fit_problem(state, problem, cls.TERMS, settings, field, image_size, None, None)
             warnings += given_lens_warnings(free_lens, best, settings, image_size)
-        if learned is None:
-            task = fit_problem(state, *setup)
-            height = check_height(task, best, settings)
-            notes["height"] = height.told
-            warnings += height.warnings()
-            other = height.alone if height.is_contradicted else without_square_pixels(task, best, settings)
-            if other is not None:
-                alternative = Fit(camera(other.minimum.state), inliers, (True,) * len(observations),
-                                  covariance=other.covariance, parameter_names=other.free_names)
+        task = fit_problem(state, *setup)
+        height = check_height(task, best, settings)
+        notes["height"] = height.told
+        warnings += height.warnings()
+        other = height.alone if height.is_contradicted else without_square_pixels(task, best, settings)
+        alternative = None if other is None else Fit(
+            camera(other.minimum.state), inliers, (True,) * len(observations), covariance=other.covariance,
+            parameter_names=other.free_names)
         covariance, names = best.covariance, best.free_names
         sigma = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
         notes["line_offset_sigmas_mm"] = {

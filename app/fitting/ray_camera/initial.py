@@ -56,6 +56,6 @@ def _focals(plane_from_field: Array, image_size: ImageSize, height_mm: float | N
         focals.insert(0, estimate)
     if height_mm is not None:  # the focal length under which the pose comes out at the taped height
         trial = np.geomspace(*PLAUSIBLE_FOCAL, 60) * image_size.width
-        heights = np.array([pose_from_homography(plane_from_field, f)[1][2] for f in trial])
-        focals.insert(0, float(trial[np.argmin(np.abs(heights - height_mm))]))
+        _, positions_mm = pose_from_homography(plane_from_field, trial)
+        focals.insert(0, float(trial[np.argmin(np.abs(positions_mm[:, 2] - height_mm))]))
     return focals

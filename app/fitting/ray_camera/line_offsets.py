@@ -48,21 +48,27 @@ def line_sigmas_mm(jacobian: Array, columns: Sequence[int], offsets_mm: Array, p
     weights, sigma = np.ones(len(lines)), np.full(len(lines), usual_mm)
     for _ in range(ROUNDS):
         for one in np.unique(kind):
-            sigma[kind == one] = _posterior_sigma(schur, pull, weights / sigma**2, weights, kind == one, usual_mm)
+            sigma[kind == one] = _posterior_sigma(schur + np.diag(np.where(kind == one, 0.0, weights / sigma**2)), pull,
+                                                  weights, kind == one, usual_mm)
         posterior = np.linalg.inv(schur + np.diag(weights / sigma**2))
         second_moment = np.minimum((posterior @ pull) ** 2 + np.diag(posterior), MAX_OFFSET_MM**2)  # or it runs away
         weights = (TAIL + 1) / (TAIL + second_moment / sigma**2)
     return sigma * np.sqrt(SPREAD / weights)
 
 
-def _posterior_sigma(schur: Array, pull: Array, precision: Array, weights: Array, own: Mask, usual_mm: float,
-                     ) -> float:
-    """Return the σ that is shared by `own`, with the precision of the others as it is."""
-    precisions = np.where(own, weights / SIGMAS_MM[:, None] ** 2, precision)
-    total = schur + precisions[:, :, None] * np.eye(len(weights))
-    _, log_information = np.linalg.slogdet(total)
-    log_p = (0.5 * np.sum(np.log(precisions), axis=1) - 0.5 * log_information
-             + 0.5 * np.linalg.solve(total, np.broadcast_to(pull[:, None], (*precisions.shape, 1)))[..., 0] @ pull
+def _posterior_sigma(information: Array, pull: Array, weights: Array, own: Mask, usual_mm: float) -> float:
+    """Return the σ that is shared by `own`. information: without what σ says of these, and with the others' precision.
+
+    The others are eliminated. In the eigenvectors of what is left, scaled by the weights, each σ costs one sum.
+    """
+    others = ~own
+    by_others = np.linalg.solve(information[np.ix_(others, others)], information[np.ix_(others, own)]).T
+    left = information[np.ix_(own, own)] - by_others @ information[np.ix_(others, own)]
+    root = np.sqrt(weights[own])
+    values, vectors = np.linalg.eigh(left / np.outer(root, root))
+    pulls = (pull[own] - by_others @ pull[others]) / root @ vectors
+    total = np.maximum(values, 0.0) + SIGMAS_MM[:, None] ** -2
+    log_p = (0.5 * np.sum(pulls**2 / total - np.log(total * SIGMAS_MM[:, None] ** 2), axis=1)
              - 0.5 * (np.log(SIGMAS_MM / usual_mm) / SIGMA_SPREAD + SIGMA_SPREAD) ** 2)
     p = np.exp(log_p - log_p.max())
     return float(np.sqrt(p @ SIGMAS_MM**2 / p.sum()))

@@ -8,7 +8,7 @@ import numpy as np
 from app.core.geometry import Array, Mask
 from app.models.lenses import Lens
 from app.models.ray_camera import RayCamera
-from app.models.rotation import matrix_from_vector, vector_from_matrix
+from app.models.rotation import cross_matrix, matrix_from_vector, vector_from_matrix
 
 NO_LINES = np.empty(0)
 
@@ -62,18 +62,19 @@ class RayCameraParameters:
         full = np.zeros(len(free))
         full[free] = delta
         n = 4 + len(self.terms)
-        longer = float(np.clip(full[0], -1, 1))
+        longer = min(max(float(full[0]), -1.0), 1.0)
         terms = self.lens.rescaled(self.terms, full[4:n], longer)
-        return replace(self, log_focal=float(np.clip(self.log_focal + longer, -5, 20)),
-                       aspect=float(np.clip(self.aspect + full[1], 0.5, 2.0)), centre_px=self.centre_px + full[2:4],
-                       terms=np.where(free[4:n], terms, self.terms),
-                       camera_from_field=matrix_from_vector(full[n:n + 3]) @ self.camera_from_field,
-                       position_mm=self.position_mm + full[n + 3:n + 6] * self._stretch(full[n + 5]),
-                       offsets_mm=self.offsets_mm + full[n + 6:])
+        return type(self)(
+            self.lens, log_focal=min(max(self.log_focal + longer, -5.0), 20.0),
+            aspect=min(max(self.aspect + float(full[1]), 0.5), 2.0), centre_px=self.centre_px + full[2:4],
+            terms=np.where(free[4:n], terms, self.terms),
+            camera_from_field=matrix_from_vector(full[n:n + 3]) @ self.camera_from_field,
+            position_mm=self.position_mm + full[n + 3:n + 6] * self._stretch(full[n + 5]),
+            offsets_mm=self.offsets_mm + full[n + 6:])
 
     def _stretch(self, rise_mm: float) -> float:
         """Return (eˢ - 1) / s, s = rise / height: the whole shift is scaled by it, so that it keeps its direction."""
-        share = float(np.clip(rise_mm / self.position_mm[2], -1, 1)) if self.position_mm[2] else 0.0
+        share = min(max(float(rise_mm / self.position_mm[2]), -1.0), 1.0) if self.position_mm[2] else 0.0
         return float(np.expm1(share) / share) if share else 1.0
 
     @property
@@ -106,11 +107,7 @@ class RayCameraParameters:
         by[:, 0, 1], by[:, 1, 1] = 0.0, plane[:, 1] * focal[0]
         by[:, :, 2:4] = np.eye(2)
         by[:, :, 4:n] = by_terms * focal[:, None]
-        # a turn ω before the rotation moves the ray by ω × ray: d pixel/d ω = ray × (d pixel/d ray), row by row
-        x, y, z = (rays[:, i, None] for i in range(3))
-        by[:, :, n] = y * by_ray[:, :, 2] - z * by_ray[:, :, 1]
-        by[:, :, n + 1] = z * by_ray[:, :, 0] - x * by_ray[:, :, 2]
-        by[:, :, n + 2] = x * by_ray[:, :, 1] - y * by_ray[:, :, 0]
+        by[:, :, n:n + 3] = by_ray @ cross_matrix(-rays)  # a turn ω before the rotation moves the ray by ω × ray
         by[:, :, n + 3:] = -by_point
         return plane * focal + self.centre_px, by_point, by
 

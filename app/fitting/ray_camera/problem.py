@@ -8,6 +8,7 @@ along the curve changes the distance by nothing (orthogonal distance regression,
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from dataclasses import field as member
+from functools import cached_property
 from typing import Protocol, Self, TypeVar
 
 import numpy as np
@@ -18,7 +19,7 @@ from app.core.records import Observations
 from app.fitting.clicks import first_of_each_place
 from app.fitting.linear import Incidences, line_through
 
-FOOT_STEPS, NEAR_ENOUGH = 12, 1e-3  # for the first places; mm or radians
+FOOT_STEPS, NEAR_ENOUGH_MM = 12, 1.0  # for the first places: what remains of a last step is far less
 PARTS = ("across", "tilt", "centre_x", "centre_y")  # of a marking's offset, mm; "across" an arc is its radius
 TILT_SHARE = 0.4  # how far a line's end lies off by its tilt, of how far the line does as a whole: each end is measured
 
@@ -90,20 +91,17 @@ class ClickResiduals:
             table.setdefault(name, {})[part] = float(value)
         return table
 
-    def aside(self, places: Array, offsets_mm: Array) -> Array:
-        """Return how far each curve lies beside its place there (c,) mm, an arc about its moved centre."""
-        known = np.append(offsets_mm, 0.0)  # -1 is none
-        return known[self.line_of] + self._lever(places) * known[self.tilt_of]
+    @cached_property
+    def _tilt_per_mm(self) -> Array:
+        """Return how much further aside each curve is for a mm along it and a unit of tilt (c,)."""
+        return np.where(self.tilt_of >= 0, TILT_SHARE / np.where(self.half_mm > 0, self.half_mm, 1.0), 0.0)
 
-    def _lever(self, places: Array) -> Array:
-        """Return what a unit of tilt moves each curve by, there: ± TILT_SHARE at the line's ends."""
-        half_mm = np.where(self.half_mm > 0, self.half_mm, 1.0)
-        return np.where(self.tilt_of >= 0, TILT_SHARE * (places / half_mm - 1), 0.0)
-
-    def _slope(self, offsets_mm: Array) -> Array:
-        """Return how much further aside each curve is for a mm along it."""
-        half_mm = np.where(self.half_mm > 0, self.half_mm, 1.0)
-        return np.where(self.tilt_of >= 0, TILT_SHARE / half_mm * np.append(offsets_mm, 0.0)[self.tilt_of], 0.0)
+    @cached_property
+    def _moves(self) -> tuple[Indices, Indices, Indices]:
+        """Return which curve each offset moves, which offset that is, and which of PARTS: (k,) each."""
+        moved_by = np.column_stack([self.line_of, self.tilt_of, self.centre_of])
+        curve, part = np.nonzero(moved_by >= 0)
+        return curve, moved_by[curve, part], part
 
     def only(self, keep: Mask) -> "ClickResiduals":
         """Return some of the clicks; keep (n,)."""
@@ -125,19 +123,18 @@ class ClickResiduals:
             places = self.places if len(self.places) == self.curves else self._nearest(state)
             points, tangents, normals = self._curve(places, state)
             pixel, by_point, by = state.project_jacobian(points)
-            along = (by_point @ tangents[:, :, None])[:, :, 0]
+            along = _times(by_point[:, :, :2], tangents)
             self.places = self._nearer(places, pixel, along)
-            across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.hypot(along[:, 0], along[:, 1])[:, None]
+            across = _turned_left(along) / np.hypot(along[:, 0], along[:, 1])[:, None]
             r = ((self.pixels[:self.curves] - pixel) * across).sum(axis=1)
             j = np.zeros((len(r), parameters))
             j[:, :parameters - lines] = -(across[:, None, :] @ by)[:, 0]
             if lines:
-                by_move = -(across[:, None, :] @ by_point)[:, 0]
-                aside = (by_move * normals).sum(axis=1)
-                for column, by_offset in ((self.line_of, aside), (self.tilt_of, aside * self._lever(places)),
-                                          (self.centre_of[:, 0], by_move[:, 0]), (self.centre_of[:, 1], by_move[:, 1])):
-                    has = np.flatnonzero(column >= 0)
-                    j[has, parameters - lines + column[has]] = by_offset[has]
+                by_xy = -(across[:, None, :] @ by_point[:, :, :2])[:, 0]
+                aside = (by_xy * normals).sum(axis=1)
+                by_part = np.stack([aside, aside * self._lever(places), by_xy[:, 0], by_xy[:, 1]], axis=1)
+                curve, offset, part = self._moves
+                j[curve, parameters - lines + offset] = by_part[curve, part]
             if len(self.marks):
                 pixel, _, by = state.project_jacobian(self.marks)
                 r = np.concatenate([r, (self.pixels[self.curves:] - pixel).ravel()])
@@ -152,8 +149,8 @@ class ClickResiduals:
         for _ in range(FOOT_STEPS):
             points, tangents, _ = self._curve(places, state)
             pixel, by_point, _ = state.project_jacobian(points)
-            before, places = places, self._nearer(places, pixel, (by_point @ tangents[:, :, None])[:, :, 0])
-            if np.abs(places - before).max(initial=0.0) < NEAR_ENOUGH:
+            before, places = places, self._nearer(places, pixel, _times(by_point[:, :, :2], tangents))
+            if (np.abs(places - before) < NEAR_ENOUGH_MM * self._place_per_mm).all():
                 break
         return places
 
@@ -162,26 +159,54 @@ class ClickResiduals:
         mm = ((self.pixels[:self.curves] - pixel) * along).sum(axis=1) / (along**2).sum(axis=1)
         # a state from which a curve cannot be seen must not change the next start
         mm = np.where(np.isfinite(mm), mm, 0.0)
-        return places + mm / np.where(self.radius > 0, self.radius, 1.0)
+        return places + mm * self._place_per_mm
 
     def first_places(self, state: CameraState) -> Array:
         """Return where the clicks fall on the carpet, along each curve."""
         arm = state.unproject(self.pixels[:self.curves], self.base[:, 2]) - self.base[:, :2]
-        places = np.where(self.radius > 0, np.arctan2(arm[:, 1], arm[:, 0]), np.einsum("ni,ni->n", arm, self.along))
+        places = np.where(self._is_arc, np.arctan2(arm[:, 1], arm[:, 0]), np.einsum("ni,ni->n", arm, self.along))
         return np.where(np.isfinite(places), places, 0.0)
 
+    @cached_property
+    def _is_arc(self) -> Mask:
+        return self.radius > 0
+
+    @cached_property
+    def _place_per_mm(self) -> Array:
+        """Return what a mm along each curve is as a place: 1, or radians."""
+        return 1 / np.where(self._is_arc, self.radius, 1.0)
+
+    @cached_property
+    def _left(self) -> Array:
+        """Return the normals of lines (c, 2)."""
+        return _turned_left(self.along)
+
+    def _lever(self, places: Array) -> Array:
+        """Return what a unit of tilt moves each curve by, there: ± TILT_SHARE at the line's ends."""
+        return self._tilt_per_mm * places - TILT_SHARE
+
     def _curve(self, places: Array, state: CameraState) -> tuple[Array, Array, Array]:
-        arc = (self.radius > 0)[:, None]
-        cos_sin = np.stack([np.cos(places), np.sin(places)], axis=1)
-        tangent = np.where(arc, np.stack([-cos_sin[:, 1], cos_sin[:, 0]], axis=1), self.along)
-        normal = np.where(arc, cos_sin, np.stack([-self.along[:, 1], self.along[:, 0]], axis=1))
-        out = np.where(arc[:, 0], self.radius, 0.0) + self.aside(places, state.offsets_mm)
-        centre = self.base[:, :2] + np.append(state.offsets_mm, 0.0)[self.centre_of]
-        xy = centre + normal * out[:, None] + np.where(arc, 0.0, self.along * places[:, None])
-        tangent = tangent + normal * self._slope(state.offsets_mm)[:, None]
-        flat = np.zeros((len(places), 1))
-        return (np.concatenate([xy, self.base[:, 2:]], axis=1), np.concatenate([tangent, flat], axis=1),
-                np.concatenate([normal, flat], axis=1))
+        """Return the curves' points (c, 3) mm there, their tangents and normals (c, 2), in the field's frame."""
+        known = np.append(state.offsets_mm, 0.0)  # -1 is none
+        tilt = known[self.tilt_of]
+        aside = known[self.line_of] + self._lever(places) * tilt + self.radius
+        tangent, normal, ahead = self.along, self._left, self.along * places[:, None]
+        if self._is_arc.any():
+            arc = self._is_arc[:, None]
+            normal = np.where(arc, np.stack([np.cos(places), np.sin(places)], axis=1), normal)
+            tangent, ahead = np.where(arc, _turned_left(normal), tangent), np.where(arc, 0.0, ahead)
+        points = self.base.copy()
+        points[:, :2] += known[self.centre_of] + normal * aside[:, None] + ahead
+        return points, tangent + normal * (self._tilt_per_mm * tilt)[:, None], normal
+
+
+def _turned_left(vectors: Array) -> Array:
+    return vectors[:, ::-1] * (-1.0, 1.0)
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    """Return the products of matrices (n, 2, 2) and vectors (n, 2)."""
+    return (matrices @ vectors[:, :, None])[:, :, 0]
 
 
 def curve_of(feature: Line | Arc, z_mm: float = 0.0) -> tuple[tuple[float, ...], tuple[float, ...], float]:

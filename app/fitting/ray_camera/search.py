@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Generic
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from app.core.errors import FitFailed
 from app.core.geometry import Array, Indices, Mask, root_mean_square
 from app.core.statements import say
-from app.fitting.least_squares import Minimum, minimise
+from app.fitting.least_squares import FIRST_DAMPING, Minimum, minimise
 from app.fitting.linear import CHECK_LINES
 from app.fitting.options import CLICK_SIGMAS_PX
 from app.fitting.ray_camera.lens_prior import GaussianPrior
@@ -18,7 +19,7 @@ from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.fitting.ray_camera.problem import CameraState, ClickResiduals, ScalarPrior, State
 
 CLICK_PX = 0.5  # prior of σ of a click
-START_STEPS = 8
+FIRST_STEPS, MORE_STEPS, PROMISING = 1, 7, 3  # of every start, and of so many that were the best then
 MAX_STEPS = 300  # where height and focal length trade, the least cost lies at the end of a long bent valley
 PRIOR_CLICKS = 1  # how many clicks that prior weighs
 OUTLIER_SIGMAS = 4.5
@@ -26,10 +27,14 @@ MIN_OUTLIER_PX = 1.5  # nothing nearer is an outlier
 CORE_MEDIANS = 4.0  # 2.7 σ: the first spread is taken from clicks within
 MAX_OUTLIER_SHARE = 0.3  # of all clicks
 NOISE_ROUNDS = 3
+NEARBY = 1e-7  # damping where the search begins near its end: less, and bent valleys cost steps in vain
 MIN_NEIGHBOURS = 40  # fewer, and their correlation is chance
 MAX_CORRELATION = 0.95
 MIN_HEIGHT_MM = 1.0
 SEARCHING, NEAR, THERE = 1e-2, 1e-4, 1e-7  # how near to its least the cost must be: for outliers, for σ, for the answer
+
+
+_Tried = tuple[Minimum[RayCameraParameters], Array]  # and the places along its curves
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,21 +65,30 @@ class RayFitProblem:
 
     def prior_residuals(self, state: CameraState) -> tuple[Array, Array]:
         """Return the priors as residuals, in σ, and their Jacobian (rows, all parameters)."""
-        values, names = state.values(), list(self.names)
-        known = np.empty(len(self.priors))
-        by = np.zeros((len(self.priors), len(names)))
+        values = state.values()
+        if "height" in values:
+            height = max(values["height"], MIN_HEIGHT_MM)
+            values["log_height"] = float(np.log(height))
+        means, sigmas, by = self._scalar_priors
+        known = (np.array([values[p.name] for p in self.priors]) - means) / sigmas
         for row, p in enumerate(self.priors):
             if p.name == "log_height":
-                height = max(values["height"], MIN_HEIGHT_MM)
-                known[row] = (np.log(height) - p.value) / p.sigma
-                by[row, names.index("height")] = 1 / (height * p.sigma)
-            else:
-                known[row] = (values[p.name] - p.value) / p.sigma
-                by[row, names.index(p.name)] = 1 / p.sigma
+                by = by.copy()
+                by[row] /= height
         if self.lens_prior:
+            names = list(self.names)
             known = np.concatenate([known, self.lens_prior.residuals(values)])
             by = np.concatenate([by, self.lens_prior.jacobian(names, values)])
         return known, by
+
+    @cached_property
+    def _scalar_priors(self) -> tuple[Array, Array, Array]:
+        """Return means, σ, and the Jacobian (rows, all parameters), which of log_height is that at a height of 1 mm."""
+        sigmas = np.array([p.sigma for p in self.priors])
+        by = np.zeros((len(self.priors), len(self.names)))
+        for row, p in enumerate(self.priors):
+            by[row, self.names.index("height" if p.name == "log_height" else p.name)] = 1 / p.sigma
+        return np.array([p.value for p in self.priors]), sigmas, by
 
     def with_prior(self, name: str, prior: ScalarPrior) -> "RayFitProblem":
         """Return the same problem with another prior in the place of the one so called."""
@@ -102,10 +116,15 @@ class RayFitResult(Generic[State]):
     terms: tuple[str, ...]
     minimum: Minimum[State]
     inliers: Mask
-    pixels: Array  # residuals, px: signed for curves, distances for spots
+    clicks: ClickResiduals  # all of them; the task has the inliers
     sigma_px: float
     freedom: int
     correlation: float
+
+    @cached_property
+    def pixels(self) -> Array:
+        """Return the residuals of all clicks, px: signed for curves, distances for spots."""
+        return _click_distances(self.clicks, self.clicks.residuals(self.minimum.state)[0])
 
     @property
     def rms_px(self) -> float:
@@ -171,15 +190,24 @@ class RayFitResult(Generic[State]):
 
 
 def best_start(task: RayFitProblem, starts: list[RayCameraParameters]) -> RayCameraParameters:
-    """Improve each start by a few robust steps and return the best."""
-    tried = []
-    for start in starts:
-        task.problem.places = np.empty(0)
-        tried.append(minimum_near(task, start, 2 * CLICK_PX, residual_count(task.problem), steps=START_STEPS))
-    best = min(tried, key=lambda m: m.cost)
+    """Improve each start by a few robust steps, the most promising ones by more, and return the best."""
+    rows = residual_count(task.problem)
+
+    def improve(start: RayCameraParameters, places: Array, steps: int, damping: float) -> _Tried:
+        task.problem.places = places
+        found = minimum_near(task, start, 2 * CLICK_PX, rows, steps=steps, damping=damping)
+        return found, task.problem.places
+
+    tried = sorted((improve(start, np.empty(0), FIRST_STEPS, FIRST_DAMPING) for start in starts), key=_cost)
+    best, _ = min((one if one[0].converged else improve(one[0].state, one[1], MORE_STEPS, one[0].damping)
+                   for one in tried[:PROMISING]), key=_cost)
     if not np.isfinite(best.cost):
         raise no_camera_error()
     return best.state
+
+
+def _cost(tried: _Tried) -> float:
+    return tried[0].cost
 
 
 def no_camera_error() -> FitFailed:
@@ -197,13 +225,15 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
     robust = settings["robust"]
     rows = residual_count(task.problem)
     task.problem.places = np.empty(0)
-    best = minimum_near(task, start, sigma, rows if robust else 0, tolerance=SEARCHING if robust else NEAR)
+    best = minimum_near(task, start, sigma, rows if robust else 0, tolerance=SEARCHING if robust else NEAR,
+                        damping=NEARBY if noise_known else FIRST_DAMPING)
     if not np.isfinite(best.cost):
         raise no_camera_error()
     inliers = np.ones(len(task.problem.pixels), bool)
     spread, correlation = sigma, 1.0
     for number in range(0 if noise_known else 4 if robust else 1):
-        pixels = _click_distances(task.problem, best.state)
+        seen = task.problem.residuals(best.state)
+        pixels = _click_distances(task.problem, seen[0])
         # at first without the furthest, which would hide other outliers
         weighted = np.abs(pixels) * task.click_weights(best.state, sigma)
         trusted = inliers if number else weighted <= CORE_MEDIANS * np.median(weighted)
@@ -214,12 +244,14 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
         if np.array_equal(~outliers, inliers) and number > 0:
             break
         inliers = ~outliers
-        best = minimum_near(replace(task, problem=task.problem.only(inliers)), best.state, spread, 0, tolerance=NEAR)
+        best = minimum_near(replace(task, problem=task.problem.only(inliers)), best.state, spread, 0, tolerance=NEAR,
+                            damping=NEARBY, seen=_of_clicks(task.problem, seen, inliers))
     chosen = replace(task, problem=task.problem.only(inliers))
     for number in range(0 if noise_known else NOISE_ROUNDS):
         if not np.isfinite(best.cost):
             raise no_camera_error()
-        pixels = _click_distances(task.problem, best.state)
+        seen = task.problem.residuals(best.state)
+        pixels = _click_distances(task.problem, seen[0])
         weighted = pixels * task.click_weights(best.state, spread)
         spread = settings["click_sigma_px"] or _spread(weighted[inliers], _determined(best, len(chosen.known_names)))
         if task.usual_line_mm is not None:
@@ -232,13 +264,14 @@ def solve(task: RayFitProblem, start: State, settings: Mapping[str, Any], *,
         correlation = correlation_factor(pixels[:task.problem.curves][inliers[:task.problem.curves]],
                                          task.problem.owners[:task.problem.curves][inliers[:task.problem.curves]])
         best = minimum_near(chosen, best.state, spread * np.sqrt(correlation), 0,
-                            tolerance=NEAR if number < NOISE_ROUNDS - 1 else THERE)
+                            tolerance=NEAR if number < NOISE_ROUNDS - 1 else THERE, damping=NEARBY,
+                            seen=_of_clicks(task.problem, seen, inliers))
     if not np.isfinite(best.cost):
         raise no_camera_error()
-    pixels = _click_distances(task.problem, best.state)
     freedom = residual_count(chosen.problem) + len(chosen.known_names) - int(task.free.sum())
     terms = tuple(n for n, f in zip(task.names, task.free, strict=True) if f and n in best.state.lens_names)
-    return RayFitResult(chosen, terms, best, inliers, pixels, float(spread), freedom, float(correlation))
+    # a copy, whose places along the curves no other search moves
+    return RayFitResult(chosen, terms, best, inliers, replace(task.problem), float(spread), freedom, float(correlation))
 
 
 def _determined(found: Minimum[State], priors: int) -> float:
@@ -275,27 +308,35 @@ def covariance_of(jacobian: Array) -> Array:
 
 
 def minimum_near(task: RayFitProblem, start: State, sigma: float, robust_rows: int,
-                 steps: int = MAX_STEPS, tolerance: float = SEARCHING) -> Minimum[State]:
+                 steps: int = MAX_STEPS, tolerance: float = SEARCHING, damping: float = FIRST_DAMPING,
+                 seen: tuple[Array, Array] | None = None) -> Minimum[State]:
+    """Return the minimum near a start. seen: the clicks' residuals there and their Jacobian, where they are known."""
     weights = task.click_weights(start, sigma)
     curves = task.problem.curves
     per_row = np.concatenate([weights[:curves], np.repeat(weights[curves:], 2)]) / sigma
 
-    def evaluate(state: State) -> tuple[Array, Array]:
-        r, j = task.problem.residuals(state)
+    def evaluate(state: State, seen: tuple[Array, Array] | None = None) -> tuple[Array, Array]:
+        r, j = seen or task.problem.residuals(state)
         known, by = task.prior_residuals(state)
         return np.concatenate([r * per_row, known]), np.concatenate([j * per_row[:, None], by])[:, task.free]
 
     return minimise(start, evaluate, lambda state, delta: state.retract(delta, task.free),
-                    robust_rows=robust_rows, max_steps=steps, tolerance=tolerance)
+                    robust_rows=robust_rows, max_steps=steps, tolerance=tolerance, damping=damping,
+                    first=evaluate(start, seen))
 
 
 def residual_count(problem: ClickResiduals) -> int:
     return problem.curves + 2 * len(problem.marks)
 
 
-def _click_distances(problem: ClickResiduals, state: CameraState) -> Array:
-    """Return per click the signed distance from its curve, or the distance from its mark, px."""
-    r, _ = problem.residuals(state)
+def _of_clicks(problem: ClickResiduals, seen: tuple[Array, Array], keep: Mask) -> tuple[Array, Array]:
+    """Return some clicks' residuals and Jacobian; keep (n,)."""
+    rows = np.concatenate([keep[:problem.curves], np.repeat(keep[problem.curves:], 2)])
+    return seen[0][rows], seen[1][rows]
+
+
+def _click_distances(problem: ClickResiduals, r: Array) -> Array:
+    """Return per click the signed distance from its curve, or the distance from its mark, px. r: all residuals."""
     spots = r[problem.curves:].reshape(-1, 2)
     return np.concatenate([r[:problem.curves], np.linalg.norm(spots, axis=1) / np.sqrt(2)])
 

@@ -19,6 +19,7 @@ from app.models.lenses.projection import (
     pinhole_jacobian,
     radial_jacobian,
     smallest_root,
+    stays_positive,
 )
 
 TERMS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
@@ -59,8 +60,7 @@ class BrownConradyLens(PowerTerms):
         plane[..., 0] += 2 * p1 * x * y + p2 * (rr + 2 * x * x)
         plane[..., 1] += p1 * (rr + 2 * y * y) + 2 * p2 * x * y
         by_xy = radial_jacobian(xy, gain, slope) + _tangential_jacobian(p1, p2, x, y)
-        inside = rr.real < _horizon(tuple(np.real(terms))) ** 2
-        plane = np.where((inside & _rises(by_xy))[..., None], plane, np.nan)
+        plane = np.where((_inside(terms, rr.real) & _rises(by_xy))[..., None], plane, np.nan)
         by_terms = np.empty((*xy.shape, 8), xy.dtype)
         powers = np.stack([rr, rr**2, rr**3], axis=-1) / below[..., None]
         by_powers = xy[..., :, None] * powers[..., None, :]
@@ -110,6 +110,8 @@ def _gain(terms: Array, rr: Array) -> Array:
 def _gain_and_slope(terms: Array, rr: Array) -> tuple[Array, Array, Array]:
     """Return L, its derivative by r², and its divisor."""
     k1, k2, _, _, k3, k4, k5, k6 = terms
+    if not (k4 or k5 or k6):
+        return 1 + rr * (k1 + rr * (k2 + rr * k3)), k1 + rr * (2 * k2 + 3 * rr * k3), np.ones_like(rr)
     below = 1 + rr * (k4 + rr * (k5 + rr * k6))
     gain = (1 + rr * (k1 + rr * (k2 + rr * k3))) / below
     return gain, ((k1 + rr * (2 * k2 + 3 * rr * k3)) - gain * (k4 + rr * (2 * k5 + 3 * rr * k6))) / below, below
@@ -117,8 +119,8 @@ def _gain_and_slope(terms: Array, rr: Array) -> tuple[Array, Array, Array]:
 
 def _tangential_jacobian(p1: float, p2: float, x: Array, y: Array) -> Array:
     """Return d(tangential part)/d(x, y) (…, 2, 2)."""
-    both = 2 * (p1 * x + p2 * y)
-    return np.stack([np.stack([2 * p1 * y + 6 * p2 * x, both], -1), np.stack([both, 6 * p1 * y + 2 * p2 * x], -1)], -2)
+    by_x, by_y = np.array([[6 * p2, 2 * p1], [2 * p1, 2 * p2]]), np.array([[2 * p1, 2 * p2], [2 * p2, 6 * p1]])
+    return x[..., None, None] * by_x + y[..., None, None] * by_y
 
 
 def _rises(by_xy: Array) -> Mask:
@@ -129,6 +131,14 @@ def _rises(by_xy: Array) -> Mask:
     m = np.real(by_xy)
     a, b, d = m[..., 0, 0], m[..., 0, 1], m[..., 1, 1]
     return (a + d > 0) & (a * d > b * b)
+
+
+def _inside(terms: Array, rr: Array) -> Mask | bool:
+    """Return where squared radii lie before the horizon."""
+    k1, k2, _, _, k3, k4, k5, k6 = np.real(terms).tolist()
+    if not (k4 or k5 or k6) and stays_positive([1, 3 * k1, 5 * k2, 7 * k3], float(rr.max(initial=0.0))):
+        return True
+    return rr < _horizon((k1, k2, 0.0, 0.0, k3, k4, k5, k6)) ** 2
 
 
 @lru_cache(maxsize=256)

@@ -5,15 +5,17 @@
 J. Kannala, S. S. Brandt, "A generic camera model and calibration method …", PAMI 2006; OpenCV's fisheye terms.
 """
 
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
 
-from app.core.geometry import Array
-from app.models.lenses.projection import PowerTerms, invert_radius, smallest_root
+from app.core.geometry import Array, Mask
+from app.models.lenses.projection import PowerTerms, invert_radius, radial_jacobian, smallest_root, stays_positive
 
 TERMS = ("k1", "k2", "k3", "k4")
+ODD = np.array([3, 5, 7, 9])  # powers of θ
 SMALL = 1e-7  # of sin θ: nearer to the axis, θ / sin θ is 1 to all digits
 
 
@@ -29,6 +31,23 @@ def _powers_of_atan(odd: int) -> Array:
 
 
 OF_TANGENT = _powers_of_atan(len(TERMS))
+OWN_FROM_SERIES = np.asarray(np.linalg.inv(OF_TANGENT[:, 1:]), np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class _Polar:
+    """A ray's θ with the powers θ², θ⁴, … (…, terms), its ρ, the gain r_d / ρ, and the slope d r_d / d θ.
+
+    gain: NaN past the angle at which the picture would fold back. per_rho: 1 / ρ, 0 on the axis, which is where near.
+    """
+
+    gain: Array
+    slope: Array
+    theta: Array
+    powers: Array
+    rho: Array
+    per_rho: Array
+    near: Mask
 
 
 class KannalaBrandtLens(PowerTerms):
@@ -40,44 +59,35 @@ class KannalaBrandtLens(PowerTerms):
         """As PowerTerms does, by way of r_d's series in the tangent, as far as there are terms."""
         own, fixed = OF_TANGENT[:, 1:], OF_TANGENT[:, 0]
         moved = super().rescaled(own @ terms + fixed, own @ step, log_scale)
-        return np.asarray(np.linalg.solve(own, moved - fixed), np.float64)
+        return OWN_FROM_SERIES @ (moved - fixed)
 
     @classmethod
     def at_scale(cls, terms: Array, log_scale: float) -> tuple[Array, Array, Array]:
         """As PowerTerms does, by way of the same series."""
         own, fixed = OF_TANGENT[:, 1:], OF_TANGENT[:, 0]
         scaled, by_terms, by_scale = super().at_scale(own @ terms + fixed, log_scale)
-        own_from_scaled = np.asarray(np.linalg.inv(own), np.float64)
-        return own_from_scaled @ (scaled - fixed), own_from_scaled @ by_terms @ own, own_from_scaled @ by_scale
+        return OWN_FROM_SERIES @ (scaled - fixed), OWN_FROM_SERIES @ by_terms @ own, OWN_FROM_SERIES @ by_scale
 
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:
-        gain, _, _ = _gain(terms, rays)
-        return rays[..., :2] * gain[..., None]
+        return rays[..., :2] * _polar(terms, rays).gain[..., None]
 
     @staticmethod
     def distort_jacobian(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
         """plane = (X, Y) g(ρ, Z), where ρ = √(X² + Y²), θ = atan2(ρ, Z), g = r_d(θ) / ρ."""
-        gain, theta, rho = _gain(terms, rays)
-        x, y, z = rays[..., 0], rays[..., 1], rays[..., 2]
-        length2 = rho**2 + z**2
-        _, slope = _radius(terms, theta)
-        near = np.abs(rho) < SMALL * np.abs(z)
+        seen = _polar(terms, rays)
+        xy, z, gain = rays[..., :2], rays[..., 2], seen.gain
         with np.errstate(all="ignore"):
-            rho2 = np.where(near, 1, rho**2)
-            # d g/d ρ · 1/ρ = (r_d' z/length² - g) / ρ²;  on the axis its limit, from the series of r_d and atan
-            by_rho = np.where(near, (2 * terms[0] - 2 / 3) / z**3, (slope * z / length2 - gain) / rho2)
-        by_z = -slope / length2
-        by_ray = np.zeros((*gain.shape, 2, 3), gain.dtype)
-        by_ray[..., 0, 0], by_ray[..., 1, 1] = gain + x * x * by_rho, gain + y * y * by_rho
-        by_ray[..., 0, 1] = by_ray[..., 1, 0] = x * y * by_rho
-        by_ray[..., 0, 2], by_ray[..., 1, 2] = x * by_z, y * by_z
-        with np.errstate(all="ignore"):
-            per_rho = np.where(near, 0, 1 / np.where(near, 1, rho))
-        squared = (theta * theta)[..., None]
-        powers = np.cumprod(np.concatenate([(theta * per_rho)[..., None] * squared, *[squared] * 3], axis=-1), axis=-1)
-        by_terms = rays[..., :2, None] * powers[..., None, :]
-        return rays[..., :2] * gain[..., None], by_ray, by_terms
+            along = seen.slope / (seen.rho**2 + z * z)
+            # d g/d ρ · 1/ρ = (r_d' z/length² - g) / ρ²
+            by_rho = (along * z - gain) * seen.per_rho**2
+            if seen.near.any():  # on the axis its limit, from the series of r_d and atan
+                by_rho = np.where(seen.near, (2 * terms[0] - 2 / 3) / z**3, by_rho)
+        by_ray = np.empty((*gain.shape, 2, 3), gain.dtype)
+        by_ray[..., :2] = radial_jacobian(xy, gain, by_rho / 2)
+        by_ray[..., 2] = xy * -along[..., None]
+        by_terms = (xy * (seen.theta * seen.per_rho)[..., None])[..., None] * seen.powers[..., None, :]
+        return xy * gain[..., None], by_ray, by_terms
 
     @staticmethod
     def undistort(terms: Array, plane: Array) -> Array:
@@ -100,16 +110,23 @@ def _radius(terms: Array, theta: Array) -> tuple[Array, Array]:
     return theta * (1 + value), 1 + slope
 
 
-def _gain(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
-    """Return r_d / ρ, θ and ρ; NaN past the angle at which the picture would fold back."""
+def _polar(terms: Array, rays: Array) -> _Polar:
+    x, y, z = rays[..., 0], rays[..., 1], rays[..., 2]
     with np.errstate(all="ignore"):
-        rho = np.sqrt(rays[..., 0] ** 2 + rays[..., 1] ** 2)
-        z = rays[..., 2]
+        rho = np.sqrt(x * x + y * y)
         theta = _angle(rho, z)
-        near = (np.abs(rho) < SMALL * np.abs(z)) & (z.real > 0)
-        rd, _ = _radius(terms, theta)
-        gain = np.where(near, 1 / z, rd / np.where(near, 1, rho))
-        return np.where(theta.real <= _end(tuple(np.real(terms))), gain, np.nan), theta, rho
+        powers = np.multiply.accumulate(np.repeat((theta * theta)[..., None], len(terms), axis=-1), axis=-1)
+        rd, slope = theta * (1 + powers @ terms), 1 + powers @ (ODD * terms)
+        near = np.abs(rho) < SMALL * np.abs(z)
+        per_rho = 1 / rho
+        gain = rd * per_rho
+        if near.any():
+            gain = np.where(near & (z.real > 0), 1 / z, gain)
+            per_rho = np.where(near, 0, per_rho)
+        widest = float(theta.real.max(initial=0.0))
+        if not (widest < np.pi and stays_positive(_slope_in_squares(terms), widest**2)):
+            gain = np.where(theta.real <= _end(tuple(np.real(terms))), gain, np.nan)
+        return _Polar(gain, slope, theta, powers, rho, per_rho, near)
 
 
 def _angle(rho: Array, z: Array) -> Array:
@@ -121,8 +138,12 @@ def _angle(rho: Array, z: Array) -> Array:
     return real + 1j * (rho.imag * z.real - z.imag * rho.real) / length2
 
 
+def _slope_in_squares(terms: Array | tuple[float, ...]) -> list[float]:
+    """Return the coefficients of r_d' in θ²."""
+    return [1.0, *(ODD * np.real(terms)).tolist()]
+
+
 @lru_cache(maxsize=256)
 def _end(terms: tuple[float, ...]) -> float:
     """Return the largest angle used: where the radius stops rising, and never past 180°."""
-    slope = [1.0, *((2 * k + 3) * t for k, t in enumerate(terms))]  # of r_d, in θ²
-    return min(float(np.sqrt(smallest_root(slope))), np.pi)
+    return min(float(np.sqrt(smallest_root(_slope_in_squares(terms)))), np.pi)

@@ -1,6 +1,6 @@
 """What lenses share: the pinhole projection, radial scaling, the inverse of a rising radius, and terms by power."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -10,6 +10,7 @@ from app.core.geometry import Array
 
 UNDISTORT_STEPS = 50  # Newton needs about five; near the horizon a few more
 UNDISTORT_TOLERANCE = 1e-13  # focal lengths: 1e-10 px
+MAX_COEFFICIENT = 1e9  # what no lens has; beyond, rounding makes roots of its own
 
 
 class PowerTerms:
@@ -47,6 +48,17 @@ def pinhole(rays: Array) -> Array:
     with np.errstate(all="ignore"):
         z = np.where(rays[..., 2:].real > 0, rays[..., 2:], np.nan)
         return rays[..., :2] / z
+
+
+def stays_positive(coefficients: Sequence[float], end: float) -> bool:
+    """Return whether a polynomial, its coefficients ascending and the first one positive, surely has no root up to end.
+
+    No is no answer: only the falling terms are counted, all at once, which costs less than the roots.
+    """
+    falling = 0.0
+    for coefficient in reversed(coefficients[1:]):
+        falling = end * (falling + min(coefficient, 0.0))
+    return coefficients[0] + falling > 0 and max(coefficients) < MAX_COEFFICIENT
 
 
 def pinhole_jacobian(rays: Array) -> tuple[Array, Array]:

@@ -33,6 +33,20 @@ def test_rosenbrock_valley():
     np.testing.assert_allclose(found.state, [1, 1], atol=1e-6)
 
 
+def test_a_search_in_two_parts_goes_the_way_of_one():
+    start = np.array([20.0, 3.0])
+    part = minimise(start, decay, move, max_steps=3)
+    both = minimise(part.state, decay, move, max_steps=5, damping=part.damping, first=(part.residuals, part.jacobian))
+    np.testing.assert_array_equal(both.state, minimise(start, decay, move, max_steps=8).state)
+
+
+def test_a_step_to_the_other_side_that_gains_nothing_is_not_the_end():
+    def arctan(s):
+        return np.arctan(s), 1 / (1 + s[:, None] ** 2)
+    found = minimise(np.array([1.3917]), arctan, move, tolerance=1e-3, damping=1e-9)  # Newton's step is to -1.3917
+    assert found.converged and found.cost < 1e-4
+
+
 def test_units_of_the_parameters_do_not_matter():
     units = np.array([1e-6, 1e5])
 

@@ -70,6 +70,15 @@ def test_the_pose_comes_from_the_homography():
     np.testing.assert_allclose(rotation, np.array(camera.camera_from_field), atol=1e-9)
 
 
+def test_poses_of_several_focal_lengths_are_those_of_each():
+    seen = homography(reference_camera("none", 12))
+    focals_px = np.array([400.0, 720.0, 1500.0])
+    rotations, positions = pose_from_homography(seen, focals_px)
+    for focal_px, rotation, position in zip(focals_px, rotations, positions, strict=True):
+        for found, one in zip((rotation, position), pose_from_homography(seen, float(focal_px)), strict=True):
+            np.testing.assert_allclose(found, one, rtol=1e-12, atol=1e-12)
+
+
 def test_a_mirrored_field_is_refused():
     with pytest.raises(FitFailed) as refusal:
         pose_from_homography(homography(reference_camera("none", 12)) @ np.diag([-1.0, 1.0, 1.0]), 720.0)

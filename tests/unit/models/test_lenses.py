@@ -7,6 +7,7 @@ import pytest
 from app.models.lenses.brown_conrady import BrownConradyLens
 from app.models.lenses.division import DivisionLens
 from app.models.lenses.kannala_brandt import KannalaBrandtLens
+from app.models.lenses.projection import smallest_root, stays_positive
 from app.models.lenses.ssl import SslLens
 
 CASES = [(BrownConradyLens, (-0.28, 0.09, 0.001, -0.002, 0.003, 0, 0, 0)),
@@ -143,3 +144,14 @@ def test_the_sign_of_the_league_is_not_opencvs():
     opencv = BrownConradyLens.distort(np.array([-0.2, 0, 0, 0, 0, 0, 0, 0.0]), there)
     right, wrong = (SslLens.distort(np.array([a]), there) for a in (0.2, -0.2))
     assert np.linalg.norm(right - opencv) < 0.1 * np.linalg.norm(wrong - opencv)
+
+
+def test_a_polynomial_said_to_stay_positive_has_no_root_so_far():
+    random, sure = np.random.default_rng(0), 0
+    for _ in range(300):
+        coefficients, end = [1.0, *random.normal(0, 1, 4)], random.uniform(0.1, 1.5)
+        if stays_positive(coefficients, end):
+            sure += 1
+            assert smallest_root(coefficients) > end
+    assert sure > 50
+    assert not stays_positive([1.0, -0.5, np.nan], 0.5) and not stays_positive([1.0, 0.5], np.nan)
