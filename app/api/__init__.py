@@ -3,7 +3,7 @@
     routes/             resources, those that belong together in one file
     schemas/            requests.py: strict, bounded bodies and parameters; responses.py: what is answered
     dependencies.py     what routes receive: services, a version, the operator's name, If-Match; @in_thread
-    responses.py        JSON without NaN, pages, ETags, jobs, pictures; @kept
+    responses.py        JSON without NaN, pages, ETags, jobs, pictures; @cached_response
     revalidation.py     304 for who has the answer already
     sockets.py          WebSocket sessions: sending, receiving, refusing
     bodies.py           bodies of more than one kind: JSON or a file, JSON or binary points
@@ -12,5 +12,5 @@
     server.py           the socket, the token and uvicorn
 
 To add a resource: a file in routes/ with a `router`, named in routes.RESOURCES; its schemas in schemas/. Work of a
-second or two is a plain function, marked @in_thread; @kept before that where its answer rests on versions alone.
+second or two is a plain function, marked @in_thread; @cached_response before that where its answer rests on versions alone.
 """

@@ -24,8 +24,8 @@ from app.core.progress import Progress
 from app.evaluate.fit.approximation import ApproximationError
 from app.images import ENCODED_MEDIA_TYPES, encode
 from app.jobs import Job
+from app.services.answer_cache import CachedAnswer
 from app.services.container import Services
-from app.services.kept_answers import KeptAnswer
 
 # What ends a header or a path, is no letter anywhere, or turns the reading direction and so hides a name's ending.
 UNSAFE = re.compile(r'[\x00-\x1f\x7f-\x9f/\\:*?"<>|\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]')
@@ -92,7 +92,7 @@ def versioned(record: Any, etag: str, created_at: str | None = None) -> Json:
     return response
 
 
-def kept(work: Callable[..., Any]) -> Callable[..., Awaitable[Response]]:
+def cached_response(work: Callable[..., Any]) -> Callable[..., Awaitable[Response]]:
     """Make a route of work whose answer rests on its parameters alone, such as versions: it is done once for each.
 
     Its bytes are kept in memory, with an ETag: who has them already receives 304. A parameter that has a `stamp`, as a
@@ -103,9 +103,9 @@ def kept(work: Callable[..., Any]) -> Callable[..., Awaitable[Response]]:
     @wraps(work)
     async def route(request: Request, services: Services, **given: Any) -> Response:
         key = (work, *((name, getattr(value, "stamp", value)) for name, value in given.items()))
-        if (answer := services.kept_answers.get(key)) is None:
+        if (answer := services.answers.get(key)) is None:
             made = await make(services, **given)
-            answer = services.kept_answers.put(key, KeptAnswer.of(bytes(made.body), made.media_type))
+            answer = services.answers.put(key, CachedAnswer.of(bytes(made.body), made.media_type))
         return revalidated(request.headers, answer.content, answer.etag, answer.media_type, REVALIDATED)
     asked = Parameter("request", Parameter.KEYWORD_ONLY, annotation=Request)
     own = signature(work)

@@ -26,11 +26,11 @@ from app.live.cameras import LiveCameras
 from app.live.track_fusion import TrackFusion
 from app.models import CameraModel
 from app.scene.scene_registry import SceneRegistry
+from app.services.answer_cache import AnswerCache
 from app.services.cameras import CameraService
 from app.services.detection import DetectionService
 from app.services.events import CameraEvents
 from app.services.fit_processes import FitProcesses, closed_request
-from app.services.kept_answers import KeptAnswers
 from app.services.live import start_live_cameras, take_frame
 from app.services.presence import Presence
 from app.services.publishing import PublishingService
@@ -85,7 +85,7 @@ class Services:
         self.stitchers: LruCache[tuple[object, ...], tuple[Stitcher, list[str]]] = LruCache(
             MAX_STITCHER_BYTES, lambda made: made[0].nbytes)
         self.scene_pages: LruCache[tuple[object, ...], bytes] = LruCache(MAX_SCENE_PAGES)
-        self.kept_answers = KeptAnswers()
+        self.answers = AnswerCache()
         self.models: LruCache[str, CameraModel] = LruCache(MAX_MODELS)
         self.claims_kept: LruCache[tuple[str, ...], Sequence[Claim]] = LruCache(MAX_CLAIMS_KEPT)
         self._prints: LruCache[str, tuple[PicturePrint | None]] = LruCache(MAX_PRINTS_KEPT)

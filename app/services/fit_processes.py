@@ -43,7 +43,7 @@ class FitProcesses:
         self._runners = [ProcessRunner(MEMORY_BYTES, modules, nice=0) for _ in range(processes)]
         self._idle = list(self._runners)
         self._threads = CapacityLimiter(len(self._runners))
-        self._kept: LruCache[bytes, bytes] = LruCache(MAX_KEPT_BYTES, len)
+        self._cache: LruCache[bytes, bytes] = LruCache(MAX_KEPT_BYTES, len)
         self._closed = False
 
     @asynccontextmanager
@@ -70,15 +70,15 @@ class FitProcesses:
         """
         name = f"{run.__module__}:{run.__qualname__}"
         key = sha256(json.dumps([name, spec]).encode()).digest()
-        if (known := self._kept.get(key)) is not None:
+        if (known := self._cache.get(key)) is not None:
             return known
         place = QueuePlace(address, series)
         watching = asyncio.create_task(_watch(place, is_abandoned))
         try:
             async with self._turns.take(place):
-                known = self._kept.get(key)  # of another who asked for the same and was sooner
+                known = self._cache.get(key)  # of another who asked for the same and was sooner
                 if known is None:
-                    known = self._kept.put(key, await self._compute(name, spec, place))
+                    known = self._cache.put(key, await self._compute(name, spec, place))
                 return known
         finally:
             watching.cancel()

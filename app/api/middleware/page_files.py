@@ -14,7 +14,7 @@ from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from app.api.revalidation import revalidated
-from app.services.kept_answers import etag_of
+from app.services.answer_cache import etag_of
 
 IMPORTED = re.compile(r"""^(?:import|export)\b[^;"']*?["']([^"']+)["']""", re.MULTILINE)
 IMPORT_MAP = re.compile(r'<script type="importmap">(.*?)</script>', re.DOTALL)

@@ -13,18 +13,27 @@ from app.api.bodies import uploaded_file
 from app.api.dependencies import IfMatch, OperatorDep, ServicesDep, VersionDep, caller_of, in_thread
 from app.api.json_text import json_bytes
 from app.api.request_mapping import fit_task
-from app.api.responses import Json, JsonText, attachment, created, error_header, finished_or_queued, kept, versioned
+from app.api.responses import (
+    Json,
+    JsonText,
+    attachment,
+    cached_response,
+    created,
+    error_header,
+    finished_or_queued,
+    versioned,
+)
 from app.api.schemas import responses
 from app.api.schemas.media import BINARY, BYTES, UNCHANGED, Responses, upload
 from app.api.schemas.requests import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
 from app.core.errors import TouchlineError
 from app.core.records import Calibration
 from app.services.activation import activate
+from app.services.answer_cache import CachedAnswer
 from app.services.container import Services
 from app.services.fit_processes import FEW_POINTS
 from app.services.forms import Name, Note, Strict
 from app.services.import_file import MAX_IMPORT_BYTES, OPTIONS, import_file
-from app.services.kept_answers import KeptAnswer
 from app.services.result_savers import save_new_version
 from app.store.calibrations import NOTHING_ACTIVE, FoundVersion, version_etag
 from app.store.store import Store
@@ -154,7 +163,7 @@ def list_calibrations(services: ServicesDep, camera: Annotated[IdQuery | None, Q
 
 def _brief(services: Services, version: FoundVersion) -> bytes:
     """Return the JSON of a version's brief form; made once, until it or a field has changed."""
-    def made() -> KeptAnswer:
+    def made() -> CachedAnswer:
         calibration = version.calibration
         report = {**calibration.report, "per_feature": []}
         report.pop("model_choice", None)
@@ -162,10 +171,10 @@ def _brief(services: Services, version: FoundVersion) -> bytes:
             known = report["covariance"]
             names = known.get("names") if isinstance(known, Mapping) else None
             report["covariance"] = {"names": names, "matrix": []} if isinstance(names, list) else None
-        return KeptAnswer.of(json_bytes({
+        return CachedAnswer.of(json_bytes({
             **calibration.to_json(), "observations": [], "field_definition": {}, "report": report,
             "field_changes": services.cameras.field_changes(calibration)}))
-    return services.kept_answers.get_or_make((_brief, version.stamp, services.fields.revision), made).content
+    return services.answers.get_or_make((_brief, version.stamp, services.fields.revision), made).content
 
 
 @router.get("/{id}", response_model=responses.Calibration)
@@ -195,7 +204,7 @@ async def activate_calibration(request: Request, services: ServicesDep, by: Oper
 
 
 @router.get("/{id}/exports", response_model=responses.Formats, responses=UNCHANGED)
-@kept
+@cached_response
 @in_thread
 def list_exports(services: ServicesDep, version: VersionDep) -> Json:
     """List every format: what it can represent, whether this calibration is exact in it, else the error in mm."""

@@ -10,7 +10,7 @@ from starlette.responses import HTMLResponse, Response
 from app import report
 from app.api.dependencies import ServicesDep, VersionDep, in_thread
 from app.api.json_text import json_bytes
-from app.api.responses import Json, disposition, finished_or_queued, kept, picture
+from app.api.responses import Json, cached_response, disposition, finished_or_queued, picture
 from app.api.schemas import responses
 from app.api.schemas.media import HTML, UNCHANGED, files
 from app.api.schemas.requests import Id
@@ -21,10 +21,10 @@ from app.evaluate.claims.claim import Claim
 from app.evaluate.fit.difference import Difference
 from app.models.restored import Restored, model_of
 from app.report.page import POLICY
+from app.services.answer_cache import etag_of
 from app.services.claims import known_claims, packet_json
 from app.services.container import Services
 from app.services.forms import HeightForm, Name, Number, Pair, Size, Strict
-from app.services.kept_answers import etag_of
 from app.store.calibrations import FoundVersion
 from app.workflows import calibration as workflow
 from app.workflows.calibration_types import Uncertainty
@@ -45,7 +45,7 @@ OtherDep = Annotated[FoundVersion, Depends(_other_of)]
 
 
 @router.get("/calibrations/{id}/uncertainty.json", response_model=Uncertainty, responses=UNCHANGED)
-@kept
+@cached_response
 @in_thread
 def uncertainty_of(services: ServicesDep, version: VersionDep, z_mm: HeightMm = 0.0) -> Json:
     """Return the expected error in mm on a grid over the region, in the plane at z_mm; 409 for a model without it."""
@@ -53,7 +53,7 @@ def uncertainty_of(services: ServicesDep, version: VersionDep, z_mm: HeightMm = 
 
 
 @router.get("/calibrations/{id}/uncertainty.png", response_class=Response, responses=PNG)
-@kept
+@cached_response
 @in_thread
 def uncertainty_picture(services: ServicesDep, version: VersionDep, z_mm: HeightMm = 0.0) -> Response:
     """Draw the same as a heat map with a scale in mm and the largest error marked, oriented as the corrected image."""
@@ -63,7 +63,7 @@ def uncertainty_picture(services: ServicesDep, version: VersionDep, z_mm: Height
 
 
 @router.get("/calibrations/{id}/difference/{other}.json", response_model=Difference, responses=UNCHANGED)
-@kept
+@cached_response
 @in_thread
 def difference_between(services: ServicesDep, version: VersionDep, against: OtherDep) -> Json:
     """Return the difference of two calibrations of one image over the region: mm on the carpet and px in it."""
@@ -71,7 +71,7 @@ def difference_between(services: ServicesDep, version: VersionDep, against: Othe
 
 
 @router.get("/calibrations/{id}/difference/{other}.png", response_class=Response, responses=PNG)
-@kept
+@cached_response
 @in_thread
 def difference_picture(services: ServicesDep, version: VersionDep, against: OtherDep) -> Response:
     """Draw the same as a heat map with a scale in mm."""
@@ -147,7 +147,7 @@ def report_page(services: ServicesDep, version: VersionDep, around: Surroundings
 
 
 @router.get("/calibrations/{id}/report.json", response_model=responses.CalibrationReport, responses=UNCHANGED)
-@kept
+@cached_response
 @in_thread
 def report_as_json(services: ServicesDep, version: VersionDep, around: SurroundingsDep) -> Json:
     """Return the same numbers and words as JSON, null for what is not known."""

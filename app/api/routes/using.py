@@ -8,7 +8,7 @@ from starlette.responses import Response
 
 from app.api.bodies import binary_points, content_type, json_body, uploaded_file
 from app.api.dependencies import ServicesDep, VersionDep, in_thread
-from app.api.responses import Json, kept, picture
+from app.api.responses import Json, cached_response, picture
 from app.api.schemas import responses
 from app.api.schemas.media import BINARY, BYTES, PICTURE, UNCHANGED, files, upload
 from app.api.schemas.requests import Format, FrameName, IdQuery, MarginPx, TransformRequest, WidthPx
@@ -72,7 +72,7 @@ async def _draw(request: Request, services: Services, calibration: Calibration, 
 
 
 @router.get("/mesh", response_class=Response, responses=files(BINARY) | UNCHANGED)
-@kept
+@cached_response
 @in_thread
 def read_mesh(services: ServicesDep, version: VersionDep, view: Literal["corrected"] = "corrected",
               columns: Nodes = None, rows: Nodes = None, margin_px: MarginPx = 0) -> Response:
@@ -117,7 +117,7 @@ async def transform_points(request: Request, services: ServicesDep, version: Ver
 
 
 @router.get("/overlay.json", response_model=responses.Overlay, responses=UNCHANGED)
-@kept
+@cached_response
 def draw_field(services: ServicesDep, version: VersionDep, frame: Literal["raw", "corrected"] = "raw",
                margin_px: MarginPx = 0, width: WidthPx = None) -> Json:
     """Return the region's borders and the field's markings as polylines; null where out of reach."""
@@ -126,7 +126,7 @@ def draw_field(services: ServicesDep, version: VersionDep, frame: Literal["raw",
 
 
 @router.get("/residuals.json", response_model=ResidualArrows, responses=UNCHANGED)
-@kept
+@cached_response
 @in_thread
 def draw_residuals(services: ServicesDep, version: VersionDep, frame: Literal["raw", "corrected"] = "raw",
                    margin_px: MarginPx = 0, width: WidthPx = None) -> Json:

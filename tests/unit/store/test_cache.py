@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.services.kept_answers import OWN_BYTES, KeptAnswer, KeptAnswers
+from app.services.answer_cache import OWN_BYTES, AnswerCache, CachedAnswer
 from app.store.cache import LruCache
 
 
@@ -21,9 +21,9 @@ def test_what_was_used_least_recently_goes_first_and_a_value_counts_once():
 
 
 def test_the_answers_in_memory_stay_within_their_bound():
-    answers = KeptAnswers(100_000)
+    answers = AnswerCache(100_000)
     for number in range(1000):
-        answers.put(("overlay", number), KeptAnswer.of(bytes(number)))
+        answers.put(("overlay", number), CachedAnswer.of(bytes(number)))
         assert answers.size <= 100_000
     there = [number for number in range(1000) if answers.get(("overlay", number)) is not None]
     assert there and there == list(range(there[0], 1000))

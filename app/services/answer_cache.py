@@ -11,7 +11,7 @@ OWN_BYTES = 1000  # of an answer, beside its content
 
 
 @dataclass(frozen=True)
-class KeptAnswer:
+class CachedAnswer:
     """An answer as it was sent first. etag: of its content."""
 
     content: bytes
@@ -23,7 +23,7 @@ class KeptAnswer:
         return cls(content, media_type, etag_of(content))
 
 
-class KeptAnswers(LruCache[tuple[object, ...], KeptAnswer]):
+class AnswerCache(LruCache[tuple[object, ...], CachedAnswer]):
     """Answers by all that they are made of: the work, its parameters, and the stamps of the versions among these."""
 
     def __init__(self, max_bytes: int = MAX_BYTES) -> None:
