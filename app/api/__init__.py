@@ -12,5 +12,6 @@
     server.py           the socket, the token and uvicorn
 
 To add a resource: a file in routes/ with a `router`, named in routes.RESOURCES; its schemas in schemas/. Work of a
-second or two is a plain function, marked @in_thread; @cached_response before that where its answer rests on versions alone.
+second or two is a plain function, marked @in_thread; @cached_response stands before that where the answer rests on
+versions alone.
 """
