@@ -11,11 +11,11 @@ from app.cli import files, requests
 from app.cli.progress import progress_bar
 from app.core.errors import BadInput, FitFailed
 from app.core.marking_names import marking_names
+from app.core.progress import subprogress
 from app.core.records import Calibration
 from app.models.ray_camera import RayCamera
 from app.models.restored import model_of
 from app.workflows.automatic_request import AutomaticRequest, median_frame
-from app.workflows.calibration import subprogress
 
 
 def auto(

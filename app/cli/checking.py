@@ -14,9 +14,9 @@ from app.cli.progress import progress_bar
 from app.cli.requests import AsJson
 from app.core.geometry import Pixels
 from app.core.marking_names import marking_names
+from app.core.progress import subprogress
 from app.evaluate.fit.verdict import level_of
 from app.workflows.automatic_request import median_frame
-from app.workflows.calibration import subprogress
 from app.workflows.check import Check
 from app.workflows.check import check as check_calibration
 

@@ -8,6 +8,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from app.core import opencv
 from app.core.errors import FitFailed
 from app.core.field import Field, Region
 from app.core.geometry import Array, ImageSize, Points, root_mean_square
-from app.core.progress import Progress, no_progress
+from app.core.progress import Progress, no_progress, subprogress
 from app.core.records import Fit, Observation, Observations
 from app.core.statements import say
 from app.evaluate.fit.verification import Verification
@@ -27,22 +28,25 @@ from app.fitting.field_lines.pattern import FieldPattern
 from app.fitting.field_lines.refinement import (
     FINER_POINTS,
     FINER_PX,
-    nearest_markings,
+    explained_points,
+    outer_mm,
     refine_camera,
     with_brown_conrady,
 )
 from app.fitting.field_lines.search import FINE_STEPS, CameraCandidate, PosePrior, SearchResult, candidate_json, search
+from app.fitting.field_lines.seen_lines import SeenLines
 from app.fitting.ray_camera.fit import lens_fitter
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, parameters_json
 from app.models.ray_camera import RayCamera
 from app.vision.lines.profiles import NO_WIDTHS, across_lines
 from app.vision.lines.ridge_chains import ridge_chains
-from app.vision.lines.ridges import ridges
+from app.vision.lines.ridges import Ridges, ridges
 from app.vision.lines.strays import strays
 from app.workflows import calibration
-from app.workflows.calibration import CalibrationResult, subprogress
+from app.workflows.calibration import CalibrationResult
 
+STRONG_SHARE, WEAK = 0.8, 0.3  # of all length is no stronger than strong; of that, what no paint falls below
 SEARCH_PX = 1400  # of the longer side: finer than that, lines are looked for in a smaller picture, and measured in this
 POINTS = 240  # in all: more cost time and tell nothing new
 APART_PX = 6.0  # at least, from one to the next
@@ -50,7 +54,6 @@ CAPTURE_PX = 4.0  # about the expected place, in a picture of 1280 px
 CLEAR_PX = 4.0  # of other paint
 MIN_MARKING_POINTS = 3  # points of a marking that are worth naming it
 LONG = 0.05  # of the diagonal: a line of that length on the carpet wants an explanation
-ON_LINE_PX = 5.0
 EVERY = 4  # px along those chains
 MAX_CHAINS_SHOWN = 60
 MIN_HITS_KEPT = 0.9  # of the places where a line was found: fewer in the second measuring, and the first one stands
@@ -69,6 +72,11 @@ class DetectedLines:
     @property
     def size(self) -> ImageSize:
         return ImageSize(self.gray.shape[1], self.gray.shape[0])
+
+    @cached_property
+    def seen(self) -> SeenLines:
+        """The same, made ready for matching with fields."""
+        return SeenLines.of(self.chains, self.along, self.size)
 
     def polylines(self) -> list[list[list[float]]]:
         """The longest chains as polylines, for drawing."""
@@ -98,26 +106,39 @@ def detect_lines(pixels: NDArray[np.uint8]) -> DetectedLines:
     gray = opencv.to_grey(pixels)
     small, scale = opencv.fit_within(gray, SEARCH_PX)
     found = ridges(small)
-    chains = ridge_chains(found, small.shape)
+    chains = _like_paint(ridge_chains(found, small.shape), found)
     return DetectedLines(gray, tuple((found.points[c] + 0.5) / scale - 0.5 for c in chains),
                          tuple(found.along[c] for c in chains))
 
 
-def assign_lines(seen: DetectedLines, field: Field, region: Region, rough: PosePrior = PosePrior(),  # noqa: B008
+def _like_paint(chains: list[NDArray[np.int64]], found: Ridges) -> list[NDArray[np.int64]]:
+    """Return those that are not far weaker than what most of the length is: a floor's seams and texture go."""
+    if not chains:
+        return chains
+    strength, length = (np.array(part) for part in zip(*((np.median(found.strength[c]), len(c)) for c in chains), strict=True))
+    order = np.argsort(strength)
+    run = np.cumsum(length[order])
+    strong = strength[order][np.searchsorted(run, STRONG_SHARE * run[-1])]
+    return [chain for chain, own in zip(chains, strength, strict=True) if own >= WEAK * strong]
+
+
+def assign_lines(lines: DetectedLines, field: Field, region: Region, rough: PosePrior = PosePrior(),  # noqa: B008
                  progress: Progress = no_progress) -> tuple[LineAssignment | None, SearchResult]:
     """Find which line is which, and points on each; None where no camera fits."""
-    size = seen.size
-    searched = search(seen.chains, seen.along, field, region, size, rough, subprogress(progress, 0.0, 0.8))
-    if not searched.candidates:
-        return None, searched
+    searched = search(lines.seen, field, region, rough, subprogress(progress, 0.0, 0.8))
     progress(0.8, say("progress.measuring-the-lines", "Measuring the lines"))
-    state = searched.candidates[0].refined.state
+    return points_on_lines(lines, field, region, searched), searched
+
+
+def points_on_lines(lines: DetectedLines, field: Field, region: Region, searched: SearchResult,
+                    ) -> LineAssignment | None:
+    """Measure points on each line that the best of the cameras sees; None where there is none."""
+    if not searched.candidates:
+        return None
+    state, seen = searched.candidates[0].refined.state, lines.seen
     coarse = FieldPattern.of(field, field.length_mm / FINE_STEPS)
-    finer = refine_camera(with_brown_conrady(state, coarse, size), coarse, np.concatenate(seen.chains),
-                          np.concatenate(seen.along), size, FINER_PX, FINER_POINTS)
-    if finer is not None:
-        state = finer.state
-    return _measured(seen, state, field, region, searched), searched
+    finer = refine_camera(with_brown_conrady(state, coarse, seen.size), coarse, seen, FINER_PX, FINER_POINTS)
+    return _measured(lines, state if finer is None else finer.state, field, region, searched)
 
 
 def _measured(seen: DetectedLines, state: RayCameraParameters, field: Field, region: Region,
@@ -230,11 +251,8 @@ def _explained(found: LineAssignment, seen: DetectedLines, field: Field) -> tupl
         return 0.0, 0.0
     points, along = (np.concatenate(part) for part in zip(*long, strict=True))
     pattern = FieldPattern.of(field, field.length_mm / FINE_STEPS)
-    on_line = nearest_markings(found.state, pattern, points, along, size, ON_LINE_PX) >= 0
-    # What runs along the outermost lines is a wall, or a goal.
-    reach = np.array([field.length_mm, field.width_mm]) / 2 * 0.99
-    on_field = (np.abs(found.state.unproject(points, np.zeros(len(points)))) < reach).all(axis=1)
-    return float(EVERY * on_line.sum()), float(EVERY * (on_field & ~on_line).sum())
+    explained, unexplained = explained_points(found.state, pattern, outer_mm(field), points, along, size)
+    return float(EVERY * explained), float(EVERY * unexplained)
 
 
 def candidates_json(searched: SearchResult, region: Region) -> list[dict[str, Any]]:

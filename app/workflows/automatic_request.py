@@ -15,7 +15,7 @@ from app.core.field import Field, Region
 from app.core.field_json import field_from_json
 from app.core.geometry import with_z
 from app.core.json_values import SizeJson
-from app.core.progress import Progress, no_progress
+from app.core.progress import Progress, no_progress, subprogress
 from app.core.reading import read
 from app.core.records import Calibration, Frame, ObservationJson
 from app.core.statements import say, stated
@@ -39,7 +39,6 @@ from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, CameraModel
 from app.vision.motion.background import Background
 from app.workflows import automatic
-from app.workflows.calibration import subprogress
 from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.job_pictures import Pictures, job_pictures
 from app.workflows.model_choice import AUTO, LADDER

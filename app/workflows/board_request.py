@@ -19,14 +19,13 @@ from app.core.common_sentences import PROGRESS_DONE, image_name, previous_images
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.geometry import ImageSize
 from app.core.options import read_options
-from app.core.progress import Progress, no_progress
+from app.core.progress import Progress, no_progress, subprogress
 from app.core.records import Warning
 from app.core.statements import say
 from app.core.text_format import sentence
 from app.evaluate.board.report import board_report
 from app.fitting.board.fit import board_model, board_options, fit_board
 from app.vision.board.detection import find_board
-from app.workflows.calibration import subprogress
 from app.workflows.job_pictures import Pictures, job_pictures
 
 FITTING = 0.7  # of the time of a calibration from views

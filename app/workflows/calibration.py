@@ -12,9 +12,9 @@ from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field import BORDERS, Arc, Field, Line, Region
 from app.core.geometry import ImageSize, Points, as_points
 from app.core.json_values import nullable, nullable_points
-from app.core.progress import Progress, no_progress
+from app.core.progress import Progress, no_progress, subprogress
 from app.core.records import Fit, Observations
-from app.core.statements import join, stated
+from app.core.statements import stated
 from app.evaluate.fit import residual_vectors as vectors
 from app.evaluate.fit.contradiction import bends_otherwise, contradiction, freer_lens
 from app.evaluate.fit.covariance_json import fit_from_json
@@ -72,11 +72,6 @@ def calibrate(observations: Observations, field: Field, region: Region, image_si
         other = freer() if freer else freer_lens(observations, field, region, image_size, options)
     apart = contradiction(fit, other, observations, field, region) if other is not None else None
     return CalibrationResult(fit, report(fit, observations, field, region, held_out, apart))
-
-
-def subprogress(progress: Progress, start: float, end: float, title: str = "") -> Progress:
-    """Return the progress callback of one part of a longer work, mapped to [start, end] of the whole."""
-    return lambda share, words: progress(start + share * (end - start), join(title, words))
 
 
 def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float = 0.0,

@@ -12,7 +12,7 @@ from app.core.common_sentences import CALIBRATE_AGAIN_FOR_SIZE, DETECTING_FIELD_
 from app.core.errors import Conflict, TouchlineError
 from app.core.geometry import ImageSize, Pixels
 from app.core.json_values import PointJson
-from app.core.progress import Progress, no_progress
+from app.core.progress import Progress, no_progress, subprogress
 from app.core.records import Calibration
 from app.core.statements import stated
 from app.evaluate.drift.check_figures import CheckFigures
@@ -24,7 +24,6 @@ from app.evaluate.fit.verification import MIN_FOUND
 from app.models.restored import Restored
 from app.workflows.automatic import detect_lines
 from app.workflows.automatic_request import median_frame
-from app.workflows.calibration import subprogress
 from app.workflows.job_pictures import job_pictures
 
 MAX_DRAWN = 400

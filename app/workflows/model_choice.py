@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from app.core.errors import FitFailed, ProblemJson
 from app.core.field import Field, Region
 from app.core.geometry import ImageSize
-from app.core.progress import Progress, no_progress
+from app.core.progress import Progress, no_progress, subprogress
 from app.core.records import Observations
 from app.core.statements import say
 from app.evaluate.fit.comparison import Comparison, FittedModel, compare_models, parameter_count
@@ -17,7 +17,7 @@ from app.evaluate.fit.contradiction import OWN, freer_lens
 from app.evaluate.fit.report_types import ModelChoice, SavedReport
 from app.fitting import known_options
 from app.models import MODELS
-from app.workflows.calibration import CalibrationResult, calibrate, subprogress
+from app.workflows.calibration import CalibrationResult, calibrate
 
 AUTO = "auto"
 LADDER = (("brown-conrady", "fisheye"), ("division",))  # of the first that can be fitted, the most probable

@@ -5,10 +5,9 @@ from typing import Any
 from app.core.errors import Conflict
 from app.core.field import BORDERS
 from app.core.field_json import field_from_json
-from app.core.progress import Progress
+from app.core.progress import Progress, subprogress
 from app.core.records import Calibration, observations_from_json
 from app.core.statements import say
-from app.workflows.calibration import subprogress
 from app.workflows.calibration_request import CalibrationRequest
 
 

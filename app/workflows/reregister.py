@@ -17,7 +17,7 @@ from app.core.errors import Conflict, FitFailed, TouchlineError
 from app.core.field import Field, Region
 from app.core.field_json import field_from_json
 from app.core.geometry import Array, ImageSize, Points, root_mean_square
-from app.core.progress import Progress, no_progress
+from app.core.progress import Progress, no_progress, subprogress
 from app.core.records import Calibration, Frame, Observation, Observations, observations_from_json
 from app.core.statements import join, say, stated
 from app.evaluate.drift.line_tracking import SIGMA_PX, TrackedLines, track_lines
@@ -32,7 +32,7 @@ from app.models.ray_camera import RayCamera
 from app.models.restored import Restored
 from app.store.files import read_checked
 from app.workflows import calibration as workflow
-from app.workflows.calibration import CalibrationResult, subprogress
+from app.workflows.calibration import CalibrationResult
 from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.kept_lens import UNKNOWN, ZoomCheck
 

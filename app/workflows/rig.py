@@ -16,7 +16,7 @@ from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field_changes import FIELD_CHANGED_FIX, changes_in_words, field_changes
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize, Pixels
-from app.core.progress import Progress, no_progress
+from app.core.progress import Progress, no_progress, subprogress
 from app.core.records import Calibration, observations_from_json
 from app.core.statements import Sentence, join, say, stated
 from app.evaluate.cameras import rig_verdict
@@ -34,7 +34,6 @@ from app.images import ImageDecoder
 from app.models import CameraModel
 from app.models.restored import model_of
 from app.store.files import read_checked
-from app.workflows.calibration import subprogress
 from app.workflows.pair import evaluate_pair, ray_cameras
 from app.workflows.pair_types import PairReport
 from app.workflows.rig_types import CameraOfRig, RigCheck, RigPair, RigReport, RigStatus, UselessMatches

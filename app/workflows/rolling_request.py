@@ -16,7 +16,7 @@ from app import __version__
 from app.core.common_sentences import PROGRESS_DONE
 from app.core.errors import BadInput, Conflict, FitFailed, NotFound, Unavailable
 from app.core.geometry import ImageSize
-from app.core.progress import Progress, no_progress
+from app.core.progress import Progress, no_progress, subprogress
 from app.core.records import Calibration
 from app.core.statements import say, stated
 from app.evaluate.motion.roll_report import RecordedRoll, roll_report
@@ -27,7 +27,6 @@ from app.models.distortion import LINE_LENSES, Distortion
 from app.models.restored import model_of
 from app.sources import SourceContext
 from app.sources.local.video import VideoSource
-from app.workflows.calibration import subprogress
 from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.rolling import MIN_FOR_LENS, RollRecorder, agreeing_rolls
 from app.workflows.straight_lines import check_choice, straightness

@@ -19,7 +19,7 @@ from app.core.geometry import Array, Indices, Mask
 FOCALS = np.geomspace(0.45, 14.0, 18)  # half diagonals
 MAX_COSINE = 0.10  # cosine of what a right angle may come to: lens and centre are known roughly
 MAX_RATIO_ERROR = 0.10  # of a side's length, likewise
-PARALLEL_REACH = 1.05  # half diagonals: lines that are parallel on the carpet never meet in the picture
+PARALLEL_REACH = 0.7  # half diagonals: lines that are parallel on the carpet never meet in the picture
 MIN_AREA = 0.02  # of the quadrilateral, square half diagonals
 MAX_HYPOTHESES = 60_000
 
@@ -32,10 +32,15 @@ class Hypotheses:
     focal: Array
 
 
-def four_line_hypotheses(lines: list[Array], levels_x: Array, levels_y: Array) -> Hypotheses:
-    """Return every camera that four of the lines and two pairs of levels allow; the same input gives the same order."""
-    square_maps = _quadrilaterals(lines)
-    pairs_x = np.array([(a, b) for a in levels_x for b in levels_x if a != b]).reshape(-1, 2)
+def four_line_hypotheses(square_maps: Array, levels_x: Array, levels_y: Array, is_either_way: bool = False,
+                         ) -> Hypotheses:
+    """Return every camera that four lines and two pairs of levels allow; the same input gives the same order.
+
+    square_maps: as quadrilaterals() has them. is_either_way: of a camera and the same over the field turned by 180°,
+    just one.
+    """
+    pairs_x = np.array([(a, b) for a in levels_x for b in levels_x if a != b and (a < b or not is_either_way)]
+                       ).reshape(-1, 2)
     pairs_y = np.array([(a, b) for a in levels_y for b in levels_y if a != b]).reshape(-1, 2)
     if not len(square_maps) or not len(pairs_x) or not len(pairs_y):
         return Hypotheses(np.empty((0, 3, 3)), np.empty(0))
@@ -71,7 +76,7 @@ def parallel_pairs(lines: list[Array]) -> list[tuple[int, int]]:
     return [pair for pair, at in meet.items() if np.hypot(at[0], at[1]) > PARALLEL_REACH * abs(at[2])]
 
 
-def _quadrilaterals(lines: list[Array]) -> Array:
+def quadrilaterals(lines: list[Array]) -> Array:
     """Return (q, 3, 3) from the unit square to each two lines across two others."""
     pairs = parallel_pairs(lines)
     across = np.array([(*a, *b) for a in pairs for b in pairs if not set(a) & set(b)], int).reshape(-1, 4)

@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.core.errors import FitFailed
+from app.core.field import Field
 from app.core.geometry import Array, ImageSize, Indices, Points, with_z
 from app.fitting.division import odd_series
 from app.fitting.field_lines.blind_distortion import UndistortedPlane
 from app.fitting.field_lines.pattern import FieldPattern
+from app.fitting.field_lines.seen_lines import SeenLines
 from app.fitting.least_squares import minimise
 from app.fitting.linear import pose_from_homography
 from app.fitting.ray_camera.camera_prior import ASPECT_SIGMA, CENTRE_SHARE
@@ -23,6 +25,7 @@ CAPTURE_PX = (24.0, 14.0, 10.0, 6.0, 3.5, 2.0)  # in a picture of 1280 px, on th
 MIN_COSINE = np.cos(np.radians(12))
 MAX_POINTS, FINER_POINTS = 320, 600
 MIN_POINTS = 40
+ON_LINE_PX = 5.0
 STEPS = 3  # for each capture: its matches change with the next
 FINER_PX = (7.0, 4.0, 2.5, 1.5)  # once the camera is known, and only its lens is to be known better
 FOCAL_SPREAD = 0.7  # σ of the focal length's logarithm about the first guess
@@ -70,11 +73,10 @@ def with_brown_conrady(state: RayCameraParameters, pattern: FieldPattern, size: 
     return replace(state, lens=BrownConrady.LENS, terms=terms)
 
 
-def refine_camera(start: RayCameraParameters, pattern: FieldPattern, points: Points, along: Array, size: ImageSize,
-            captures_px: tuple[float, ...] = CAPTURE_PX, most: int = MAX_POINTS) -> RefinedCamera | None:
-    """Refine start on ridges, points (n, 2) raw px along (n, 2), `most` of them; None where it matches too few."""
-    picked = np.random.default_rng(0).permutation(len(points))[:most]
-    points, along = points[picked], along[picked]
+def refine_camera(start: RayCameraParameters, pattern: FieldPattern, seen: SeenLines,
+                  captures_px: tuple[float, ...] = CAPTURE_PX, most: int = MAX_POINTS) -> RefinedCamera | None:
+    """Refine start on ridges, `most` points of them; None where it matches too few."""
+    (points, along), size = seen.some(most), seen.size
     scale = max(size.width / 1280, 0.5)
     state, rms, share = start, np.inf, 0.0
     for capture in captures_px:
@@ -117,6 +119,19 @@ def nearest_markings(state: RayCameraParameters, pattern: FieldPattern, points: 
     best = off.argmin(axis=1)
     near = np.take_along_axis(off, best[:, None], axis=1)[:, 0] < capture_px
     return np.where(near, pattern.marking[inside][best], -1)
+
+
+def outer_mm(field: Field) -> Array:
+    """Return x and y (2,) mm within which a line is on the field; what runs along the outermost is a wall or a goal."""
+    return np.array([field.length_mm, field.width_mm]) / 2 * 0.99
+
+
+def explained_points(state: RayCameraParameters, pattern: FieldPattern, outer: Array, points: Points, along: Array,
+                     size: ImageSize) -> tuple[int, int]:
+    """Return how many points on ridges lie on markings, and how many lie on the field and on no marking."""
+    on_line = nearest_markings(state, pattern, points, along, size, ON_LINE_PX) >= 0
+    on_field = (np.abs(state.unproject(points, np.zeros(len(points)))) < outer).all(axis=1)
+    return int(on_line.sum()), int((on_field & ~on_line).sum())
 
 
 def _problem(state: RayCameraParameters, pattern: FieldPattern, points: Points, marking: Indices) -> ClickResiduals:

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.geometry import Array, ImageSize, Points, homogeneous, inside_picture
+from app.core.geometry import Array, ImageSize, Mask, Points, homogeneous, inside_picture
 from app.fitting.field_lines.blind_distortion import UndistortedPlane
 from app.fitting.field_lines.pattern import FieldPattern
 
@@ -61,23 +61,44 @@ class RidgeMaps:
         return np.where(inside, np.maximum(1 - (away / REACH_PX) ** 2, 0), 0.0)
 
 
-def score(homographies: Array, plane: UndistortedPlane, pattern: FieldPattern, ridges: RidgeMaps) -> Array:
-    """Score homographies (n, 3, 3) from field mm to the undistorted plane: the harmonic mean (n,) of both shares."""
-    parts = [_score_batch(homographies[k:k + BATCH], plane, pattern, ridges)
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """(n,) each: the share of the drawn field that is there, its length, and length of markings within the border."""
+
+    found: Array
+    found_px: Array
+    inner_px: Array
+
+
+def score(homographies: Array, plane: UndistortedPlane, pattern: FieldPattern, ridges: RidgeMaps, inner: Mask) -> Scores:
+    """Score homographies (n, 3, 3) from field mm to the undistorted plane. inner (k,): samples within the border."""
+    parts = [_score_batch(homographies[k:k + BATCH], plane, pattern, ridges, inner)
              for k in range(0, len(homographies), BATCH)]
-    found, explained = (np.concatenate([np.empty(0), *(p[i] for p in parts)]) for i in (0, 1))
-    return 2 * found * explained / np.maximum(found + explained, 1e-9)
+    return Scores(*(np.concatenate([np.empty(0), *(part[i] for part in parts)]) for i in range(3)))
 
 
-def _score_batch(maps: Array, plane: UndistortedPlane, pattern: FieldPattern, ridges: RidgeMaps) -> tuple[Array, Array]:
+def harmonic_mean(one: Array, other: Array) -> Array:
+    return 2 * one * other / np.maximum(one + other, 1e-9)
+
+
+def _score_batch(maps: Array, plane: UndistortedPlane, pattern: FieldPattern, ridges: RidgeMaps, inner: Mask,
+                 ) -> tuple[Array, Array, Array]:
     raw = project(maps, pattern.points, plane)
     ahead = project(maps, pattern.points + pattern.along * (pattern.step_mm / 4)[:, None], plane) - raw
     step_px = np.linalg.norm(ahead, axis=-1) * 4
     inside = inside_picture(raw, ridges.size, 2) & np.isfinite(step_px)
     length = np.where(inside, step_px, 0.0)
-    found = (ridges.found(np.where(inside[..., None], raw, -1.0), np.where(inside[..., None], ahead, 1.0))
-             * length).sum(axis=1)
-    return found / np.maximum(length.sum(axis=1), 1e-9), np.minimum(found / ridges.length_px, 1.0)
+    found = ridges.found(np.where(inside[..., None], raw, -1.0), np.where(inside[..., None], ahead, 1.0)) * length
+    found_px = found.sum(axis=1)
+    return found_px / np.maximum(length.sum(axis=1), 1e-9), found_px, found @ inner
+
+
+def length_within(maps: Array, outer_mm: Array, plane: UndistortedPlane, points: Points) -> Array:
+    """Return how many of the raw points (k, 2) each of (n, 3, 3) sees within the field's border (n,)."""
+    flat = homogeneous(np.nan_to_num(plane.undistorted_from_raw(points), nan=1e3)).astype(np.float32)
+    field = flat @ np.linalg.inv(maps).transpose(0, 2, 1).astype(np.float32)
+    with np.errstate(all="ignore"):
+        return (np.abs(field[..., :2] / field[..., 2:]) < outer_mm).all(axis=-1).sum(axis=1)
 
 
 def project(maps: Array, points: Points, plane: UndistortedPlane) -> Array:

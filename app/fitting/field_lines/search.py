@@ -1,36 +1,48 @@
 """From ridges to cameras: lens first, then lines, then which line is which, then the best few drawn onto the ridges."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated, Any
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Self
 
 import numpy as np
 from annotated_types import Interval
 
 from app.core.field import Field, Region
-from app.core.geometry import Array, ImageSize, Mask, Points, inside_picture, with_z
-from app.core.progress import Progress, no_progress
-from app.fitting.field_lines.blind_distortion import UndistortedPlane, estimate_bend
+from app.core.geometry import Array, Mask, Points, inside_picture, with_z
+from app.core.progress import Progress, no_progress, subprogress
 from app.fitting.field_lines.four_lines import Hypotheses, four_line_hypotheses
-from app.fitting.field_lines.line_merging import merge_chains
 from app.fitting.field_lines.pattern import FieldPattern, is_half_turn_symmetric, levels
-from app.fitting.field_lines.refinement import RefinedCamera, initial_camera, refine_camera
-from app.fitting.field_lines.score import RidgeMaps, project, score
+from app.fitting.field_lines.refinement import (
+    CAPTURE_PX,
+    RefinedCamera,
+    explained_points,
+    initial_camera,
+    outer_mm,
+    refine_camera,
+)
+from app.fitting.field_lines.score import harmonic_mean, length_within, project, score
+from app.fitting.field_lines.seen_lines import SeenLines
 from app.fitting.field_lines.three_lines import three_line_hypotheses
 from app.fitting.ray_camera.parameters import RayCameraParameters
 
-MAX_LINES = 16
 COARSE_STEPS, FINE_STEPS = 12, 60  # samples along a line as long as the field
 MAX_FINE = 400  # of the coarsely scored
 REFINED = 4
 REFINED_POOR = 10  # where none explains the picture
-MIN_SEPARATION = 0.02  # of the picture's width, between the region's corners: less is the same camera
+MIN_SEPARATION = 0.01  # of the picture's width, between places of the field: less is the same camera
 MIN_RELATIVE_SCORE = 0.72  # of the best score: what is further behind is not refined
 POOR_SCORE = 0.80  # below it, three lines are tried too
+NEAR_PX = CAPTURE_PX[2:]
 ALIKE = 1.4  # how much further off the lines a camera may be at a known height: paint may cost a fifth, a false height
 # costs three quarters and more
 MIN_REGION_SEEN = 0.35  # of the region's carpet must lie in the picture
 MIN_REGION_FILL = 0.06  # of the picture
+CELLS = (12, 8)  # of the carpet, along and across the field: an eighth of it has twelve
+MIN_HEIGHT = 0.2  # of half the field's width: nothing below it sees a field from above
+CREDIBLE = 0.6  # of a drawn field that is there: what it finds is the field, or part of it
+SOME_SCORED = 300
+SOME = 1200  # points on ridges that are looked at
+LEAST_OVERLAP = 0.4  # of an area that nobody chose with all that is seen of the field
 
 
 @dataclass(frozen=True)
@@ -51,13 +63,18 @@ class PosePrior:
 
 @dataclass(frozen=True, eq=False)
 class CameraCandidate:
-    """A camera whose field lies on ridges. found, explained: shares, see score.py; turn_deg as in PosePrior."""
+    """A camera whose field lies on ridges. turn_deg: as in PosePrior.
+
+    found: the share of the drawn field that is there, found_px its length; explained: the share of the ridges on its
+    carpet that are the field's.
+    """
 
     refined: RefinedCamera
     found: float
     explained: float
     turn_deg: float
     region_seen: float
+    found_px: float
 
     @property
     def value(self) -> float:
@@ -72,138 +89,248 @@ class SearchResult:
     lines: tuple[Array, ...] = ()
 
 
-def search(chains: Sequence[Points], along: Sequence[Array], field: Field, region: Region, size: ImageSize,
-           prior: PosePrior = PosePrior(), progress: Progress = no_progress) -> SearchResult:
-    """Search for cameras. chains: points (n, 2) raw px along each ridge, longest first; along: unit vectors at them."""
-    plane = UndistortedPlane.of(size, estimate_bend(chains, size))
-    lines = merge_chains(chains, plane, MAX_LINES)
-    if not chains:
+def search(seen: SeenLines, field: Field, region: Region, prior: PosePrior = PosePrior(),
+           progress: Progress = no_progress) -> SearchResult:
+    """Search for cameras above an area of a field."""
+    if not len(seen.points):
         return SearchResult()
-    points, directions = np.concatenate(list(chains)), np.concatenate(list(along))
-    ridges = RidgeMaps.of(points, directions, size)
-    fine = FieldPattern.of(field, field.length_mm / FINE_STEPS)
-    upright = is_half_turn_symmetric(field) and np.allclose([sum(region.x_mm), sum(region.y_mm)], 0) and (
-        prior.turn_deg is None)
-    scorer = _Scorer(field, region, size, plane, ridges, fine, upright)
-    level_x, level_y = levels(field, region)
-    progress(0.2, "Matching the lines")
-    best = scorer.best(four_line_hypotheses(lines, level_x, level_y))
-    if not best or best[0][0] < POOR_SCORE:
-        progress(0.4, "Matching three lines and the arcs")
-        best = sorted([*best, *scorer.best(three_line_hypotheses(lines, level_x, level_y))], key=lambda b: -b[0])
-
-    def drawn_from(start: RayCameraParameters | None) -> CameraCandidate | None:
-        drawn = refine_camera(start, fine, points, directions, size) if start is not None else None
-        return scorer.candidate(drawn) if drawn is not None else None
-
-    def allowed(candidate: CameraCandidate) -> bool:
-        return prior.allows(float(candidate.refined.state.position_mm[2]), candidate.turn_deg)
-
-    candidates: list[CameraCandidate] = []
-    distinct = scorer.apart(best, REFINED_POOR if not best or best[0][0] < POOR_SCORE else REFINED)
-    for number, (value, homography, focal) in enumerate(distinct):
-        if number and value < MIN_RELATIVE_SCORE * best[0][0]:
-            break
-        progress(0.5 + 0.5 * number / len(distinct), "Fitting the field to the lines")
-        start = initial_camera(homography, focal, plane, size)
-        if start is None:
-            continue
-        candidate = drawn_from(start)
-        if candidate is not None and not allowed(candidate) and prior.height_mm is not None:
-            # from straight above the lines tell no focal length: then it is the one under which it hangs so high
-            other = drawn_from(initial_camera(homography, focal * prior.height_mm / start.position_mm[2], plane, size))
-            if other is not None and other.refined.rms_px < ALIKE * candidate.refined.rms_px:
-                candidate = other
-        if candidate is not None and allowed(candidate):
-            candidates.append(candidate)
-    return SearchResult(tuple(scorer.ranked(candidates)), tuple(lines))
+    matcher = FieldMatcher.over_region(seen, field, region, prior)
+    return SearchResult(tuple(matcher.candidates(progress)), tuple(seen.lines))
 
 
-class _Scorer:
-    """Scores and sorts cameras for one picture."""
+@dataclass(frozen=True, eq=False)
+class Match:
+    """A camera as its homography (3, 3) from field mm to the undistorted plane; value: its score, see score.py."""
 
-    def __init__(self, field: Field, region: Region, size: ImageSize, plane: UndistortedPlane, ridges: RidgeMaps,
-                 fine: FieldPattern, upright: bool) -> None:
-        self.region, self.size, self.plane, self.ridges, self.fine = region, size, plane, ridges, fine
-        self.coarse = FieldPattern.of(field, field.length_mm / COARSE_STEPS, min_samples=2)
-        self.upright = upright
+    value: float
+    homography: Array
+    focal: float
+
+
+@dataclass(frozen=True, eq=False)
+class FieldMatcher:
+    """Matches what a picture shows with one field, and refines and sorts the cameras that come of it.
+
+    outer_mm: see outer_mm(). levels: of lines that are matched, x and y. cells (n, 2) mm: the carpet; areas (a, n):
+    which of it an area has that a camera may be above. least_overlap: of what is seen with one of them. rightwards (2, 2) mm: two places, to tell
+    how the field is turned; marks (m, 2) mm: to tell cameras apart. is_upright: whether only cameras count that see
+    it right way round; is_either_way: as for four_line_hypotheses().
+    """
+
+    seen: SeenLines
+    prior: PosePrior
+    outer_mm: Array
+    coarse: FieldPattern
+    fine: FieldPattern
+    levels: tuple[Array, Array]
+    cells: Points
+    areas: Mask
+    least_overlap: float
+    rightwards: Points
+    marks: Points
+    is_upright: bool = False
+    is_either_way: bool = False
+
+    @classmethod
+    def over_region(cls, seen: SeenLines, field: Field, region: Region, prior: PosePrior) -> Self:
+        """For cameras above that region, which may see beyond it."""
         sides = [region.width_mm, region.height_mm]
         u, v = (np.linspace(0.04, 0.96, 6) * side for side in sides)
-        self.carpet = region.field_from_region(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
-        self.rightwards = region.field_from_region(np.array([[0.4, 0.5], [0.6, 0.5]]) * sides)
-        self.corners = region.field_from_region(np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * sides)
+        cells = region.field_from_region(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
+        is_upright = is_half_turn_symmetric(field) and np.allclose([sum(region.x_mm), sum(region.y_mm)], 0) and (
+            prior.turn_deg is None)
+        return cls(seen, prior, outer_mm(field), *_patterns(field), levels(field, region), cells,
+                   np.ones((1, len(cells)), bool), 0.0,
+                   region.field_from_region(np.array([[0.4, 0.5], [0.6, 0.5]]) * sides),
+                   region.field_from_region(np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * sides), is_upright)
 
-    def best(self, given: Hypotheses) -> list[tuple[float, Array, float]]:
-        """Return value, homography and focal length of the best: all scored coarsely, the best of those finely."""
+    @classmethod
+    def over_any(cls, seen: SeenLines, field: Field, regions: Sequence[Region], prior: PosePrior) -> Self:
+        """For cameras above any of the regions; of one and the same turned by 180°, where lines tell no difference."""
+        half = np.array([field.length_mm, field.width_mm]) / 2
+        x, y = (np.linspace(-0.96, 0.96, count) * side for count, side in zip(CELLS, half, strict=True))
+        cells = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        areas = np.array([((cells >= (region.x_mm[0], region.y_mm[0])) & (cells <= (region.x_mm[1], region.y_mm[1]))
+                           ).all(axis=1) for region in regions])
+        whole = Region("", (-half[0], half[0]), (-half[1], half[1]))
+        return cls(seen, prior, outer_mm(field), *_patterns(field), levels(field, whole), cells, areas, LEAST_OVERLAP,
+                   half * np.array([[-0.1, 0.0], [0.1, 0.0]]), cells, is_either_way=is_half_turn_symmetric(field))
+
+    def candidates(self, progress: Progress = no_progress) -> list[CameraCandidate]:
+        """Return the cameras that the lines allow, the best first: of four lines, of three where none is convincing."""
+        progress(0.2, "Matching the lines")
+        found = self.ranked(self.refined(self.matches(), REFINED, subprogress(progress, 0.3, 0.6)))
+        if not found or found[0].value < POOR_SCORE:
+            progress(0.6, "Matching three lines and the arcs")
+            found = self.ranked(found + self.refined(self.three_line_matches(), REFINED_POOR,
+                                                     subprogress(progress, 0.7, 1.0)))
+        return found
+
+    def matches(self) -> list[Match]:
+        """Return the cameras that four lines allow, the best first."""
+        return self._scored(four_line_hypotheses(self.seen.quadrilaterals, *self.levels, self.is_either_way))
+
+    def three_line_matches(self) -> list[Match]:
+        """Return the cameras that three lines allow, the best first."""
+        return self._scored(three_line_hypotheses(self.seen.lines, *self.levels, self.is_either_way))
+
+    def _scored(self, given: Hypotheses) -> list[Match]:
+        """Score all coarsely, and the best of those finely; return these, best first."""
         maps, focal = given.homographies, given.focal
         if not len(maps):
             return []
-        shows = self._shows_region(maps)
+        shows = self._shows_area(maps)
         maps, focal = maps[shows], focal[shows]
         if len(maps) > MAX_FINE:
-            prior = score(maps, self.plane, self.coarse, self.ridges)
+            prior = self._values(maps, self.coarse)
             top = np.argsort(-prior, kind="stable")[:MAX_FINE]
             maps, focal = maps[top], focal[top]
-        value = score(maps, self.plane, self.fine, self.ridges)
-        return [(float(value[i]), maps[i], float(focal[i])) for i in np.argsort(-value, kind="stable")]
+        value = self._values(maps, self.fine)
+        return [Match(float(value[i]), maps[i], float(focal[i])) for i in np.argsort(-value, kind="stable")]
 
-    def _shows_region(self, maps: Array) -> Mask:
-        """Return whether enough of the region is in the picture, large enough, and upright where no more is known."""
-        raw = project(maps, self.carpet, self.plane)
-        inside = inside_picture(raw, self.size, 0)
+    def _values(self, maps: Array, pattern: FieldPattern) -> Array:
+        """Return what each camera is worth (n,): the harmonic mean of found and explained shares.
+
+        Explained counts what lies on the field, and what another of the cameras finds.
+        """
+        ridges, inner = self.seen.ridges, (np.abs(pattern.points) < self.outer_mm).all(axis=1)
+        scores = score(maps, self.seen.plane, pattern, ridges, inner)
+        points, _ = self.seen.some(SOME_SCORED)
+        per_point = ridges.length_px / max(len(points), 1)
+        within = per_point * length_within(maps, self.outer_mm, self.seen.plane, points)
+        most_px = np.max(scores.found_px, where=scores.found > CREDIBLE, initial=1e-9)
+        explained = scores.found_px / (np.maximum(scores.found_px, most_px) + np.maximum(within - scores.inner_px, 0))
+        return harmonic_mean(scores.found, explained)
+
+    def _shows_area(self, maps: Array) -> Mask:
+        """Return whether enough of an area is in the picture, large enough, and upright where no more is known."""
+        raw, size = project(maps, self.cells, self.seen.plane), self.seen.size
+        inside = inside_picture(raw, size, 0)
         with np.errstate(invalid="ignore"):
             low = np.where(inside[..., None], raw, np.inf).min(axis=1)
             high = np.where(inside[..., None], raw, -np.inf).max(axis=1)
-            fills = np.prod(np.maximum(high - low, 0), axis=-1) > MIN_REGION_FILL * self.size.width * self.size.height
-            fine = (inside.mean(axis=1) > MIN_REGION_SEEN) & fills
-            if self.upright:
-                ends = project(maps, self.rightwards, self.plane)
+            fills = np.prod(np.maximum(high - low, 0), axis=-1) > MIN_REGION_FILL * size.width * size.height
+            seen_share, overlap = self._shares(inside)
+            fine = ((seen_share > MIN_REGION_SEEN) & (overlap >= self.least_overlap)).any(axis=1) & fills
+            if self.is_upright:
+                ends = project(maps, self.rightwards, self.seen.plane)
                 fine &= ends[:, 1, 0] > ends[:, 0, 0]
         return fine
 
-    def apart(self, best: list[tuple[float, Array, float]], most: int) -> list[tuple[float, Array, float]]:
+    def _shares(self, inside: Mask) -> tuple[Array, Array]:
+        """Return (..., a) how much of each area is seen, and what share of both is common to it and all that is seen.
+
+        inside (..., n): which cells are.
+        """
+        areas = self.areas.astype(np.float32)
+        common, own = inside.astype(np.float32) @ areas.T, areas.sum(axis=1)
+        return common / own, common / np.maximum(inside.sum(axis=-1, keepdims=True) + own - common, 1)
+
+    def refined(self, matches: list[Match], most: int, progress: Progress = no_progress) -> list[CameraCandidate]:
+        """Refine those of the best matches that differ, and that come near the best."""
+        candidates = []
+        distinct = [match for match in self._apart(matches, most)
+                    if match.value >= MIN_RELATIVE_SCORE * matches[0].value]
+        for number, match in enumerate(distinct):
+            progress(number / len(distinct), "Fitting the field to the lines")
+            start = initial_camera(match.homography, match.focal, self.seen.plane, self.seen.size)
+            candidate = self._drawn_from(start)
+            if start is not None and candidate is not None and not self._allowed(candidate) and (
+                    self.prior.height_mm is not None):
+                # from straight above the lines tell no focal length: then it is the one under which it hangs so high
+                other = self._drawn_from(initial_camera(
+                    match.homography, match.focal * self.prior.height_mm / start.position_mm[2], self.seen.plane,
+                    self.seen.size))
+                if other is not None and other.refined.rms_px < ALIKE * candidate.refined.rms_px:
+                    candidate = other
+            if candidate is not None and self._allowed(candidate):
+                candidates.append(candidate)
+        return candidates
+
+    def _allowed(self, candidate: CameraCandidate) -> bool:
+        return self.prior.allows(float(candidate.refined.state.position_mm[2]), candidate.turn_deg)
+
+    def _drawn_from(self, start: RayCameraParameters | None) -> CameraCandidate | None:
+        """Refine a camera from near by, where a wall beside a line cannot catch it; from afar where that fails."""
+        if start is None:
+            return None
+        near = self._drawn_within(start, NEAR_PX)
+        if near is not None and near.value > POOR_SCORE:
+            return near
+        far = self._drawn_within(start, CAPTURE_PX)
+        return max((c for c in (near, far) if c is not None), key=lambda c: c.value, default=None)
+
+    def _drawn_within(self, start: RayCameraParameters, captures_px: tuple[float, ...]) -> CameraCandidate | None:
+        drawn = refine_camera(start, self.fine, self.seen, captures_px)
+        return self._candidate(drawn) if drawn is not None else None
+
+    def _apart(self, matches: list[Match], most: int) -> list[Match]:
         """Return the first of those that differ by more than refining would change."""
-        distinct: list[tuple[tuple[float, Array, float], Array]] = []
-        for one in best[:3 * MAX_FINE]:
-            at = project(one[1][None], self.corners, self.plane)[0]
+        distinct: list[tuple[Match, Points]] = []
+        for one in matches[:3 * MAX_FINE]:
+            at = project(one.homography[None], self.marks, self.seen.plane)[0]
             if not np.isfinite(at).all():
-                at = project(one[1][None], self.carpet[[14, 15, 20, 21]], self.plane)[0]
-            if all(not np.abs(at - other).max() < MIN_SEPARATION * self.size.width for _, other in distinct):
+                at = project(one.homography[None], self.cells, self.seen.plane)[0]
+            if all(not self._are_alike(at, other) for _, other in distinct):
                 distinct.append((one, at))
             if len(distinct) >= most:
                 break
         return [one for one, _ in distinct]
 
-    def candidate(self, drawn: RefinedCamera) -> CameraCandidate | None:
+    def _are_alike(self, at: Points, other: Points) -> bool:
+        """Whether two cameras see all that either has in the picture, or near it, at the same places."""
+        if at.shape != other.shape:
+            return False
+        size = self.seen.size
+        here = inside_picture(at, size, -0.5 * size.width) | inside_picture(other, size, -0.5 * size.width)
+        return bool(here.any() and np.abs(at - other)[here].max() < MIN_SEPARATION * size.width)
+
+    def _candidate(self, drawn: RefinedCamera) -> CameraCandidate | None:
         """Score the refined camera once more, by its own lens."""
-        state = drawn.state
+        state, size = drawn.state, self.seen.size
         flat = with_z(self.fine.points)
         ahead_mm = with_z(self.fine.along * (self.fine.step_mm / 4)[:, None])
         with np.errstate(all="ignore"):
             raw = state.project(flat)
             ahead = state.project(flat + ahead_mm) - raw
             length = np.linalg.norm(ahead, axis=1) * 4
-            inside = inside_picture(raw, self.size, 2) & np.isfinite(length)
-            region_seen = inside_picture(state.project(with_z(self.carpet)), self.size, 0).mean()
+            inside = inside_picture(raw, size, 2) & np.isfinite(length)
+            seen_share, overlap = self._shares(inside_picture(state.project(with_z(self.cells)), size, 0))
             ends = state.project(with_z(self.rightwards))
-        if not inside.any() or region_seen < MIN_REGION_SEEN or not np.isfinite(ends).all():
+        shown = int(overlap.argmax())
+        if not inside.any() or state.position_mm[2] < MIN_HEIGHT * self.outer_mm.min() or seen_share[shown] < MIN_REGION_SEEN or overlap[shown] < self.least_overlap or (
+                not np.isfinite(ends).all()):
             return None
-        hit = self.ridges.found(raw[inside], ahead[inside]) * length[inside]
+        hit = self.seen.ridges.found(raw[inside], ahead[inside]) * length[inside]
         right = ends[1] - ends[0]
+        explained, unexplained = explained_points(state, self.fine, self.outer_mm, *self.seen.some(SOME), size)
         return CameraCandidate(drawn, float(hit.sum() / length[inside].sum()),
-                         float(min(hit.sum() / self.ridges.length_px, 1.0)),
-                         float(np.degrees(np.arctan2(right[1], right[0]))), float(region_seen))
+                               explained / max(explained + unexplained, 1),
+                               float(np.degrees(np.arctan2(right[1], right[0]))), float(seen_share[shown]),
+                               float(hit.sum()))
 
     def ranked(self, candidates: list[CameraCandidate]) -> list[CameraCandidate]:
         """Sort, best first, without duplicates; of those that score alike, the one that shows the region best."""
         def worth(c: CameraCandidate) -> float:
             return c.value + 0.15 * c.region_seen + 0.02 * float(np.cos(np.radians(c.turn_deg)))
         distinct: list[tuple[CameraCandidate, Array]] = []
-        for c in sorted(candidates, key=lambda c: -worth(c)):
-            at = c.refined.state.project(with_z(self.carpet))
-            if all(not np.nanmax(np.abs(at - other)) < MIN_SEPARATION * self.size.width for _, other in distinct):
+        for c in sorted(compared(candidates), key=lambda c: -worth(c)):
+            at = c.refined.state.project(with_z(self.cells))
+            if all(not self._are_alike(at, other) for _, other in distinct):
                 distinct.append((c, at))
         return [c for c, _ in distinct]
+
+
+def compared(candidates: Sequence[CameraCandidate]) -> list[CameraCandidate]:
+    """Return the same, of which explained also counts what another of them finds and this one does not."""
+    most_px = max((c.found_px for c in candidates if c.found > CREDIBLE), default=0.0)
+    return [replace(c, explained=c.explained * min(c.found_px / most_px, 1.0)) if most_px else c for c in candidates]
+
+
+def _patterns(field: Field) -> tuple[FieldPattern, FieldPattern]:
+    """Return the field sampled coarsely, and finely."""
+    return (FieldPattern.of(field, field.length_mm / COARSE_STEPS, min_samples=2),
+            FieldPattern.of(field, field.length_mm / FINE_STEPS))
 
 
 def candidate_json(candidate: CameraCandidate) -> dict[str, Any]:

@@ -14,11 +14,16 @@ FOCALS = np.geomspace(0.55, 9.0, 18)  # half diagonals
 MAX_LINES = 5
 
 
-def three_line_hypotheses(lines: list[Array], levels_x: Array, levels_y: Array) -> Hypotheses:
-    """Return cameras from two lines at different levels of one axis and one line at a level of the other."""
+def three_line_hypotheses(lines: list[Array], levels_x: Array, levels_y: Array, is_either_way: bool = False,
+                          ) -> Hypotheses:
+    """Return cameras from two lines at different levels of one axis and one line at a level of the other.
+
+    is_either_way: as for four_line_hypotheses().
+    """
     maps, focal = _squares(lines[:MAX_LINES])
-    rectangles = [_square_from_rectangle(corners) for corners in _field_squares(levels_x, levels_y)]
-    rectangles += [_square_from_rectangle(corners[:, ::-1]) for corners in _field_squares(levels_y, levels_x)]
+    rectangles = [_square_from_rectangle(corners) for corners in _field_squares(levels_x, levels_y, is_either_way)]
+    rectangles += [_square_from_rectangle(corners[:, ::-1])
+                   for corners in _field_squares(levels_y, levels_x, is_either_way)]
     if not len(maps) or not rectangles:
         return Hypotheses(np.empty((0, 3, 3)), np.empty(0))
     from_field = np.array(rectangles)
@@ -28,10 +33,11 @@ def three_line_hypotheses(lines: list[Array], levels_x: Array, levels_y: Array) 
     return Hypotheses(maps[square] @ from_field[rectangle], focal[square])
 
 
-def _field_squares(own: Array, other: Array) -> list[Array]:
+def _field_squares(own: Array, other: Array, is_either_way: bool) -> list[Array]:
     """Return corners (4, 2) mm of squares: along the third line, at level c, from level a to b, then on from c."""
     return [np.array([[a, c], [b, c], [b, c + side], [a, c + side]])
-            for a in own for b in own[own != a] for c in other for side in (b - a, a - b)]
+            for a in own for b in own[(own > a) | ((own < a) & (not is_either_way))]
+            for c in other for side in (b - a, a - b)]
 
 
 def _square_from_rectangle(corners: Array) -> Array:

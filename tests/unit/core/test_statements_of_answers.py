@@ -7,6 +7,7 @@ import pytest
 from app.core.errors import BadInput, Unavailable
 from app.core.geometry import ImageSize
 from app.core.jobs import Job, problem_of
+from app.core.progress import subprogress
 from app.core.records import Warning
 from app.core.statements import Sentence, join, say, sentence_in
 from app.images.screen import screen
@@ -17,7 +18,6 @@ from app.store.files import translate_disk_errors
 from app.store.quota import PictureQuota
 from app.vision.quality import light
 from app.vision.quality.zones import zone_names
-from app.workflows.calibration import subprogress
 
 LOST, CHECK = say("camera.lost", "No frame for {seconds:.1f} s.", seconds=1.25), say("fix.check", "Check it.")
 STATED = {"code": "camera.lost", "values": {"seconds": 1.2}}
