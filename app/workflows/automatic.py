@@ -3,7 +3,7 @@
     lines = detect_lines(pixels)                 ridges along bright lines, as chains of points
     found, _ = assign_lines(lines, field, region)    which line is which; points on each, as an operator would click
     made = calibrate(found, …)                   the same models, outlier rejection and verdicts as for clicks
-    verify(found, lines, field, region)          whether the picture shows what that camera expects
+    verify(found, lines, region)                 whether the picture shows what that camera expects
 """
 
 from collections.abc import Mapping, Sequence
@@ -46,7 +46,7 @@ from app.vision.lines.strays import strays
 from app.workflows import calibration
 from app.workflows.calibration import CalibrationResult
 
-STRONG_SHARE, WEAK = 0.8, 0.3  # of all length is no stronger than strong; of that, what no paint falls below
+STRONG_SHARE, WEAK = 0.8, 0.3  # of all length is weaker than what is strong; of that strength, what paint has at least
 SEARCH_PX = 1400  # of the longer side: finer than that, lines are looked for in a smaller picture, and measured in this
 POINTS = 240  # in all: more cost time and tell nothing new
 APART_PX = 6.0  # at least, from one to the next
@@ -88,7 +88,8 @@ class DetectedLines:
 class LineAssignment:
     """observations: points on each marking. state: the camera that named them. hits: where a line was found.
 
-    rms_px: of the points about the field as that camera sees it. widths: of each marking, as Profiles has them.
+    field: with its markings where they are painted, as far as that is known. rms_px: of the points about the field as
+    that camera sees it. widths: of each marking, as Profiles has them.
     """
 
     observations: Observations
@@ -96,7 +97,7 @@ class LineAssignment:
     searched: SearchResult
     expected: LineSamples
     hits: NDArray[np.bool_]
-    pattern: FieldPattern
+    field: Field
     rms_px: float
     widths: Mapping[int, float]
 
@@ -115,7 +116,8 @@ def _like_paint(chains: list[NDArray[np.int64]], found: Ridges) -> list[NDArray[
     """Return those that are not far weaker than what most of the length is: a floor's seams and texture go."""
     if not chains:
         return chains
-    strength, length = (np.array(part) for part in zip(*((np.median(found.strength[c]), len(c)) for c in chains), strict=True))
+    strength = np.array([np.median(found.strength[chain]) for chain in chains])
+    length = np.array([len(chain) for chain in chains])
     order = np.argsort(strength)
     run = np.cumsum(length[order])
     strong = strength[order][np.searchsorted(run, STRONG_SHARE * run[-1])]
@@ -164,7 +166,7 @@ def _measured(seen: DetectedLines, state: RayCameraParameters, field: Field, reg
     rms_px = root_mean_square(profiles.middle[hits]) if hits.any() else np.inf
     if not observations:
         return None
-    return LineAssignment(tuple(observations), state, searched, places, hits, pattern, rms_px, profiles.widths)
+    return LineAssignment(tuple(observations), state, searched, places, hits, field, rms_px, profiles.widths)
 
 
 def calibrate(found: LineAssignment, seen: DetectedLines, field: Field, region: Region, models: Sequence[str],
@@ -222,16 +224,17 @@ def _start(state: RayCameraParameters, name: str, region: Region, size: ImageSiz
     return parameters_json(begin) if begin.plausible() else None
 
 
-def verify(found: LineAssignment, seen: DetectedLines, field: Field, region: Region) -> Verification:
+def verify(found: LineAssignment, seen: DetectedLines, region: Region) -> Verification:
     """Compare what the camera expects with what the picture shows; independent of the model fitted afterwards."""
-    count = len(found.pattern.markings)
+    markings = found.field.markings
+    count = len(markings)
     length = np.where(found.expected.clear, found.expected.length_px, 0.0)
     wanted, there = (np.asarray(np.bincount(found.expected.marking, weights=px, minlength=count), np.float64)
                      for px in (length, length * found.hits))
-    explained, unexplained = _explained(found, seen, field)
+    explained, unexplained = _explained(found, seen)
     best, *others = found.searched.candidates
     rival = max((c.value / max(best.value, 1e-9) for c in others if not _twins(best, c, region)), default=0.0)
-    return Verification(tuple(m.name for m in found.pattern.markings), wanted, there, explained, unexplained,
+    return Verification(tuple(m.name for m in markings), wanted, there, explained, unexplained,
                         found.rms_px, rival, float(np.hypot(*seen.size)))
 
 
@@ -242,7 +245,7 @@ def _twins(one: CameraCandidate, other: CameraCandidate, region: Region) -> bool
     return bool(np.abs(apart).max() < TWIN_PX)
 
 
-def _explained(found: LineAssignment, seen: DetectedLines, field: Field) -> tuple[float, float]:
+def _explained(found: LineAssignment, seen: DetectedLines) -> tuple[float, float]:
     """Px of long chains on the field's carpet that lie along markings, and that do not."""
     size = seen.size
     long = [(chain[::EVERY], along[::EVERY]) for chain, along in zip(seen.chains, seen.along, strict=True)
@@ -250,8 +253,8 @@ def _explained(found: LineAssignment, seen: DetectedLines, field: Field) -> tupl
     if not long:
         return 0.0, 0.0
     points, along = (np.concatenate(part) for part in zip(*long, strict=True))
-    pattern = FieldPattern.of(field, field.length_mm / FINE_STEPS)
-    explained, unexplained = explained_points(found.state, pattern, outer_mm(field), points, along, size)
+    pattern = FieldPattern.of(found.field, found.field.length_mm / FINE_STEPS)
+    explained, unexplained = explained_points(found.state, pattern, outer_mm(found.field), points, along, size)
     return float(EVERY * explained), float(EVERY * unexplained)
 
 

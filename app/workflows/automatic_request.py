@@ -127,7 +127,7 @@ class AutomaticRequest:
             "model": self.model, "image_size": list(frame.size),
             "candidates": automatic.candidates_json(searched, self.region), "lines": lines.polylines(),
             **_without_camera([automatic.no_match_error(lines, searched).to_json()])}
-        proof = None if found is None else automatic.verify(found, lines, self.field, self.region)
+        proof = None if found is None else automatic.verify(found, lines, self.region)
         areas: tuple[SeenArea, ...] = ()
         made = None
         if found is not None and proof is not None and not proof.doubts():
@@ -155,7 +155,7 @@ class AutomaticRequest:
             except FitFailed as refusal:
                 refused.append(refusal.to_json())
         report = None if done is None else done.report
-        proof = automatic.verify(found, lines, self.field, self.region)
+        proof = automatic.verify(found, lines, self.region)
         doubts = [*proof.doubts(), *(refused[:1] if done is None else [])]
         if done is not None and _has_moved(done.model, self.field, self.region, frame, series):
             doubts.insert(0, stated(ProblemJson(
@@ -186,7 +186,7 @@ class AutomaticRequest:
             within, _ = automatic.assign_lines(
                 lines, self.field, area, pose_prior_from_json(self.rough),
                 subprogress(progress, number / len(within_it), (number + 1) / len(within_it)))
-            if within is not None and automatic.verify(within, lines, self.field, area).is_better_than(proof):
+            if within is not None and automatic.verify(within, lines, area).is_better_than(proof):
                 return self._better_areas(within.state, frame, NEAR_OVERLAP)
         if found is None or proof is None or proof.doubts():
             return ()

@@ -99,7 +99,7 @@ def auto_row(seed: int, options: Mapping[str, Any], scene: Mapping[str, Any], ex
             break
         except TouchlineError as refused:
             row["refused"] = refused.what
-    proof = automatic.verify(found, lines, made.field, made.region)
+    proof = automatic.verify(found, lines, made.region)
     row["seconds"] = time.process_time() - begin
     if done is None:
         return {**row, "state": "no fit"}

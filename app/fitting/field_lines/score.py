@@ -70,7 +70,8 @@ class Scores:
     inner_px: Array
 
 
-def score(homographies: Array, plane: UndistortedPlane, pattern: FieldPattern, ridges: RidgeMaps, inner: Mask) -> Scores:
+def score(homographies: Array, plane: UndistortedPlane, pattern: FieldPattern, ridges: RidgeMaps, inner: Mask,
+          ) -> Scores:
     """Score homographies (n, 3, 3) from field mm to the undistorted plane. inner (k,): samples within the border."""
     parts = [_score_batch(homographies[k:k + BATCH], plane, pattern, ridges, inner)
              for k in range(0, len(homographies), BATCH)]

@@ -112,9 +112,9 @@ class FieldMatcher:
     """Matches what a picture shows with one field, and refines and sorts the cameras that come of it.
 
     outer_mm: see outer_mm(). levels: of lines that are matched, x and y. cells (n, 2) mm: the carpet; areas (a, n):
-    which of it an area has that a camera may be above. least_overlap: of what is seen with one of them. rightwards (2, 2) mm: two places, to tell
-    how the field is turned; marks (m, 2) mm: to tell cameras apart. is_upright: whether only cameras count that see
-    it right way round; is_either_way: as for four_line_hypotheses().
+    which of it an area has that a camera may be above; least_overlap: of what is seen with one of them. rightwards
+    (2, 2) mm: two places, to see how the field is turned; marks (m, 2) mm: places that differ between two cameras.
+    is_upright: whether only cameras count that see it right way round. is_either_way: as for four_line_hypotheses().
     """
 
     seen: SeenLines
@@ -193,7 +193,7 @@ class FieldMatcher:
 
         Explained counts what lies on the field, and what another of the cameras finds.
         """
-        ridges, inner = self.seen.ridges, (np.abs(pattern.points) < self.outer_mm).all(axis=1)
+        ridges, inner = self.seen.ridges, np.all(np.abs(pattern.points) < self.outer_mm, axis=1)
         scores = score(maps, self.seen.plane, pattern, ridges, inner)
         points, _ = self.seen.some(SOME_SCORED)
         per_point = ridges.length_px / max(len(points), 1)
@@ -298,8 +298,9 @@ class FieldMatcher:
             seen_share, overlap = self._shares(inside_picture(state.project(with_z(self.cells)), size, 0))
             ends = state.project(with_z(self.rightwards))
         shown = int(overlap.argmax())
-        if not inside.any() or state.position_mm[2] < MIN_HEIGHT * self.outer_mm.min() or seen_share[shown] < MIN_REGION_SEEN or overlap[shown] < self.least_overlap or (
-                not np.isfinite(ends).all()):
+        is_above = state.position_mm[2] > MIN_HEIGHT * self.outer_mm.min()
+        is_shown = seen_share[shown] >= MIN_REGION_SEEN and overlap[shown] >= self.least_overlap
+        if not (is_above and is_shown and inside.any() and np.isfinite(ends).all()):
             return None
         hit = self.seen.ridges.found(raw[inside], ahead[inside]) * length[inside]
         right = ends[1] - ends[0]
@@ -310,11 +311,15 @@ class FieldMatcher:
                                float(hit.sum()))
 
     def ranked(self, candidates: list[CameraCandidate]) -> list[CameraCandidate]:
+        """Sort, best first, without duplicates, each compared with the others."""
+        return self.distinct(compared(candidates))
+
+    def distinct(self, candidates: list[CameraCandidate]) -> list[CameraCandidate]:
         """Sort, best first, without duplicates; of those that score alike, the one that shows the region best."""
         def worth(c: CameraCandidate) -> float:
             return c.value + 0.15 * c.region_seen + 0.02 * float(np.cos(np.radians(c.turn_deg)))
         distinct: list[tuple[CameraCandidate, Array]] = []
-        for c in sorted(compared(candidates), key=lambda c: -worth(c)):
+        for c in sorted(candidates, key=lambda c: -worth(c)):
             at = c.refined.state.project(with_z(self.cells))
             if all(not self._are_alike(at, other) for _, other in distinct):
                 distinct.append((c, at))

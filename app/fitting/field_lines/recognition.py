@@ -1,0 +1,69 @@
+"""Which of several fields a picture shows: each is matched with the same lines, and the best few of all are refined."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from app.core.field import Field, Region
+from app.core.progress import Progress, no_progress, subprogress
+from app.core.statements import say
+from app.fitting.field_lines.search import (
+    MIN_RELATIVE_SCORE,
+    POOR_SCORE,
+    CameraCandidate,
+    FieldMatcher,
+    Match,
+    PosePrior,
+    compared,
+)
+from app.fitting.field_lines.seen_lines import SeenLines
+
+FIELDS = 4  # that are refined
+REFINED = 3  # cameras of each
+REFINED_POOR = 5
+
+
+@dataclass(frozen=True, eq=False)
+class SeenField:
+    """A field, and the cameras above it that the picture allows, the best first."""
+
+    field: Field
+    candidates: tuple[CameraCandidate, ...]
+
+
+def recognise(seen: SeenLines, areas: Sequence[tuple[Field, Sequence[Region]]], prior: PosePrior = PosePrior(),  # noqa: B008
+              progress: Progress = no_progress) -> tuple[SeenField, ...]:
+    """Return the fields that the lines may be of, the best first. areas: each field with those to look for.
+
+    Of two cameras above a field that looks alike when it is turned by 180°, just one is returned.
+    """
+    if not len(seen.points):
+        return ()
+    matchers = {field.name: FieldMatcher.over_any(seen, field, regions, prior) for field, regions in areas}
+    by_name = {field.name: field for field, _ in areas}
+    found: dict[str, list[CameraCandidate]] = {}
+    for is_last, refined in ((False, REFINED), (True, REFINED_POOR)):
+        part = subprogress(progress, 0.5 * is_last, 0.5 + 0.5 * is_last)
+        matches: dict[str, list[Match]] = {}
+        for number, (name, matcher) in enumerate(matchers.items()):
+            part(0.6 * number / len(matchers), say("progress.matching-field", "Comparing with {field}",
+                                                   field=by_name[name].title))
+            matches[name] = matcher.three_line_matches() if is_last else matcher.matches()
+        best = {name: of[0].value for name, of in matches.items() if of}
+        names = sorted(best, key=lambda name: -best[name])[:FIELDS]
+        for number, name in enumerate(names):
+            if best[name] >= MIN_RELATIVE_SCORE * best[names[0]]:
+                found[name] = found.get(name, []) + matchers[name].refined(
+                    matches[name], refined, subprogress(part, 0.6 + 0.4 * number / len(names),
+                                                        0.6 + 0.4 * (number + 1) / len(names)))
+        ranked = _ranked(found, matchers)
+        if ranked and ranked[0][1][0].value >= POOR_SCORE:
+            break
+    return tuple(SeenField(by_name[name], tuple(candidates)) for name, candidates in ranked)
+
+
+def _ranked(found: Mapping[str, list[CameraCandidate]], matchers: Mapping[str, FieldMatcher],
+            ) -> list[tuple[str, list[CameraCandidate]]]:
+    """Return the fields with their cameras, best first, all compared with each other."""
+    every = iter(compared([candidate for of in found.values() for candidate in of]))
+    of_field = {name: matchers[name].distinct([next(every) for _ in of]) for name, of in found.items() if of}
+    return sorted(of_field.items(), key=lambda one: -one[1][0].value)
