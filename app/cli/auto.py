@@ -9,13 +9,14 @@ import typer
 
 from app.cli import files, requests
 from app.cli.progress import progress_bar
-from app.core.errors import BadInput, FitFailed
+from app.core.errors import FitFailed
 from app.core.marking_names import marking_names
 from app.core.progress import subprogress
 from app.core.records import Calibration
 from app.models.ray_camera import RayCamera
 from app.models.restored import model_of
-from app.workflows.automatic_request import AutomaticRequest, median_frame
+from app.workflows.automatic_request import median_frame
+from app.workflows.recognition import AUTO, request_for
 
 
 def auto(
@@ -23,8 +24,10 @@ def auto(
                                                    "are removed if there are several images.")],
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="CAL.json", help="The calibration to write "
                                                 "if all checks pass.")] = None,
-    field: requests.FieldName = None,
-    region: Annotated[str, typer.Option("--region", help="Covered area of the field.")] = "full",
+    field: Annotated[str, typer.Option("--field", help="Field name, such as ssl-2008. auto: the one that the image "
+                                       "shows.")] = AUTO,
+    region: Annotated[str, typer.Option("--region", help="Covered area of the field. auto: the part that the image "
+                                        "shows.")] = AUTO,
     rotate: requests.Rotate = None,
     model: Annotated[str, typer.Option("--model", help="Camera model. auto: Brown–Conrady, or the first other model "
                                        "that can be fitted.")] = "auto",
@@ -39,15 +42,15 @@ def auto(
     as_json: Annotated[bool, typer.Option("--json", help="Print the complete result as JSON.")] = False,
 ) -> None:
     """Detect the field lines in an image and calibrate from them, if all checks pass."""
-    if field is None:
-        raise BadInput("No field is selected.", "Select a field with --field.", reason="no-field")
-    known = requests.own_fields(fields)[field]
     options = requests.options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
     rough = {name: value for name, value in (("height_mm", height_mm), ("turn_deg", turn_deg)) if value is not None}
-    task = AutomaticRequest(known, known.region(region, rotate), model, options, rough, note=note)
+    task = request_for(requests.own_fields(fields), field, region, rotate, model=model, options=options, rough=rough,
+                       note=note)
     with progress_bar("Detecting lines") as progress, files.decoded(pictures) as reads:
         frame = median_frame(reads, subprogress(progress, 0.0, 0.1))
         found, calibration = task.answer(frame, subprogress(progress, 0.1, 1.0), reads)
+    answer: Mapping[str, Any] = found
+    recognised = answer.get("recognised")
     told = json.dumps(found, allow_nan=False) if as_json else (
         "" if calibration is None else _summary(found, calibration, output))
     if points is not None:
@@ -58,15 +61,17 @@ def auto(
     if told:
         print(told)
     if calibration is None:
-        verdict = found["verdict"]
-        raise FitFailed(verdict["sentence"], verdict["fix"], reason=verdict["reason"])
+        verdict, choices = found["verdict"], recognised["choices"] if recognised else []
+        ways = [f"--field {c['field']} --region {c['region']} --rotate {c['rotate']}" for c in choices]
+        fix = f"Use one of: {'; '.join(ways)}." if len(ways) > 1 else verdict["fix"]
+        raise FitFailed(verdict["sentence"], fix, reason=verdict["reason"])
 
 
 def _summary(found: Mapping[str, Any], calibration: Calibration, output: Path | None) -> str:
     report, proof = found["report"], found["proof"]
     count = sum(len(o["points"]) for o in found["observations"])
     best = found["candidates"][0]
-    lines = [found["verdict"]["sentence"],
+    lines = [*_recognised(found.get("recognised")), found["verdict"]["sentence"],
              f"{count} points on {len(found['observations'])} markings; {100 * proof['unexplained_share']:.0f} % of "
              "the lines detected on the carpet do not belong to the field.",
              f"Camera {_height(best, report, calibration)} above the carpet, region rotated by "
@@ -76,6 +81,15 @@ def _summary(found: Mapping[str, Any], calibration: Calibration, output: Path | 
               ] if any(c["turned"] for c in found["candidates"]) else []
     lines += [f"Warning: {warning['text']} {warning['fix']}" for warning in report["warnings"]]
     return "\n".join([*lines, *([f"Saved as {output}."] if output is not None else [])])
+
+
+def _recognised(recognition: Mapping[str, Any] | None) -> list[str]:
+    """Say which field and part the image shows, and how well the next best field would explain it."""
+    if recognition is None:
+        return []
+    runner_up = recognition["runner_up"]
+    return [recognition["sentence"] + (f" The next best field, {runner_up['title']}, explains the lines "
+                                       f"{100 * runner_up['share']:.0f} % as well." if runner_up else "")]
 
 
 def _height(first: dict[str, Any], report: dict[str, Any], calibration: Calibration) -> str:

@@ -18,7 +18,7 @@ from app.core import opencv
 from app.core.errors import FitFailed
 from app.core.field import Field, Region
 from app.core.geometry import Array, ImageSize, Points, root_mean_square
-from app.core.progress import Progress, no_progress, subprogress
+from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observation, Observations
 from app.core.statements import say
 from app.evaluate.fit.verification import Verification
@@ -127,8 +127,7 @@ def _like_paint(chains: list[NDArray[np.int64]], found: Ridges) -> list[NDArray[
 def assign_lines(lines: DetectedLines, field: Field, region: Region, rough: PosePrior = PosePrior(),  # noqa: B008
                  progress: Progress = no_progress) -> tuple[LineAssignment | None, SearchResult]:
     """Find which line is which, and points on each; None where no camera fits."""
-    searched = search(lines.seen, field, region, rough, subprogress(progress, 0.0, 0.8))
-    progress(0.8, say("progress.measuring-the-lines", "Measuring the lines"))
+    searched = search(lines.seen, field, region, rough, progress)
     return points_on_lines(lines, field, region, searched), searched
 
 

@@ -34,13 +34,13 @@ from app.evaluate.fit.areas import (
 from app.evaluate.fit.report_types import FitReport
 from app.evaluate.fit.verification import AutomaticVerdict, Proof, Verification, verdict_of
 from app.fitting.field_lines.pattern import is_half_turn_symmetric
-from app.fitting.field_lines.search import PosePrior
+from app.fitting.field_lines.search import PosePrior, SearchResult, search
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, CameraModel
 from app.vision.motion.background import Background
 from app.workflows import automatic
 from app.workflows.calibration_request import CalibrationRequest
-from app.workflows.job_pictures import Pictures, job_pictures
+from app.workflows.job_pictures import Pictures
 from app.workflows.model_choice import AUTO, LADDER
 
 SMALLER = 3  # areas within the chosen one that are looked for where that is not found well
@@ -67,11 +67,14 @@ class FoundCamera(TypedDict):
 
 
 class AutomaticAnswer(FoundCamera):
-    """What was found without clicks. lines: the detected ones, raw px."""
+    """What was found without clicks. field, region, rotate: None where it is not clear what the picture shows.
 
-    field: str
-    region: str
-    rotate: int
+    lines: the detected ones, raw px.
+    """
+
+    field: str | None
+    region: str | None
+    rotate: int | None
     model: str
     image_size: SizeJson
     candidates: list[dict[str, Any]]
@@ -120,26 +123,34 @@ class AutomaticRequest:
         """
         progress(0.0, DETECTING_LINES)
         lines = automatic.detect_lines(frame.pixels)
-        found, searched = automatic.assign_lines(lines, self.field, self.region, pose_prior_from_json(self.rough),
-                                                 subprogress(progress, 0.15, 0.6))
+        searched = search(lines.seen, self.field, self.region, pose_prior_from_json(self.rough),
+                                    subprogress(progress, 0.15, 0.6))
+        return self.answer_of(lines, searched, frame, subprogress(progress, 0.6, 1.0), series)
+
+    def answer_of(self, lines: automatic.DetectedLines, searched: SearchResult, frame: Frame,
+                  progress: Progress = no_progress, series: Pictures = (),
+                  ) -> tuple[AutomaticAnswer, Calibration | None]:
+        """Return the same of cameras that were searched for already."""
+        progress(0.0, say("progress.measuring-the-lines", "Measuring the lines"))
+        found = automatic.points_on_lines(lines, self.field, self.region, searched)
         summary: AutomaticAnswer = {
             "field": self.field.name, "region": self.region.name, "rotate": self.region.rotate_deg,
             "model": self.model, "image_size": list(frame.size),
             "candidates": automatic.candidates_json(searched, self.region), "lines": lines.polylines(),
-            **_without_camera([automatic.no_match_error(lines, searched).to_json()])}
+            **without_camera([automatic.no_match_error(lines, searched).to_json()])}
         proof = None if found is None else automatic.verify(found, lines, self.region)
         areas: tuple[SeenArea, ...] = ()
         made = None
         if found is not None and proof is not None and not proof.doubts():
             areas = self._better_areas(found.state, frame)
         if found is not None and not areas:
-            proof, made = self._fitted(found, lines, frame, series, summary, subprogress(progress, 0.6, 0.8))
+            proof, made = self._fitted(found, lines, frame, series, summary, subprogress(progress, 0.1, 0.6))
         is_weak = made is None or made.report["verdict"]["level"] == "poor"
         if is_weak and not areas and len(searched.lines) >= automatic.MIN_LINES:
-            areas = self._areas_within(found, proof, lines, frame, subprogress(progress, 0.8, 1.0))
+            areas = self._areas_within(found, proof, lines, frame, subprogress(progress, 0.6, 1.0))
         if areas:  # points on another area are of no use
             what, fix = area_sentences(areas)
-            summary |= _without_camera([stated(ProblemJson(reason=NOT_IN_IMAGE, what=what, fix=fix))], areas)
+            summary |= without_camera([stated(ProblemJson(reason=NOT_IN_IMAGE, what=what, fix=fix))], areas)
             made = None
         return summary, made
 
@@ -193,7 +204,7 @@ class AutomaticRequest:
         return self._better_areas(found.state, frame, NEAR_OVERLAP)
 
 
-def _without_camera(doubts: list[ProblemJson], areas: Sequence[SeenArea] = ()) -> FoundCamera:
+def without_camera(doubts: list[ProblemJson], areas: Sequence[SeenArea] = ()) -> FoundCamera:
     """Return the part of an answer that found none."""
     return {"observations": [], "proof": None, "report": None, "areas": [area.to_json() for area in areas],
             "doubts": doubts, "verdict": verdict_of(doubts, None, None)}
@@ -223,11 +234,3 @@ def _has_moved(model: CameraModel, field: Field, region: Region, frame: Frame, s
     looked_at = sorted(set(np.linspace(0, len(series) - 1, LOOKED_AT).round().astype(int).tolist()))
     return any(state_of(reference.look(series[number][1]().pixels)) == "knocked" for number in looked_at)
 
-
-def run_auto(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: {"task", "pictures": [{"name", "path", "sha256"}, …], "keep"}; pictures are untrusted."""
-    request = AutomaticRequest.from_json(spec["task"])
-    with job_pictures(spec["pictures"]) as pictures:
-        frame = median_frame(pictures, subprogress(progress, 0.0, 0.1))
-        summary, made = request.answer(frame, subprogress(progress, 0.1, 1.0), pictures)
-    return {"told": summary, "made": made.to_json() if made is not None and spec["keep"] else None}

@@ -17,8 +17,8 @@ from app.core.statements import say
 from app.jobs import Job
 from app.services.container import Services
 from app.services.forms import Name, Note, OptionValues, Rotate, Strict
-from app.workflows.automatic_request import AutomaticRequest, run_auto
 from app.workflows.check import CalibrationCheck, run_check
+from app.workflows.recognition import AUTO, request_for, run_auto
 from app.workflows.reregister import run_register
 
 router = APIRouter()
@@ -39,8 +39,8 @@ class AutoRequest(PictureChoice):
     """One of snapshot, snapshots and camera; the rest describes the camera."""
 
     frames: Annotated[int, Field(ge=1, le=MAX_PICTURES)] = Field(MAX_PICTURES, description="how many, with camera")
-    field: Name
-    region: Name = "full"
+    field: Name = Field(AUTO, description="auto: the one that the image shows")
+    region: Name = Field(AUTO, description="auto: the part of the field that the image shows")
     rotate: Rotate | None = None
     model: Name = Field("auto", description="auto: Brown–Conrady, or the first of others that can be fitted")
     options: OptionValues = Field({}, description="as for a fit")
@@ -51,10 +51,11 @@ class AutoRequest(PictureChoice):
 
 @router.post("/calibrations/auto", tags=["calibrations"], status_code=202, response_model=responses.Job)
 async def find_calibration(request: Request, services: ServicesDep, caller: CallerDep, body: AutoRequest) -> Json:
-    """Start a job that finds the field's lines, assigns them, and saves a version if nothing contradicts it.
+    """Start a job that recognises the field, finds its lines, and saves a version if nothing contradicts it.
 
     Its result has the version's id or null as `calibration`, a `verdict`, the `doubts`, the `candidates`, and what was
-    found as `observations`, which can be fitted or put into a draft like any others.
+    found as `observations`, which can be fitted or put into a draft like any others. What was not given is under
+    `recognised`: several `choices` where the image may show several, and then no version is saved.
     """
     body.check_choice(required=True)
     task = await services.run_in_thread(_task, services, body)  # refused before a camera takes pictures
@@ -71,10 +72,9 @@ async def find_calibration(request: Request, services: ServicesDep, caller: Call
 
 
 def _task(services: Services, body: AutoRequest) -> dict[str, Any]:
-    field = services.fields[body.field]
     prior = body.rough.model_dump(exclude_none=True) if body.rough else {}
-    return AutomaticRequest(field, field.region(body.region, body.rotate), body.model,
-                            with_lens(services, body.options), prior, note=body.note).to_json()
+    return request_for(services.fields, body.field, body.region, body.rotate, model=body.model,
+                       options=with_lens(services, body.options), rough=prior, note=body.note).to_json()
 
 
 class CheckRequest(PictureChoice):

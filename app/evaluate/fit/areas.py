@@ -20,6 +20,7 @@ CELLS = 48  # along the field
 MIN_SEEN = 0.85  # of an area: less, and it may be another one that the picture shows
 FITS_SEEN = 0.9  # of another area
 FITS_OVERLAP, NEAR_OVERLAP = 0.75, 0.5  # of another area with what is seen; where the chosen one cannot be matched
+BEYOND = 0.25  # what is seen outside an area counts so much of what is not seen inside: then both rules agree
 QUARTER_TURN = 90
 NOT_IN_IMAGE = "area-not-in-image"
 
@@ -66,6 +67,27 @@ def better_areas(raw_from_field: Callable[[Points], Points], field: Field, regio
     return tuple(found)
 
 
+def seen_area(raw_from_field: Callable[[Points], Points], field: Field, size: ImageSize, regions: Sequence[Region],
+              ) -> SeenArea | None:
+    """Return which of the regions a picture shows, as it stands upright there; None where it shows none well enough.
+
+    A camera above a half also sees beyond it: what is seen of the field outside a region counts against it, but less
+    than what is not seen of the region itself. Of a whole and its half, the whole is meant from MIN_SEEN of it on.
+    """
+    cells = _cells(field)
+    visible = inside_picture(raw_from_field(cells), size)
+
+    def fit(area: SeenArea) -> float:
+        inside = _inside(cells, area.region)
+        common = float((inside & visible).sum())
+        return common / max(common + float((inside & ~visible).sum()) + BEYOND * float((visible & ~inside).sum()), 1.0)
+    areas = [_seen_area(cells, region, visible) for region in regions]
+    best = max(areas, key=fit, default=None)
+    if best is None or best.overlap < NEAR_OVERLAP:
+        return None
+    return replace(best, region=_upright(best.region, raw_from_field))
+
+
 def smaller_areas(field: Field, region: Region) -> tuple[Region, ...]:
     """Return the areas within the region, turned as that is, the largest first: each rectangle once, and one of two
     that are the same on a field turned by 180°."""
@@ -97,15 +119,18 @@ def _best(cells: Points, field: Field, chosen: Region, visible: Mask, raw_from_f
           least_overlap: float) -> SeenArea | None:
     found: list[SeenArea] = []
     for region in field.regions.values():
-        inside = _inside(cells, region)
-        if not (inside & _inside(cells, chosen)).any():
-            continue
-        overlap = float((inside & visible).sum() / max((inside | visible).sum(), 1))
-        found.append(SeenArea(region, _seen_share(cells, region, visible), overlap))
+        if (_inside(cells, region) & _inside(cells, chosen)).any():
+            found.append(_seen_area(cells, region, visible))
     best = max(found, key=lambda area: area.overlap, default=None)
     if best is None or best.seen_share < FITS_SEEN or best.overlap < least_overlap or best.region.name == chosen.name:
         return None
     return replace(best, region=_upright(best.region, raw_from_field))
+
+
+def _seen_area(cells: Points, region: Region, visible: Mask) -> SeenArea:
+    inside = _inside(cells, region)
+    overlap = float((inside & visible).sum() / max((inside | visible).sum(), 1))
+    return SeenArea(region, _seen_share(cells, region, visible), overlap)
 
 
 def _cells(field: Field) -> Points:

@@ -57,8 +57,11 @@ class PosePrior:
 
     def allows(self, height_mm: float, turn_deg: float) -> bool:
         near = self.height_mm is None or 0.7 < height_mm / self.height_mm < 1.4
+        return near and self.allows_turn(turn_deg)
+
+    def allows_turn(self, turn_deg: float) -> bool:
         off = 0.0 if self.turn_deg is None else abs((turn_deg - self.turn_deg + 180) % 360 - 180)
-        return near and off <= 50
+        return off <= 50
 
 
 @dataclass(frozen=True, eq=False)
