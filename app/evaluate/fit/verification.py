@@ -90,8 +90,8 @@ class Verification:
         more = self.share - other.share
         return (more > CLEARLY or (more > -CLEARLY and self.rms_px < other.rms_px / 2)) and not self.doubts()
 
-    def doubts(self) -> tuple[ProblemJson, ...]:
-        """Return why it may be wrong; empty where there is no doubt."""
+    def doubts(self, min_markings: int = MIN_MARKINGS) -> tuple[ProblemJson, ...]:
+        """Return why it may be wrong; empty where there is no doubt. min_markings: that must have been found."""
         doubts: list[tuple[str, Sentence, Sentence]] = []
         markings = int((self.found_px >= MARKING_FOUND * self.expected_px)[self.expected_px > 0].sum())
         if self.share < MIN_FOUND or self.missing_share > MAX_MISSING:
@@ -112,7 +112,7 @@ class Verification:
                 "lines.ambiguous", "The image matches the field in two orientations."), say(
                 "lines.ambiguous.fix",
                 "Choose the covered area, or enter its approximate orientation or the camera height.")))
-        if markings < MIN_MARKINGS:
+        if markings < min_markings:
             doubts.append(("too-few-lines", say(
                 "lines.too-few", "Lines of only {n} markings were detected.", n=markings), say(
                 "lines.too-few.fix", "Show more of the field, or mark points.")))

@@ -13,11 +13,13 @@ from app.fitting.field_lines.search import (
     FieldMatcher,
     Match,
     PosePrior,
+    Scored,
+    by_value,
     compared,
 )
 from app.fitting.field_lines.seen_lines import SeenLines
 
-FIELDS = 4  # that are refined
+MOST_REFINED = 6  # fields of which cameras are refined
 REFINED = 3  # cameras of each
 REFINED_POOR = 5
 
@@ -38,32 +40,39 @@ def recognise(seen: SeenLines, areas: Sequence[tuple[Field, Sequence[Region]]], 
     """
     if not len(seen.points):
         return ()
-    matchers = {field.name: FieldMatcher.over_any(seen, field, regions, prior) for field, regions in areas}
     by_name = {field.name: field for field, _ in areas}
+    matchers = {field.name: FieldMatcher.over_any(seen, field, regions, prior) for field, regions in areas}
     found: dict[str, list[CameraCandidate]] = {}
-    for is_last, refined in ((False, REFINED), (True, REFINED_POOR)):
+    ranked: list[tuple[str, list[CameraCandidate]]] = []
+    for is_last in (False, True):
         part = subprogress(progress, 0.5 * is_last, 0.5 + 0.5 * is_last)
         matches: dict[str, list[Match]] = {}
         for number, (name, matcher) in enumerate(matchers.items()):
-            part(0.6 * number / len(matchers), say("progress.matching-field", "Comparing with {field}",
+            part(0.5 * number / len(matchers), say("progress.matching-field", "Comparing with {field}",
                                                    field=by_name[name].title))
             matches[name] = matcher.three_line_matches() if is_last else matcher.matches()
-        best = {name: of[0].value for name, of in matches.items() if of}
-        names = sorted(best, key=lambda name: -best[name])[:FIELDS]
-        for number, name in enumerate(names):
-            if best[name] >= MIN_RELATIVE_SCORE * best[names[0]]:
+        best = {name: of[0].value for name, of in _side_by_side(matches).items()}
+        for name in sorted(best, key=lambda name: -best[name])[:MOST_REFINED]:
+            part(0.5 + 0.1 * len(found) / len(best), say("progress.fitting-field", "Fitting {field}",
+                                                        field=by_name[name].title))
+            so_far = ranked[0][1][0].value if ranked else 0.0
+            if len(ranked) < 2 or best[name] >= MIN_RELATIVE_SCORE * so_far:
                 found[name] = found.get(name, []) + matchers[name].refined(
-                    matches[name], refined, subprogress(part, 0.6 + 0.4 * number / len(names),
-                                                        0.6 + 0.4 * (number + 1) / len(names)))
-        ranked = _ranked(found, matchers)
+                    matches[name], REFINED_POOR if is_last else REFINED)
+                ranked = _ranked(found, matchers)
         if ranked and ranked[0][1][0].value >= POOR_SCORE:
             break
     return tuple(SeenField(by_name[name], tuple(candidates)) for name, candidates in ranked)
 
 
+def _side_by_side(of_fields: Mapping[str, Sequence[Scored]]) -> dict[str, list[Scored]]:
+    """Return the cameras of each field, best first, all compared with each other; no field without one."""
+    every = iter(compared([one for of in of_fields.values() for one in of]))
+    return {name: by_value([next(every) for _ in of]) for name, of in of_fields.items() if of}
+
+
 def _ranked(found: Mapping[str, list[CameraCandidate]], matchers: Mapping[str, FieldMatcher],
             ) -> list[tuple[str, list[CameraCandidate]]]:
-    """Return the fields with their cameras, best first, all compared with each other."""
-    every = iter(compared([candidate for of in found.values() for candidate in of]))
-    of_field = {name: matchers[name].distinct([next(every) for _ in of]) for name, of in found.items() if of}
+    """Return the fields with their cameras, best first and each once."""
+    of_field = {name: matchers[name].distinct(of) for name, of in _side_by_side(found).items()}
     return sorted(of_field.items(), key=lambda one: -one[1][0].value)

@@ -6,7 +6,7 @@ length whether it is all that is there; a camera is worth their harmonic mean.
 """
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import cv2
 import numpy as np
@@ -78,7 +78,8 @@ def score(homographies: Array, plane: UndistortedPlane, pattern: FieldPattern, r
     return Scores(*(np.concatenate([np.empty(0), *(part[i] for part in parts)]) for i in range(3)))
 
 
-def harmonic_mean(one: Array, other: Array) -> Array:
+def harmonic_mean(one: Any, other: Any) -> Any:
+    """Return it of numbers or arrays that are not negative; 0 for two zeros."""
     return 2 * one * other / np.maximum(one + other, 1e-9)
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
 from annotated_types import Interval
@@ -29,7 +29,7 @@ COARSE_STEPS, FINE_STEPS = 12, 60  # samples along a line as long as the field
 MAX_FINE = 400  # of the coarsely scored
 REFINED = 4
 REFINED_POOR = 10  # where none explains the picture
-MIN_SEPARATION = 0.01  # of the picture's width, between places of the field: less is the same camera
+SAME_MATCH, SAME_CAMERA = 0.01, 0.02  # of the picture's width, between places of the field before and after refining
 MIN_RELATIVE_SCORE = 0.72  # of the best score: what is further behind is not refined
 POOR_SCORE = 0.80  # below it, three lines are tried too
 NEAR_PX = CAPTURE_PX[2:]
@@ -81,7 +81,7 @@ class CameraCandidate:
 
     @property
     def value(self) -> float:
-        return 2 * self.found * self.explained / max(self.found + self.explained, 1e-9)
+        return float(harmonic_mean(self.found, self.explained))
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,11 +103,20 @@ def search(seen: SeenLines, field: Field, region: Region, prior: PosePrior = Pos
 
 @dataclass(frozen=True, eq=False)
 class Match:
-    """A camera as its homography (3, 3) from field mm to the undistorted plane; value: its score, see score.py."""
+    """A camera as its homography (3, 3) from field mm to the undistorted plane; scored as CameraCandidate is."""
 
-    value: float
     homography: Array
     focal: float
+    found: float
+    explained: float
+    found_px: float
+
+    @property
+    def value(self) -> float:
+        return float(harmonic_mean(self.found, self.explained))
+
+
+Scored = TypeVar("Scored", Match, CameraCandidate)
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,40 +179,36 @@ class FieldMatcher:
         return found
 
     def matches(self) -> list[Match]:
-        """Return the cameras that four lines allow, the best first."""
+        """Return the cameras that four lines allow."""
         return self._scored(four_line_hypotheses(self.seen.quadrilaterals, *self.levels, self.is_either_way))
 
     def three_line_matches(self) -> list[Match]:
-        """Return the cameras that three lines allow, the best first."""
+        """Return the cameras that three lines allow."""
         return self._scored(three_line_hypotheses(self.seen.lines, *self.levels, self.is_either_way))
 
     def _scored(self, given: Hypotheses) -> list[Match]:
-        """Score all coarsely, and the best of those finely; return these, best first."""
+        """Score all coarsely, and the best of those finely; return these."""
         maps, focal = given.homographies, given.focal
         if not len(maps):
             return []
         shows = self._shows_area(maps)
         maps, focal = maps[shows], focal[shows]
         if len(maps) > MAX_FINE:
-            prior = self._values(maps, self.coarse)
-            top = np.argsort(-prior, kind="stable")[:MAX_FINE]
-            maps, focal = maps[top], focal[top]
-        value = self._values(maps, self.fine)
-        return [Match(float(value[i]), maps[i], float(focal[i])) for i in np.argsort(-value, kind="stable")]
+            found, explained, found_px = self._scores(maps, self.coarse)
+            most_px = np.max(found_px, where=found > CREDIBLE, initial=1e-9)
+            top = np.argsort(-harmonic_mean(found, explained * np.minimum(found_px / most_px, 1)), kind="stable")
+            maps, focal = maps[top[:MAX_FINE]], focal[top[:MAX_FINE]]
+        scores = self._scores(maps, self.fine)
+        return [Match(homography, *map(float, rest)) for homography, *rest in zip(maps, focal, *scores, strict=True)]
 
-    def _values(self, maps: Array, pattern: FieldPattern) -> Array:
-        """Return what each camera is worth (n,): the harmonic mean of found and explained shares.
-
-        Explained counts what lies on the field, and what another of the cameras finds.
-        """
+    def _scores(self, maps: Array, pattern: FieldPattern) -> tuple[Array, Array, Array]:
+        """Return of each camera (n,) what a Match says of it: found, explained, found_px."""
         ridges, inner = self.seen.ridges, np.all(np.abs(pattern.points) < self.outer_mm, axis=1)
         scores = score(maps, self.seen.plane, pattern, ridges, inner)
         points, _ = self.seen.some(SOME_SCORED)
-        per_point = ridges.length_px / max(len(points), 1)
-        within = per_point * length_within(maps, self.outer_mm, self.seen.plane, points)
-        most_px = np.max(scores.found_px, where=scores.found > CREDIBLE, initial=1e-9)
-        explained = scores.found_px / (np.maximum(scores.found_px, most_px) + np.maximum(within - scores.inner_px, 0))
-        return harmonic_mean(scores.found, explained)
+        within = length_within(maps, self.outer_mm, self.seen.plane, points) * (ridges.length_px / len(points))
+        explained = scores.found_px / np.maximum(scores.found_px + np.maximum(within - scores.inner_px, 0), 1e-9)
+        return scores.found, explained, scores.found_px
 
     def _shows_area(self, maps: Array) -> Mask:
         """Return whether enough of an area is in the picture, large enough, and upright where no more is known."""
@@ -232,6 +237,7 @@ class FieldMatcher:
     def refined(self, matches: list[Match], most: int, progress: Progress = no_progress) -> list[CameraCandidate]:
         """Refine those of the best matches that differ, and that come near the best."""
         candidates = []
+        matches = by_value(compared(matches))
         distinct = [match for match in self._apart(matches, most)
                     if match.value >= MIN_RELATIVE_SCORE * matches[0].value]
         for number, match in enumerate(distinct):
@@ -274,19 +280,19 @@ class FieldMatcher:
             at = project(one.homography[None], self.marks, self.seen.plane)[0]
             if not np.isfinite(at).all():
                 at = project(one.homography[None], self.cells, self.seen.plane)[0]
-            if all(not self._are_alike(at, other) for _, other in distinct):
+            if all(not self._are_alike(at, other, SAME_MATCH) for _, other in distinct):
                 distinct.append((one, at))
             if len(distinct) >= most:
                 break
         return [one for one, _ in distinct]
 
-    def _are_alike(self, at: Points, other: Points) -> bool:
-        """Whether two cameras see all that either has in the picture, or near it, at the same places."""
+    def _are_alike(self, at: Points, other: Points, within: float) -> bool:
+        """Whether two cameras see all that either has in the picture at the same places, to a share of its width."""
         if at.shape != other.shape:
             return False
         size = self.seen.size
-        here = inside_picture(at, size, -0.5 * size.width) | inside_picture(other, size, -0.5 * size.width)
-        return bool(here.any() and np.abs(at - other)[here].max() < MIN_SEPARATION * size.width)
+        here = inside_picture(at, size) | inside_picture(other, size)
+        return bool(here.any() and np.abs(at - other)[here].max() < within * size.width)
 
     def _candidate(self, drawn: RefinedCamera) -> CameraCandidate | None:
         """Score the refined camera once more, by its own lens."""
@@ -324,15 +330,20 @@ class FieldMatcher:
         distinct: list[tuple[CameraCandidate, Array]] = []
         for c in sorted(candidates, key=lambda c: -worth(c)):
             at = c.refined.state.project(with_z(self.cells))
-            if all(not self._are_alike(at, other) for _, other in distinct):
+            if all(not self._are_alike(at, other, SAME_CAMERA) for _, other in distinct):
                 distinct.append((c, at))
         return [c for c, _ in distinct]
 
 
-def compared(candidates: Sequence[CameraCandidate]) -> list[CameraCandidate]:
+def compared(cameras: Sequence[Scored]) -> list[Scored]:
     """Return the same, of which explained also counts what another of them finds and this one does not."""
-    most_px = max((c.found_px for c in candidates if c.found > CREDIBLE), default=0.0)
-    return [replace(c, explained=c.explained * min(c.found_px / most_px, 1.0)) if most_px else c for c in candidates]
+    most_px = max((one.found_px for one in cameras if one.found > CREDIBLE), default=0.0)
+    return [replace(one, explained=one.explained * min(one.found_px / most_px, 1.0)) if most_px else one
+            for one in cameras]
+
+
+def by_value(cameras: Sequence[Scored]) -> list[Scored]:
+    return sorted(cameras, key=lambda one: -one.value)
 
 
 def _patterns(field: Field) -> tuple[FieldPattern, FieldPattern]:
