@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,7 +40,7 @@ from app.fitting.ray_camera.fit import lens_fitter
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, parameters_json
 from app.models.ray_camera import RayCamera
-from app.vision.lines.profiles import NO_WIDTHS, across_lines
+from app.vision.lines.profiles import NO_WIDTHS, Profiles, across_lines
 from app.vision.lines.ridge_chains import ridge_chains
 from app.vision.lines.ridges import Ridges, ridges
 from app.vision.lines.strays import strays
@@ -47,7 +48,9 @@ from app.workflows import calibration
 from app.workflows.calibration import CalibrationResult
 
 STRONG_SHARE, WEAK = 0.8, 0.3  # of all length is weaker than what is strong; of that strength, what paint has at least
+SURELY_FOUND = 0.95  # of the expected lines
 SEARCH_PX = 1400  # of the longer side: finer than that, lines are looked for in a smaller picture, and measured in this
+SOFT_PX, MORE = 0.6, 1.1  # σ of a blur, where so many times as many places show a line with it as without
 POINTS = 240  # in all: more cost time and tell nothing new
 APART_PX = 6.0  # at least, from one to the next
 CAPTURE_PX = 4.0  # about the expected place, in a picture of 1280 px
@@ -101,6 +104,11 @@ class LineAssignment:
     rms_px: float
     widths: Mapping[int, float]
 
+    @property
+    def share(self) -> float:
+        """Of the places where a line is expected and nothing is near, those where one was found."""
+        return float(self.hits.sum() / max(self.expected.clear.sum(), 1))
+
 
 def detect_lines(pixels: NDArray[np.uint8]) -> DetectedLines:
     """Detect the bright lines of a picture."""
@@ -139,7 +147,11 @@ def points_on_lines(lines: DetectedLines, field: Field, region: Region, searched
     state, seen = searched.candidates[0].refined.state, lines.seen
     coarse = FieldPattern.of(field, field.length_mm / FINE_STEPS)
     finer = refine_camera(with_brown_conrady(state, coarse, seen.size), coarse, seen, FINER_PX, FINER_POINTS)
-    return _measured(lines, state if finer is None else finer.state, field, region, searched)
+    found = None if finer is None else _measured(lines, finer.state, field, region, searched)
+    if found is None or found.share < SURELY_FOUND:  # of a fisheye, the other lens may see further out
+        other = _measured(lines, state, field, region, searched)
+        found = max((each for each in (found, other) if each), key=lambda each: each.share, default=None)
+    return found
 
 
 def _measured(seen: DetectedLines, state: RayCameraParameters, field: Field, region: Region,
@@ -150,8 +162,14 @@ def _measured(seen: DetectedLines, state: RayCameraParameters, field: Field, reg
     places = sample_lines_evenly(state.project, pattern, size, POINTS, APART_PX, CLEAR_PX)
     if not places.clear.any():
         return None
-    profiles = across_lines(seen.gray, places.places, places.normals, places.width_px, places.marking,
-                            CAPTURE_PX * scale, widths)
+    def across(gray: NDArray[np.uint8]) -> Profiles:
+        return across_lines(gray, places.places, places.normals, places.width_px, places.marking, CAPTURE_PX * scale,
+                            widths)
+    profiles = across(seen.gray)
+    if profiles.found[places.clear].mean() < SURELY_FOUND:
+        # Lines of one pixel without soft edges, and sharpened ones, have no bar's profile.
+        soft = across(np.asarray(cv2.GaussianBlur(seen.gray, (0, 0), SOFT_PX), np.uint8))
+        profiles = soft if soft.found[places.clear].sum() > MORE * profiles.found[places.clear].sum() else profiles
     hits = profiles.found & places.clear
     hits &= ~strays(profiles.middle, hits, places.marking)
     points = places.places + np.where(hits, profiles.middle, 0.0)[:, None] * places.normals

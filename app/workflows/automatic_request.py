@@ -44,7 +44,6 @@ from app.workflows.job_pictures import Pictures
 from app.workflows.model_choice import AUTO, LADDER
 
 SMALLER = 3  # areas within the chosen one that are looked for where that is not found well
-SURELY_FOUND = 0.95  # of the expected lines
 LOOKED_AT = 5  # pictures of a series: a camera that sways is elsewhere in one of them
 
 
@@ -195,7 +194,7 @@ class AutomaticRequest:
 
         found, proof: what there is with the chosen one; another must explain the picture better.
         """
-        is_sure = proof is not None and proof.share >= SURELY_FOUND
+        is_sure = proof is not None and proof.share >= automatic.SURELY_FOUND
         within_it = () if is_sure else smaller_areas(self.field, self.region)[:SMALLER]
         for number, area in enumerate(within_it):
             within, _ = automatic.assign_lines(

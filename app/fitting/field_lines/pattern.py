@@ -43,6 +43,11 @@ class FieldPattern:
         bare = np.abs(parts[0]).sum(axis=1) < (field.length_mm + field.width_mm) / 2 - cut - (cut and step_mm)
         return cls(markings, *(part[bare | (cut == 0)] for part in parts))
 
+    def every(self, step: int) -> Self:
+        """Return every step-th of the samples."""
+        return type(self)(self.markings, self.points[::step], self.along[::step], self.marking[::step],
+                          self.step_mm[::step])
+
 
 def levels(field: Field, region: Region) -> tuple[Array, Array]:
     """Return x of the lines along y, and y of those along x, near enough to the region to be seen with it; mm."""

@@ -20,7 +20,7 @@ from app.fitting.field_lines.search import (
 from app.fitting.field_lines.seen_lines import SeenLines
 
 MOST_REFINED = 6  # fields of which cameras are refined
-REFINED = 3  # cameras of each
+REFINED, REFINED_NEXT = 3, 2  # cameras of the most likely field, and of each other
 REFINED_POOR = 5
 
 
@@ -57,8 +57,8 @@ def recognise(seen: SeenLines, areas: Sequence[tuple[Field, Sequence[Region]]], 
                                                         field=by_name[name].title))
             so_far = ranked[0][1][0].value if ranked else 0.0
             if len(ranked) < 2 or best[name] >= MIN_RELATIVE_SCORE * so_far:
-                found[name] = found.get(name, []) + matchers[name].refined(
-                    matches[name], REFINED_POOR if is_last else REFINED)
+                most = REFINED_POOR if is_last else REFINED_NEXT if ranked else REFINED
+                found[name] = found.get(name, []) + matchers[name].refined(matches[name], most)
                 ranked = _ranked(found, matchers)
         if ranked and ranked[0][1][0].value >= POOR_SCORE:
             break

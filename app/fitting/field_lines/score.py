@@ -20,6 +20,7 @@ LONG_SIDE = 420  # of the map of distances, px: finer than the bend is known
 DIRECTIONS = 4  # directions of ridges that are mapped apart
 REACH_PX = 5.0  # of the map: further off, nothing is found
 BATCH = 3000
+CREDIBLE = 0.6  # of a drawn field that is there: what it finds is the field, or part of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +69,11 @@ class Scores:
     found: Array
     found_px: Array
     inner_px: Array
+
+    @property
+    def most_px(self) -> float:
+        """The greatest length that one of them finds, if that is most of its drawing."""
+        return float(np.max(self.found_px, where=self.found > CREDIBLE, initial=0.0))
 
 
 def score(homographies: Array, plane: UndistortedPlane, pattern: FieldPattern, ridges: RidgeMaps, inner: Mask,

@@ -20,13 +20,14 @@ from app.fitting.field_lines.refinement import (
     outer_mm,
     refine_camera,
 )
-from app.fitting.field_lines.score import harmonic_mean, length_within, project, score
+from app.fitting.field_lines.score import CREDIBLE, Scores, harmonic_mean, length_within, project, score
 from app.fitting.field_lines.seen_lines import SeenLines
 from app.fitting.field_lines.three_lines import three_line_hypotheses
 from app.fitting.ray_camera.parameters import RayCameraParameters
 
 COARSE_STEPS, FINE_STEPS = 12, 60  # samples along a line as long as the field
-MAX_FINE = 400  # of the coarsely scored
+THINNED = 3  # of the coarse samples every so manieth, at first
+MAX_COARSE, MAX_FINE = 1500, 400  # that are scored by all coarse samples, and by the fine ones
 REFINED = 4
 REFINED_POOR = 10  # where none explains the picture
 SAME_MATCH, SAME_CAMERA = 0.01, 0.02  # of the picture's width, between places of the field before and after refining
@@ -37,9 +38,8 @@ ALIKE = 1.4  # how much further off the lines a camera may be at a known height:
 # costs three quarters and more
 MIN_REGION_SEEN = 0.35  # of the region's carpet must lie in the picture
 MIN_REGION_FILL = 0.06  # of the picture
-CELLS = (12, 8)  # of the carpet, along and across the field: an eighth of it has twelve
+CELLS = (8, 6)  # of the carpet, along and across the field: an eighth of it has six
 MIN_HEIGHT = 0.2  # of half the field's width: nothing below it sees a field from above
-CREDIBLE = 0.6  # of a drawn field that is there: what it finds is the field, or part of it
 SOME_SCORED = 300
 SOME = 1200  # points on ridges that are looked at
 LEAST_OVERLAP = 0.4  # of an area that nobody chose with all that is seen of the field
@@ -193,22 +193,24 @@ class FieldMatcher:
             return []
         shows = self._shows_area(maps)
         maps, focal = maps[shows], focal[shows]
-        if len(maps) > MAX_FINE:
-            found, explained, found_px = self._scores(maps, self.coarse)
-            most_px = np.max(found_px, where=found > CREDIBLE, initial=1e-9)
-            top = np.argsort(-harmonic_mean(found, explained * np.minimum(found_px / most_px, 1)), kind="stable")
-            maps, focal = maps[top[:MAX_FINE]], focal[top[:MAX_FINE]]
+        for pattern, most in ((self.coarse.every(THINNED), MAX_COARSE), (self.coarse, MAX_FINE)):
+            if len(maps) > most:
+                scores = self._scores(maps, pattern)
+                top = np.argsort(-harmonic_mean(scores.found, scores.found_px / max(scores.most_px, 1e-9)),
+                                 kind="stable")[:most]
+                maps, focal = maps[top], focal[top]
         scores = self._scores(maps, self.fine)
-        return [Match(homography, *map(float, rest)) for homography, *rest in zip(maps, focal, *scores, strict=True)]
-
-    def _scores(self, maps: Array, pattern: FieldPattern) -> tuple[Array, Array, Array]:
-        """Return of each camera (n,) what a Match says of it: found, explained, found_px."""
-        ridges, inner = self.seen.ridges, np.all(np.abs(pattern.points) < self.outer_mm, axis=1)
-        scores = score(maps, self.seen.plane, pattern, ridges, inner)
         points, _ = self.seen.some(SOME_SCORED)
-        within = length_within(maps, self.outer_mm, self.seen.plane, points) * (ridges.length_px / len(points))
-        explained = scores.found_px / np.maximum(scores.found_px + np.maximum(within - scores.inner_px, 0), 1e-9)
-        return scores.found, explained, scores.found_px
+        within = length_within(maps, self.outer_mm, self.seen.plane, points)
+        within_px = within * (self.seen.ridges.length_px / len(points))
+        unexplained_px = np.maximum(within_px - scores.inner_px, 0)
+        explained = scores.found_px / np.maximum(scores.found_px + unexplained_px, 1e-9)
+        return [Match(homography, *map(float, rest)) for homography, *rest in zip(
+            maps, focal, scores.found, explained, scores.found_px, strict=True)]
+
+    def _scores(self, maps: Array, pattern: FieldPattern) -> Scores:
+        return score(maps, self.seen.plane, pattern, self.seen.ridges,
+                     np.all(np.abs(pattern.points) < self.outer_mm, axis=1))
 
     def _shows_area(self, maps: Array) -> Mask:
         """Return whether enough of an area is in the picture, large enough, and upright where no more is known."""
