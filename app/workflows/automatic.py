@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from app.core import opencv
 from app.core.errors import FitFailed
-from app.core.field import Field, Region
+from app.core.field import Arc, Field, Line, Region
 from app.core.geometry import Array, ImageSize, Points, root_mean_square
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observation, Observations
 from app.core.statements import say
-from app.evaluate.fit.verification import Verification
+from app.evaluate.fit.verification import MARKING_FOUND, MIN_AHEAD, Verification
 from app.fitting import FITTERS
 from app.fitting.field_lines.line_samples import LineSamples, fine_pattern, sample_lines_evenly
 from app.fitting.field_lines.pattern import FieldPattern
@@ -141,9 +141,22 @@ def assign_lines(lines: DetectedLines, field: Field, region: Region, rough: Pose
 
 def points_on_lines(lines: DetectedLines, field: Field, region: Region, searched: SearchResult,
                     ) -> LineAssignment | None:
-    """Measure points on each line that the best of the cameras sees; None where there is none."""
+    """Measure points on each line that the best of the cameras sees; None where there is none.
+
+    Of several that score alike, the best is the only one that the measured lines do not contradict, if just one is.
+    """
     if not searched.candidates:
         return None
+    best, *others = searched.candidates
+    rivals = [c for c in others if c.value > (1 - MIN_AHEAD) * best.value and not _twins(best, c, region)]
+    alone = [_points_of(lines, field, region, SearchResult((c,), searched.lines)) for c in (best, *rivals)]
+    proven = [found for found in alone if found is not None and not verify(found, lines, region).doubts()]
+    if rivals and len(proven) == 1:
+        return proven[0]
+    return None if alone[0] is None else replace(alone[0], searched=searched)
+
+
+def _points_of(lines: DetectedLines, field: Field, region: Region, searched: SearchResult) -> LineAssignment | None:
     state, seen = searched.candidates[0].refined.state, lines.seen
     coarse = FieldPattern.of(field, field.length_mm / FINE_STEPS)
     finer = refine_camera(with_brown_conrady(state, coarse, seen.size), coarse, seen, FINER_PX, FINER_POINTS)
@@ -252,7 +265,17 @@ def verify(found: LineAssignment, seen: DetectedLines, region: Region) -> Verifi
     best, *others = found.searched.candidates
     rival = max((c.value / max(best.value, 1e-9) for c in others if not _twins(best, c, region)), default=0.0)
     return Verification(tuple(m.name for m in markings), wanted, there, explained, unexplained,
-                        found.rms_px, rival, float(np.hypot(*seen.size)))
+                        found.rms_px, rival, float(np.hypot(*seen.size)),
+                        _is_rectangle([m for m, px, of in zip(markings, there, wanted, strict=True)
+                                       if px >= max(MARKING_FOUND * of, 1e-9)]))
+
+
+def _is_rectangle(found: Sequence[Line | Arc]) -> bool:
+    """Return whether the markings are no more than two parallel lines and two across them."""
+    lines = [marking for marking in found if isinstance(marking, Line)]
+    levels = [{round(line.start[axis]) for line in lines if abs(line.start[axis] - line.end[axis]) < 1.0}
+              for axis in (0, 1)]
+    return len(lines) == len(found) and max(map(len, levels)) <= 2
 
 
 def _twins(one: CameraCandidate, other: CameraCandidate, region: Region) -> bool:

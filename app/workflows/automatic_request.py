@@ -32,7 +32,7 @@ from app.evaluate.fit.areas import (
     smaller_areas,
 )
 from app.evaluate.fit.report_types import FitReport
-from app.evaluate.fit.verification import MIN_MARKINGS, AutomaticVerdict, Proof, Verification, verdict_of
+from app.evaluate.fit.verification import AutomaticVerdict, Proof, Verification, verdict_of
 from app.fitting.field_lines.pattern import is_half_turn_symmetric
 from app.fitting.field_lines.search import PosePrior, SearchResult, search
 from app.fitting.ray_camera.parameters import RayCameraParameters
@@ -84,7 +84,7 @@ class AutomaticAnswer(FoundCamera):
 class AutomaticRequest:
     """The field and region to find, the model to fit, and what is known of the pose.
 
-    min_markings: that must be found, or it may be another field.
+    is_chosen: whether somebody chose the field; see Verification.doubts().
     """
 
     field: Field
@@ -95,7 +95,7 @@ class AutomaticRequest:
     camera: str | None = None
     snapshot: str | None = None
     note: str = ""
-    min_markings: int = MIN_MARKINGS
+    is_chosen: bool = True
 
     def __post_init__(self) -> None:
         for name in chain(*self.models):
@@ -144,7 +144,7 @@ class AutomaticRequest:
         proof = None if found is None else automatic.verify(found, lines, self.region)
         areas: tuple[SeenArea, ...] = ()
         made = None
-        if found is not None and proof is not None and not proof.doubts(self.min_markings):
+        if found is not None and proof is not None and not proof.doubts(self.is_chosen):
             areas = self._better_areas(found.state, frame)
         if found is not None and not areas:
             proof, made = self._fitted(found, lines, frame, series, summary, subprogress(progress, 0.1, 0.6))
@@ -170,7 +170,7 @@ class AutomaticRequest:
                 refused.append(refusal.to_json())
         report = None if done is None else done.report
         proof = automatic.verify(found, lines, self.region)
-        doubts = [*proof.doubts(self.min_markings), *(refused[:1] if done is None else [])]
+        doubts = [*proof.doubts(self.is_chosen), *(refused[:1] if done is None else [])]
         if done is not None and _has_moved(done.model, self.field, self.region, frame, series):
             doubts.insert(0, stated(ProblemJson(
                 reason="series-moved", what=SERIES_MOVED, fix=SERIES_MOVED_FIX)))
@@ -202,7 +202,7 @@ class AutomaticRequest:
                 subprogress(progress, number / len(within_it), (number + 1) / len(within_it)))
             if within is not None and automatic.verify(within, lines, area).is_better_than(proof):
                 return self._better_areas(within.state, frame, NEAR_OVERLAP)
-        if found is None or proof is None or proof.doubts(self.min_markings):
+        if found is None or proof is None or proof.doubts(self.is_chosen):
             return ()
         return self._better_areas(found.state, frame, NEAR_OVERLAP)
 

@@ -23,7 +23,6 @@ from app.core.progress import Progress, no_progress, subprogress
 from app.core.records import Calibration, Frame
 from app.core.statements import Stated, say, stated
 from app.evaluate.fit.areas import AreaJson, SeenArea, seen_area
-from app.evaluate.fit.verification import MIN_MARKINGS
 from app.fitting.field_lines.pattern import is_half_turn_symmetric
 from app.fitting.field_lines.recognition import SeenField, recognise
 from app.fitting.field_lines.search import CameraCandidate, PosePrior, SearchResult
@@ -43,7 +42,6 @@ LEAST_VALUE = 0.55  # of a field that may be the one
 ALIKE = 0.93  # of the best one's value: then the lines do not decide between two fields
 MOST_CHOICES = 3
 QUARTER_TURN = 90
-MIN_UNCHOSEN = 5  # markings that are found: four of a field that nobody chose may be any rectangle
 
 
 class FieldChoice(AreaJson):
@@ -85,10 +83,10 @@ class _Choice:
     area: SeenArea
     candidates: tuple[CameraCandidate, ...]
 
-    def is_proven(self, lines: automatic.DetectedLines, min_markings: int) -> bool:
-        """Whether the picture shows what the best camera expects."""
+    def is_proven(self, lines: automatic.DetectedLines, is_chosen: bool) -> bool:
+        """Whether the picture shows what the best camera expects. is_chosen: see Verification.doubts()."""
         found = automatic.points_on_lines(lines, self.field, self.area.region, SearchResult(self.candidates))
-        return found is not None and not automatic.verify(found, lines, self.area.region).doubts(min_markings)
+        return found is not None and not automatic.verify(found, lines, self.area.region).doubts(is_chosen)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,19 +127,19 @@ class RecognitionRequest:
                           replace(prior, turn_deg=None), subprogress(progress, 0.1, 0.6))
         choices = [choice for seen in _alike(found) for choice in self._choices(seen, lines.size, prior)]
         if len(choices) > 1:  # of which each must be convincing by itself
-            choices = [choice for choice in choices if choice.is_proven(lines, self._min_markings)][:MOST_CHOICES]
+            choices = [choice for choice in choices if choice.is_proven(lines, self._is_chosen)][:MOST_CHOICES]
         recognised = _recognition(found, choices)
         if len(choices) != 1:
             return self._undecided(lines, recognised), None
         (only,) = choices
-        request = AutomaticRequest(only.field, only.area.region, **self.given, min_markings=self._min_markings)
+        request = AutomaticRequest(only.field, only.area.region, **self.given, is_chosen=self._is_chosen)
         searched = SearchResult(only.candidates, tuple(lines.seen.lines))
         summary, made = request.answer_of(lines, searched, frame, subprogress(progress, 0.6, 1.0), series)
         return {**summary, "recognised": recognised}, made
 
     @property
-    def _min_markings(self) -> int:
-        return MIN_UNCHOSEN if len(self.fields) > 1 else MIN_MARKINGS
+    def _is_chosen(self) -> bool:
+        return len(self.fields) == 1
 
     def _regions(self, field: Field) -> list[Region]:
         """Return the areas to look for; none of a field without lines, unless it is the only one."""

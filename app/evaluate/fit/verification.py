@@ -52,7 +52,8 @@ class Proof(TypedDict):
 class Verification:
     """Lengths in px. found and expected by marking; unexplained: of long lines on the field that lie on no marking.
 
-    rival: how well the next best camera explains the picture, as a share of how well this one does.
+    rival: how well the next best camera explains the picture, as a share of how well this one does. is_rectangle:
+    whether no more than the four sides of one were found.
     """
 
     names: tuple[str, ...]
@@ -63,6 +64,7 @@ class Verification:
     rms_px: float
     rival: float
     diagonal_px: float
+    is_rectangle: bool = False
 
     @property
     def share(self) -> float:
@@ -90,8 +92,11 @@ class Verification:
         more = self.share - other.share
         return (more > CLEARLY or (more > -CLEARLY and self.rms_px < other.rms_px / 2)) and not self.doubts()
 
-    def doubts(self, min_markings: int = MIN_MARKINGS) -> tuple[ProblemJson, ...]:
-        """Return why it may be wrong; empty where there is no doubt. min_markings: that must have been found."""
+    def doubts(self, is_chosen: bool = True) -> tuple[ProblemJson, ...]:
+        """Return why it may be wrong; empty where there is no doubt.
+
+        is_chosen: whether somebody chose the field; if not, one rectangle is too little to know it by.
+        """
         doubts: list[tuple[str, Sentence, Sentence]] = []
         markings = int((self.found_px >= MARKING_FOUND * self.expected_px)[self.expected_px > 0].sum())
         if self.share < MIN_FOUND or self.missing_share > MAX_MISSING:
@@ -112,7 +117,7 @@ class Verification:
                 "lines.ambiguous", "The image matches the field in two orientations."), say(
                 "lines.ambiguous.fix",
                 "Choose the covered area, or enter its approximate orientation or the camera height.")))
-        if markings < min_markings:
+        if markings < MIN_MARKINGS or (self.is_rectangle and not is_chosen):
             doubts.append(("too-few-lines", say(
                 "lines.too-few", "Lines of only {n} markings were detected.", n=markings), say(
                 "lines.too-few.fix", "Show more of the field, or mark points.")))
