@@ -39,6 +39,7 @@ from app.workflows.job_pictures import Pictures, job_pictures
 
 AUTO = "auto"
 LEAST_VALUE = 0.55  # of a field that may be the one
+CONVINCING = 0.8  # of a field of which some lines are hidden, or painted elsewhere
 ALIKE = 0.93  # of the best one's value: then the lines do not decide between two fields
 MOST_CHOICES = 3
 QUARTER_TURN = 90
@@ -83,6 +84,10 @@ class _Choice:
     area: SeenArea
     candidates: tuple[CameraCandidate, ...]
 
+    @property
+    def value(self) -> float:
+        return self.candidates[0].value
+
     def is_proven(self, lines: automatic.DetectedLines, is_chosen: bool) -> bool:
         """Whether the picture shows what the best camera expects. is_chosen: see Verification.doubts()."""
         found = automatic.points_on_lines(lines, self.field, self.area.region, SearchResult(self.candidates))
@@ -126,8 +131,8 @@ class RecognitionRequest:
         found = recognise(lines.seen, [(field, regions) for field in self.fields if (regions := self._regions(field))],
                           replace(prior, turn_deg=None), subprogress(progress, 0.1, 0.6))
         choices = [choice for seen in _alike(found) for choice in self._choices(seen, lines.size, prior)]
-        if len(choices) > 1:  # of which each must be convincing by itself
-            choices = [choice for choice in choices if choice.is_proven(lines, self._is_chosen)][:MOST_CHOICES]
+        if len(choices) > 1:
+            choices = self._convincing(choices, lines)[:MOST_CHOICES]
         recognised = _recognition(found, choices)
         if len(choices) != 1:
             return self._undecided(lines, recognised), None
@@ -166,6 +171,16 @@ class RecognitionRequest:
         found.sort(key=lambda choice: choice.area.region.rotate_deg)
         is_one = len({choice.area.region.x_mm + choice.area.region.y_mm for choice in found}) == 1
         return found[:1] if is_one else found
+
+    def _convincing(self, choices: list[_Choice], lines: automatic.DetectedLines) -> list[_Choice]:
+        """Return those of several choices that the measured lines do not contradict, or which score well all the same.
+
+        Two ends of one field are the same to the lines: they are measured once.
+        """
+        contradicted = {field.name: not next(c for c in choices if c.field is field).is_proven(lines, self._is_chosen)
+                        for field in {c.field.name: c.field for c in choices}.values()}
+        return [choice for choice in choices
+                if not contradicted[choice.field.name] or (len(contradicted) == 1 and choice.value >= CONVINCING)]
 
     def _undecided(self, lines: automatic.DetectedLines, recognised: Recognition) -> RecognisedAnswer:
         """Return the answer where there are several choices, or none."""
