@@ -39,6 +39,7 @@ from app.workflows.job_pictures import Pictures, job_pictures
 
 AUTO = "auto"
 LEAST_VALUE = 0.55  # of a field that may be the one
+NOT_ALL_SEEN = {"lines-missing", "lines-unexplained"}
 CONVINCING = 0.8  # of a field of which some lines are hidden, or painted elsewhere
 ALIKE = 0.93  # of the best one's value: then the lines do not decide between two fields
 MOST_CHOICES = 3
@@ -88,10 +89,12 @@ class _Choice:
     def value(self) -> float:
         return self.candidates[0].value
 
-    def is_proven(self, lines: automatic.DetectedLines, is_chosen: bool) -> bool:
-        """Whether the picture shows what the best camera expects. is_chosen: see Verification.doubts()."""
+    def doubts(self, lines: automatic.DetectedLines, is_chosen: bool) -> set[str]:
+        """Return by what the measured lines contradict the best camera. is_chosen: see Verification.doubts()."""
         found = automatic.points_on_lines(lines, self.field, self.area.region, SearchResult(self.candidates))
-        return found is not None and not automatic.verify(found, lines, self.area.region).doubts(is_chosen)
+        if found is None:
+            return {"no-match"}
+        return {doubt["reason"] for doubt in automatic.verify(found, lines, self.area.region).doubts(is_chosen)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,10 +180,10 @@ class RecognitionRequest:
 
         Two ends of one field are the same to the lines: they are measured once.
         """
-        contradicted = {field.name: not next(c for c in choices if c.field is field).is_proven(lines, self._is_chosen)
-                        for field in {c.field.name: c.field for c in choices}.values()}
-        return [choice for choice in choices
-                if not contradicted[choice.field.name] or (len(contradicted) == 1 and choice.value >= CONVINCING)]
+        doubts = {choice.field.name: choice.doubts(lines, self._is_chosen)
+                  for choice in {choice.field.name: choice for choice in choices}.values()}
+        return [choice for choice in choices if not doubts[choice.field.name] or (
+            len(doubts) == 1 and choice.value >= CONVINCING and doubts[choice.field.name] <= NOT_ALL_SEEN)]
 
     def _undecided(self, lines: automatic.DetectedLines, recognised: Recognition) -> RecognisedAnswer:
         """Return the answer where there are several choices, or none."""
