@@ -34,9 +34,10 @@ from app.evaluate.fit.areas import (
 from app.evaluate.fit.report_types import FitReport
 from app.evaluate.fit.verification import AutomaticVerdict, Proof, Verification, verdict_of
 from app.fitting.field_lines.pattern import is_half_turn_symmetric
-from app.fitting.field_lines.search import PosePrior, SearchResult, search
+from app.fitting.field_lines.search import PosePrior, SearchResult, is_near_height, search
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, CameraModel
+from app.models.ray_camera import RayCamera
 from app.vision.motion.background import Background
 from app.workflows import automatic
 from app.workflows.calibration_request import CalibrationRequest
@@ -171,6 +172,8 @@ class AutomaticRequest:
         report = None if done is None else done.report
         proof = automatic.verify(found, lines, self.region)
         doubts = [*proof.doubts(self.is_chosen), *(refused[:1] if done is None else [])]
+        if done is not None and (told := self._other_height(done.model)):
+            doubts.insert(0, told)
         if done is not None and _has_moved(done.model, self.field, self.region, frame, series):
             doubts.insert(0, stated(ProblemJson(
                 reason="series-moved", what=SERIES_MOVED, fix=SERIES_MOVED_FIX)))
@@ -182,6 +185,16 @@ class AutomaticRequest:
         request = CalibrationRequest(found.observations, self.field, self.region, frame.size, summary["model"],
                                      self.options, self.camera, self.snapshot, frame.sha256 or None, self.note)
         return proof, request.record(done)
+
+    def _other_height(self, model: CameraModel) -> ProblemJson | None:
+        """Return the doubt where the lines put the camera at another height than was given; None where they do not."""
+        given_mm = pose_prior_from_json(self.rough).height_mm
+        if given_mm is None or not isinstance(model, RayCamera) or is_near_height(model.position_mm[2], given_mm):
+            return None
+        return stated(ProblemJson(reason="other-height", what=say(
+            "automatic.other-height", "By its lines, the camera is {height:.1f} m above the carpet, not {given:.1f} m.",
+            height=model.position_mm[2] / 1000, given=given_mm / 1000), fix=say(
+            "automatic.other-height.fix", "Check the approximate camera height.")))
 
     def _better_areas(self, state: RayCameraParameters, frame: Frame, least_overlap: float = FITS_OVERLAP,
                       ) -> tuple[SeenArea, ...]:

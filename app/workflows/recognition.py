@@ -24,7 +24,7 @@ from app.core.records import Calibration, Frame
 from app.core.statements import Stated, say, stated
 from app.evaluate.fit.areas import AreaJson, SeenArea, seen_area
 from app.fitting.field_lines.pattern import is_half_turn_symmetric
-from app.fitting.field_lines.recognition import SeenField, recognise
+from app.fitting.field_lines.recognition import RecognisedField, recognise
 from app.fitting.field_lines.search import CameraCandidate, PosePrior, SearchResult
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.workflows import automatic
@@ -38,11 +38,12 @@ from app.workflows.automatic_request import (
 from app.workflows.job_pictures import Pictures, job_pictures
 
 AUTO = "auto"
-LEAST_VALUE = 0.55  # of a field that may be the one
+MIN_VALUE = 0.55  # of a field that may be the one
 NOT_ALL_SEEN = {"lines-missing", "lines-unexplained"}
 CONVINCING = 0.8  # of a field of which some lines are hidden, or painted elsewhere
 ALIKE = 0.93  # of the best one's value: then the lines do not decide between two fields
-MOST_CHOICES = 3
+LEAD = 0.8  # of its value the next best may have, where the best one is not convincing by itself
+MAX_CHOICES = 3
 QUARTER_TURN = 90
 
 
@@ -135,7 +136,9 @@ class RecognitionRequest:
                           replace(prior, turn_deg=None), subprogress(progress, 0.1, 0.6))
         choices = [choice for seen in _alike(found) for choice in self._choices(seen, lines.size, prior)]
         if len(choices) > 1:
-            choices = self._convincing(choices, lines)[:MOST_CHOICES]
+            choices = self._convincing(choices, lines)[:MAX_CHOICES]
+        elif len(found) > 1 and _value(found[0]) < CONVINCING and _value(found[1]) > LEAD * _value(found[0]):
+            choices = []  # a little better than another: neither is it
         recognised = _recognition(found, choices)
         if len(choices) != 1:
             return self._undecided(lines, recognised), None
@@ -155,7 +158,7 @@ class RecognitionRequest:
             return []
         return [region for name, region in field.regions.items() if self.region in (None, name)]
 
-    def _choices(self, seen: SeenField, size: ImageSize, prior: PosePrior) -> list[_Choice]:
+    def _choices(self, seen: RecognisedField, size: ImageSize, prior: PosePrior) -> list[_Choice]:
         """Return the parts of a field that the picture may show, but for those that contradict what was given."""
         found = []
         for is_turned in (False, True) if is_half_turn_symmetric(seen.field) else (False,):
@@ -223,25 +226,25 @@ def run_auto(spec: Any, progress: Progress) -> dict[str, Any]:
     return {"told": summary, "made": made.to_json() if made is not None and spec["keep"] else None}
 
 
-def _alike(found: Sequence[SeenField]) -> list[SeenField]:
+def _alike(found: Sequence[RecognisedField]) -> list[RecognisedField]:
     """Return the fields between which the picture does not decide; one where it does."""
-    return [seen for seen in found if _value(seen) >= max(LEAST_VALUE, ALIKE * _value(found[0]))]
+    return [seen for seen in found if _value(seen) >= max(MIN_VALUE, ALIKE * _value(found[0]))]
 
 
-def _value(seen: SeenField) -> float:
+def _value(seen: RecognisedField) -> float:
     return seen.candidates[0].value
 
 
-def _recognition(found: Sequence[SeenField], choices: Sequence[_Choice]) -> Recognition:
+def _recognition(found: Sequence[RecognisedField], choices: Sequence[_Choice]) -> Recognition:
     chosen = {choice.field.name for choice in choices}
     runner_up = next((seen for seen in found if chosen and seen.field.name not in chosen), None)
     value = _value(found[0]) if found else None
-    named = [say("recognition.part", "{field}, {area}, rotated by {degrees}°", field=choice.field.title,
+    named = [say("recognition.part", "{field} ({area}, rotated by {degrees}°)", field=choice.field.title,
                  area=area_name(choice.area.region.name), degrees=choice.area.region.rotate_deg) for choice in choices]
     sentence = (
         say("recognition.nothing", "The image shows no known field.") if not named else
         say("recognition.one", "Recognised: {choice}.", choice=named[0]) if len(named) == 1 else
-        say("recognition.several", "The lines match {choices}.", choices=named))
+        say("recognition.several", "The lines match: {choices}.", choices=named))
     return stated(Recognition(
         choices=[{"field": choice.field.name, "title": choice.field.title, **choice.area.to_json()}
                  for choice in choices],

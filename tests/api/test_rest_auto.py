@@ -45,6 +45,15 @@ def test_a_version_is_made_without_a_click(standing, made, picture):
     assert result["proof"]["found_share"] > 0.9 and not result["doubts"] and result["candidates"]
 
 
+def test_a_version_is_made_of_a_field_that_nobody_named(standing, picture):
+    result = found(standing, snapshot=picture)["result"]
+    version = standing.get(f"{API}/calibrations/{result['calibration']}").json()
+    assert (result["field"], result["region"], result["rotate"]) == ("ssl-div-b", "full", 0)
+    assert version["snapshot"] == picture and version["report"]["verdict"]["level"] == "good"
+    assert [choice["field"] for choice in result["recognised"]["choices"]] == ["ssl-div-b"]
+    assert result["recognised"]["runner_up"]["share"] < 0.9
+
+
 def test_what_was_found_fits_as_clicks_do(standing, made, picture):
     result = made["result"]
     answer = standing.post(f"{API}/fit/preview", json={
@@ -74,6 +83,7 @@ def test_several_pictures_of_one_size_are_wanted(standing, picture, seen):
 
 @pytest.mark.parametrize("change, status", [
     ({"snapshot": None}, 422), ({"camera": "north"}, 422), ({"snapshots": []}, 422), ({"field": "moon"}, 404),
+    ({"field": "auto", "region": "nowhere"}, 404), ({"field": "moon", "region": "auto"}, 404),
     ({"region": "nowhere"}, 404), ({"model": "magic"}, 422), ({"rotate": 45}, 422), ({"rough": {"height_mm": 0}}, 422),
     ({"rough": {"colour": 1}}, 422), ({"frames": 1000}, 422), ({"surprise": 1}, 422), ({"snapshot": "none-such"}, 404),
     ({"options": {"lens": "none-such"}}, 404), ({"rough": {"turn_deg": "left"}}, 422),

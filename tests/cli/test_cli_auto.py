@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -60,7 +61,23 @@ def test_auto_declines_with_the_reason_and_writes_no_calibration(touchline, seen
     assert json.loads((tmp_path / "points.json").read_text())["observations"] == []
 
 
-@pytest.mark.parametrize("words, code", [(("frame.png",), 3), (("frame.png", "--field", "moon"), 3),
+def test_auto_recognises_the_field_and_names_what_it_is_not(touchline, seen, tmp_path):
+    code, out, err = touchline("auto", "frame.png", "-o", "own.json")
+    assert (code, err) == (0, "") and out.startswith("Recognised: RoboCup Small Size League, Division B (full field, ")
+    assert "The next best field, " in out and (tmp_path / "own.json").exists()
+
+
+def test_auto_asks_which_end_of_the_field_it_is(touchline, tmp_path):
+    half = scene_of(replace(SPEC, field="ssl-2008", region="half", lens="half"))
+    cv2.imwrite(str(tmp_path / "half.png"), half.pixels)
+    code, out, err = touchline("auto", "half.png", "--field", "ssl-2008", "-o", "half.json")
+    assert (code, out) == (3, "") and err.splitlines()[1] == (
+        "fix: Use one of: --field ssl-2008 --region half-right --rotate 90; "
+        "--field ssl-2008 --region half-left --rotate 270.")
+    assert not (tmp_path / "half.json").exists()
+
+
+@pytest.mark.parametrize("words, code", [(("frame.png", "--field", "moon"), 3),
                                          (("none.png", "--field", "table"), 4), ((), 2),
                                          (("frame.png", "--field", "table", "--height-mm", "-5"), 3)])
 def test_what_cannot_be_meant_is_refused(touchline, seen, words, code):

@@ -17,7 +17,8 @@ FITS = ["fitting/border.py", "fitting/clicks.py", "fitting/linear.py", "fitting/
         "fitting/ray_camera/camera_prior.py", "fitting/ray_camera/height_check.py", "fitting/ray_camera/misfit.py",
         "fitting/thin_plate/fit.py", "fitting/thin_plate/smoothing.py", "evaluate/fit/report.py",
         "evaluate/fit/observability.py", "evaluate/fit/uncertainty.py", "evaluate/fit/verification.py",
-        "fitting/field_lines/pattern.py", "workflows/automatic.py", "workflows/automatic_request.py"]
+        "fitting/field_lines/pattern.py", "workflows/automatic.py", "workflows/automatic_request.py",
+        "workflows/recognition.py"]
 # Of callers of REST and the shell alone: the page sends none of it.
 NOT_OF_THE_PAGE = {"bad-axis", "bad-parameters"}
 

@@ -19,13 +19,13 @@ from app.fitting.field_lines.search import (
 )
 from app.fitting.field_lines.seen_lines import SeenLines
 
-MOST_REFINED = 6  # fields of which cameras are refined
+MAX_FIELDS = 6  # fields of which cameras are refined
 REFINED, REFINED_NEXT = 3, 2  # cameras of the most likely field, and of each other
 REFINED_POOR = 5
 
 
 @dataclass(frozen=True, eq=False)
-class SeenField:
+class RecognisedField:
     """A field, and the cameras above it that the picture allows, the best first."""
 
     field: Field
@@ -33,7 +33,7 @@ class SeenField:
 
 
 def recognise(seen: SeenLines, areas: Sequence[tuple[Field, Sequence[Region]]], prior: PosePrior = PosePrior(),  # noqa: B008
-              progress: Progress = no_progress) -> tuple[SeenField, ...]:
+              progress: Progress = no_progress) -> tuple[RecognisedField, ...]:
     """Return the fields that the lines may be of, the best first. areas: each field with those to look for.
 
     Of two cameras above a field that looks alike when it is turned by 180°, just one is returned.
@@ -52,7 +52,7 @@ def recognise(seen: SeenLines, areas: Sequence[tuple[Field, Sequence[Region]]], 
                                                    field=by_name[name].title))
             matches[name] = matcher.three_line_matches() if is_last else matcher.matches()
         best = {name: of[0].value for name, of in _side_by_side(matches).items()}
-        for name in sorted(best, key=lambda name: -best[name])[:MOST_REFINED]:
+        for name in sorted(best, key=lambda name: -best[name])[:MAX_FIELDS]:
             part(0.5 + 0.1 * len(found) / len(best), say("progress.fitting-field", "Fitting {field}",
                                                         field=by_name[name].title))
             so_far = ranked[0][1][0].value if ranked else 0.0
@@ -62,7 +62,7 @@ def recognise(seen: SeenLines, areas: Sequence[tuple[Field, Sequence[Region]]], 
                 ranked = _ranked(found, matchers)
         if ranked and ranked[0][1][0].value >= POOR_SCORE:
             break
-    return tuple(SeenField(by_name[name], tuple(candidates)) for name, candidates in ranked)
+    return tuple(RecognisedField(by_name[name], tuple(candidates)) for name, candidates in ranked)
 
 
 def _side_by_side(of_fields: Mapping[str, Sequence[Scored]]) -> dict[str, list[Scored]]:

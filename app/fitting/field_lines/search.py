@@ -42,7 +42,7 @@ CELLS = (8, 6)  # of the carpet, along and across the field: an eighth of it has
 MIN_HEIGHT = 0.2  # of half the field's width: nothing below it sees a field from above
 SOME_SCORED = 300
 SOME = 1200  # points on ridges that are looked at
-LEAST_OVERLAP = 0.4  # of an area that nobody chose with all that is seen of the field
+MIN_OVERLAP = 0.4  # of an area that nobody chose with all that is seen of the field
 
 
 @dataclass(frozen=True)
@@ -56,12 +56,17 @@ class PosePrior:
     turn_deg: Annotated[float, Interval(ge=-360, le=360)] | None = None
 
     def allows(self, height_mm: float, turn_deg: float) -> bool:
-        near = self.height_mm is None or 0.7 < height_mm / self.height_mm < 1.4
+        near = self.height_mm is None or is_near_height(height_mm, self.height_mm)
         return near and self.allows_turn(turn_deg)
 
     def allows_turn(self, turn_deg: float) -> bool:
         off = 0.0 if self.turn_deg is None else abs((turn_deg - self.turn_deg + 180) % 360 - 180)
         return off <= 50
+
+
+def is_near_height(height_mm: float, given_mm: float) -> bool:
+    """Return whether a camera may hang as high as was roughly given."""
+    return 0.7 < height_mm / given_mm < 1.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +170,7 @@ class FieldMatcher:
         areas = np.array([((cells >= (region.x_mm[0], region.y_mm[0])) & (cells <= (region.x_mm[1], region.y_mm[1]))
                            ).all(axis=1) for region in regions])
         whole = Region("", (-half[0], half[0]), (-half[1], half[1]))
-        return cls(seen, prior, outer_mm(field), *_patterns(field), levels(field, whole), cells, areas, LEAST_OVERLAP,
+        return cls(seen, prior, outer_mm(field), *_patterns(field), levels(field, whole), cells, areas, MIN_OVERLAP,
                    half * np.array([[-0.1, 0.0], [0.1, 0.0]]), cells, is_either_way=is_half_turn_symmetric(field))
 
     def candidates(self, progress: Progress = no_progress) -> list[CameraCandidate]:

@@ -67,6 +67,9 @@ export const FIXES = {
   "too-few-lines": () => [click(insideLine() ?? fewest()), picture()],
   loose: () => [checkField(), recommended()],
   "series-moved": () => [picture()],
+  "other-height": () => [enterHeight(), checkField()],
+  "several-choices": () => [checkField()],
+  "no-known-field": () => [checkField(), click(fewest())],
 };
 
 /** What can be done about it by a button. @param {Trouble} trouble @returns {Fix[]} */
