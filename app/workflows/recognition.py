@@ -39,10 +39,11 @@ from app.workflows.job_pictures import Pictures, job_pictures
 
 AUTO = "auto"
 MIN_VALUE = 0.55  # of a field that may be the one
-NOT_ALL_SEEN = {"lines-missing", "lines-unexplained"}
+NOT_ALL_SEEN = {"lines-missing", "lines-unexplained", "loose"}
 CONVINCING = 0.8  # of a field of which some lines are hidden, or painted elsewhere
 ALIKE = 0.93  # of the best one's value: then the lines do not decide between two fields
 LEAD = 0.8  # of its value the next best may have, where the best one is not convincing by itself
+SMALLEST = 0.2  # of a field that nobody chose: the area to look for
 MAX_CHOICES = 3
 QUARTER_TURN = 90
 
@@ -135,10 +136,10 @@ class RecognitionRequest:
         found = recognise(lines.seen, [(field, regions) for field in self.fields if (regions := self._regions(field))],
                           replace(prior, turn_deg=None), subprogress(progress, 0.1, 0.6))
         choices = [choice for seen in _alike(found) for choice in self._choices(seen, lines.size, prior)]
+        if len(found) > 1 and _value(found[0]) < CONVINCING and _value(found[1]) > LEAD * _value(found[0]):
+            choices = []  # not much better than another: it is neither
         if len(choices) > 1:
             choices = self._convincing(choices, lines)[:MAX_CHOICES]
-        elif len(found) > 1 and _value(found[0]) < CONVINCING and _value(found[1]) > LEAD * _value(found[0]):
-            choices = []  # a little better than another: neither is it
         recognised = _recognition(found, choices)
         if len(choices) != 1:
             return self._undecided(lines, recognised), None
@@ -153,10 +154,15 @@ class RecognitionRequest:
         return len(self.fields) == 1
 
     def _regions(self, field: Field) -> list[Region]:
-        """Return the areas to look for; none of a field without lines, unless it is the only one."""
-        if not field.markings and len(self.fields) > 1:
+        """Return the areas to look for.
+
+        Where any field may be seen: none of one without lines, and no eighth, whose few lines many fields have.
+        """
+        if not field.markings and not self._is_chosen:
             return []
-        return [region for name, region in field.regions.items() if self.region in (None, name)]
+        small_mm2 = 0.0 if self.region or self._is_chosen else SMALLEST * field.length_mm * field.width_mm
+        return [region for name, region in field.regions.items()
+                if self.region in (None, name) and region.width_mm * region.height_mm >= small_mm2]
 
     def _choices(self, seen: RecognisedField, size: ImageSize, prior: PosePrior) -> list[_Choice]:
         """Return the parts of a field that the picture may show, but for those that contradict what was given."""

@@ -8,7 +8,6 @@ from app.core.progress import Progress, no_progress, subprogress
 from app.core.statements import say
 from app.fitting.field_lines.search import (
     MIN_RELATIVE_SCORE,
-    POOR_SCORE,
     CameraCandidate,
     FieldMatcher,
     Match,
@@ -19,6 +18,7 @@ from app.fitting.field_lines.search import (
 )
 from app.fitting.field_lines.seen_lines import SeenLines
 
+CERTAIN = 0.9  # value of a field, below which three lines are tried too: a wrong field of few lines can reach 0.8
 MAX_FIELDS = 6  # fields of which cameras are refined
 REFINED, REFINED_NEXT = 3, 2  # cameras of the most likely field, and of each other
 REFINED_POOR = 5
@@ -60,7 +60,7 @@ def recognise(seen: SeenLines, areas: Sequence[tuple[Field, Sequence[Region]]], 
                 most = REFINED_POOR if is_last else REFINED_NEXT if ranked else REFINED
                 found[name] = found.get(name, []) + matchers[name].refined(matches[name], most)
                 ranked = _ranked(found, matchers)
-        if ranked and ranked[0][1][0].value >= POOR_SCORE:
+        if ranked and ranked[0][1][0].value >= CERTAIN:
             break
     return tuple(RecognisedField(by_name[name], tuple(candidates)) for name, candidates in ranked)
 

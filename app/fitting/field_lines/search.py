@@ -29,6 +29,7 @@ COARSE_STEPS, FINE_STEPS = 12, 60  # samples along a line as long as the field
 THINNED = 3  # of the coarse samples every so manieth, at first
 MAX_COARSE, MAX_FINE = 1500, 400  # that are scored by all coarse samples, and by the fine ones
 REFINED = 4
+ATTEMPTS = 3  # for each of them: many a match cannot be refined
 REFINED_POOR = 10  # where none explains the picture
 SAME_MATCH, SAME_CAMERA = 0.01, 0.02  # of the picture's width, between places of the field before and after refining
 MIN_RELATIVE_SCORE = 0.72  # of the best score: what is further behind is not refined
@@ -242,12 +243,14 @@ class FieldMatcher:
         return common / own, common / np.maximum(inside.sum(axis=-1, keepdims=True) + own - common, 1)
 
     def refined(self, matches: list[Match], most: int, progress: Progress = no_progress) -> list[CameraCandidate]:
-        """Refine those of the best matches that differ, and that come near the best."""
-        candidates = []
+        """Refine those of the best matches that differ and come near the best, until so many cameras are found."""
+        candidates: list[CameraCandidate] = []
         matches = by_value(compared(matches))
-        distinct = [match for match in self._apart(matches, most)
+        distinct = [match for match in self._apart(matches, ATTEMPTS * most)
                     if match.value >= MIN_RELATIVE_SCORE * matches[0].value]
         for number, match in enumerate(distinct):
+            if len(candidates) >= most:
+                break
             progress(number / len(distinct), "Fitting the field to the lines")
             start = initial_camera(match.homography, match.focal, self.seen.plane, self.seen.size)
             candidate = self._drawn_from(start)
