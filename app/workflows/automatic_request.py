@@ -34,6 +34,7 @@ from app.evaluate.fit.areas import (
 from app.evaluate.fit.report_types import FitReport
 from app.evaluate.fit.verification import AutomaticVerdict, Proof, Verification, verdict_of
 from app.fitting.field_lines.pattern import is_half_turn_symmetric
+from app.fitting.field_lines.recognition import recognise
 from app.fitting.field_lines.search import PosePrior, SearchResult, is_near_height, search
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, CameraModel
@@ -44,7 +45,6 @@ from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.job_pictures import Pictures
 from app.workflows.model_choice import AUTO, LADDER
 
-SMALLER = 3  # areas within the chosen one that are looked for where that is not found well
 LOOKED_AT = 5  # pictures of a series: a camera that sways is elsewhere in one of them
 
 
@@ -208,12 +208,11 @@ class AutomaticRequest:
         found, proof: what there is with the chosen one; another must explain the picture better.
         """
         is_sure = proof is not None and proof.share >= automatic.SURELY_FOUND
-        within_it = () if is_sure else smaller_areas(self.field, self.region)[:SMALLER]
-        for number, area in enumerate(within_it):
-            within, _ = automatic.assign_lines(
-                lines, self.field, area, pose_prior_from_json(self.rough),
-                subprogress(progress, number / len(within_it), (number + 1) / len(within_it)))
-            if within is not None and automatic.verify(within, lines, area).is_better_than(proof):
+        areas = () if is_sure else smaller_areas(self.field, self.region)
+        prior = replace(pose_prior_from_json(self.rough), turn_deg=None)
+        for seen in recognise(lines.seen, [(self.field, areas)], prior, progress) if areas else ():
+            within = automatic.points_on_lines(lines, self.field, self.region, SearchResult(seen.candidates))
+            if within is not None and automatic.verify(within, lines, self.region).is_better_than(proof):
                 return self._better_areas(within.state, frame, NEAR_OVERLAP)
         if found is None or proof is None or proof.doubts(self.is_chosen):
             return ()

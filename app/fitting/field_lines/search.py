@@ -29,7 +29,7 @@ COARSE_STEPS, FINE_STEPS = 12, 60  # samples along a line as long as the field
 THINNED = 3  # of the coarse samples every so manieth, at first
 MAX_COARSE, MAX_FINE = 1500, 400  # that are scored by all coarse samples, and by the fine ones
 REFINED = 4
-ATTEMPTS = 3  # for each of them: many a match cannot be refined
+MORE_ATTEMPTS = 6  # beyond those: many a match cannot be refined
 REFINED_POOR = 10  # where none explains the picture
 SAME_MATCH, SAME_CAMERA = 0.01, 0.02  # of the picture's width, between places of the field before and after refining
 MIN_RELATIVE_SCORE = 0.72  # of the best score: what is further behind is not refined
@@ -246,7 +246,7 @@ class FieldMatcher:
         """Refine those of the best matches that differ and come near the best, until so many cameras are found."""
         candidates: list[CameraCandidate] = []
         matches = by_value(compared(matches))
-        distinct = [match for match in self._apart(matches, ATTEMPTS * most)
+        distinct = [match for match in self._apart(matches, most + MORE_ATTEMPTS)
                     if match.value >= MIN_RELATIVE_SCORE * matches[0].value]
         for number, match in enumerate(distinct):
             if len(candidates) >= most:
