@@ -33,7 +33,7 @@ MODULES = (  # of whose functions jobs are made
     "app.workflows.straight_lines_request",
     "app.workflows.rig",
     "app.workflows.refit",
-    "app.workflows.automatic_request",
+    "app.workflows.recognition",
     "app.workflows.rolling_request",
     "app.workflows.check",
     "app.workflows.reregister",

@@ -19,6 +19,8 @@ from tests.support.paths import ROOT
 PROSE = {"title", "description", "summary"}
 LIMITS = {"required", "minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum", "minLength", "maxLength", "pattern",
           "minItems", "maxItems", "minProperties", "maxProperties", "enum", "const", "additionalProperties"}
+# Announced in the changelog: the part of the field that an image shows is recognised.
+CHANGED = "/calibrations/auto/post/requestBody/content/application/json/schema/properties/region/default: 'full' → 'auto'"
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +52,8 @@ class Comparison:
             for key in old.keys() - (set() if prose else PROSE):
                 if key == "additionalProperties" and old[key] is True and (is_response or key not in new):
                     continue  # where nothing is said of them, they are allowed as well
+                if key == "required" and key not in new and not is_response:
+                    continue  # a request may ask for less
                 if is_response and key == "additionalProperties" and new.get(key, True) is True and "properties" in new:
                     named = new["properties"].keys() - old.get("properties", {}).keys() - {STATEMENTS}
                     for name in named:  # what was any name
@@ -81,7 +85,7 @@ class Comparison:
 
 
 def test_the_description_loses_and_renames_nothing(before, after):
-    assert Comparison(before, after).losses() == []
+    assert [loss for loss in Comparison(before, after).losses() if not loss.endswith(CHANGED)] == []
 
 
 @pytest.mark.parametrize("change", [
