@@ -20,7 +20,8 @@ PROSE = {"title", "description", "summary"}
 LIMITS = {"required", "minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum", "minLength", "maxLength", "pattern",
           "minItems", "maxItems", "minProperties", "maxProperties", "enum", "const", "additionalProperties"}
 # Announced in the changelog: the part of the field that an image shows is recognised.
-CHANGED = "/calibrations/auto/post/requestBody/content/application/json/schema/properties/region/default: 'full' → 'auto'"
+CHANGED = ("/calibrations/auto/post/requestBody/content/application/json/schema/properties/region/default: "
+           "'full' → 'auto'")
 
 
 @pytest.fixture(scope="module")
