@@ -140,3 +140,11 @@ def test_a_text_in_the_code_is_noticed(source):
 ])
 def test_what_is_no_text_passes(source):
     assert not [*texts_outside(source)]
+
+
+def test_every_kind_of_job_has_its_name_on_the_page():
+    started = re.compile(r'(?:jobs\.start|finished_or_queued)\(\s*(?:request, services, )?"([a-z-]+)"')
+    kinds = {kind for path in (ROOT / "app" / "api").rglob("*.py") for kind in started.findall(path.read_text())}
+    names = (ROOT / "static" / "features" / "jobs" / "job_list.js").read_text()
+    assert {"auto", "rig-check"} <= kinds
+    assert {kind for kind in kinds if not re.search(rf'^  "?{kind}"?: t\("jobs.kind.{kind}"\)', names, re.M)} == set()

@@ -29,6 +29,8 @@ export const KINDS = {
   register: t("jobs.kind.register"),
   check: t("jobs.kind.check"),
   "field-refit": t("jobs.kind.field-refit"),
+  "rig-check": t("jobs.kind.rig-check"),
+  "rig-refit": t("jobs.kind.rig-refit"),
   batch: t("jobs.kind.batch"),
 };
 

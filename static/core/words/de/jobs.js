@@ -18,6 +18,8 @@ export default /** @type {const} */ ({
   "jobs.kind.pair": "Berechnung der Geometrie zweier Kameras",
   "jobs.kind.preview": "Anpassung an viele Punkte",
   "jobs.kind.register": "Aktualisierung einer Kamerapose",
+  "jobs.kind.rig-check": "Prüfung eines Rigs",
+  "jobs.kind.rig-refit": "Neue Kalibrierung eines Rigs",
   "jobs.kind.straightness": "Auswertung gerader Kanten",
   "jobs.made.comparison": "Ergebnis in der Modelltabelle; nicht gespeichert",
   "jobs.made.edges": "Kanten anzeigen",

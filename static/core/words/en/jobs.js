@@ -18,6 +18,8 @@ export default /** @type {const} */ ({
   "jobs.kind.pair": "Computing the geometry of two cameras",
   "jobs.kind.preview": "Fitting many points",
   "jobs.kind.register": "Updating a camera pose",
+  "jobs.kind.rig-check": "Checking a rig",
+  "jobs.kind.rig-refit": "Calibrating a rig again",
   "jobs.kind.straightness": "Evaluating straight edges",
   "jobs.made.comparison": "Result shown in the model table; not saved",
   "jobs.made.edges": "Show edges",
