@@ -56,7 +56,7 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
             t("network.summary.sent", count=1, total=2, group=way["group"], port=way["port"], interface="lo"))
         assert len(listener.Packet.FromString(ear.receive().data).geometry.calib) == 1
 
-        expect(page.get_by_text("both have camera number 0")).to_be_visible()
+        expect(page.get_by_role("cell", name="both have camera number 0")).to_be_visible()  # the notice says it, too
         page.get_by_test_id("number-east").fill("1")
         with page.expect_response(lambda r: r.request.method == "GET" and r.url.endswith("/publishing/heard")):
             pass  # the panel is drawn again while the number is being typed
