@@ -18,9 +18,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.core.records import Calibration, Frame
 from app.evaluate.fit.areas import NEAR_OVERLAP, better_areas
-from app.models import field_from_raw, model_from_json
+from app.models import model_from_json
 from app.workflows.automatic_request import AutomaticRequest
-from tests.support.auto_scenes import FIELDS, SceneSpec, SeenScene, carpet_error_mm, fields, scene_of, spec_of
+from tests.support.auto_scenes import FIELDS, SceneSpec, SeenScene, carpet_error_mm, error_mm, fields, scene_of, spec_of
 
 RIGHT_MM, RIGHT_PX = 5.0, 0.5  # whichever is more: a wrong assignment is off by decimetres
 
@@ -32,11 +32,6 @@ def asked(scene: SeenScene, field_name: str | None = None) -> tuple[dict, Calibr
     clock, work = time.perf_counter(), time.process_time()
     told, made = AutomaticRequest(field, region).answer(Frame(scene.pixels))
     return told, made, time.perf_counter() - clock, time.process_time() - work
-
-
-def error_mm(made: Calibration, scene: SeenScene) -> float:
-    model = model_from_json(made.model_name, made.model_parameters)
-    return carpet_error_mm(lambda raw: field_from_raw(model, raw), scene)[0]
 
 
 def limit_mm(scene: SeenScene) -> float:

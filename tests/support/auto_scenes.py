@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from app.core.errors import BadInput
 from app.core.field import Field, Region
 from app.core.geometry import ImageSize
+from app.core.records import Calibration
+from app.models import field_from_raw, model_from_json
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.illumination import Light
 from app.sources.sim.lens import LENSES
@@ -113,6 +115,12 @@ def scene_of(spec: SceneSpec) -> SeenScene:
         if hidden > MAX_HIDDEN and spec.people:
             return scene_of(replace(spec, people=spec.people - 1))
     return SeenScene(spec, shown.frame_at(0, time_s), camera, field, region, hidden)
+
+
+def error_mm(made: Calibration, scene: SeenScene) -> float:
+    """Return the root mean square error of a calibration on the carpet."""
+    model = model_from_json(made.model_name, made.model_parameters)
+    return carpet_error_mm(lambda raw: field_from_raw(model, raw), scene)[0]
 
 
 def carpet_error_mm(found_field_from_raw, scene: SeenScene, rings: tuple[int, int] = (12, 9),

@@ -8,10 +8,10 @@ import pytest
 
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.records import Frame, observations_from_json
-from app.models import field_from_raw, model_from_json
+from app.models import model_from_json
 from app.models.restored import Restored
 from app.workflows.automatic_request import AutomaticRequest, median_frame
-from tests.support.auto_scenes import SceneSpec, SeenScene, carpet_error_mm, fields, scene_of
+from tests.support.auto_scenes import SceneSpec, SeenScene, error_mm, fields, scene_of
 from tests.support.tiers import long, rounds
 
 RIGHT_MM = 3.0  # a wrong assignment is off by decimetres
@@ -53,11 +53,6 @@ def answered(scene: SeenScene, field: str | None = None, **more):
     known = fields()[field or scene.spec.field]
     return AutomaticRequest(known, known.regions.get(scene.spec.region, known.regions["full"]), **more).answer(
         Frame(scene.pixels))
-
-
-def error_mm(made, scene: SeenScene) -> float:
-    model = model_from_json(made.model_name, made.model_parameters)
-    return carpet_error_mm(lambda raw: field_from_raw(model, raw), scene)[0]
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +121,10 @@ def test_a_known_height_is_taken_where_the_lines_tell_none_and_must_agree_where_
     height_mm = share * scene.spec.height_mm
     told, made = answered(scene, rough={"height_mm": height_mm})
     assert (made is not None) == is_found
-    if is_found:
+    assert ("other-height" in {doubt["reason"] for doubt in told["doubts"]}) == (share == 0.5)
+    if not is_found:
+        assert told["verdict"]["level"] in ("unsure", "nothing")
+    else:
         assert [c["height_mm"] for c in told["candidates"]] == pytest.approx([height_mm], rel=0.1)
         assert error_mm(made, scene) < 1
 

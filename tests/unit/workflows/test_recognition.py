@@ -14,7 +14,7 @@ from app.models import field_from_raw, model_from_json
 from app.workflows.automatic_request import AutomaticRequest
 from app.workflows.recognition import AUTO, RecognitionRequest, request_for, run_auto
 from tests.support import second_simulator
-from tests.support.auto_scenes import SceneSpec, SeenScene, carpet_error_mm, fields, scene_of
+from tests.support.auto_scenes import SceneSpec, SeenScene, carpet_error_mm, error_mm, fields, scene_of
 from tests.support.tiers import rounds
 
 FULL = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 6, 0)
@@ -29,11 +29,6 @@ def asked(pixels, names=None, **more):
 
 def choices_of(told):
     return {(choice["region"], choice["rotate"]) for choice in told["recognised"]["choices"]}
-
-
-def error_mm(made, scene: SeenScene) -> float:
-    model = model_from_json(made.model_name, made.model_parameters)
-    return carpet_error_mm(lambda raw: field_from_raw(model, raw), scene)[0]
 
 
 @pytest.fixture(scope="module")
