@@ -169,7 +169,8 @@ class CameraService:
         """Return what a list of cameras shows of a version; an imported one may have no verdict."""
         return {"id": calibration.id, "version": calibration.version, "model": calibration.model_name,
                 "created_at": calibration.created_at, "verdict": calibration.report.get("verdict") or {},
-                "field": calibration.field["name"], "field_changes": self.field_changes(calibration),
+                "field": calibration.field["name"], "region": calibration.region, "rotate": calibration.rotate,
+                "field_changes": self.field_changes(calibration),
                 **expected_figures(calibration.report)}
 
     def _check(self, camera: CameraSettings) -> None:

@@ -85,7 +85,8 @@ class AutomaticAnswer(FoundCamera):
 class AutomaticRequest:
     """The field and region to find, the model to fit, and what is known of the pose.
 
-    is_chosen: whether somebody chose the field; see Verification.doubts().
+    is_chosen: whether somebody chose the field; see Verification.doubts(). is_area_seen: whether the area was chosen as
+    the one that the picture shows: then none within it is looked for.
     """
 
     field: Field
@@ -97,6 +98,7 @@ class AutomaticRequest:
     snapshot: str | None = None
     note: str = ""
     is_chosen: bool = True
+    is_area_seen: bool = False
 
     def __post_init__(self) -> None:
         for name in chain(*self.models):
@@ -150,7 +152,7 @@ class AutomaticRequest:
         if found is not None and not areas:
             proof, made = self._fitted(found, lines, frame, series, summary, subprogress(progress, 0.1, 0.6))
         is_weak = made is None or made.report["verdict"]["level"] == "poor"
-        if is_weak and not areas and len(searched.lines) >= automatic.MIN_LINES:
+        if is_weak and not areas and not self.is_area_seen and len(searched.lines) >= automatic.MIN_LINES:
             areas = self._areas_within(found, proof, lines, frame, subprogress(progress, 0.6, 1.0))
         if areas:  # points on another area are of no use
             what, fix = area_sentences(areas)

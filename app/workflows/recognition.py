@@ -144,7 +144,8 @@ class RecognitionRequest:
         if len(choices) != 1:
             return self._undecided(lines, recognised), None
         (only,) = choices
-        request = AutomaticRequest(only.field, only.area.region, **self.given, is_chosen=self._is_chosen)
+        request = AutomaticRequest(only.field, only.area.region, **self.given, is_chosen=self._is_chosen,
+                                   is_area_seen=self.region is None)
         searched = SearchResult(only.candidates, tuple(lines.seen.lines))
         summary, made = request.answer_of(lines, searched, frame, subprogress(progress, 0.6, 1.0), series)
         return {**summary, "recognised": recognised}, made

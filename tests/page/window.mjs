@@ -15,7 +15,7 @@ const write = (_state, _title, address) => {
 
 Object.defineProperty(navigator, "languages", { value: ["en-GB"], writable: true });
 Object.assign(globalThis, {
-  document: { documentElement: {}, hidden: false },
+  document: { documentElement: { dataset: {} }, hidden: false },
   location,
   history: { pushState: write, replaceState: write },
   localStorage: new Store(),

@@ -81,7 +81,8 @@ Snapshot = response("Snapshot", record=snapshots.Snapshot)
 Snapshots = page_of("Snapshots", Snapshot)
 # expected_mm: rms on the carpet, expected_hat_mm at hat_height_mm; null where the model knows none
 ActiveVersion = response("ActiveVersion", id=str, version=int, model=str, created_at=str, verdict=JsonObject,
-    expected_mm=float | None, expected_hat_mm=float | None, hat_height_mm=float | None, field=str,
+    expected_mm=float | None, expected_hat_mm=float | None, hat_height_mm=float | None,
+    field=str, region=str, rotate=int,
     field_changes=described(list[str], "parts of its field whose position has changed since it was made"))
 Camera = response("Camera", id=str, name=str, field=str | None, region=str | None, source=str, editable=bool,
     active_calibration=str | None, active=ActiveVersion | None, updated_at=str | None, updated_by=str | None)

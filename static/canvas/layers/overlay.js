@@ -3,7 +3,7 @@ import { computed } from "@preact/signals";
 import { BORDERS, doc } from "../../core/document.js";
 import { lineTitle, mm } from "../../core/format.js";
 import { html } from "../../core/html.js";
-import { active, box, editing, pointer, selectedPoints, showLines, snapshot, tool } from "../../core/state.js";
+import { active, box, editing, pointer, selectedPoints, showLines, snapshot, step, tool } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { colour, path, placed } from "../drawing.js";
 import { LineSuggestions } from "./line_suggestions.js";
@@ -25,7 +25,7 @@ const BEYOND_PX = 6; // a curve is bold from its first to its last point, and a 
 export function Overlay() {
   const picture = snapshot.value;
   return html`<svg class="overlay" aria-hidden="true">
-    ${showLines.value && picture && html`<${FieldLines}
+    ${(showLines.value || step.value === "field") && picture && html`<${FieldLines}
       name="on-raw"
       size=${[picture.width, picture.height]}
       features=${preview.value?.overlay ?? []}

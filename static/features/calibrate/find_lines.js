@@ -1,10 +1,11 @@
 // Detects the field's lines on the server: by itself on an image without points. Points that the server is sure of go
-// into the draft in one step; the others are offered.
-import { computed, effect, signal, untracked } from "@preact/signals";
-import { change, doc } from "../../core/document.js";
+// into the draft in one step; the others are offered. Where the field or the area is not chosen, the image tells it.
+import { batch, computed, effect, signal, untracked } from "@preact/signals";
+import { run } from "../../core/actions.js";
+import { change, doc, isEqual } from "../../core/document.js";
 import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
-import { editing, field, region, rotation, snapshot } from "../../core/state.js";
+import { editing, field, fields, region, rotation, snapshot, step } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { rememberDetected, withoutDetected } from "./detected_points.js";
 import { draft } from "./draft.js";
@@ -12,24 +13,27 @@ import { preview } from "./fitting.js";
 import { discardProposed, proposals } from "./line_suggestions.js";
 import { others } from "./presence.js";
 
-// judged by the first model that fits
-const MODEL = "auto";
+const AUTOMATIC = "auto"; // of the model: the first that fits
 
 /** @typedef {{ level: string, sentence: string, fix: string, reason: string }} Verdict
  * @typedef {import("../../core/types").SeenArea} SeenArea
+ * @typedef {import("../../core/types").Doc} Doc
+ * @typedef {SeenArea & { field: string, title: string }} FieldChoice a field, and a part of it, that an image may show
  * @typedef {{ verdict: Verdict, observations: import("../../core/types").Observation[], model: string, report: unknown,
- *   areas: SeenArea[] }} FoundLines */
+ *   areas: SeenArea[], recognised?: { choices: FieldChoice[] } }} FoundLines */
 
 const work = longWork();
 /** How far the search is, and why it was refused. */
 export const { search: finding, refusal: notFound } = work;
 const found = signal(
-  /** @type {(Pick<FoundLines, "verdict" | "areas"> & { of: import("../../core/types").Doc, points: number }) | null} */
+  /** @type {(Pick<FoundLines, "verdict" | "areas"> & { of: Doc, points: number, choices: FieldChoice[] }) | null} */
   (null),
 );
 /** What the last detection says, as long as the document is what it made of it: an undo takes it back too. */
 export const lastFound = computed(() => (found.value?.of === doc.value ? found.value : null));
 
+/** The fields and areas of which the image shows one, where its lines do not tell which. */
+export const fieldChoices = computed(() => lastFound.value?.choices ?? []);
 /** The areas that the image shows in place of the chosen one, as detected. */
 export const detectedAreas = computed(() => lastFound.value?.areas ?? []);
 /** The same, else as the points say. */
@@ -50,62 +54,90 @@ export function toggleAutoDetect() {
   }
 }
 
-/** Look for the lines in the image; clicks that are there stay, what was detected before is replaced. */
+/** What is being searched for, and what the document was then. */
+let asked = /** @type {{ picture: string, of: Doc } | null} */ (null);
+/** Images, fields, areas and rotations that were searched for by themselves. @type {Set<string>} */
+const tried = new Set();
+const question = () => [snapshot.value?.id, doc.value.field, region.value?.name, rotation.value].join(" ");
+
+/** Look for the lines in the image; clicks that are there stay, what was detected before is replaced.
+ * @returns {Promise<boolean>} whether points that are sure stand in the document now */
 export async function findLines() {
   const picture = snapshot.value,
-    document = doc.value;
-  if (!picture || !document.field || !region.value || finding.value) return;
+    document = doc.value,
+    area = region.value;
+  if (!picture || finding.value) return false;
   const body = {
     snapshot: picture.id,
-    field: document.field,
-    region: region.value.name,
-    rotate: rotation.value,
-    model: MODEL,
+    field: document.field ?? AUTOMATIC,
+    region: area?.name ?? AUTOMATIC,
+    ...(area ? { rotate: rotation.value } : {}),
+    model: AUTOMATIC,
     keep: false,
   };
+  tried.add(question());
+  asked = { picture: picture.id, of: document };
   found.value = null;
+  let points = 0;
   await work.watch(
     (stop, onProgress) => runJob("/calibrations/auto", body, stop, onProgress),
-    (/** @type {FoundLines} */ { observations, verdict, areas }) => {
-      if (snapshot.value?.id !== picture.id) return; // another picture by now: its draft is not ours
-      const clicked = withoutDetected(picture.id, doc.value.observations),
+    (/** @type {FoundLines} */ { observations, verdict, areas, recognised }) => {
+      if (isOverruled()) return; // the image, its field or its points are others by now
+      const choices = recognised?.choices ?? [],
+        place = choices.length === 1 ? placeOf(choices[0]) : {},
+        clicked = withoutDetected(picture.id, doc.value.observations),
         fresh = onUnclickedLines(observations, clicked),
         isSure = verdict.level !== "unsure" && verdict.level !== "nothing";
       if (!isSure)
         proposals.value = {
           along: false,
-          items: fresh.map(({ feature, points }) => ({ feature: String(feature), points })),
+          items: fresh.map(({ feature, points: offered }) => ({ feature: String(feature), points: offered })),
         };
-      else if (fresh.length) {
-        change({ ...doc.value, observations: [...clicked, ...fresh] });
-        rememberDetected(picture.id, fresh);
-      }
-      const points = isSure ? fresh.reduce((sum, o) => sum + o.points.length, 0) : 0;
-      found.value = { of: doc.value, verdict, points, areas };
+      if (isSure && fresh.length) {
+        rememberDetected(picture.id, fresh); // first: what follows the document asks for it
+        change({ ...doc.value, ...place, observations: [...clicked, ...fresh] });
+        points = fresh.reduce((sum, o) => sum + o.points.length, 0);
+      } else if (choices.length === 1) change({ ...doc.value, ...place });
+      found.value = { of: doc.value, verdict, points, areas, choices: choices.length > 1 ? choices : [] };
     },
+  );
+  return points > 0;
+}
+
+/** Whether the operator has decided meanwhile what the search is to find out: the field, the area or the rotation; or
+ * goes on without it. */
+function isOverruled() {
+  if (!asked || snapshot.value?.id !== asked.picture) return true;
+  const { field: name, region: area, rotate, observations } = asked.of,
+    now = doc.value;
+  return (
+    !isEqual([now.field, now.region, now.rotate], [name, area, rotate]) ||
+    (area === null && !isEqual(now.observations, observations))
   );
 }
 
 /** Detect by itself, from now on: once an image, field, area and rotation, where nobody has placed a point or is about
- * to. */
+ * to. What the operator does in its place ends it. */
 export function startDetecting() {
-  /** @type {Set<string>} */
-  const tried = new Set();
   effect(() => {
-    const picture = snapshot.value?.id,
-      asked = [picture, doc.value.field, region.value?.name, rotation.value].join(" "),
-      isWanted =
-        editing.value &&
-        region.value !== null &&
-        draft.value.state === "saved" &&
-        others.value.length === 0 &&
-        doc.value.observations.length === 0 &&
-        finding.value === null && // of an image that was left
-        autoDetect.value;
+    const isWanted =
+      snapshot.value !== null &&
+      (editing.value || (step.value === "field" && region.value === null)) &&
+      fields.value.length > 0 &&
+      draft.value.state === "saved" &&
+      others.value.length === 0 &&
+      doc.value.observations.length === 0 &&
+      finding.value === null && // of an image that was left
+      autoDetect.value;
+    const now = question();
     untracked(() => {
-      if (!picture || !isWanted || tried.has(asked)) return;
-      tried.add(asked);
-      void findLines();
+      if (isWanted && !tried.has(now)) void findLines();
+    });
+  });
+  effect(() => {
+    void [doc.value, snapshot.value];
+    untracked(() => {
+      if (finding.value && isOverruled()) finding.value.stop.abort();
     });
   });
 }
@@ -127,10 +159,25 @@ export function changePlace(values) {
   change({ ...doc.value, ...values, observations });
 }
 
+/** A field and an area as the document has them. @param {SeenArea & { field: string }} it */
+function placeOf({ field: name, region: area, rotate }) {
+  const own = fields.value.find((f) => f.name === name)?.regions[area]?.rotate;
+  return { field: name, region: area, rotate: rotate === own ? null : rotate };
+}
+
 /** Choose an area that the image shows, and detect in it. @param {SeenArea} area */
-export function chooseArea({ region: name, rotate }) {
-  changePlace({ region: name, rotate: rotate === field.value?.regions[name]?.rotate ? null : rotate });
+export function chooseArea(area) {
+  changePlace(placeOf({ ...area, field: field.value?.name ?? "" }));
   if (!autoDetect.value || doc.value.observations.length) void findLines(); // else it begins by itself
+}
+
+/** Use one of several fields and areas: detect in it, and save what is sure. @param {FieldChoice} choice */
+export async function useChoice(choice) {
+  const isFound = batch(() => {
+    changePlace(placeOf(choice));
+    return findLines(); // before it begins by itself
+  });
+  if ((await isFound) && step.value === "field") run("save");
 }
 
 /** @type {import("../../core/actions.js").Action[]} */
@@ -142,7 +189,7 @@ export const FIND_LINES_ACTIONS = [
     group: "points",
     run: toggleAutoDetect,
     pressed: () => autoDetect.value,
-    enabled: () => editing.value,
+    enabled: () => snapshot.value !== null,
   },
   {
     id: "find-lines",
@@ -150,7 +197,7 @@ export const FIND_LINES_ACTIONS = [
     short: t("calibrate.find-lines.action.detect.short"),
     group: "points",
     run: () => void findLines(),
-    enabled: () => snapshot.value !== null && region.value !== null && finding.value === null,
+    enabled: () => snapshot.value !== null && fields.value.length > 0 && finding.value === null,
   },
   {
     id: "use-area",

@@ -26,7 +26,6 @@ import { findVersion, forgetVersion } from "../versions/versions.js";
 import { closeDraft, fetchDraft, openDraft } from "./draft.js";
 
 const SPREAD_MS = 1000 / 3; // between two frames of a background, as the server spreads them
-const LAST_FIELD = "touchline.field"; // a team calibrates the same field again and again
 
 /** @type {Promise<void>} */
 let lists = Promise.resolve();
@@ -155,7 +154,7 @@ async function openFrom(doing, fetchIt, stopped = () => false) {
     snapshots.value = [picture, ...snapshots.value.filter((s) => s.id !== picture.id)];
     notices.value = [];
     const known = cameras.value.find((c) => c.id === picture.camera),
-      step = known?.field && known.region ? "points" : "field";
+      step = (known?.field && known.region) || known?.active ? "points" : "field";
     if (!(await openSnapshot(picture, step, () => isNewest() && route.value === from)))
       tellThatItIsThere(picture, step);
   } catch (error) {
@@ -188,16 +187,15 @@ async function openSnapshot(picture, at, isWanted) {
   batch(() => {
     closePicture();
     openDraft(picture.id, kept);
+    load({ ...doc.value, ...knownPlace(picture, doc.value) });
     snapshot.value = picture;
     active.value = "left";
     if (route.value.picture !== picture.id) go("calibrate", { picture: picture.id, step: at });
   });
   fit(picture);
-  if (!doc.value.field || !doc.value.region) {
-    load({ ...doc.value, ...firstGuess(picture, doc.value.field) });
-    // what it was begun with is there no more
-    if (kept.notice) goInstead("calibrate", { picture: picture.id, step: "field" });
-  }
+  // what it was begun with may be there no more
+  if (kept.notice && !(kept.doc.field && kept.doc.region))
+    goInstead("calibrate", { picture: picture.id, step: "field" });
   applyChosenLens(picture);
   await findVersion(picture.id);
   return true;
@@ -250,18 +248,19 @@ function closePicture() {
   forgetVersion();
 }
 
-/** What the camera looks at, else the field used last.
- * @param {import("../../core/types").Snapshot} picture @param {string | null} said the field, where it is known */
-function firstGuess(picture, said) {
-  const camera = cameras.value.find((c) => c.id === picture.camera);
-  const name = said ?? camera?.field ?? localStorage.getItem(LAST_FIELD);
-  const field = fields.value.find((f) => f.name === name) ?? fields.value[0];
-  const regions = Object.keys(field?.regions ?? {});
+/** What the camera is said to cover, else what its active version does; otherwise the image is to tell.
+ * @param {import("../../core/types").Snapshot} picture @param {import("../../core/types").Doc} said
+ * @returns {Partial<import("../../core/types").Doc>} */
+function knownPlace(picture, said) {
+  if (said.field && said.region) return {};
+  const camera = cameras.value.find((c) => c.id === picture.camera),
+    known = camera?.field ? { ...camera, rotate: null } : camera?.active,
+    place = !said.field || said.field === known?.field ? known : { ...said, region: null, rotate: null },
+    field = fields.value.find((f) => f.name === place?.field),
+    region = field?.regions[place?.region ?? ""];
   return {
     field: field?.name ?? null,
-    region: regions.includes(camera?.region ?? "") ? (camera?.region ?? null) : (regions[0] ?? null),
+    region: region?.name ?? null,
+    rotate: region && place?.rotate !== region.rotate ? (place?.rotate ?? null) : null,
   };
 }
-
-/** @param {string} name */
-export const rememberField = (name) => localStorage.setItem(LAST_FIELD, name);

@@ -69,7 +69,7 @@ export const FIXES = {
   "series-moved": () => [picture()],
   "other-height": () => [enterHeight(), checkField()],
   "several-choices": () => [checkField()],
-  "no-known-field": () => [checkField(), click(fewest())],
+  "no-known-field": () => [checkField(), click(fewest()), newField()],
 };
 
 /** What can be done about it by a button. @param {Trouble} trouble @returns {Fix[]} */
@@ -188,13 +188,16 @@ const board = () =>
   model.value?.options.some((o) => o.type === "calibration")
     ? { label: t("calibrate.warning-fixes.board"), test: "cure-board", run: () => run("board") }
     : null;
+/** @returns {Fix | null} */
+const checkField = () =>
+  step.value === "field"
+    ? null
+    : { label: t("calibrate.warning-fixes.check-field"), test: "cure-field", run: () => goToStep("field") };
 /** @returns {Fix} */
-const checkField = () => ({
-  label: t("calibrate.warning-fixes.check-field"),
-  test: "cure-field",
-  run: () => {
-    goToStep("field");
-  },
+const newField = () => ({
+  label: t("field-editor.action.new-field.short"),
+  test: "cure-new-field",
+  run: () => run("new-field"),
 });
 /** @returns {Fix | null} */
 const turn = () =>

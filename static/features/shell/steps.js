@@ -2,10 +2,11 @@
 import { computed } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { route } from "../../core/route.js";
-import { areaName, lineName } from "../../core/format.js";
-import { active, camera, nextCamera, region, snapshot, step } from "../../core/state.js";
+import { areaName, lineName, mm } from "../../core/format.js";
+import { active, camera, field, nextCamera, region, rotation, snapshot, step } from "../../core/state.js";
 import { t } from "../../core/words.js";
-import { detectedAreas, finding } from "../calibrate/find_lines.js";
+import { withoutDetected } from "../calibrate/detected_points.js";
+import { detectedAreas, fieldChoices, finding } from "../calibrate/find_lines.js";
 import { preview, refusal, stale } from "../calibrate/fitting.js";
 import { activationNextStep } from "../verify/actions.js";
 import { isSaved, version } from "../versions/versions.js";
@@ -34,6 +35,18 @@ export const nextBorder = computed(() => {
 });
 
 const fitted = computed(() => preview.value !== null && refusal.value === null);
+const isDetected = computed(
+  () =>
+    doc.value.observations.length > 0 && withoutDetected(snapshot.value?.id, doc.value.observations).length === 0,
+);
+const USABLE = new Set(["good", "fair"]);
+/** Whether the field was recognised, and points on its lines are sure and fit well: nothing is left to do here. */
+const isRecognised = computed(
+  () =>
+    region.value !== null &&
+    isDetected.value &&
+    (stale.value || (fitted.value && USABLE.has(preview.value?.report.verdict.level ?? ""))),
+);
 
 /** @type {import("@preact/signals").ReadonlySignal<Step[]>} */
 export const steps = computed(() => {
@@ -57,15 +70,28 @@ const START = {
 function fieldState() {
   const picture = snapshot.value;
   if (!picture) return [false, t("shell.sentence.no-image")];
-  return region.value
-    ? [true, t("shell.sentence.check-field", { width: picture.width, height: picture.height })]
-    : [false, t("shell.sentence.choose-field")];
+  if (finding.value && !region.value) return [false, t("shell.sentence.recognising")];
+  if (fieldChoices.value.length) return [false, t("shell.sentence.choose-shown")];
+  if (!region.value) return [false, t("shell.sentence.choose-field")];
+  const error = stale.value ? null : preview.value?.report.verdict;
+  return [
+    true,
+    isRecognised.value
+      ? t("shell.sentence.recognised", {
+          field: field.value?.title ?? "",
+          area: areaName(region.value.name),
+          degrees: rotation.value,
+          error: error ? t("shell.sentence.recognised.error", { mm: mm(error.mm) }) : "",
+        })
+      : t("shell.sentence.check-field", { width: picture.width, height: picture.height }),
+  ];
 }
 
 /** @returns {[boolean, string]} */
 function pointsState() {
   if (!snapshot.value) return [false, t("shell.sentence.no-image")];
   if (finding.value) return [false, t("shell.sentence.detecting")];
+  if (!region.value) return [false, t("shell.sentence.choose-field")];
   if (fitted.value) return [true, t("shell.sentence.fit-complete")];
   if (detectedAreas.value.length) return [false, t("shell.sentence.other-area")];
   const border = nextBorder.value;
@@ -101,9 +127,13 @@ export const nextAction = computed(() => {
         ? thing("take", t("common.calibrate-camera", { camera: nextCamera.value.name }))
         : thing("open", t("shell.next.open-image"));
     case "field":
-      return thing("step-points", t("shell.next.continue"), region.value ? "" : current.value.sentence);
+      if (finding.value) return thing("step-points", t("shell.next.detecting"), t("shell.next.detecting.missing"));
+      if (!region.value) return thing("step-points", t("shell.next.choose-field"), current.value.sentence);
+      if (!isRecognised.value) return thing("step-points", t("shell.next.continue"));
+      return thing("save", t("shell.next.use-it"), stale.value ? t("shell.sentence.computing") : "");
     case "points": {
       if (finding.value) return thing("step-verify", t("shell.next.detecting"), t("shell.next.detecting.missing"));
+      if (!region.value) return thing("step-field", t("shell.next.choose-field"));
       const [area, another] = detectedAreas.value;
       if (area && !fitted.value)
         return another

@@ -1,4 +1,5 @@
-// Automatic detection of the field's lines: how far it is, what it says, and the button to detect again.
+// Automatic detection of the field's lines: how far it is, what it says, the fields and areas to choose from, and the
+// button to detect again.
 import { doc } from "../../../core/document.js";
 import { html } from "../../../core/html.js";
 import { t } from "../../../core/words.js";
@@ -6,6 +7,7 @@ import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { finding, lastFound, notFound } from "../find_lines.js";
 import { offered } from "../line_suggestions.js";
+import { FieldChoices } from "./field_choices.js";
 import { Fixes } from "./warnings.js";
 
 export function FindLines() {
@@ -14,6 +16,7 @@ export function FindLines() {
     isOffered = offered.value.length > 0;
   return html`<section aria-label=${t("calibrate.find-lines-panel.title")}>
     <${Title} of="without-clicks">${t("calibrate.find-lines-panel.title")}<//>
+    <${FieldChoices} />
     ${now
       ? html`<div class="line" role="status" data-testid="finding-lines">
         <progress max="1" value=${now.progress} aria-label=${t("calibrate.find-lines-panel.progress")}></progress>
@@ -33,7 +36,7 @@ export function FindLines() {
       ${notFound.value.detail} ${notFound.value.fix}
     </p>
     <${Fixes} trouble=${notFound.value} />`}
-    ${!now && said && html`<p class="reason" role="status" data-testid="lines-found">
+    ${!now && said && said.choices.length === 0 && html`<p class="reason" role="status" data-testid="lines-found">
       <b>
         ${said.points
           ? t("calibrate.find-lines-panel.detected", { count: said.points })

@@ -9,20 +9,34 @@ import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { onField } from "../editing.js";
 import { changePlace } from "../find_lines.js";
-import { rememberField } from "../pictures.js";
 import { FieldDrawing } from "./field_drawing.js";
+import { FindLines } from "./find_lines.js";
+
+const CHECKS = [
+  t("calibrate.picture.check.drawing"),
+  t("calibrate.picture.check.borders"),
+  t("calibrate.picture.check.part"),
+];
+const ADVICE = [
+  t("calibrate.picture.advice.mounted"),
+  t("calibrate.picture.advice.whole-part"),
+  t("calibrate.picture.advice.sharp"),
+  t("calibrate.picture.advice.size"),
+];
 
 export function FieldPanel() {
   const f = field.value;
-  return html`<section aria-label=${t("calibrate.picture.field")}>
+  return html`<${FindLines} />
+  <section aria-label=${t("calibrate.picture.field")}>
     <${Title} of="field">${t("calibrate.picture.field")}<//>
     <label class="pair tall">
       <span>${t("calibrate.picture.field")}</span>
       <select
         data-testid="field"
-        value=${doc.value.field}
+        value=${doc.value.field ?? ""}
         onChange=${(/** @type {any} */ e) => chooseField(e.target.value)}
       >
+        <option value="" disabled>${t("calibrate.picture.choose-field")}</option>
         ${fields.value.map(({ name, title }) => html`<option key=${name} value=${name}>
           ${title}
         </option>`)}
@@ -32,9 +46,11 @@ export function FieldPanel() {
       <span>${t("calibrate.picture.region")}</span>
       <select
         data-testid="region"
-        value=${doc.value.region}
+        value=${doc.value.region ?? ""}
+        disabled=${!f}
         onChange=${(/** @type {any} */ e) => changePlace({ region: e.target.value, rotate: null })}
       >
+        <option value="" disabled>${t("calibrate.picture.choose-area")}</option>
         ${Object.keys(f?.regions ?? {}).map((name) => html`<option key=${name} value=${name}>
           ${areaTitle(name)}
         </option>`)}
@@ -88,7 +104,6 @@ function chooseField(name) {
   if (!next) return;
   const regions = Object.keys(next.regions),
     same = doc.value.region && regions.includes(doc.value.region);
-  rememberField(name);
   changePlace({
     observations: onField(doc.value.observations, next),
     field: name,
@@ -97,30 +112,22 @@ function chooseField(name) {
   });
 }
 
-/** What decides whether a picture will do. */
-export function PictureAdvice() {
-  return html`<section>
-    <h2>${t("calibrate.picture.advice")}</h2>
-    <ul class="plain">
-      <li>${t("calibrate.picture.advice.mounted")}</li>
-      <li>${t("calibrate.picture.advice.whole-part")}</li>
-      <li>${t("calibrate.picture.advice.sharp")}</li>
-      <li>${t("calibrate.picture.advice.size")}</li>
-    </ul>
-  </section>`;
-}
+/** What decides whether an image will do. */
+export const PictureAdvice = () => html`<${List} title=${t("calibrate.picture.advice")} texts=${ADVICE} />`;
 
-export function PictureHelp() {
-  return html`<section>
-    <h2>${t("calibrate.picture.check")}</h2>
-    <ul class="plain">
-      <li>${t("calibrate.picture.check.drawing")}</li>
-      <li>${t("calibrate.picture.check.borders")}</li>
-      <li>${t("calibrate.picture.check.part")}</li>
-    </ul>
-    <div class="line">
-      <${ActionButton} id="take" />
-      <${ActionButton} id="open" />
-    </div>
-  </section>`;
-}
+/** What to check of the chosen field; while none is, of the image. */
+export const PictureHelp = () => html`
+  ${region.value ? html`<${List} title=${t("calibrate.picture.check")} texts=${CHECKS} />` : html`<${PictureAdvice} />`}
+  <div class="line">
+    <${ActionButton} id="take" />
+    <${ActionButton} id="open" />
+  </div>
+`;
+
+/** @param {{ title: string, texts: string[] }} props */
+const List = ({ title, texts }) => html`<section>
+  <h2>${title}</h2>
+  <ul class="plain">
+    ${texts.map((text) => html`<li key=${text}>${text}</li>`)}
+  </ul>
+</section>`;

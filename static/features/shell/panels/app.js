@@ -8,6 +8,7 @@ import { camera, help, namedCamera, opening, step } from "../../../core/state.js
 import { t } from "../../../core/words.js";
 import { DockedLoupe } from "../../../canvas/layers/loupe.js";
 import { Stage } from "../../../canvas/stage.js";
+import { preview } from "../../calibrate/fitting.js";
 import { BordersPanel } from "../../calibrate/panels/borders.js";
 import { FieldPanel, FieldSummary, PictureHelp } from "../../calibrate/panels/picture.js";
 import { Presence } from "../../calibrate/panels/presence.js";
@@ -152,7 +153,7 @@ function Right() {
 function StepResults() {
   switch (step.value) {
     case "field":
-      return html`<${PictureHelp} />`;
+      return preview.value ? html`<${Figures} />` : html`<${PictureHelp} />`;
     case "points":
       return html`<${Figures} />`;
     default:
