@@ -35,6 +35,10 @@ def auto(
     height_mm: requests.HeightMm = None, height_sigma_mm: requests.HeightSigmaMm = None,
     turn_deg: Annotated[float | None, typer.Option("--turn", help="Approximate clockwise rotation of the region in "
                                                    "the image.")] = None,
+    corners: Annotated[str | None, typer.Option("--corners", metavar="X,Y X,Y X,Y X,Y", help="Top left, top right, "
+                                                "bottom right and bottom left corner of the region as it is when "
+                                                "corrected, in the image, a few pixels off. For images whose lines "
+                                                "are not recognised without.")] = None,
     points: Annotated[Path | None, typer.Option("--points", metavar="POINTS.json", help="Write the detected points in "
                                                 "the format of calibrate, also if a check fails.")] = None,
     note: Annotated[str, typer.Option("--note", help="Saved with the calibration.")] = "",
@@ -43,7 +47,9 @@ def auto(
 ) -> None:
     """Detect the field lines in an image and calibrate from them, if all checks pass."""
     options = requests.options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
-    rough = {name: value for name, value in (("height_mm", height_mm), ("turn_deg", turn_deg)) if value is not None}
+    known = {"height_mm": height_mm, "turn_deg": turn_deg,
+             "corners": None if corners is None else requests.corners_from(corners)}
+    rough = {name: value for name, value in known.items() if value is not None}
     task = request_for(requests.own_fields(fields), field, region, rotate, model=model, options=options, rough=rough,
                        note=note)
     with progress_bar("Detecting lines") as progress, files.decoded(pictures) as reads:

@@ -68,6 +68,14 @@ def task_of(image: Path, size: Any, sha256: str, given: dict[str, Any], fields: 
         note=note or given.get("note", ""))
 
 
+def corners_from(text: str) -> list[list[float]]:
+    """Return the pixels of "X,Y X,Y …"."""
+    try:
+        return [[float(number) for number in pair.split(",")] for pair in text.split()]
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is not X,Y X,Y X,Y X,Y", param_hint="--corners") from None
+
+
 def options_from(words: list[str] | None, lens: Path | None = None, lens_sigma: str | None = None,
                  height_mm: float | None = None, height_sigma_mm: float | None = None) -> dict[str, Any]:
     """Return a fit's options: NAME=VALUE words (a value is JSON, or else text), a known lens, a height by tape."""

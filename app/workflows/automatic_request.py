@@ -33,6 +33,7 @@ from app.evaluate.fit.areas import (
 )
 from app.evaluate.fit.report_types import FitReport
 from app.evaluate.fit.verification import AutomaticVerdict, Proof, Verification, verdict_of
+from app.fitting.field_lines.given_corners import check_corners
 from app.fitting.field_lines.pattern import is_half_turn_symmetric
 from app.fitting.field_lines.recognition import recognise
 from app.fitting.field_lines.search import PosePrior, SearchResult, is_near_height, search
@@ -49,9 +50,13 @@ LOOKED_AT = 5  # pictures of a series: a camera that sways is elsewhere in one o
 
 
 def pose_prior_from_json(value: Mapping[str, Any]) -> PosePrior:
-    """Read {"height_mm", "turn_deg"}, each where it is known; BadInput for other keys and values."""
-    return read(PosePrior, value, "The approximate pose",
-                "Use height_mm from 100 to 100000 and turn_deg from -360 to 360.", "bad-rough")
+    """Read {"height_mm", "turn_deg", "corners"}, each where it is known; BadInput for other keys and values."""
+    prior = read(PosePrior, value, "The approximate pose",
+                 "Use height_mm from 100 to 100000, turn_deg from -360 to 360, and four pixels as corners.",
+                 "bad-rough")
+    if prior.corners is not None:
+        check_corners(np.array(prior.corners))
+    return prior
 
 
 class FoundCamera(TypedDict):

@@ -14,7 +14,7 @@ import numpy as np
 from typing_extensions import TypedDict
 
 from app.core.common_sentences import DETECTING_LINES
-from app.core.errors import FitFailed, ProblemJson
+from app.core.errors import BadInput, FitFailed, ProblemJson
 from app.core.field import Field, Region
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize, Points, with_z
@@ -219,6 +219,9 @@ def request_for(known: Mapping[str, Field], field: str, region: str, rotate: int
     if AUTO not in (field, region):
         chosen = known[field]
         return AutomaticRequest(chosen, chosen.region(region, rotate), **given)
+    if "corners" in given.get("rough", {}):
+        raise BadInput(say("corners.no-area", "Corners are those of a covered area, and none is chosen."), say(
+            "corners.no-area.fix", "Choose the field and the covered area as well."), reason="bad-corners")
     fields = tuple(known.values()) if field == AUTO else (known[field],)
     return RecognitionRequest(fields, None if region == AUTO else region, rotate, given)
 

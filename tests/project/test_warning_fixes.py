@@ -20,7 +20,7 @@ FITS = ["fitting/border.py", "fitting/clicks.py", "fitting/linear.py", "fitting/
         "fitting/field_lines/pattern.py", "workflows/automatic.py", "workflows/automatic_request.py",
         "workflows/recognition.py"]
 # Of callers of REST and the shell alone: the page sends none of it.
-NOT_OF_THE_PAGE = {"bad-axis", "bad-parameters"}
+NOT_OF_THE_PAGE = {"bad-axis", "bad-parameters", "bad-corners"}
 
 
 def called(tree: ast.AST, names: set[str]):

@@ -16,7 +16,7 @@ from app.core.errors import BadInput, Conflict
 from app.core.statements import say
 from app.jobs import Job
 from app.services.container import Services
-from app.services.forms import Name, Note, OptionValues, Rotate, Strict
+from app.services.forms import Name, Note, OptionValues, Pair, Rotate, Strict
 from app.workflows.check import CalibrationCheck, run_check
 from app.workflows.recognition import AUTO, request_for, run_auto
 from app.workflows.reregister import run_register
@@ -45,6 +45,10 @@ class AutoRequest(PictureChoice):
     model: Name = Field("auto", description="auto: Brown–Conrady, or the first of others that can be fitted")
     options: OptionValues = Field({}, description="as for a fit")
     rough: PosePriorForm | None = None
+    corners: Annotated[list[Pair], Field(min_length=4, max_length=4)] | None = Field(
+        None, description="top left, top right, bottom right and bottom left corner of the region as it is when "
+                          "corrected, px of the raw image, a few pixels off: with field and region, where detection "
+                          "fails without")
     keep: bool = Field(True, description="false: detect the lines without saving a version")
     note: Note = ""
 
@@ -73,6 +77,8 @@ async def find_calibration(request: Request, services: ServicesDep, caller: Call
 
 def _task(services: Services, body: AutoRequest) -> dict[str, Any]:
     prior = body.rough.model_dump(exclude_none=True) if body.rough else {}
+    if body.corners is not None:
+        prior["corners"] = body.corners
     return request_for(services.fields, body.field, body.region, body.rotate, model=body.model,
                        options=with_lens(services, body.options), rough=prior, note=body.note).to_json()
 

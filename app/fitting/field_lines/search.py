@@ -11,6 +11,7 @@ from app.core.field import Field, Region
 from app.core.geometry import Array, Mask, Points, inside_picture, with_z
 from app.core.progress import Progress, no_progress, subprogress
 from app.fitting.field_lines.four_lines import Hypotheses, four_line_hypotheses
+from app.fitting.field_lines.given_corners import about, cameras_from_corners
 from app.fitting.field_lines.pattern import FieldPattern, is_half_turn_symmetric, levels
 from app.fitting.field_lines.refinement import (
     CAPTURE_PX,
@@ -44,17 +45,20 @@ MIN_HEIGHT = 0.2  # of half the field's width: nothing below it sees a field fro
 SOME_SCORED = 300
 SOME = 1200  # points on ridges that are looked at
 MIN_OVERLAP = 0.4  # of an area that nobody chose with all that is seen of the field
+Pixel = tuple[Annotated[float, Interval(ge=-1e5, le=1e5)], Annotated[float, Interval(ge=-1e5, le=1e5)]]
 
 
 @dataclass(frozen=True)
 class PosePrior:
     """A rough prior of the camera: the height within a third either way, turn_deg within 50°.
 
-    turn_deg: of the region in the picture, clockwise from how it stands when corrected.
+    turn_deg: of the region in the picture, clockwise from how it stands when corrected. corners, raw px, a few off: its
+    top left, top right, bottom right and bottom left one, likewise.
     """
 
     height_mm: Annotated[float, Interval(ge=100, le=100_000)] | None = None
     turn_deg: Annotated[float, Interval(ge=-360, le=360)] | None = None
+    corners: tuple[Pixel, Pixel, Pixel, Pixel] | None = None
 
     def allows(self, height_mm: float, turn_deg: float) -> bool:
         near = self.height_mm is None or is_near_height(height_mm, self.height_mm)
@@ -100,11 +104,17 @@ class SearchResult:
 
 def search(seen: SeenLines, field: Field, region: Region, prior: PosePrior = PosePrior(),
            progress: Progress = no_progress) -> SearchResult:
-    """Search for cameras above an area of a field."""
+    """Search for cameras above an area of a field; by its corners alone, where given ones lead to its lines."""
     if not len(seen.points):
         return SearchResult()
-    matcher = FieldMatcher.over_region(seen, field, region, prior)
-    return SearchResult(tuple(matcher.candidates(progress)), tuple(seen.lines))
+    found: list[CameraCandidate] = []
+    if prior.corners is not None:
+        corners = np.array(prior.corners)
+        there = FieldMatcher.over_region(seen.within(about(corners)), field, region, prior)
+        found = there.drawn_from_any(cameras_from_corners(corners, region, seen.size))
+    if not found or found[0].value < POOR_SCORE:
+        found = FieldMatcher.over_region(seen, field, region, prior).candidates(progress)
+    return SearchResult(tuple(found), tuple(seen.lines))
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,6 +275,11 @@ class FieldMatcher:
             if candidate is not None and self._allowed(candidate):
                 candidates.append(candidate)
         return candidates
+
+    def drawn_from_any(self, starts: Sequence[RayCameraParameters]) -> list[CameraCandidate]:
+        """Refine cameras that are near the right one, and return the best of them."""
+        found = [candidate for start in starts if (candidate := self._drawn_from(start)) and self._allowed(candidate)]
+        return [max(found, key=lambda candidate: candidate.value)] if found else []
 
     def _allowed(self, candidate: CameraCandidate) -> bool:
         return self.prior.allows(float(candidate.refined.state.position_mm[2]), candidate.turn_deg)

@@ -1,10 +1,11 @@
 """What a picture shows of lines, made once for every field and area that is looked for in it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
+import cv2
 import numpy as np
 
 from app.core.geometry import Array, ImageSize, Points
@@ -39,6 +40,14 @@ class SeenLines:
     def quadrilaterals(self) -> Array:
         """Of each two lines across two others, (q, 3, 3) from the unit square."""
         return quadrilaterals(self.lines)
+
+    def within(self, outline: Points) -> Self:
+        """Return the same of which only the points within an outline (k, 2) px count; the lines stay."""
+        mask = np.zeros((self.size.height, self.size.width), np.uint8)
+        cv2.fillPoly(mask, [np.round(outline).astype(np.int32)], 1)
+        column, row = np.round(self.points).astype(int).T
+        inside = mask[np.clip(row, 0, self.size.height - 1), np.clip(column, 0, self.size.width - 1)] > 0
+        return replace(self, points=self.points[inside], along=self.along[inside])
 
     def some(self, most: int) -> tuple[Points, Array]:
         """Return so many of the points, and the directions there; the same each time."""

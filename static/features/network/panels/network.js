@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { cameras, fields } from "../../../core/state.js";
+import { cameras, fields, modelTitle } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
@@ -190,7 +190,7 @@ function Sent({ it }) {
           <th>
             ${nameOf(c.camera)}${" "}
             <small>
-              ${t("network.sent.version", { version: c.version, model: c.model })}
+              ${t("network.sent.version", { version: c.version, model: modelTitle(c.model) })}
             </small>
           </th>
           <td>

@@ -7,6 +7,8 @@ export default {
   "comparison.not-compared": "Kein physikalisches Objektivmodell passt; der Fehler im Feld wurde nicht verglichen.",
   "comparison.nothing": "Kein Modell konnte kreuzvalidiert werden. Fügen Sie Punkte hinzu, auch im Inneren des Felds.",
   "comparison.simpler": "{model}: {mm} mm im Feld mit {n} Parametern; {other} ({other_mm} mm) ist nicht signifikant besser und hat mehr Parameter.",
+  "corners.order": "Die Ecken laufen nicht im Uhrzeigersinn um den abgedeckten Bereich.",
+  "corners.order.fix": "Geben Sie die Ecke links oben, rechts oben, rechts unten und links unten des abgedeckten Bereichs an, wie er entzerrt liegt.",
   "cost.carpet": "{mm} mm auf dem Teppich",
   "cost.robot-tops": "{mm} mm auf dem Teppich, {tops_mm} mm an der Roboteroberseite ({height_mm} mm)",
   "kind.barrel": "tonnenförmige Verzeichnung",

@@ -66,6 +66,8 @@ export default {
   "colours.mark": "Markieren Sie den Ball und jede Teamfarbe, oder verwenden Sie die automatische Erkennung.",
   "colours.none-marked": "Es ist keine Farbe markiert.",
   "colours.select-another": "Wählen Sie für diese Kameras zuerst ein anderes Farbprofil.",
+  "corners.no-area": "Ecken sind die eines abgedeckten Bereichs, und keiner ist gewählt.",
+  "corners.no-area.fix": "Wählen Sie auch das Feld und den abgedeckten Bereich.",
   "detection.bad-samples": "Die Proben für {colour} sind ungültig, oder es sind mehr als {most}.",
   "detection.changed-meanwhile": "Jemand anderes hat die Objekterkennung dieser Kamera geändert, seit Sie sie geöffnet haben.",
   "detection.check-settings": "Prüfen Sie die aktuellen Einstellungen, und ändern Sie sie dann.",
