@@ -40,16 +40,13 @@ from app.fitting.ray_camera.fit import lens_fitter
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, parameters_json
 from app.models.ray_camera import RayCamera
+from app.vision.lines.painted import painted_lines
 from app.vision.lines.profiles import NO_WIDTHS, Profiles, across_lines
-from app.vision.lines.ridge_chains import ridge_chains
-from app.vision.lines.ridges import Ridges, ridges
 from app.vision.lines.strays import strays
 from app.workflows import calibration
 from app.workflows.calibration import CalibrationResult
 
-STRONG_SHARE, WEAK = 0.8, 0.3  # of all length is weaker than what is strong; of that strength, what paint has at least
 SURELY_FOUND = 0.95  # of the expected lines
-SEARCH_PX = 1400  # of the longer side: finer than that, lines are looked for in a smaller picture, and measured in this
 SOFT_PX, MORE = 0.6, 1.1  # σ of a blur, where so many times as many places show a line with it as without
 POINTS = 240  # in all: more cost time and tell nothing new
 APART_PX = 6.0  # at least, from one to the next
@@ -66,7 +63,7 @@ TWIN_PX = 12.0  # between the region's corners as two cameras see them, which ar
 
 @dataclass(frozen=True, eq=False)
 class DetectedLines:
-    """The grey picture, and chains (n, 2) px of bright lines with their directions, the longest first."""
+    """The grey picture with its lines bright, and chains (n, 2) px of these with their directions, longest first."""
 
     gray: NDArray[np.uint8]
     chains: tuple[Points, ...]
@@ -111,25 +108,9 @@ class LineAssignment:
 
 
 def detect_lines(pixels: NDArray[np.uint8]) -> DetectedLines:
-    """Detect the bright lines of a picture."""
-    gray = opencv.to_grey(pixels)
-    small, scale = opencv.fit_within(gray, SEARCH_PX)
-    found = ridges(small)
-    chains = _like_paint(ridge_chains(found, small.shape), found)
-    return DetectedLines(gray, tuple((found.points[c] + 0.5) / scale - 0.5 for c in chains),
-                         tuple(found.along[c] for c in chains))
-
-
-def _like_paint(chains: list[NDArray[np.int64]], found: Ridges) -> list[NDArray[np.int64]]:
-    """Return those that are not far weaker than what most of the length is: a floor's seams and texture go."""
-    if not chains:
-        return chains
-    strength = np.array([np.median(found.strength[chain]) for chain in chains])
-    length = np.array([len(chain) for chain in chains])
-    order = np.argsort(strength)
-    run = np.cumsum(length[order])
-    strong = strength[order][np.searchsorted(run, STRONG_SHARE * run[-1])]
-    return [chain for chain, own in zip(chains, strength, strict=True) if own >= WEAK * strong]
+    """Detect the painted lines of a picture."""
+    found = painted_lines(opencv.to_grey(pixels))
+    return DetectedLines(found.gray, found.chains, found.along)
 
 
 def assign_lines(lines: DetectedLines, field: Field, region: Region, rough: PosePrior = PosePrior(),  # noqa: B008

@@ -22,6 +22,7 @@ from app.evaluate.drift.line_check import LineDeviation, LineMeasurements
 from app.evaluate.drift.orientation import FIX, SAID, UNKNOWN, Orientation, OrientationReference, State
 from app.evaluate.fit.verification import MIN_FOUND
 from app.models.restored import Restored
+from app.vision.lines.painted import with_bright_lines
 from app.workflows.automatic import detect_lines
 from app.workflows.automatic_request import median_frame
 from app.workflows.job_pictures import job_pictures
@@ -76,7 +77,7 @@ def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_prog
     if size != calibration.image_size:
         raise Conflict(other_image_size(size, calibration.image_size), CALIBRATE_AGAIN_FOR_SIZE, reason="size-mismatch")
     progress(0.0, DETECTING_FIELD_LINES)
-    gray = opencv.to_grey(pixels)
+    gray = with_bright_lines(opencv.to_grey(pixels))
     seen, lines, found, verdict = checked(calibration, gray, partial(_others_share, gray))
     seen_as = _orientation(calibration, before, pixels)
     if seen_as.way is not None:

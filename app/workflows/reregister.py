@@ -31,6 +31,7 @@ from app.models import CameraModel, RayModel, field_from_raw, parameters_json, r
 from app.models.ray_camera import RayCamera
 from app.models.restored import Restored
 from app.store.files import read_checked
+from app.vision.lines.painted import with_bright_lines
 from app.workflows import calibration as workflow
 from app.workflows.calibration import CalibrationResult
 from app.workflows.calibration_request import CalibrationRequest
@@ -56,8 +57,8 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
         raise Conflict(other_image_size(frame.size, calibration.image_size), SET_RESOLUTION, reason="size-mismatch")
     model, field, region = Restored.of(calibration)
     progress(0.0, DETECTING_FIELD_LINES)
-    found = track_lines(opencv.to_grey(frame.pixels), model, field,
-                        None if before is None else opencv.to_grey(before.pixels))
+    then = None if before is None else with_bright_lines(opencv.to_grey(before.pixels))
+    found = track_lines(with_bright_lines(opencv.to_grey(frame.pixels)), model, field, then)
     observations = () if found is None else _observed(found, found.points, field, region)
     if found is None or len(observations) < MIN_LINES:
         raise FitFailed(say("pose.too-few-lines", "Too few field lines were detected near their previous positions."),

@@ -21,6 +21,7 @@ from app.evaluate.drift.line_check import (
 )
 from app.evaluate.drift.promise import Promise, believed_observations
 from app.models.restored import Restored
+from app.vision.lines.painted import with_bright_lines
 
 
 class Checked(NamedTuple):
@@ -47,4 +48,4 @@ def checked(calibration: Calibration, gray: Pixels, others: Callable[[LineMeasur
 
 def verdict_in(picture: NDArray[np.uint8], calibration: Calibration) -> CheckVerdict:
     """Return the verdict of a check in a picture (h, w[, 3]) of the calibration's size."""
-    return checked(calibration, opencv.to_grey(picture)).verdict
+    return checked(calibration, with_bright_lines(opencv.to_grey(picture))).verdict

@@ -22,6 +22,7 @@ from app.evaluate.drift.search import best_motion
 from app.fitting.field_lines.line_samples import fine_pattern
 from app.fitting.image_motion import ImageMotion, MotionField, MotionSize, RegionSamples, estimate_motion
 from app.models import CameraModel
+from app.vision.lines.painted import with_bright_lines
 from app.vision.lines.patches import LinePatches, LineShifts
 from app.vision.lines.profiles import across_lines
 
@@ -90,7 +91,7 @@ class DriftReference:
         flow = MotionField(model, (size.width, size.height))
         x, y = np.meshgrid(np.linspace(*region.x_mm, GRID[0]), np.linspace(*region.y_mm, GRID[1]))
         measure = RegionSamples.of(flow, np.stack([x.ravel(), y.ravel()], axis=-1))
-        found = found_lines(opencv.to_grey(pictures[0]), model, field, size)
+        found = found_lines(with_bright_lines(opencv.to_grey(pictures[0])), model, field, size)
         if measure is None or found is None:
             return None
         places, normals, width_px = found

@@ -65,7 +65,8 @@ class LinePatches:
         rows = np.median([_smooth(brightness_across(p, places, normals, away)) for p in pictures], axis=0)
         inner = np.abs(away) <= np.maximum(half - 0.5, 0.3)
         outer = (np.abs(away) >= half + 1.5) & (weight > 0.5)
-        contrast = (rows * inner).sum(axis=1) / inner.sum(axis=1) - (rows * outer).sum(axis=1) / outer.sum(axis=1)
+        contrast = np.abs((rows * inner).sum(axis=1) / inner.sum(axis=1)
+                          - (rows * outer).sum(axis=1) / outer.sum(axis=1))
         return cls(places, normals, away, rows, weight, contrast)
 
     @classmethod
