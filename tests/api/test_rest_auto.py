@@ -10,6 +10,7 @@ from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
 
 AUTO = f"{API}/calibrations/auto"
+CORNERS = [[10, 10], [800, 10], [800, 600], [10, 600]]
 SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
 
 
@@ -86,7 +87,9 @@ def test_several_pictures_of_one_size_are_wanted(standing, picture, seen):
     ({"field": "auto", "region": "nowhere"}, 404), ({"field": "moon", "region": "auto"}, 404),
     ({"region": "nowhere"}, 404), ({"model": "magic"}, 422), ({"rotate": 45}, 422), ({"rough": {"height_mm": 0}}, 422),
     ({"rough": {"colour": 1}}, 422), ({"frames": 1000}, 422), ({"surprise": 1}, 422), ({"snapshot": "none-such"}, 404),
-    ({"options": {"lens": "none-such"}}, 404), ({"rough": {"turn_deg": "left"}}, 422),
+    ({"options": {"lens": "none-such"}}, 404), ({"rough": {"turn_deg": "left"}}, 422), ({"corners": [[0, 0]]}, 422),
+    ({"corners": [[0, 0], [1e9, 0], [1e9, 1e9], [0, 1e9]], "region": "full"}, 422),
+    ({"corners": CORNERS}, 422), ({"corners": CORNERS[::-1], "region": "full"}, 422),
 ])
 def test_what_cannot_be_meant_is_refused_at_once(standing, picture, change, status):
     answer = standing.post(AUTO, json={"snapshot": picture, "field": "ssl-div-b", **change})

@@ -189,6 +189,7 @@ def test_calibrations_made_before_a_change_are_told_and_made_again_from_their_po
     assert brief(client, made["id"])["field_changes"] == ["defence-right-front"]
     (camera,) = client.get(f"{API}/cameras").json()["items"]
     assert camera["active"]["field_changes"] == ["defence-right-front"]
+    assert [camera["active"][key] for key in ("field", "region", "rotate")] == ["hall", made["region"], made["rotate"]]
     (sent,) = client.get(f"{API}/publishing").json()["cameras"]
     assert not sent["published"] and sent["problem"]["reason"] == "field-changed"
 

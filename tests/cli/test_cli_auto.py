@@ -79,7 +79,9 @@ def test_auto_asks_which_end_of_the_field_it_is(touchline, tmp_path):
 
 @pytest.mark.parametrize("words, code", [(("frame.png", "--field", "moon"), 3),
                                          (("none.png", "--field", "table"), 4), ((), 2),
-                                         (("frame.png", "--field", "table", "--height-mm", "-5"), 3)])
+                                         (("frame.png", "--field", "table", "--height-mm", "-5"), 3),
+                                         (("frame.png", "--corners", "1,2 3,x"), 2),
+                                         (("frame.png", "--corners", "0,0 9,0 9,9 0,9"), 3)])
 def test_what_cannot_be_meant_is_refused(touchline, seen, words, code):
     assert touchline("auto", *words)[0] == code
 

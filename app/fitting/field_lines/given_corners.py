@@ -63,7 +63,7 @@ def _homography(field_mm: Points, plane: Points) -> Array:
     u, v = plane.T
     design = np.concatenate([np.stack([x, y, one, zero, zero, zero, -u * x, -u * y], axis=1),
                              np.stack([zero, zero, zero, x, y, one, -v * x, -v * y], axis=1)])
-    return np.append(np.linalg.solve(design, np.concatenate([u, v])), 1.0).reshape(3, 3)
+    return np.append(np.linalg.lstsq(design, np.concatenate([u, v]), rcond=None)[0], 1.0).reshape(3, 3)
 
 
 def _focal(homography: Array) -> float:

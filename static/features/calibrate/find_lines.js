@@ -54,8 +54,8 @@ export function toggleAutoDetect() {
   }
 }
 
-/** What is being searched for, and what the document was then. */
-let asked = /** @type {{ picture: string, of: Doc } | null} */ (null);
+/** What is being searched for, by question(), and what the document was then. */
+let asked = /** @type {{ picture: string, of: Doc, what: string } | null} */ (null);
 /** Images, fields, areas and rotations that were searched for by themselves. @type {Set<string>} */
 const tried = new Set();
 const question = () => [snapshot.value?.id, doc.value.field, region.value?.name, rotation.value].join(" ");
@@ -75,8 +75,8 @@ export async function findLines() {
     model: AUTOMATIC,
     keep: false,
   };
-  tried.add(question());
-  asked = { picture: picture.id, of: document };
+  asked = { picture: picture.id, of: document, what: question() };
+  tried.add(asked.what);
   found.value = null;
   let points = 0;
   await work.watch(
@@ -137,7 +137,9 @@ export function startDetecting() {
   effect(() => {
     void [doc.value, snapshot.value];
     untracked(() => {
-      if (finding.value && isOverruled()) finding.value.stop.abort();
+      if (!finding.value || !asked || !isOverruled()) return;
+      finding.value.stop.abort();
+      if (snapshot.value?.id !== asked.picture) tried.delete(asked.what); // looked for again when that is opened again
     });
   });
 }

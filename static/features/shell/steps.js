@@ -73,7 +73,7 @@ function fieldState() {
   if (finding.value && !region.value) return [false, t("shell.sentence.recognising")];
   if (fieldChoices.value.length) return [false, t("shell.sentence.choose-shown")];
   if (!region.value) return [false, t("shell.sentence.choose-field")];
-  const error = stale.value ? null : preview.value?.report.verdict;
+  const error = stale.value ? null : preview.value?.report.sigma_mm;
   return [
     true,
     isRecognised.value
@@ -81,7 +81,7 @@ function fieldState() {
           field: field.value?.title ?? "",
           area: areaName(region.value.name),
           degrees: rotation.value,
-          error: error ? t("shell.sentence.recognised.error", { mm: mm(error.mm) }) : "",
+          error: error ? t("shell.sentence.recognised.error", { mm: mm(error.rms) }) : "",
         })
       : t("shell.sentence.check-field", { width: picture.width, height: picture.height }),
   ];
