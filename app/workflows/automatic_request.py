@@ -43,6 +43,7 @@ from app.models.ray_camera import RayCamera
 from app.vision.motion.background import Background
 from app.workflows import automatic
 from app.workflows.calibration_request import CalibrationRequest
+from app.workflows.elsewhere import LineElsewhere, elsewhere_sentence, lines_elsewhere, told_by
 from app.workflows.job_pictures import Pictures
 from app.workflows.model_choice import AUTO, LADDER
 
@@ -60,13 +61,15 @@ def pose_prior_from_json(value: Mapping[str, Any]) -> PosePrior:
 
 
 class FoundCamera(TypedDict):
-    """proof, report: None where none was found. areas: what the picture shows in place of the chosen area; empty where
-    that is right, or nothing else fits."""
+    """proof, report: None where none was found. elsewhere: markings that are painted beside where the field has them.
+    areas: what the picture shows in place of the chosen area; empty where that is right, or nothing else fits.
+    """
 
     observations: list[ObservationJson]
     proof: Proof | None
     report: FitReport | None
     areas: list[AreaJson]
+    elsewhere: list[LineElsewhere]
     doubts: list[ProblemJson]
     verdict: AutomaticVerdict
 
@@ -178,15 +181,18 @@ class AutomaticRequest:
                 refused.append(refusal.to_json())
         report = None if done is None else done.report
         proof = automatic.verify(found, lines, self.region)
-        doubts = [*proof.doubts(self.is_chosen), *(refused[:1] if done is None else [])]
+        elsewhere = [] if done is None or not proof.missing else lines_elsewhere(
+            done.model, lines.gray, self.field, self.region, proof.missing)
+        doubts = [*told_by(proof.doubts(self.is_chosen), elsewhere), *(refused[:1] if done is None else [])]
         if done is not None and (told := self._other_height(done.model)):
             doubts.insert(0, told)
         if done is not None and _has_moved(done.model, self.field, self.region, frame, series):
             doubts.insert(0, stated(ProblemJson(
                 reason="series-moved", what=SERIES_MOVED, fix=SERIES_MOVED_FIX)))
         summary |= {"observations": [o.to_json() for o in found.observations], "proof": proof.to_json(),
-                    "report": report, "doubts": doubts,
-                    "verdict": verdict_of(doubts, proof, report and report["verdict"])}
+                    "report": report, "doubts": doubts, "elsewhere": elsewhere,
+                    "verdict": verdict_of(doubts, proof, report and report["verdict"],
+                                          elsewhere_sentence(elsewhere) if elsewhere else "")}
         if done is None or doubts:
             return proof, None
         request = CalibrationRequest(found.observations, self.field, self.region, frame.size, summary["model"],
@@ -229,7 +235,7 @@ class AutomaticRequest:
 def without_camera(doubts: list[ProblemJson], areas: Sequence[SeenArea] = ()) -> FoundCamera:
     """Return the part of an answer that found none."""
     return {"observations": [], "proof": None, "report": None, "areas": [area.to_json() for area in areas],
-            "doubts": doubts, "verdict": verdict_of(doubts, None, None)}
+            "elsewhere": [], "doubts": doubts, "verdict": verdict_of(doubts, None, None)}
 
 
 def median_frame(pictures: Pictures, progress: Progress = no_progress) -> Frame:

@@ -144,7 +144,8 @@ class AutomaticVerdict(Stated):
 
 
 def verdict_of(doubts: Sequence[ProblemJson], proof: Verification | None, calibrated: Verdict | None,
-               ) -> AutomaticVerdict:
+               remark: Sentence | str = "") -> AutomaticVerdict:
+    """remark: what else was seen, where there is no doubt."""
     if doubts:
         first = doubts[0]
         look = say("lines.check-overlay", "Check the overlay before you continue.") if proof else ""
@@ -153,4 +154,4 @@ def verdict_of(doubts: Sequence[ProblemJson], proof: Verification | None, calibr
     level, own = (calibrated["level"], calibrated["sentence"]) if calibrated else ("unknown", "")
     found = say("lines.found", "{share:.0f} % of the expected lines were detected, with an average offset of "
                 "{px:.2f} px from the field model.", share=100 * proof.share, px=proof.rms_px) if proof else ""
-    return stated(AutomaticVerdict(level=level, sentence=join(found, own), fix="", reason="found"))
+    return stated(AutomaticVerdict(level=level, sentence=join(found, remark, own), fix="", reason="found"))

@@ -3,7 +3,7 @@ import { run } from "../../core/actions.js";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { areaTitle, lineName } from "../../core/format.js";
 import { lensOpen, unfold } from "../../core/folds.js";
-import { goToStep } from "../../core/route.js";
+import { go, goToStep } from "../../core/route.js";
 import { camera, cameras, field, model, modelName, models, region, step } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { mainViewport } from "../../canvas/viewport.js";
@@ -69,6 +69,7 @@ export const FIXES = {
   "series-moved": () => [picture()],
   "other-height": () => [enterHeight(), checkField()],
   "several-choices": () => [checkField()],
+  "painted-elsewhere": () => [editField(), checkField()],
   "no-known-field": () => [checkField(), click(fewest()), newField()],
 };
 
@@ -193,6 +194,13 @@ const checkField = () =>
   step.value === "field"
     ? null
     : { label: t("calibrate.warning-fixes.check-field"), test: "cure-field", run: () => goToStep("field") };
+/** @returns {Fix | null} */
+const editField = () =>
+  field.value && {
+    label: field.value.own ? t("calibrate.picture.edit") : t("calibrate.picture.edit-copy"),
+    test: "cure-edit-field",
+    run: () => go(field.value?.own ? "field-editor" : "new-field", { field: field.value?.name }),
+  };
 /** @returns {Fix} */
 const newField = () => ({
   label: t("field-editor.action.new-field.short"),
