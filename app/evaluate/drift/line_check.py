@@ -40,6 +40,7 @@ CLEAR_PX = 4.0
 BETTER = 0.04  # of the expected length: less gained by a wider search is chance
 PLENTY = 0.85  # of the expected length, found near by: nothing is looked for further off
 MIN_MARKING_POINTS, MIN_OBSERVED_POINTS = 3, 2
+SHORT, HALF = 12, 0.5  # places of a line; of them, so many must be seen
 MIN_MOTION_POINTS = 12  # measures that tell how a picture has moved
 MOST = 0.5  # of the expected length
 BORDER_MM = 50.0  # nearer to a border, a line is the border
@@ -215,8 +216,11 @@ class _Search:
         hits = profiles.found & at.clear & inside_picture(start, self.size, 2)
         hits &= ~strays(profiles.middle, hits, at.marking)
         for number in range(len(self.features)):
-            if (hits & (at.marking == number)).sum() < self.least:
-                hits &= at.marking != number
+            of = at.marking == number
+            # Of a short line, a few places that agree may be a robot's edge.
+            least = max(self.least, HALF * of.sum()) if of.sum() < SHORT else self.least
+            if (hits & of).sum() < least:
+                hits &= ~of
         raw = start + np.where(hits, profiles.middle, np.nan)[:, None] * at.normals
         usual = float(np.median(profiles.contrast[hits])) if hits.any() else 0.0
         return self._measurements(at, raw, ~hits & self._bare(start, at, BARE * usual))
