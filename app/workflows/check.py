@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from typing_extensions import TypedDict
 
-from app.core import opencv
 from app.core.common_sentences import CALIBRATE_AGAIN_FOR_SIZE, DETECTING_FIELD_LINES, other_image_size
 from app.core.errors import Conflict, TouchlineError
 from app.core.geometry import ImageSize, Pixels
@@ -77,7 +76,7 @@ def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_prog
     if size != calibration.image_size:
         raise Conflict(other_image_size(size, calibration.image_size), CALIBRATE_AGAIN_FOR_SIZE, reason="size-mismatch")
     progress(0.0, DETECTING_FIELD_LINES)
-    gray = with_bright_lines(opencv.to_grey(pixels))
+    gray = with_bright_lines(pixels)
     seen, lines, found, verdict = checked(calibration, gray, partial(_others_share, gray))
     seen_as = _orientation(calibration, before, pixels)
     if seen_as.way is not None:

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from app.core import opencv
 from app.core.common_sentences import DETECTING_FIELD_LINES, SET_RESOLUTION, other_image_size
 from app.core.errors import Conflict, FitFailed, TouchlineError
 from app.core.field import Field, Region
@@ -57,8 +56,8 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
         raise Conflict(other_image_size(frame.size, calibration.image_size), SET_RESOLUTION, reason="size-mismatch")
     model, field, region = Restored.of(calibration)
     progress(0.0, DETECTING_FIELD_LINES)
-    then = None if before is None else with_bright_lines(opencv.to_grey(before.pixels))
-    found = track_lines(with_bright_lines(opencv.to_grey(frame.pixels)), model, field, then)
+    then = None if before is None else with_bright_lines(before.pixels)
+    found = track_lines(with_bright_lines(frame.pixels), model, field, then)
     observations = () if found is None else _observed(found, found.points, field, region)
     if found is None or len(observations) < MIN_LINES:
         raise FitFailed(say("pose.too-few-lines", "Too few field lines were detected near their previous positions."),

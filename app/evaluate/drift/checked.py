@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core import opencv
 from app.core.geometry import ImageSize, Pixels
 from app.core.records import Calibration
 from app.evaluate.drift.change import change_since
@@ -48,4 +47,4 @@ def checked(calibration: Calibration, gray: Pixels, others: Callable[[LineMeasur
 
 def verdict_in(picture: NDArray[np.uint8], calibration: Calibration) -> CheckVerdict:
     """Return the verdict of a check in a picture (h, w[, 3]) of the calibration's size."""
-    return checked(calibration, with_bright_lines(opencv.to_grey(picture))).verdict
+    return checked(calibration, with_bright_lines(picture)).verdict

@@ -91,7 +91,7 @@ class DriftReference:
         flow = MotionField(model, (size.width, size.height))
         x, y = np.meshgrid(np.linspace(*region.x_mm, GRID[0]), np.linspace(*region.y_mm, GRID[1]))
         measure = RegionSamples.of(flow, np.stack([x.ravel(), y.ravel()], axis=-1))
-        found = found_lines(with_bright_lines(opencv.to_grey(pictures[0])), model, field, size)
+        found = found_lines(with_bright_lines(pictures[0]), model, field, size)
         if measure is None or found is None:
             return None
         places, normals, width_px = found

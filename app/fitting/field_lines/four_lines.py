@@ -86,17 +86,25 @@ def quadrilaterals(lines: list[Array]) -> Array:
     corners = [np.cross(line[across[:, a]], line[across[:, b]]) for a, b in ((0, 2), (1, 2), (1, 3), (0, 3))]
     with np.errstate(all="ignore"):
         corner = np.stack([c[:, :2] / c[:, 2:] for c in corners], axis=1)
+        maps = square_maps(corner)
         (x0, x1, x2, x3), (y0, y1, y2, y3) = corner[..., 0].T, corner[..., 1].T
+        area = np.abs((x0 - x2) * (y1 - y3) - (x1 - x3) * (y0 - y2)) / 2
+        g, h = maps[:, 2, 0], maps[:, 2, 1]
+        before = np.minimum(np.minimum(1 + g, 1 + h), 1 + g + h) > 0.05
+    return maps[before & (area > MIN_AREA) & np.isfinite(maps).all(axis=(1, 2))]
+
+
+def square_maps(corners: Array) -> Array:
+    """Return (q, 3, 3) from the unit square's corners (0, 0), (1, 0), (1, 1), (0, 1) to (q, 4, 2); NaN for none."""
+    (x0, x1, x2, x3), (y0, y1, y2, y3) = corners[..., 0].T, corners[..., 1].T
+    with np.errstate(all="ignore"):
         dx1, dx2, sx = x1 - x2, x3 - x2, x0 - x1 + x2 - x3
         dy1, dy2, sy = y1 - y2, y3 - y2, y0 - y1 + y2 - y3
         det = dx1 * dy2 - dx2 * dy1
         g, h = (sx * dy2 - dx2 * sy) / det, (dx1 * sy - sx * dy1) / det
-        maps = np.stack([np.stack([x1 - x0 + g * x1, x3 - x0 + h * x3, x0], -1),
+        return np.stack([np.stack([x1 - x0 + g * x1, x3 - x0 + h * x3, x0], -1),
                          np.stack([y1 - y0 + g * y1, y3 - y0 + h * y3, y0], -1),
                          np.stack([g, h, np.ones_like(g)], -1)], axis=1)
-        area = np.abs((x0 - x2) * (y1 - y3) - (x1 - x3) * (y0 - y2)) / 2
-        before = np.minimum(np.minimum(1 + g, 1 + h), 1 + g + h) > 0.05
-    return maps[before & (area > MIN_AREA) & np.isfinite(maps).all(axis=(1, 2))]
 
 
 def _possible(square_maps: Array, log_ratios: Array) -> tuple[Mask, Array]:

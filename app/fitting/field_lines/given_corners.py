@@ -11,7 +11,7 @@ from app.core.field import Region
 from app.core.geometry import Array, ImageSize, Points
 from app.core.statements import say
 from app.fitting.field_lines.blind_distortion import UndistortedPlane
-from app.fitting.field_lines.four_lines import FOCALS
+from app.fitting.field_lines.four_lines import FOCALS, square_maps
 from app.fitting.field_lines.refinement import initial_camera
 from app.fitting.ray_camera.parameters import RayCameraParameters
 
@@ -42,28 +42,22 @@ def cameras_from_corners(corners: Points, region: Region, size: ImageSize) -> li
     corners (4, 2) raw px, clockwise: top left, top right, bottom right, bottom left of the region as it stands when
     corrected.
     """
-    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    places = region.field_from_region(square * np.array([region.width_mm, region.height_mm]))
+    sides = np.array([region.width_mm, region.height_mm])
+    origin, right, down = region.field_from_region(np.array([[0, 0], [1, 0], [0, 1]]) * sides)
+    field_from_square = np.eye(3)
+    field_from_square[:2] = np.column_stack([right - origin, down - origin, origin])
+    square_from_field = np.linalg.inv(field_from_square)
     found = []
     for bend in BENDS:
         plane = UndistortedPlane.of(size, bend)
         flat = plane.undistorted_from_raw(corners)
-        if not np.isfinite(flat).all():
+        homography = square_maps(flat[None])[0] @ square_from_field
+        if not np.isfinite(homography).all():
             continue
-        homography = _homography(places, flat)
         start = initial_camera(homography, _focal(homography), plane, size)
         if start is not None:
             found.append(start)
     return found
-
-
-def _homography(field_mm: Points, plane: Points) -> Array:
-    """Return (3, 3) of four places, of which no three are in line."""
-    x, y, one, zero = field_mm[:, 0], field_mm[:, 1], np.ones(4), np.zeros(4)
-    u, v = plane.T
-    design = np.concatenate([np.stack([x, y, one, zero, zero, zero, -u * x, -u * y], axis=1),
-                             np.stack([zero, zero, zero, x, y, one, -v * x, -v * y], axis=1)])
-    return np.append(np.linalg.lstsq(design, np.concatenate([u, v]), rcond=None)[0], 1.0).reshape(3, 3)
 
 
 def _focal(homography: Array) -> float:

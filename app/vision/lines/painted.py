@@ -40,8 +40,9 @@ def painted_lines(gray: NDArray[np.uint8]) -> PaintedLines:
                         tuple(found.along[c] for c in chains))
 
 
-def with_bright_lines(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the picture (h, w) as painted_lines() has it; quick where its ground is dark."""
+def with_bright_lines(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return a picture (h, w[, 3]) grey, as painted_lines() has it; quick where its ground is dark."""
+    gray = opencv.to_grey(pixels)
     return painted_lines(gray).gray if _is_light(gray) else gray
 
 

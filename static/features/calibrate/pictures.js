@@ -1,7 +1,7 @@
 // Opens a picture: from a file, the clipboard, a camera, or the saved ones.
 import { batch, computed, effect, signal, untracked } from "@preact/signals";
 import { call, request } from "../../core/api.js";
-import { doc, load } from "../../core/document.js";
+import { EMPTY, doc, load } from "../../core/document.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { go, goInstead, route } from "../../core/route.js";
 import {
@@ -153,8 +153,7 @@ async function openFrom(doing, fetchIt, stopped = () => false) {
     await lists; // a picture opened before the fields are known would be given none
     snapshots.value = [picture, ...snapshots.value.filter((s) => s.id !== picture.id)];
     notices.value = [];
-    const known = cameras.value.find((c) => c.id === picture.camera),
-      step = (known?.field && known.region) || known?.active ? "points" : "field";
+    const step = knownPlace(picture, EMPTY).region ? "points" : "field";
     if (!(await openSnapshot(picture, step, () => isNewest() && route.value === from)))
       tellThatItIsThere(picture, step);
   } catch (error) {

@@ -43,6 +43,7 @@ const USABLE = new Set(["good", "fair"]);
 /** Whether the field was recognised, and points on its lines are sure and fit well: nothing is left to do here. */
 const isRecognised = computed(
   () =>
+    step.value === "field" && // elsewhere points are dragged, and nobody asks
     region.value !== null &&
     isDetected.value &&
     (stale.value || (fitted.value && USABLE.has(preview.value?.report.verdict.level ?? ""))),
