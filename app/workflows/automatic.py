@@ -47,6 +47,7 @@ from app.workflows import calibration
 from app.workflows.calibration import CalibrationResult
 
 SURELY_FOUND = 0.95  # of the expected lines
+MOSTLY = 0.8  # of a marking, for its paint's width to be known
 SOFT_PX, MORE = 0.6, 1.1  # σ of a blur, where so many times as many places show a line with it as without
 POINTS = 240  # in all: more cost time and tell nothing new
 APART_PX = 6.0  # at least, from one to the next
@@ -106,6 +107,14 @@ class LineAssignment:
         """Of the places where a line is expected and nothing is near, those where one was found."""
         return float(self.hits.sum() / max(self.expected.clear.sum(), 1))
 
+    @property
+    def sure_widths(self) -> Mapping[int, float]:
+        """The widths of those markings of which most was found."""
+        count = len(self.field.markings)
+        clear, hit = (np.bincount(self.expected.marking[of], minlength=count)
+                      for of in (self.expected.clear, self.hits))
+        return {number: width for number, width in self.widths.items() if hit[number] > MOSTLY * clear[number]}
+
 
 def detect_lines(pixels: NDArray[np.uint8]) -> DetectedLines:
     """Detect the painted lines of a picture."""
@@ -143,7 +152,7 @@ def _points_of(lines: DetectedLines, field: Field, region: Region, searched: Sea
     finer = refine_camera(with_brown_conrady(state, coarse, seen.size), coarse, seen, FINER_PX, FINER_POINTS)
     found = None if finer is None else _measured(lines, finer.state, field, region, searched)
     if found is None or found.share < SURELY_FOUND:  # of a fisheye, the other lens may see further out
-        other = _measured(lines, state, field, region, searched)
+        other = _measured(lines, state, field, region, searched, NO_WIDTHS if found is None else found.sure_widths)
         found = max((each for each in (found, other) if each), key=lambda each: each.share, default=None)
     return found
 

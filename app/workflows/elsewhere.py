@@ -9,7 +9,7 @@ from app.core.field import Field, Region
 from app.core.geometry import Pixels
 from app.core.marking_names import marking_name
 from app.core.statements import Sentence, say, stated
-from app.evaluate.drift.line_check import line_deviations, measure_lines
+from app.evaluate.drift.line_check import line_deviations, measure_single_markings
 from app.evaluate.fit.verification import MISSING_SHOWN
 from app.models import CameraModel
 
@@ -31,8 +31,8 @@ def lines_elsewhere(model: CameraModel, gray: Pixels, field: Field, region: Regi
     least_mm = max(FAR * field.line_sigma_mm, MIN_OFF_MM)
     found: list[LineElsewhere] = [
         {"feature": line["feature"], "mm": abs(line["mean_mm"])}
-        for line in line_deviations(measure_lines(model, gray, field, region))
-        if line["feature"] in missing and line["mean_mm"] is not None and abs(line["mean_mm"]) > least_mm
+        for line in line_deviations(measure_single_markings(model, gray, field, region, missing))
+        if line["mean_mm"] is not None and abs(line["mean_mm"]) > least_mm
         and line["found_share"] >= SURELY]
     return sorted(found, key=lambda line: -line["mm"])
 

@@ -10,7 +10,7 @@ The same search begins where a calibration's own points lay, and tells how far t
 model makes of them, that is a change since then.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, fields
 from functools import partial
 from typing import Self
@@ -128,11 +128,16 @@ PER_PLACE = tuple(member.name for member in fields(LineMeasurements) if member.n
 
 def measure_lines(model: CameraModel, gray: Pixels, field: Field, region: Region) -> LineMeasurements:
     """(h, w) grey. The narrowest search that finds plenty, or about as much as any."""
-    size, pattern = ImageSize(gray.shape[1], gray.shape[0]), fine_pattern(field)
-    samples = partial(expected_lines, model, pattern, size, PLACES, APART_PX, region=region)
-    names = tuple(marking.name for marking in pattern.markings)
-    return _measured(_Search(model, gray, region, size, pattern.markings, names, samples, MIN_MARKING_POINTS,
-                             since=False))
+    return _measured(_Search.of_markings(model, gray, field, region))
+
+
+def measure_single_markings(model: CameraModel, gray: Pixels, field: Field, region: Region, names: Collection[str],
+                            ) -> LineMeasurements:
+    """Measure these markings only, each further and further off: by the others, the camera is where it was."""
+    search = _Search.of_markings(model, gray, field, region)
+    numbers = np.flatnonzero([name in names for name in search.names])
+    best = search.near(None, CAPTURES_PX[0], numbers)
+    return _each_alone(search, best, None, lambda found: numbers[~(found.found_shares()[numbers] > SURELY)])
 
 
 def measure_change(model: CameraModel, gray: Pixels, field: Field, region: Region, observations: Observations,
@@ -159,15 +164,16 @@ def _measured(search: "_Search") -> LineMeasurements:
         again = search.near(moved, CAPTURES_PX[0])
         if again.share > best.share + BETTER:
             best, motion = again, moved
-    return _with_single_markings(search, best, motion)
-
-
-def _with_single_markings(search: "_Search", best: LineMeasurements, moved: OffsetField | None) -> LineMeasurements:
-    """Look for each marking that is missing by itself, where most of the others were found."""
     if best.share < MOST:
         return best
+    return _each_alone(search, best, motion, lambda found: np.flatnonzero(found.missing))
+
+
+def _each_alone(search: "_Search", best: LineMeasurements, moved: OffsetField | None,
+                wanted: Callable[[LineMeasurements], Indices]) -> LineMeasurements:
+    """Look for each marking that is wanted by itself, further and further off. wanted: which of what is found so far."""
     for capture in ALONE_PX:
-        alone = np.flatnonzero(best.missing)
+        alone = wanted(best)
         if not len(alone):
             break
         far = search.near(moved, capture, alone)
@@ -201,6 +207,14 @@ class _Search:
     samples: Callable[[float], LineSamples]
     least: int  # points of a marking
     since: bool
+
+    @classmethod
+    def of_markings(cls, model: CameraModel, gray: Pixels, field: Field, region: Region) -> Self:
+        """For the field's markings where the model has them."""
+        size, pattern = ImageSize(gray.shape[1], gray.shape[0]), fine_pattern(field)
+        samples = partial(expected_lines, model, pattern, size, PLACES, APART_PX, region=region)
+        names = tuple(marking.name for marking in pattern.markings)
+        return cls(model, gray, region, size, pattern.markings, names, samples, MIN_MARKING_POINTS, since=False)
 
     def near(self, moved: OffsetField | None, capture_px: float, only: Indices | None = None) -> LineMeasurements:
         """Measure lines within capture_px of where they are expected, after a motion of the whole picture.

@@ -19,6 +19,7 @@ from app.fitting.field_lines.search import (
 from app.fitting.field_lines.seen_lines import SeenLines
 
 CERTAIN = 0.9  # value of a field, below which three lines are tried too: a wrong field of few lines can reach 0.8
+MIN_MATCH = 0.5  # value of a field's best match: less is not refined to a field that explains the picture
 MAX_FIELDS = 6  # fields of which cameras are refined
 REFINED, REFINED_NEXT = 3, 2  # cameras of the most likely field, and of each other
 REFINED_POOR = 5
@@ -56,7 +57,7 @@ def recognise(seen: SeenLines, areas: Sequence[tuple[Field, Sequence[Region]]], 
             part(0.5 + 0.1 * len(found) / len(best), say("progress.fitting-field", "Fitting {field}",
                                                         field=by_name[name].title))
             so_far = ranked[0][1][0].value if ranked else 0.0
-            if len(ranked) < 2 or best[name] >= MIN_RELATIVE_SCORE * so_far:
+            if best[name] >= MIN_MATCH and (len(ranked) < 2 or best[name] >= MIN_RELATIVE_SCORE * so_far):
                 most = REFINED_POOR if is_last else REFINED_NEXT if ranked else REFINED
                 found[name] = found.get(name, []) + matchers[name].refined(matches[name], most)
                 ranked = _ranked(found, matchers)

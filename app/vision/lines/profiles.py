@@ -73,14 +73,14 @@ def across_lines(gray: NDArray[np.uint8], places: Points, normals: Points, width
         painted[int(name)] = width / nominal
         rows, away = _profiles(gray, places[of], normals[of], width, capture_px)
         middle[of], contrast[of], explained, _ = _bars(rows, away, width, capture_px)
-        found[of] = _good(rows, middle[of], contrast[of], explained, width, capture_px)
+        found[of] = _good(_noise(rows), middle[of], contrast[of], explained, width, capture_px)
     return Profiles(middle, contrast, found, painted)
 
 
 def _profiles(gray: NDArray[np.uint8], places: Points, normals: Points, width: float, capture_px: float,
               ) -> tuple[NDArray, NDArray]:
     """Return grey levels (n, k) across the places, and where: as far as a bar of that width is looked for."""
-    reach = _capture(capture_px, width) + width / 2 + GROUND_PX + 2 * BLUR_PX
+    reach = _reach(capture_px, width)
     away = np.arange(-reach, reach + STEP_PX / 2, STEP_PX)
     return brightness_across(gray, places, normals, away), away
 
@@ -90,13 +90,19 @@ def _capture(capture_px: float, width: float) -> float:
     return max(capture_px, width / 2 + 1)
 
 
+def _reach(capture_px: float, width: float) -> float:
+    """Return as far from the expected place as a bar's window reaches."""
+    return _capture(capture_px, width) + width / 2 + GROUND_PX + 2 * BLUR_PX
+
+
 def _width(rows: NDArray, away: NDArray, nominal: float, widths: NDArray, capture_px: float) -> float:
     """Return the width whose bars explain the profiles best, and need the least of a step for it.
 
     It is looked for uphill from the expected one; where that does not explain them almost fully, from wider ones too,
     as an edge of wide paint is a narrow line on a step, and where nothing is found, among all.
     """
-    worth = lru_cache(lambda number: _worth(rows, away, float(widths[number]), capture_px))
+    noise = _noise(rows)
+    worth = lru_cache(lambda number: _worth(rows, away, float(widths[number]), capture_px, noise))
     found = _uphill(worth, int(np.argmin(np.abs(widths - nominal))), len(widths))
     if worth(found) < ALMOST_ALL * len(rows):
         others = {_uphill(worth, int(np.argmin(np.abs(widths - factor * nominal))), len(widths))
@@ -116,15 +122,16 @@ def _uphill(worth: Callable[[int], float], start: int, count: int) -> int:
     return start
 
 
-def _worth(rows: NDArray, away: NDArray, width: float, capture_px: float) -> float:
-    middle, contrast, explained, step = _bars(rows, away, width, capture_px)
-    good = _good(rows, middle, contrast, explained, width, capture_px)
+def _worth(rows: NDArray, away: NDArray, width: float, capture_px: float, noise: float) -> float:
+    near = np.abs(away) <= _reach(capture_px, width)
+    middle, contrast, explained, step = _bars(rows[:, near], away[near], width, capture_px)
+    good = _good(noise, middle, contrast, explained, width, capture_px)
     return float(np.sum(np.where(good, explained / (1 + step), 0.0)))
 
 
-def _good(rows: NDArray, middle: NDArray, contrast: NDArray, explained: NDArray, width: float, capture_px: float,
+def _good(noise: float, middle: NDArray, contrast: NDArray, explained: NDArray, width: float, capture_px: float,
           ) -> NDArray[np.bool_]:
-    least = max(MIN_CONTRAST, CONTRAST_NOISES * _noise(rows))
+    least = max(MIN_CONTRAST, CONTRAST_NOISES * noise)
     return (explained > CLEAN) & (contrast > least) & (np.abs(middle) < _capture(capture_px, width))
 
 
