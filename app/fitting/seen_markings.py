@@ -33,7 +33,7 @@ MAX_ADDED = 40  # lines and arcs
 
 
 @dataclass(frozen=True, eq=False)
-class _Straight:
+class Straight:
     """The line through some places: middle, unit vector along it."""
 
     places: Points
@@ -42,7 +42,7 @@ class _Straight:
     rms_mm: float
 
     @classmethod
-    def through(cls, places: Points) -> "_Straight":
+    def through(cls, places: Points) -> "Straight":
         middle = places.mean(axis=0)
         values, vectors = np.linalg.eigh((places - middle).T @ (places - middle))
         return cls(places, middle, vectors[:, 1], float(np.sqrt(max(values[0], 0.0) / len(places))))
@@ -64,7 +64,7 @@ class _Straight:
         steps = ((self.places - self.middle) @ self.along - low) // STEP_MM
         return len(np.unique(steps)) / ((high - low) // STEP_MM + 1)
 
-    def is_of(self, other: "_Straight") -> bool:
+    def is_of(self, other: "Straight") -> bool:
         """Tell whether another piece is of the same line, no further along it than a robot covers."""
         if abs(self.along @ other.along) < SAME_WAY:
             return False
@@ -81,7 +81,7 @@ def with_seen(field: Field, chains: Iterable[Points]) -> tuple[Field, tuple[str,
     pieces = [piece for places in inside for piece in _pieces(places)][:MAX_PIECES]
     arcs = [arc for arc in _arcs(pieces, min(far)) if not any(_is_arc(arc, known) for known in field.arcs.values())]
     on_arcs = (*field.arcs.values(), *arcs)
-    straight = [piece for piece in map(_Straight.through, pieces)
+    straight = [piece for piece in map(Straight.through, pieces)
                 if piece.rms_mm < OFF_MM and not _lies_on(piece, on_arcs)]
     lines = [piece for piece in _merged(straight)
              if piece.length_mm > MIN_LENGTH_MM and piece.painted_share > PAINTED and not _lies_on(piece, on_arcs)
@@ -95,17 +95,17 @@ def with_seen(field: Field, chains: Iterable[Points]) -> tuple[Field, tuple[str,
                    arcs={**field.arcs, **{n: m for n, m in named.items() if isinstance(m, Arc)}}), tuple(named)
 
 
-def _merged(pieces: Sequence[_Straight]) -> list[_Straight]:
+def _merged(pieces: Sequence[Straight]) -> list[Straight]:
     """Put pieces of one line together, the longest first; again until none is left that goes with another."""
     waiting = sorted(pieces, key=lambda piece: -piece.length_mm)
     while True:
-        merged: list[_Straight] = []
+        merged: list[Straight] = []
         for piece in waiting:
             found = next((i for i, other in enumerate(merged) if other.is_of(piece)), None)
             if found is None:
                 merged.append(piece)
             else:
-                merged[found] = _Straight.through(np.concatenate([merged[found].places, piece.places]))
+                merged[found] = Straight.through(np.concatenate([merged[found].places, piece.places]))
         if len(merged) == len(waiting):
             return merged
         waiting = sorted(merged, key=lambda piece: -piece.length_mm)
@@ -115,7 +115,7 @@ def _pieces(places: Points) -> list[Points]:
     """Cut a chain where it is neither straight nor a circle: it may run from an arc into a line."""
     if len(places) < MIN_PLACES:
         return []
-    if _Straight.through(places).rms_mm < OFF_MM or _circle(places) is not None:
+    if Straight.through(places).rms_mm < OFF_MM or _circle(places) is not None:
         return [places]
     middle = len(places) // 2
     return [*_pieces(places[:middle]), *_pieces(places[middle:])]
@@ -123,7 +123,7 @@ def _pieces(places: Points) -> list[Points]:
 
 def _arcs(pieces: Sequence[Points], largest_mm: float) -> list[Arc]:
     """Fit circles to bent pieces, and one to all pieces that lie on the same."""
-    bent = (_circle(places) for places in pieces if _Straight.through(places).rms_mm >= OFF_MM)
+    bent = (_circle(places) for places in pieces if Straight.through(places).rms_mm >= OFF_MM)
     waiting = sorted((arc for arc in bent if arc is not None and MIN_RADIUS_MM < arc.radius_mm < largest_mm),
                      key=lambda arc: -arc.length_mm)
     found: list[Arc] = []
@@ -165,19 +165,19 @@ def _is_arc(one: Arc, known: Arc) -> bool:
     return bool(_off_mm(one.sample(12), known).max() < KNOWN_MM)
 
 
-def _is_line(piece: _Straight, line: Line) -> bool:
+def _is_line(piece: Straight, line: Line) -> bool:
     """Tell whether a piece lies on a line that the field has."""
     low, high = np.minimum(line.start, line.end) - JOIN_MM, np.maximum(line.start, line.end) + JOIN_MM
     on = np.linalg.norm(line.nearest(piece.places) - piece.places, axis=1) < KNOWN_MM
     return bool(np.mean(on & ((piece.places >= low) & (piece.places <= high)).all(axis=1)) > 0.7)
 
 
-def _lies_on(piece: _Straight, arcs: Iterable[Arc]) -> bool:
+def _lies_on(piece: Straight, arcs: Iterable[Arc]) -> bool:
     """Tell whether a piece is a stretch of an arc, which is nearly straight."""
     return any(_off_mm(piece.places, arc).max() < BESIDE_MM for arc in arcs)
 
 
-def _upright(field: Field, pieces: Sequence[_Straight]) -> list[Line]:
+def _upright(field: Field, pieces: Sequence[Straight]) -> list[Line]:
     """Return pieces as lines: along the field's axes where they nearly are, from the line they begin at to the last."""
     width = float(np.median([line.width_mm for line in field.lines.values()])) if field.lines else 20.0
     lines = []

@@ -15,7 +15,7 @@ from app.api.schemas.media import upload
 from app.api.schemas.requests import CameraId, Id
 from app.core.errors import BadInput, Conflict
 from app.core.field import Field
-from app.core.field_json import MAX_SIDE_MM, field_from_json
+from app.core.field_json import MAX_SIDE_MM, MIN_SIDE_MM, field_from_json
 from app.core.progress import Progress
 from app.core.statements import say
 from app.fitting.measured_field import (
@@ -31,12 +31,14 @@ from app.services.container import Services
 from app.services.fields import PlayingField, delete_field, field_json, outdated_calibrations, save_field, simulated
 from app.services.forms import Strict
 from app.store.fields import field_etag
+from app.workflows.proposed_field import ProposedFieldJson, proposed_field
 from app.workflows.refit import run_refit
 from app.workflows.seen_field import SeenField, seen_field
 
 router = APIRouter(prefix="/fields", tags=["fields"])
 
 MAX_FILE_BYTES = 1 << 20
+Side = Annotated[float, Value(ge=MIN_SIDE_MM, le=MAX_SIDE_MM)]
 OnlyNew = Annotated[Literal["*"] | None, Header(alias="If-None-Match", description="only where there is none yet")]
 
 
@@ -167,6 +169,27 @@ async def add_seen(request: Request, services: ServicesDep, body: CalibratedPict
     def look(progress: Progress) -> Json:
         return Json(seen_field(services.frame(snapshot).pixels, calibration, field, progress))
     return await services.process_picture(calibration.image_size, look, request.is_disconnected)
+
+
+class Uncalibrated(Strict):
+    """An image, and the field's length between its goal lines, or its width, or both, by tape."""
+
+    snapshot: Id
+    length_mm: Side | None = None
+    width_mm: Side | None = None
+
+
+@router.post("/proposed", response_model=ProposedFieldJson)
+async def propose_field(request: Request, services: ServicesDep, body: Uncalibrated) -> Json:
+    """Propose a field from the lines of an image that shows all its borders. Nothing is saved.
+
+    Its lines are made the same on both halves; line_sigma_mm says how exactly they were read.
+    """
+    snapshot = await services.run_in_thread(services.store.snapshots.get, body.snapshot)
+
+    def look(progress: Progress) -> Json:
+        return Json(proposed_field(services.frame(body.snapshot).pixels, body.length_mm, body.width_mm, progress))
+    return await services.process_picture(snapshot.size, look, request.is_disconnected)
 
 
 @router.post("/{name}/refit", status_code=202, response_model=responses.Job)

@@ -171,7 +171,7 @@ def _measured(search: "_Search") -> LineMeasurements:
 
 def _each_alone(search: "_Search", best: LineMeasurements, moved: OffsetField | None,
                 wanted: Callable[[LineMeasurements], Indices]) -> LineMeasurements:
-    """Look for each marking that is wanted by itself, further and further off. wanted: which of what is found so far."""
+    """Look for each marking that is wanted by itself, further and further off. wanted: which, of what is found."""
     for capture in ALONE_PX:
         alone = wanted(best)
         if not len(alone):

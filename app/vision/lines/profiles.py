@@ -150,7 +150,7 @@ def brightness_across(picture: NDArray[np.uint8], places: Points, normals: Point
     """
     along = np.stack([-normals[:, 1], normals[:, 0]], axis=1)
     total = np.zeros((len(places), len(away), *picture.shape[2:]), np.float32)
-    for shift in ALONG_PX:
+    for shift in ALONG_PX if len(places) else ():
         at = ((places + shift * along)[:, None] + away[:, None] * normals[:, None]).astype(np.float32)
         total += cv2.remap(picture, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     if picture.ndim == 3:

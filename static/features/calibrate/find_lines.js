@@ -56,9 +56,10 @@ export function toggleAutoDetect() {
 
 /** What is being searched for, by question(), and what the document was then. */
 let asked = /** @type {{ picture: string, of: Doc, what: string } | null} */ (null);
-/** Images, fields, areas and rotations that were searched for by themselves. @type {Set<string>} */
+/** Images, fields (of an unknown one, how many there are), areas and rotations that were searched for. @type {Set<string>} */
 const tried = new Set();
-const question = () => [snapshot.value?.id, doc.value.field, region.value?.name, rotation.value].join(" ");
+const question = () =>
+  [snapshot.value?.id, doc.value.field ?? fields.value.length, region.value?.name, rotation.value].join(" ");
 
 /** Look for the lines in the image; clicks that are there stay, what was detected before is replaced.
  * @returns {Promise<boolean>} whether points that are sure stand in the document now */

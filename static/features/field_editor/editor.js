@@ -33,8 +33,10 @@ export const theirs = signal(/** @type {{ field: Field | null, etag: string } | 
 export const viewport = createViewport();
 
 export const KEPT = "touchline.field."; // by key, in this browser
-/** A file that was read, on its way into the editor. */
+/** A field that was read from a file or an image, on its way into the editor. */
 let imported = /** @type {Field | null} */ (null);
+/** The image that the open field was proposed from. */
+export const proposedFrom = signal("");
 
 /** Whether a field of one's own, or a new one, is on show. */
 export const atEditor = computed(() => history.doc.value !== null);
@@ -120,15 +122,17 @@ async function open(key) {
       field = response && (await response.json()),
       isCopy = key.startsWith("+"),
       read = imported,
-      begun = read ? null : localStorage.getItem(KEPT + key); // before the field as it was saved is shown
+      begun = localStorage.getItem(KEPT + key); // before the field as it was saved is shown
     if (wanted.value !== key) return;
     imported = null;
-    const first = isCopy ? firstOf(field, read) : docOf(field);
+    if (!read) proposedFrom.value = "";
+    const first = isCopy ? firstOf(field) : docOf(field);
     opened.value = isCopy
       ? { key, name: "", etag: "", seen: null }
       : { key, name, etag: response?.headers.get("ETag") ?? "", seen: docOf(field) };
     history.load(first);
-    if (begun) restore(key, begun);
+    if (begun) restore(key, begun, read !== null);
+    if (read) history.change(unlikeOthers(docOf(read))); // what was begun is one undo away
     viewport.view.value = { ...viewport.view.value, fitted: true };
   } catch (error) {
     if (wanted.value === key) goInstead("fields");
@@ -136,17 +140,13 @@ async function open(key) {
   }
 }
 
-/**
- * What a new field begins as.
- * @param {Field | null} field what it is a copy of
- * @param {Field | null} read from a file
- * @returns {FieldDoc}
- */
-function firstOf(field, read) {
-  if (!field && !read) return blankField();
-  const doc = docOf(/** @type {Field} */ (read ?? field)),
-    taken = new Set(fields.value.map((f) => f.name));
-  if (read && !taken.has(doc.name)) return doc;
+/** What a new field begins as. @param {Field | null} field what it is a copy of */
+const firstOf = (field) => (field ? unlikeOthers(docOf(field), true) : blankField());
+
+/** The field under a title and a name that no other has. @param {FieldDoc} doc @param {boolean} [isCopy] of another */
+function unlikeOthers(doc, isCopy = false) {
+  const taken = new Set(fields.value.map((f) => f.name));
+  if (!isCopy && !taken.has(doc.name)) return doc;
   let number = 2;
   const title = () => `${doc.title} (${number})`;
   while (taken.has(nameOf(title()))) number += 1;
@@ -163,14 +163,15 @@ function keepLocally({ key, etag }, doc) {
   }
 }
 
-/** Show what was begun and not saved; undo leads to what the server has. @param {string} key @param {string} text */
-function restore(key, text) {
+/** Show what was begun and not saved; undo leads to what the server has.
+ * @param {string} key @param {string} text @param {boolean} isQuiet whether another field is shown at once */
+function restore(key, text, isQuiet) {
   if (!opened.value) return;
   try {
     const { doc, etag } = JSON.parse(text);
     history.change(doc);
     opened.value = { ...opened.value, etag }; // whoever saved meanwhile is told of at the next save
-    notify({ level: "info", text: t("field-editor.restored"), fix: t("field-editor.restored-fix") });
+    if (!isQuiet) notify({ level: "info", text: t("field-editor.restored"), fix: t("field-editor.restored-fix") });
   } catch {
     localStorage.removeItem(KEPT + key);
   }
@@ -181,10 +182,16 @@ export async function openFieldFile(file) {
   const body = new FormData();
   body.append("file", file, file.name);
   try {
-    imported = await (await request("POST", "/fields/read", { body })).json();
-    if (route.value.view === "new-field" && !route.value.field) await open("+");
-    else go("new-field");
+    await openAsNew(await (await request("POST", "/fields/read", { body })).json());
   } catch (error) {
     notifyError(error);
   }
+}
+
+/** Open a field as a new one. @param {Field} field @param {string} [picture] that it was proposed from */
+export async function openAsNew(field, picture = "") {
+  imported = field;
+  proposedFrom.value = picture;
+  if (route.value.view === "new-field" && !route.value.field) await open("+");
+  else go("new-field");
 }

@@ -1,11 +1,11 @@
 // The field that is edited, on the server: saved over what was seen, deleted, put back, and given to a camera.
 import { Problem, ServerUnreachable, request, toRefusal } from "../../core/api.js";
-import { goInstead } from "../../core/route.js";
+import { go, goInstead } from "../../core/route.js";
 import { fields, notify, notifyError } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { readCameras } from "../calibrate/pictures.js";
 import { docOf, markOf, sentOf } from "./document.js";
-import { KEPT, chosen, history, isShipped, opened, refusal, saving, theirs } from "./editor.js";
+import { KEPT, chosen, history, isShipped, opened, proposedFrom, refusal, saving, theirs } from "./editor.js";
 
 /**
  * @typedef {import("../../core/types").Field} Field
@@ -40,7 +40,16 @@ export async function saveField() {
     if (opened.value !== it) return; // another one is open by now
     opened.value = { key: `=${name}`, name, etag, seen: docOf(field) };
     goInstead("field-editor", { field: name });
-    notify({ level: "info", text: t("field-editor.saved", { title: field.title }), fix: t("field-editor.saved-fix") });
+    const picture = proposedFrom.value;
+    proposedFrom.value = "";
+    notify({
+      level: "info",
+      text: t("field-editor.saved", { title: field.title }),
+      fix: t("field-editor.saved-fix"),
+      ...(picture && {
+        action: { label: t("field-editor.saved.back"), run: () => go("calibrate", { picture, step: "field" }) },
+      }),
+    });
     await readCameras();
   } catch (error) {
     refuse(error);

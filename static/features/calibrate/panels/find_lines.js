@@ -8,6 +8,7 @@ import { Title } from "../../../ui/title.js";
 import { finding, lastFound, notFound } from "../find_lines.js";
 import { offered } from "../line_suggestions.js";
 import { FieldChoices } from "./field_choices.js";
+import { ProposeField } from "./propose_field.js";
 import { Fixes } from "./warnings.js";
 
 export function FindLines() {
@@ -46,6 +47,7 @@ export function FindLines() {
       </b>${" "}
       ${said.verdict.sentence} ${said.verdict.fix}
     </p>
-    <${Fixes} trouble=${said.verdict} />`}
+    <${Fixes} trouble=${said.verdict} />
+    ${said.verdict.reason === "no-known-field" && html`<${ProposeField} />`}`}
   </section>`;
 }
