@@ -142,6 +142,7 @@ ASKED: dict[str, Mapping[str, Any]] = {
     "POST /fields/read": sent(files=lambda w: {"file": json.dumps(w.field.to_json())}),
     "POST /fields/measured": sent(json=attrgetter("tape")),
     "POST /fields/painted": sent(json=over_field),
+    "POST /fields/proposed": sent(json=lambda w: {"snapshot": w.whole_field, "length_mm": 8000}),
     "POST /fields/seen": sent(json=lambda w: {**over_field(w), **pictured(w)}),
     "POST /fit/attempt": sent(params={"quick": True}, json=attrgetter("fit")),
     "POST /fit/border": sent(json={"axis": "y_of_x", "points": [[x, 50.0 + x / 50] for x in range(0, 400, 40)]}),

@@ -2,6 +2,7 @@
 
 import json
 
+import cv2
 import pytest
 from starlette.testclient import TestClient
 
@@ -9,6 +10,7 @@ from app.core.field_json import field_from_json
 from app.core.field_moves import JoinedField
 from app.main import create_app
 from tests.support.activation import activate_despite
+from tests.support.foreign_field import foreign_scene
 from tests.support.paths import CLICKS
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, refusal
@@ -267,3 +269,22 @@ def test_what_a_calibrated_picture_shows_is_added_or_refused(standing, standing_
     task = json.loads((CLICKS / "ssl_2008_half.json").read_text())
     blind = standing.post(f"{API}/calibrations", json=task).json()["id"]
     refusal(standing.post(path, json={**body, "calibration": blind}), 409, "no-picture")
+
+
+def test_a_field_is_proposed_from_an_image_or_refused(standing):
+    png = cv2.imencode(".png", foreign_scene().pixels)[1].tobytes()
+    image = standing.post(f"{API}/snapshots", files={"file": png}).json()["id"]
+    path, body = f"{FIELDS}/proposed", {"snapshot": image, "length_mm": 8000}
+    told = standing.post(path, json=body)
+    assert told.status_code == 200 and told.json()["is_ratio_known"]
+    field = told.json()["field"]
+    assert field["length_mm"] == 8000 and "centre-circle" in {arc["name"] for arc in field["arcs"]}
+    assert standing.put(f"{FIELDS}/hall", json={**field, "name": "hall"}).status_code == 200
+    assert standing.delete(f"{FIELDS}/hall").status_code == 204
+    blank = standing.post(f"{API}/snapshots", files={"file": encoded("png", gradient(64, 48))}).json()["id"]
+    refusal(standing.post(path, json={**body, "snapshot": blank}), 422, "no-borders")
+    refusal(standing.post(path, json={"snapshot": image}), 422, "no-length")
+    refusal(standing.post(path, json={**body, "width_mm": 9000}), 422, "bad-size")
+    refusal(standing.post(path, json={**body, "snapshot": "0" * 16}), 404, "unknown-snapshot")
+    for wrong in (0, -5, 1e9, "8 m", None):
+        assert standing.post(path, json={**body, "length_mm": wrong}).status_code == 422

@@ -5,6 +5,7 @@ import threading
 from functools import cached_property
 from typing import Any
 
+import cv2
 import numpy as np
 from fastapi import FastAPI
 from starlette.testclient import TestClient
@@ -18,6 +19,7 @@ from app.workflows.calibration_request import CalibrationRequest
 from tests.support.board_views import BOARD, views_of
 from tests.support.board_views import SIZE as BOARD_SIZE
 from tests.support.exported import example
+from tests.support.foreign_field import foreign_scene
 from tests.support.group_listener import free_group, said
 from tests.support.refusals import API
 from tests.support.rest_jobs import finished
@@ -109,6 +111,12 @@ class World:
     @cached_property
     def snapshot(self) -> str:
         return self.post("/snapshots", {"camera": "cam0"})["id"]
+
+    @cached_property
+    def whole_field(self) -> str:
+        """An image of a field in no rule book."""
+        png = cv2.imencode(".png", foreign_scene().pixels)[1].tobytes()
+        return self.ask("POST", "/snapshots", files={"file": png}).json()["id"]
 
     @cached_property
     def picture(self) -> bytes:

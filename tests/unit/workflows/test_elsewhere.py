@@ -1,11 +1,15 @@
 """Lines of a known field that are painted elsewhere are named with their distances; nothing else is blamed for them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from app.core.field_json import field_from_json
 from app.core.records import Frame
+from app.models import model_from_json
 from app.workflows.automatic_request import AutomaticRequest
+from app.workflows.elsewhere import lines_elsewhere
 from tests.support import auto_scenes
 from tests.support.auto_scenes import SceneSpec, error_mm, fields, scene_of
 
@@ -67,3 +71,10 @@ def test_where_the_other_lines_are_enough_it_is_a_remark(answer):
 def test_lines_that_are_where_the_field_has_them_are_not_named(answer):
     told, error = answer(lambda value: None)
     assert error < 1.0 and told["elsewhere"] == [] and "elsewhere" not in told["verdict"]["sentence"]
+
+
+def test_a_line_that_the_camera_does_not_see_is_not_looked_for():
+    scene = scene_of(replace(SPEC, region="half-left"))
+    _, made = AutomaticRequest(scene.field, scene.region).answer(Frame(scene.pixels))
+    model = model_from_json(made.model_name, made.model_parameters)
+    assert lines_elsewhere(model, scene.pixels[..., 0], scene.field, scene.region, ["goal-line-right"]) == []

@@ -64,6 +64,8 @@ def test_walls_around_the_lines_are_no_borders(seed):
     scene = render(scene_spec(seed))
     told = proposed_field(scene.pixels, scene.field.length_mm, None)
     assert abs(told["field"]["width_mm"] / scene.field.width_mm - 1) < 0.04
+    assert {m["name"] for m in (*told["field"]["lines"], *told["field"]["arcs"])} == {
+        *scene.field.lines, *scene.field.arcs}
 
 
 def test_half_of_a_field_is_not_taken_for_one():
