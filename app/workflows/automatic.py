@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from app.core import opencv
 from app.core.errors import FitFailed
 from app.core.field import Arc, Field, Line, Region
-from app.core.geometry import Array, ImageSize, Points, root_mean_square
+from app.core.geometry import Array, ImageSize, Points, inside_picture, root_mean_square, with_z
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observation, Observations
 from app.core.statements import say
 from app.evaluate.fit.verification import MARKING_FOUND, MIN_AHEAD, Verification
 from app.fitting import FITTERS
 from app.fitting.field_lines.line_samples import LineSamples, fine_pattern, sample_lines_evenly
-from app.fitting.field_lines.pattern import FieldPattern
+from app.fitting.field_lines.pattern import FieldPattern, is_half_turn_symmetric
 from app.fitting.field_lines.refinement import (
     FINER_POINTS,
     FINER_PX,
@@ -47,6 +47,7 @@ from app.workflows import calibration
 from app.workflows.calibration import CalibrationResult
 
 SURELY_FOUND = 0.95  # of the expected lines
+AREA_CELLS, CLEARLY_MORE = 10, 0.05  # of an area, along each side; of it, by which one camera shows more than another
 MOSTLY = 0.8  # of a marking, for its paint's width to be known
 SOFT_PX, MORE = 0.6, 1.1  # σ of a blur, where so many times as many places show a line with it as without
 POINTS = 240  # in all: more cost time and tell nothing new
@@ -137,13 +138,41 @@ def points_on_lines(lines: DetectedLines, field: Field, region: Region, searched
     """
     if not searched.candidates:
         return None
-    best, *others = searched.candidates
+    best, *others = (_as_the_area_lies(c, field, region, lines.size) for c in searched.candidates)
     rivals = [c for c in others if c.value > (1 - MIN_AHEAD) * best.value and not _twins(best, c, region)]
     alone = [_points_of(lines, field, region, SearchResult((c,), searched.lines)) for c in (best, *rivals)]
     proven = [found for found in alone if found is not None and not verify(found, lines, region).doubts()]
     if rivals and len(proven) == 1:
         return proven[0]
     return None if alone[0] is None else replace(alone[0], searched=searched)
+
+
+def turn_deg(state: RayCameraParameters, region: Region) -> float:
+    """Return how far the region is turned clockwise in the picture from how it stands when corrected; NaN unseen."""
+    sides = np.array([region.width_mm, region.height_mm])
+    ends = state.project(with_z(region.field_from_region(np.array([[0.4, 0.5], [0.6, 0.5]]) * sides)))
+    right = ends[1] - ends[0]
+    return float(np.degrees(np.arctan2(right[1], right[0])))
+
+
+def half_turned(candidate: CameraCandidate) -> CameraCandidate:
+    """Return the camera that sees the same over the field turned by 180° about its centre."""
+    turn, state = np.array([-1.0, -1.0, 1.0]), candidate.refined.state
+    turned = replace(state, camera_from_field=state.camera_from_field * turn, position_mm=state.position_mm * turn)
+    return replace(candidate, refined=replace(candidate.refined, state=turned))
+
+
+def _as_the_area_lies(candidate: CameraCandidate, field: Field, region: Region, size: ImageSize) -> CameraCandidate:
+    """Return the camera, or what sees the same over the field turned by 180°, if that has more of the area in sight."""
+    if not is_half_turn_symmetric(field):
+        return candidate
+    u, v = (np.linspace(0.05, 0.95, AREA_CELLS) * side for side in (region.width_mm, region.height_mm))
+    cells = with_z(region.field_from_region(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)))
+    turned = half_turned(candidate)
+    now, then = (float(inside_picture(one.refined.state.project(cells), size, 0).mean()) for one in (candidate, turned))
+    if then < now + CLEARLY_MORE:
+        return candidate
+    return replace(turned, turn_deg=turn_deg(turned.refined.state, region), region_seen=then)
 
 
 def _points_of(lines: DetectedLines, field: Field, region: Region, searched: SearchResult) -> LineAssignment | None:

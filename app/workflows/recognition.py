@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from dataclasses import field as member
 from typing import Any, NotRequired, Self
 
-import numpy as np
 from typing_extensions import TypedDict
 
 from app.core.common_sentences import DETECTING_LINES
@@ -169,7 +168,7 @@ class RecognitionRequest:
         """Return the parts of a field that the picture may show, but for those that contradict what was given."""
         found = []
         for is_turned in (False, True) if is_half_turn_symmetric(seen.field) else (False,):
-            candidates = [_half_turned(one) for one in seen.candidates] if is_turned else seen.candidates
+            candidates = [automatic.half_turned(one) for one in seen.candidates] if is_turned else seen.candidates
             state = candidates[0].refined.state
             area = seen_area(_projection(state), seen.field, size, self._regions(seen.field))
             if area is None:
@@ -177,10 +176,10 @@ class RecognitionRequest:
             chosen = seen.field.region(area.region.name, self.rotate)
             if self.rotate is not None:
                 area = replace(area, region=chosen)
-            is_wrong_way = self.rotate is not None and abs(_turn_deg(state, chosen)) > QUARTER_TURN
-            if not is_wrong_way and prior.allows_turn(_turn_deg(state, chosen)):
+            is_wrong_way = self.rotate is not None and abs(automatic.turn_deg(state, chosen)) > QUARTER_TURN
+            if not is_wrong_way and prior.allows_turn(automatic.turn_deg(state, chosen)):
                 found.append(_Choice(seen.field, area, tuple(
-                    replace(one, turn_deg=_turn_deg(one.refined.state, area.region)) for one in candidates)))
+                    replace(one, turn_deg=automatic.turn_deg(one.refined.state, area.region)) for one in candidates)))
         found.sort(key=lambda choice: choice.area.region.rotate_deg)
         is_one = len({choice.area.region.x_mm + choice.area.region.y_mm for choice in found}) == 1
         return found[:1] if is_one else found
@@ -261,21 +260,6 @@ def _recognition(found: Sequence[RecognisedField], choices: Sequence[_Choice]) -
         value=value, sentence=sentence,
         runner_up=None if runner_up is None or not value else {
             "field": runner_up.field.name, "title": runner_up.field.title, "share": _value(runner_up) / value}))
-
-
-def _turn_deg(state: RayCameraParameters, region: Region) -> float:
-    """Return how far the region is turned clockwise in the picture from how it stands when corrected; NaN unseen."""
-    sides = np.array([region.width_mm, region.height_mm])
-    ends = state.project(with_z(region.field_from_region(np.array([[0.4, 0.5], [0.6, 0.5]]) * sides)))
-    right = ends[1] - ends[0]
-    return float(np.degrees(np.arctan2(right[1], right[0])))
-
-
-def _half_turned(candidate: CameraCandidate) -> CameraCandidate:
-    """Return the camera that sees the same over the field turned by 180° about its centre."""
-    turn, state = np.array([-1.0, -1.0, 1.0]), candidate.refined.state
-    turned = replace(state, camera_from_field=state.camera_from_field * turn, position_mm=state.position_mm * turn)
-    return replace(candidate, refined=replace(candidate.refined, state=turned))
 
 
 def _projection(state: RayCameraParameters) -> Callable[[Points], Points]:

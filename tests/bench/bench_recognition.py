@@ -3,12 +3,14 @@
 scenes: the second simulator's, by seed, over all its fields, of which nothing is said. Right is a scene of which field
 and area are recognised, alone or among at most three choices, and whose calibration is off by at most 1 px, or by
 LIMIT_MM where lines are painted further off than that; with several choices, that of the true one.
-others FOLDER…: pictures that show no field of ours, of which none may be accepted. real: see bench_auto_real.py.
+others FOLDER…: pictures that show no field of ours, of which none may be accepted. floors FROM TO: drawn tiles, planks
+and empty carpets, by seed, of which none may be accepted either. real: see bench_auto_real.py.
 Seconds are by the processor.
 """
 
 import sys
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -111,27 +113,58 @@ def scenes(seeds: range) -> None:
 
 
 def others(folders: list[Path]) -> None:
+    files = (file for folder in folders for file in sorted(folder.rglob("*")) if file.suffix.lower() in PICTURES)
+    pictures = ((str(path), cv2.imread(str(path))) for path in files)
+    none_of_ours((name, pixels) for name, pixels in pictures
+                 if pixels is not None and pixels.shape[0] * pixels.shape[1] <= LARGEST_PX)
+
+
+def none_of_ours(pictures: Iterable[tuple[str, np.ndarray]]) -> None:
     every = tuple(fields().values())
     looked, accepted, offered, works = 0, [], [], []
-    for path in (file for folder in folders for file in sorted(folder.rglob("*"))):
-        pixels = cv2.imread(str(path)) if path.suffix.lower() in PICTURES else None
-        if pixels is None or pixels.shape[0] * pixels.shape[1] > LARGEST_PX:
-            continue
+    for path, pixels in pictures:
         looked += 1
         begun = time.process_time()
         told, made = RecognitionRequest(every).answer(Frame(pixels))
         works.append(time.process_time() - begun)
         for names, is_so in ((accepted, made is not None), (offered, len(told["recognised"]["choices"]) > 1)):
             if is_so:
-                names.append(str(path))
+                names.append(path)
                 print(f"{path}: {told['recognised']['sentence']} {told['verdict']['sentence']}", flush=True)
     print(f"{looked} pictures of other things: {len(accepted)} accepted, {len(offered)} offered; seconds "
           f"{np.median(works):.2f}, most {max(works):.2f}")
+
+
+def floor(seed: int) -> np.ndarray:
+    """Draw tiles, planks or an empty carpet with an edge, seen from above under some tilt."""
+    rng = np.random.default_rng([seed, 63])
+    size, side = 2048, int(rng.integers(90, 420))
+    kind = ("tiles", "planks", "carpet")[seed % 3]
+    ground, joint = rng.uniform(60, 150), rng.choice([-1, 1]) * rng.uniform(20, 70)
+    flat = np.full((size, size), ground, np.float32)
+    thick, high = int(rng.integers(3, 12)), side if kind == "tiles" else int(rng.integers(40, 90))
+    for row in range(0, size if kind != "carpet" else 0, high):
+        flat[row:row + thick] += joint
+        shift = 0 if kind == "tiles" else int(rng.integers(0, side * 3))
+        for column in range(shift, size, side if kind == "tiles" else side * 3):
+            flat[row:row + high, column:column + thick] += joint
+    if kind == "carpet":
+        low, far = rng.integers(150, 400, 2), size - rng.integers(150, 400, 2)
+        cv2.rectangle(flat, low.tolist(), far.tolist(), float(ground + 60), thick)
+    flat += cv2.GaussianBlur(rng.normal(0, 60, flat.shape).astype(np.float32), (0, 0), 3)
+    away = rng.uniform(-0.16, 0.16, (4, 2)) * 900
+    corners = np.array([(0, 0), (size, 0), (size, size), (0, size)], np.float32)
+    seen = (np.array([(-100, -100), (1380, -100), (1380, 1124), (-100, 1124)]) + away).astype(np.float32)
+    shown = cv2.warpPerspective(flat, cv2.getPerspectiveTransform(corners, seen), (1280, 1024),
+                                borderValue=float(ground))
+    return np.clip(cv2.GaussianBlur(shown, (0, 0), 0.7) + rng.normal(0, 2, shown.shape), 0, 255).astype(np.uint8)
 
 
 if __name__ == "__main__":
     kind, *rest = sys.argv[1:]
     if kind == "scenes":
         scenes(range(*map(int, rest)))
+    elif kind == "floors":
+        none_of_ours((f"floor {seed}", floor(seed)) for seed in range(*map(int, rest)))
     else:
         others([Path(name) for name in rest])

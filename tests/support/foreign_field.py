@@ -10,7 +10,7 @@ from app.core.field_json import field_from_json
 from tests.support import auto_scenes
 from tests.support.auto_scenes import SceneSpec, SeenScene, fields, scene_of
 
-LENGTH_MM, WIDTH_MM, AREA_MM, RADIUS_MM = 8000.0, 5200.0, (900.0, 1400.0), 650.0
+LENGTH_MM, WIDTH_MM, AREA_MM, RADIUS_MM = 8000.0, 4900.0, (1300.0, 900.0), 800.0
 NAME = "ssl-div-b"  # under which it is drawn
 SPEC = SceneSpec(3, NAME, "full", "mild", (1224, 1024), 5500.0, 10.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
 

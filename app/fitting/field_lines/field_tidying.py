@@ -64,8 +64,9 @@ def _without_frame(lines: Sequence[Line], arcs: Sequence[Arc], half: Point) -> t
         is_around = all(line.length_mm > FRAMED * min(half) for line in frame)
         if is_large and is_around and all(abs(arc.centre[0]) <= x + TOUCHING_MM and abs(
                 arc.centre[1]) <= y + TOUCHING_MM for arc in arcs):
-            return (x, y), [replace(line, start=_clipped(line.start, (x, y)), end=_clipped(line.end, (x, y)))
-                            for line in inner]
+            clipped = [replace(line, start=_clipped(line.start, (x, y)), end=_clipped(line.end, (x, y)))
+                       for line in inner]
+            return (x, y), [line for line in clipped if line.length_mm > TOUCHING_MM]
     return half, list(lines)
 
 

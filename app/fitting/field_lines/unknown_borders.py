@@ -26,6 +26,7 @@ ANGLE_SIGMA, RATIO_SIGMA = 0.02, 0.02  # of a right angle's cosine, and of the r
 PLACES = 40  # along a side
 MIN_PAINTED, MIN_IN_PICTURE = 0.5, 0.6  # of each side: goals interrupt it, and robots
 BEYOND, FEW = 0.15, 8  # of a side, past its end, and places there
+MAX_GOING_ON = 1  # of eight ends: by chance
 MAX_COMPARED, TRIED = 300, 3  # quadrilaterals
 POINTS = 600  # on lines, of which it is seen whether they are on both halves
 BORDER = 0.98  # of the size: what lies within that is inside
@@ -112,18 +113,18 @@ def _centred(maps: Array) -> Array:
 def _sides(maps: Array, seen: SeenLines) -> tuple[Array, Array, Mask]:
     """Return (n,) each: the length of the sides that is painted, that is in the picture, and whether they are borders.
 
-    Borders are painted on all four sides, and end at the corners: two sides that both go on are of something larger.
+    Borders are painted on all four sides, and end at the corners: what goes on there is of something larger.
     """
     at = (np.arange(PLACES) + 0.5) / PLACES - 0.5
     painted, drawn, shown = (each.reshape(len(maps), 4, PLACES).sum(axis=2) for each in _painted(maps, at, seen))
     is_border = (painted > MIN_PAINTED * drawn).all(axis=1) & (shown > MIN_IN_PICTURE * PLACES).all(axis=1)
     beyond = 0.5 + BEYOND * (np.arange(FEW) + 0.5) / FEW
+    going_on = np.zeros(len(maps), int)
     for way in (1, -1):
         further, length, _ = (each.reshape(len(maps), 4, FEW).sum(axis=2)
                               for each in _painted(maps, way * beyond, seen))
-        goes_on = further > MIN_PAINTED * np.maximum(length, 1e-9)
-        is_border &= ~(goes_on[:, 0] & goes_on[:, 1]) & ~(goes_on[:, 2] & goes_on[:, 3])
-    return painted.sum(axis=1), drawn.sum(axis=1), is_border
+        going_on += (further > MIN_PAINTED * np.maximum(length, 1e-9)).sum(axis=1)
+    return painted.sum(axis=1), drawn.sum(axis=1), is_border & (going_on <= MAX_GOING_ON)
 
 
 def _painted(maps: Array, at: Array, seen: SeenLines) -> tuple[Array, Array, Mask]:

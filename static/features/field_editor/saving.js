@@ -1,7 +1,7 @@
 // The field that is edited, on the server: saved over what was seen, deleted, put back, and given to a camera.
 import { Problem, ServerUnreachable, request, toRefusal } from "../../core/api.js";
 import { go, goInstead } from "../../core/route.js";
-import { fields, notify, notifyError } from "../../core/state.js";
+import { fields, notices, notify, notifyError } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { readCameras } from "../calibrate/pictures.js";
 import { docOf, markOf, sentOf } from "./document.js";
@@ -42,13 +42,16 @@ export async function saveField() {
     goInstead("field-editor", { field: name });
     const picture = proposedFrom.value;
     proposedFrom.value = "";
+    const text = t("field-editor.saved", { title: field.title }),
+      back = () => {
+        notices.value = notices.value.filter((n) => n.text !== text);
+        go("calibrate", { picture, step: "field" });
+      };
     notify({
       level: "info",
-      text: t("field-editor.saved", { title: field.title }),
+      text,
       fix: t("field-editor.saved-fix"),
-      ...(picture && {
-        action: { label: t("field-editor.saved.back"), run: () => go("calibrate", { picture, step: "field" }) },
-      }),
+      ...(picture && { action: { label: t("field-editor.saved.back"), run: back } }),
     });
     await readCameras();
   } catch (error) {

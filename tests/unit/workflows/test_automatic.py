@@ -8,10 +8,11 @@ import pytest
 
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.records import Frame, observations_from_json
-from app.models import model_from_json
+from app.models import field_from_raw, model_from_json
 from app.models.restored import Restored
 from app.workflows.automatic_request import AutomaticRequest, median_frame
 from tests.support.auto_scenes import SceneSpec, SeenScene, error_mm, fields, scene_of
+from tests.support.second_simulator import render, scene_spec
 from tests.support.tiers import long, rounds
 
 RIGHT_MM = 3.0  # a wrong assignment is off by decimetres
@@ -278,3 +279,12 @@ def test_the_leagues_lens_keeps_square_pixels_whatever_the_search_began_with(pla
     told, made = answered(plain, model="ssl")
     assert told["model"] == "ssl" and made is not None
     assert Restored.of(made).model.aspect == 1
+
+
+def test_lines_that_are_hard_to_measure_do_not_turn_a_half_into_the_other_one():
+    scene = render(scene_spec(108))
+    _, made = AutomaticRequest(scene.field, scene.region).answer(Frame(scene.pixels))
+    if made is not None:
+        spot = np.array([[scene.region.x_mm[1] / 2, 0.0]])
+        model = model_from_json(made.model_name, made.model_parameters)
+        assert np.abs(field_from_raw(model, scene.camera.project(np.column_stack([spot, [0.0]]))) - spot).max() < 50

@@ -11,6 +11,9 @@ import { FieldChoices } from "./field_choices.js";
 import { ProposeField } from "./propose_field.js";
 import { Fixes } from "./warnings.js";
 
+/** What is found where the image may show a field that is none of those known. */
+const ANOTHER_FIELD = new Set(["no-known-field", "painted-elsewhere", "lines-missing", "lines-unexplained", "loose"]);
+
 export function FindLines() {
   const now = finding.value,
     said = lastFound.value,
@@ -48,6 +51,6 @@ export function FindLines() {
       ${said.verdict.sentence} ${said.verdict.fix}
     </p>
     <${Fixes} trouble=${said.verdict} />
-    ${said.verdict.reason === "no-known-field" && html`<${ProposeField} />`}`}
+    ${ANOTHER_FIELD.has(said.verdict.reason) && html`<${ProposeField} />`}`}
   </section>`;
 }
