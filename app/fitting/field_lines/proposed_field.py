@@ -23,7 +23,7 @@ BENT_MM = 6.0  # rms about a line, from which on a chain is bent
 MIN_PLACES, MIN_RADIUS_MM = 12, 100.0
 MIDDLE = 0.8  # of half the field: a circle about its middle is within
 ON_CIRCLE_MM, SURELY_ON_MM = 25.0, 15.0
-STEP_DEG, MIN_FIRST_DEG, MIN_SEEN = 5, 60, 0.25  # of a circle: a chain's, and of all together the share
+STEP_DEG, MIN_FIRST_DEG, MIN_SEEN = 5, 60, 0.35  # of a circle: a chain's, and of all together the share
 MAX_OFF_CENTRE_MM = 120.0
 MAX_STRETCH = 1.4  # of a circle under a ratio of four lines
 

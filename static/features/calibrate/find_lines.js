@@ -56,7 +56,8 @@ export function toggleAutoDetect() {
 
 /** What is being searched for, by question(), and what the document was then. */
 let asked = /** @type {{ picture: string, of: Doc, what: string } | null} */ (null);
-/** Images, fields (of an unknown one, how many there are), areas and rotations that were searched for. @type {Set<string>} */
+/** Images, fields (of an unknown one, how many there are), areas and rotations that were searched for.
+ * @type {Set<string>} */
 const tried = new Set();
 const question = () =>
   [snapshot.value?.id, doc.value.field ?? fields.value.length, region.value?.name, rotation.value].join(" ");
