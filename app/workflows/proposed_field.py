@@ -50,8 +50,8 @@ def proposed_field(pixels: NDArray[np.uint8], length_mm: float | None, width_mm:
     size = {"length": found.field.length_mm / 1000, "width": found.field.width_mm / 1000}
     sentence = (say("field.proposed", "The lines form a field of {length:.2f} × {width:.2f} m.", **size)
                 if found.is_ratio_known else
-                say("field.proposed-roughly", "The lines form a field of about {length:.2f} × {width:.2f} m; without a "
-                    "centre circle, its width may be several per cent off.", **size))
+                say("field.proposed-roughly", "The lines form a field of about {length:.2f} × {width:.2f} m. No centre "
+                    "circle was measured: its width may be several per cent off.", **size))
     sigma_mm = max(LINE_SIGMA_MM, float(round(SIGMA_SHARE * found.field.length_mm)))
     return stated(ProposedFieldJson(
         field=replace(found.field, name=NAME, title=TITLE, line_sigma_mm=sigma_mm).to_json(),

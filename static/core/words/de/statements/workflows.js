@@ -115,7 +115,7 @@ export default {
   "field.not-read": "Die Felddatei {file} wird nicht verwendet:",
   "field.not-read.fix": "Starten Sie Touchline danach neu.",
   "field.proposed": "Die Linien bilden ein Feld von {length} × {width} m.",
-  "field.proposed-roughly": "Die Linien bilden ein Feld von etwa {length} × {width} m; ohne Mittelkreis kann seine Breite um einige Prozent abweichen.",
+  "field.proposed-roughly": "Die Linien bilden ein Feld von etwa {length} × {width} m. Ein Mittelkreis wurde nicht gemessen: Die Breite kann um einige Prozent abweichen.",
   "field.replaced": "Ihr Feld {name} ersetzt das gleichnamige Feld, das zu Touchline gehört.",
   "field.replaced.fix": "Speichern Sie es unter einem anderen Namen, um beide zu verwenden.",
   "field.select-another": "Wählen Sie für jede Verwendung ein anderes Feld, und löschen Sie dann dieses.",
