@@ -19,11 +19,11 @@ SIGMA_SHARE = 0.002  # of the length: what is read from a picture is no more exa
 
 
 class ProposedFieldJson(Stated):
-    """The field. corners: of its borders in the image, raw px, in order. sentence: how far its size is known."""
+    """The field. corners: of its borders, raw px, in order; null where the lens ends. sentence: how far its size is known."""
 
     field: FieldJson
     is_ratio_known: bool
-    corners: list[list[float]]
+    corners: list[list[float | None]]
     sentence: str
 
 

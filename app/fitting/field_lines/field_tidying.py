@@ -8,11 +8,10 @@ from dataclasses import replace
 from itertools import count
 
 from app.core.field import Arc, Field, Landmark, Line, Point, Region
-from app.fitting.field_lines.mirrored_markings import symmetric
+from app.fitting.field_lines.mirrored_markings import is_circle, symmetric
 
 TOUCHING_MM = 75.0  # between a line's end and a line across it, or from an axis
 DEFENCE, GOAL_AREA = "defence", "goal-area"  # the larger and the smaller of two areas
-FULL_DEG = 359.0
 UNBALANCED = 0.25  # of a line across an axis, between what is seen of it on either side
 FRAMED = 0.6  # of the outermost borders, what lies within a frame
 
@@ -140,7 +139,7 @@ def _arc_name(arc: Arc, half: Point) -> str:
     x, y = arc.centre
     side, edge = "left" if x < 0 else "right", "top" if y > 0 else "bottom"
     if x == y == 0:
-        return "centre-circle" if arc.end_deg - arc.start_deg > FULL_DEG else ""
+        return "centre-circle" if is_circle(arc) else ""
     if y == 0:
         return f"{GOAL_AREA}-{side}-arc"
     return f"{DEFENCE}-{side}-arc-{edge}" if abs(abs(x) - half[0]) < TOUCHING_MM else ""

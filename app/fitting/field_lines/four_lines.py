@@ -109,12 +109,20 @@ def square_maps(corners: Array) -> Array:
 
 def _possible(square_maps: Array, log_ratios: Array) -> tuple[Mask, Array]:
     """Return (q, r) whether a camera sees a rectangle of that log ratio so, and the focal length that fits it best."""
-    one, two = square_maps[:, :, 0], square_maps[:, :, 1]
-    p = FOCALS**2
-    n1 = np.sqrt((one[:, :2] ** 2).sum(axis=1)[:, None] + p * one[:, 2:] ** 2)
-    n2 = np.sqrt((two[:, :2] ** 2).sum(axis=1)[:, None] + p * two[:, 2:] ** 2)
-    cosine = ((one[:, :2] * two[:, :2]).sum(axis=1)[:, None] + p * one[:, 2:] * two[:, 2:]) / (n1 * n2)
-    off = np.abs(np.log(n1 / n2)[:, :, None] - log_ratios) / MAX_RATIO_ERROR + np.abs(cosine)[:, :, None] / MAX_COSINE
+    ratio, cosine = sides_by_focal(square_maps)
+    off = np.abs(np.log(ratio)[:, :, None] - log_ratios) / MAX_RATIO_ERROR + np.abs(cosine)[:, :, None] / MAX_COSINE
     best = off.argmin(axis=1)
     fits = np.take_along_axis(off, best[:, None], axis=1)[:, 0] < 1.0
     return fits, FOCALS[best]
+
+
+def sides_by_focal(maps: Array) -> tuple[Array, Array]:
+    """Return (q, f) under each of FOCALS: the ratio of the sides of a rectangle that maps show, and their cosine.
+
+    maps: (q, 3, 3) to the undistorted plane from sides of length 1.
+    """
+    one, two = maps[:, :, 0], maps[:, :, 1]
+    p = FOCALS**2
+    n1 = np.sqrt((one[:, :2] ** 2).sum(axis=1)[:, None] + p * one[:, 2:] ** 2)
+    n2 = np.sqrt((two[:, :2] ** 2).sum(axis=1)[:, None] + p * two[:, 2:] ** 2)
+    return n1 / n2, ((one[:, :2] * two[:, :2]).sum(axis=1)[:, None] + p * one[:, 2:] * two[:, 2:]) / (n1 * n2)

@@ -63,11 +63,12 @@ def _apart_mm(one: Line | Arc, other: Line | Arc) -> float:
     if isinstance(one, Line) or isinstance(other, Line):
         return float(np.abs(one.sample(2) - other.sample(2)).max())
     ring = np.abs(np.subtract((*one.centre, one.radius_mm), (*other.centre, other.radius_mm))).max()
-    middles = 0.0 if _is_circle(one) or _is_circle(other) else np.linalg.norm(one.sample(3)[1] - other.sample(3)[1])
+    middles = 0.0 if is_circle(one) or is_circle(other) else np.linalg.norm(one.sample(3)[1] - other.sample(3)[1])
     return float(max(ring, middles / 2))
 
 
-def _is_circle(arc: Arc) -> bool:
+def is_circle(arc: Arc) -> bool:
+    """Return whether all of a circle is painted."""
     return arc.end_deg - arc.start_deg > 359
 
 
@@ -82,5 +83,5 @@ def _mean(alike: Sequence[Marking]) -> Marking:
     middle = np.mean([arc.sample(3)[1] - arc.centre for arc in alike], axis=0)
     half = (longest.end_deg - longest.start_deg) / 2
     at = float(np.degrees(np.arctan2(middle[1], middle[0])))
-    start, end = (0.0, 360.0) if _is_circle(longest) else (at - half, at + half)
+    start, end = (0.0, 360.0) if is_circle(longest) else (at - half, at + half)
     return replace(longest, centre=as_pair(centre), radius_mm=radius, start_deg=start, end_deg=end)

@@ -90,7 +90,8 @@ def circle_stretch(places: Sequence[Points], ratio: float) -> float | None:
     within = MIDDLE * np.array([LENGTH_MM, LENGTH_MM / ratio]) / 2
     bent = [each for each in places if len(each) >= MIN_PLACES and (np.abs(each) < within).all()
             and Straight.through(each).rms_mm > BENT_MM]
-    found = [circle for first in bent if (circle := _ellipse_from(first, np.concatenate(bent))) is not None]
+    every = np.concatenate([np.empty((0, 2)), *bent])
+    found = [circle for first in bent if (circle := _ellipse_from(first, every)) is not None]
     return max(found)[1] if found else None
 
 

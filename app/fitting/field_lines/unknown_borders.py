@@ -11,7 +11,7 @@ import numpy as np
 
 from app.core.field import Field, Line, Region
 from app.core.geometry import Array, Mask, Points, homogeneous, inside_picture
-from app.fitting.field_lines.four_lines import FOCALS, MAX_COSINE
+from app.fitting.field_lines.four_lines import FOCALS, MAX_COSINE, sides_by_focal
 from app.fitting.field_lines.pattern import FieldPattern
 from app.fitting.field_lines.refinement import initial_camera, refine_camera
 from app.fitting.field_lines.score import harmonic_mean, project
@@ -37,12 +37,11 @@ STEPS = 60  # samples along a line as long as the field
 class Borders:
     """plane_from_field (3, 3): from a field of unit sides about its centre to the undistorted plane.
 
-    ratio: of its length to its width, as far as four lines tell it. value: of what is seen, how much they explain.
+    ratio: of its length to its width, as far as four lines tell it.
     """
 
     plane_from_field: Array
     ratio: float
-    value: float
 
     def camera(self, seen: SeenLines, ratio: float) -> RayCameraParameters | None:
         """Return the camera over a field of that ratio, LENGTH_MM long; None where it does not lead to the borders."""
@@ -79,8 +78,7 @@ def find_borders(seen: SeenLines) -> Sequence[Borders]:
     enclosed = painted[order] + alike
     value = harmonic_mean(enclosed / (drawn[order] + inside), enclosed / enclosed.max())
     best = np.argsort(-value, kind="stable")[:TRIED]
-    return tuple(Borders(maps[index], float(ratio[index]), float(worth))
-                 for index, worth in zip(order[best], value[best], strict=True))
+    return tuple(Borders(maps[index], float(ratio[index])) for index in order[best])
 
 
 def _focals(maps: Array, given_ratio: Array | None = None) -> tuple[Array, Array, Array]:
@@ -89,11 +87,7 @@ def _focals(maps: Array, given_ratio: Array | None = None) -> tuple[Array, Array
     Beside them the ratio of the sides, and the cosine that is left of the angle; see four_lines.py. Where the lines do
     not tell a focal length, it is a usual one.
     """
-    p = FOCALS**2
-    one, two = maps[:, :, 0], maps[:, :, 1]
-    length, width = (np.sqrt((side[:, :2] ** 2).sum(axis=1)[:, None] + p * side[:, 2:] ** 2) for side in (one, two))
-    cosine = ((one[:, :2] * two[:, :2]).sum(axis=1)[:, None] + p * one[:, 2:] * two[:, 2:]) / (length * width)
-    ratio = length / width
+    ratio, cosine = sides_by_focal(maps)
     cost = (cosine / ANGLE_SIGMA) ** 2 + (np.log(FOCALS / USUAL_FOCAL) / FOCAL_SPREAD) ** 2
     if given_ratio is not None:
         cost = cost + (np.log(ratio / given_ratio[:, None]) / RATIO_SIGMA) ** 2
