@@ -19,7 +19,7 @@ SIGMA_SHARE = 0.002  # of the length: what is read from a picture is no more exa
 
 
 class ProposedFieldJson(Stated):
-    """The field. corners: of its borders, raw px, in order; null where the lens ends. sentence: how far its size is known."""
+    """The field. corners: of its borders, raw px, null beyond the lens. sentence: how far its size is known."""
 
     field: FieldJson
     is_ratio_known: bool
