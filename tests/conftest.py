@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from app.cli import main
 from tests.support.leftovers import forget_cached, leftovers
 from tests.support.paths import SHARED_DATA as DATA
 from tests.support.postgres import PostgresServer, programs
 from tests.support.store_opener import StoreOpener
 from tests.support.tiers import BROWSER, read_seconds, tier_of
 from tests.support.waiting import until
+from touchline.cli import main
 
 settings.register_profile("same every time", derandomize=True, deadline=None)
 settings.load_profile("same every time")

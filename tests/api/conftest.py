@@ -5,13 +5,13 @@ import json
 import pytest
 from starlette.testclient import TestClient
 
-from app.main import create_app
-from app.settings import Settings
 from tests.support.followed_camera import URL, Followed
 from tests.support.paths import CLICKS
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, without_size
 from tests.support.standing_processes import standing_processes
+from touchline.main import create_app
+from touchline.settings import Settings
 
 HERE = "http://127.0.0.1:8000"
 CAMERAS = ({"id": "north", "name": "North half", "source": "sim://table?size=320x256&fps=200", "field": "table",

@@ -13,14 +13,14 @@ import pytest
 import schemathesis
 from starlette.testclient import TestClient
 
-from app.core.records import Calibration
-from app.main import create_app
-from app.services.saved_shapes import READERS
-from app.settings import Settings
-from app.store.integrity import find_unreadable_rows
-from app.store.row_counts import count_rows
 from tests.support.refusals import API, refusal
 from tests.support.route_world import CAMERAS, HALVES, NAME, World, board, clicked_edges, motion
+from touchline.core.records import Calibration
+from touchline.main import create_app
+from touchline.services.saved_shapes import READERS
+from touchline.settings import Settings
+from touchline.store.integrity import find_unreadable_rows
+from touchline.store.row_counts import count_rows
 
 DAMAGED = "POST /restore-backup"  # wants a database that is damaged: test_rest_restore_backup.py
 STREAM = "GET /cameras/{id}/stream.mjpg"

@@ -17,11 +17,11 @@ from starlette.routing import Route, WebSocketRoute
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect as websocket_connect
 
-from app.api.middleware.access import has_token
-from app.api.middleware.connections import MAX_HEAD_BYTES, LimitedConnection, limited_connections
-from app.api.middleware.limits import ENVELOPE_BYTES, MB, BodyLimits
 from tests.support.servers import API, served
 from tests.support.waiting import LONG_S, until
+from touchline.api.middleware.access import has_token
+from touchline.api.middleware.connections import MAX_HEAD_BYTES, LimitedConnection, limited_connections
+from touchline.api.middleware.limits import ENVELOPE_BYTES, MB, BodyLimits
 
 JSON, UPLOAD = "application/json", "multipart/form-data; boundary=b"
 
@@ -331,7 +331,7 @@ BUSY = head("read_then_stream", JSON, 100)  # without its body
 
 @pytest.fixture
 def others(monkeypatch):
-    monkeypatch.setattr("app.api.middleware.connections._is_this_machine", lambda address: address == OURS)
+    monkeypatch.setattr("touchline.api.middleware.connections._is_this_machine", lambda address: address == OURS)
 
 
 def connect_from(address, port, *sent):
@@ -410,7 +410,7 @@ def test_nobody_shuts_out_this_machine_or_who_has_the_token(others):
     ("127.0.0.1", True), ("127.8.8.8", True), ("::1", True), ("", True), ("::ffff:127.0.0.1", True),
     ("192.168.1.7", False), ("::ffff:10.0.0.1", False)])
 def test_this_machine_is_told_from_others(address, is_ours):
-    from app.api.middleware.connections import _is_this_machine
+    from touchline.api.middleware.connections import _is_this_machine
 
     assert _is_this_machine(address) is is_ours
 

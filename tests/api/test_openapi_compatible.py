@@ -11,10 +11,10 @@ from typing import Any
 
 import pytest
 
-from app.core.statements import STATEMENTS
-from app.main import create_app
-from app.settings import Settings
 from tests.support.paths import ROOT
+from touchline.core.statements import STATEMENTS
+from touchline.main import create_app
+from touchline.settings import Settings
 
 PROSE = {"title", "description", "summary"}
 LIMITS = {"required", "minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum", "minLength", "maxLength", "pattern",

@@ -85,7 +85,7 @@ def server(tmp_path_factory):
     config.write_text('cameras: [{id: north, source: "sim://table?size=320x256&fps=200", field: table}]\n'
                       'publish: {interface: lo, ttl: 0}\n')
     process = subprocess.Popen(
-        [sys.executable, "-c", "from app.cli import main; main()", "serve", "--port", "0", "--data", str(data),
+        [sys.executable, "-c", "from touchline.cli import main; main()", "serve", "--port", "0", "--data", str(data),
          "--config", str(config)], cwd=ROOT, stdout=subprocess.PIPE, text=True)
     try:
         yield Server(process.stdout.readline().split()[-1].rstrip("/"))

@@ -6,12 +6,12 @@ import json
 import numpy as np
 import pytest
 
-from app.sources import SourceContext, source_from_url
 from tests.support.demo_cameras import CAMERAS, HEIGHT, WIDTH
 from tests.support.live_cameras import FIELDS
 from tests.support.node import run_node
 from tests.support.refusals import API
 from tests.support.sim_clicks import border_observations
+from touchline.sources import SourceContext, source_from_url
 
 CURVE = """import { curveThrough } from "./static/features/calibrate/live_curve.js";
 import { readFileSync } from "node:fs";

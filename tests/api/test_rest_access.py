@@ -5,9 +5,9 @@ import re
 import pytest
 from starlette.testclient import TestClient
 
-from app.api.middleware.access import COOKIE, MAX_WRONG, OPEN, cookie_of
-from app.main import create_app
-from app.settings import Settings
+from touchline.api.middleware.access import COOKIE, MAX_WRONG, OPEN, cookie_of
+from touchline.main import create_app
+from touchline.settings import Settings
 
 TOKEN = "a-token-that-is-long-enough"
 HEALTH = "/api/v1/health"

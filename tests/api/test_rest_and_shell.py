@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from app.cli import main
-from app.cli.server import DEMO_CAMERAS
-from app.main import create_app
-from app.settings import Settings
-from app.sources import SourceContext, source_from_url
-from app.store.fields import FieldRepository
 from tests.support.refusals import API, without_size
 from tests.support.sim_clicks import border_observations
 from tests.support.tiers import long
+from touchline.cli import main
+from touchline.cli.server import DEMO_CAMERAS
+from touchline.main import create_app
+from touchline.settings import Settings
+from touchline.sources import SourceContext, source_from_url
+from touchline.store.fields import FieldRepository
 
 PICTURES = {"ssl_2008_half": "fields/ssl_2008/ssl-field-2008.jpg", "unball_full": "fields/unball/unball_path1.png"}
 

@@ -6,13 +6,13 @@ import json
 import pytest
 from sqlalchemy import delete
 
-from app.api.routes import using
-from app.core.records import Calibration
-from app.store.tables import CalibrationRow, SnapshotRow
 from tests.support.paths import CLICKS
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, without_size
 from tests.support.store_opener import damage_row
+from touchline.api.routes import using
+from touchline.core.records import Calibration
+from touchline.store.tables import CalibrationRow, SnapshotRow
 
 KEPT = {  # with parameters of which another answer comes; None where it has none
     "mesh": {"margin_px": 10}, "overlay.json": {"frame": "corrected"}, "residuals.json": {"frame": "corrected"},

@@ -6,11 +6,11 @@ from contextlib import contextmanager
 import pytest
 from starlette.testclient import TestClient
 
-from app.main import create_app
-from app.settings import Settings
 from tests.support.board_film import BOARD, SIZE, film
 from tests.support.refusals import API
 from tests.support.waiting import receive_until
+from touchline.main import create_app
+from touchline.settings import Settings
 
 LONG_S = 90.0  # a loaded machine starts a camera's process slowly
 

@@ -6,15 +6,15 @@ import shutil
 import numpy as np
 import pytest
 
-from app.core.board import Board
-from app.store.store import Store
-from app.store.tables import LensRow
 from tests.support.board_views import BOARD, SIZE, TRUTH, picture_of, views_of
 from tests.support.lens_over_field import FIELD, clicks_through_the_lens
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
 from tests.support.store_opener import damage_row
+from touchline.core.board import Board
+from touchline.store.store import Store
+from touchline.store.tables import LensRow
 
 CAL, LENSES = f"{API}/calibrations", f"{API}/lenses"
 SMALL = Board("chessboard", 8, 6, 30.0)

@@ -14,17 +14,17 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from app.api.routes import streams
-from app.main import create_app
-from app.settings import Settings, SourceSettings
-from app.store.passwords import FILE
-from app.store.store import Store
 from tests.support.activation import activate_despite
 from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.paths import CLICKS
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
 from tests.support.waiting import until
+from touchline.api.routes import streams
+from touchline.main import create_app
+from touchline.settings import Settings, SourceSettings
+from touchline.store.passwords import FILE
+from touchline.store.store import Store
 
 CAMERAS = ({"id": "north", "name": "North half", "source": "sim://table?size=320x256&fps=200", "field": "table",
             "region": "full"},)

@@ -3,8 +3,6 @@
 import pytest
 from starlette.testclient import TestClient
 
-from app.main import create_app
-from app.settings import Settings
 from tests.api.conftest import HERE
 from tests.support.activation import activate_despite
 from tests.support.followed_camera import URL, Followed, task
@@ -12,6 +10,8 @@ from tests.support.live_cameras import calibrated
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, refusal
 from tests.support.waiting import until
+from touchline.main import create_app
+from touchline.settings import Settings
 
 CAL = f"{API}/calibrations"
 

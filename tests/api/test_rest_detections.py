@@ -4,11 +4,11 @@ import cv2
 import numpy as np
 import pytest
 
-from app.formats import FORMATS
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
 from tests.support.sim_truth import truth_at
 from tests.support.watched_field import calibration_of, colour_clicks, world
+from touchline.formats import FORMATS
 
 DETECTIONS = f"{API}/detections"
 

@@ -5,16 +5,16 @@ import re
 import pytest
 from starlette.testclient import TestClient
 
-from app.main import create_app
-from app.settings import Settings
-from app.sources import SourceContext, source_from_url
-from app.store.fields import load_fields
 from tests.support.activation import activate_despite
 from tests.support.followed_camera import URL, Followed, task
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
 from tests.support.sim_clicks import border_observations
 from tests.support.waiting import until
+from touchline.main import create_app
+from touchline.settings import Settings
+from touchline.sources import SourceContext, source_from_url
+from touchline.store.fields import load_fields
 
 
 def test_a_knock_is_found_told_and_registered_anew(followed):

@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
-from app.api.responses import attachment
-from app.formats import FORMATS
 from tests.support.activation import activate_despite
 from tests.support.refusals import API, refusal
 from tests.support.tiers import long
+from touchline.api.responses import attachment
+from touchline.formats import FORMATS
 
 CAL = f"{API}/calibrations"
 LENS_FORMATS = [name for name in FORMATS if FORMATS[name].lenses]

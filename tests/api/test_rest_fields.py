@@ -6,9 +6,6 @@ import cv2
 import pytest
 from starlette.testclient import TestClient
 
-from app.core.field_json import field_from_json
-from app.core.field_moves import JoinedField
-from app.main import create_app
 from tests.support.activation import activate_despite
 from tests.support.foreign_field import foreign_scene
 from tests.support.paths import CLICKS
@@ -16,6 +13,9 @@ from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
 from tests.support.tape import SIDES_AND_DIAGONALS, measured
+from touchline.core.field_json import field_from_json
+from touchline.core.field_moves import JoinedField
+from touchline.main import create_app
 
 FIELDS = f"{API}/fields"
 GARAGE = {"name": "garage", "length_mm": 3000, "width_mm": 2000,

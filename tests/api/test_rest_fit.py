@@ -7,9 +7,9 @@ from threading import Event
 import numpy as np
 import pytest
 
-from app.core.errors import Cancelled
 from tests.support.refusals import API, refusal, without_size
 from tests.support.waiting import LONG_S, until
+from touchline.core.errors import Cancelled
 
 BORDER = f"{API}/fit/border"
 

@@ -18,8 +18,6 @@ import pytest
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from app.core.jobs import Caller
-from app.jobs.fair_queue import MAX_QUEUED
 from tests.support import sample_jobs
 from tests.support.child_processes import pids_of
 from tests.support.paths import ROOT
@@ -27,6 +25,8 @@ from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
 from tests.support.tiers import long
 from tests.support.waiting import until
+from touchline.core.jobs import Caller
+from touchline.jobs.fair_queue import MAX_QUEUED
 
 CAL = f"{API}/calibrations"
 
@@ -217,7 +217,7 @@ def test_a_caller_that_changes_its_name_at_every_request_leaves_places_for_anoth
 
 def start_server(tmp_path):
     """A real server on that folder: (url, its process)."""
-    server = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", "serve", "--port", "0",
+    server = subprocess.Popen([sys.executable, "-c", "from touchline.cli import main; main()", "serve", "--port", "0",
                                "--data", str(tmp_path / "data")], cwd=ROOT,
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     return server.stdout.readline().split()[-1] + "api/v1", server

@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from app.images import frame_from_bytes
 from tests.support.operator import REGION, reference_camera
 from tests.support.sim_clicks import border_observations
+from touchline.images import frame_from_bytes
 
 FIELD = {"name": "plain-4x3", "title": "Plain", "length_mm": 4000, "width_mm": 3000, "lines": [], "arcs": [],
          "landmarks": {}, "regions": {"full": {"x": [-2000, 2000], "y": [-1500, 1500], "rotate": 0}}}

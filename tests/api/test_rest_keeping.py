@@ -6,13 +6,13 @@ import zipfile
 
 from starlette.testclient import TestClient
 
-from app.main import create_app
-from app.store.restore import restore_into
-from app.store.store import Store
-from app.store.tables import CalibrationRow
 from tests.support.activation import activate_despite
 from tests.support.refusals import API
 from tests.support.store_opener import damage_row
+from touchline.main import create_app
+from touchline.store.restore import restore_into
+from touchline.store.store import Store
+from touchline.store.tables import CalibrationRow
 
 HERE = "http://127.0.0.1:8000"
 

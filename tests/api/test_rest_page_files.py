@@ -10,9 +10,9 @@ from starlette.responses import PlainTextResponse
 from starlette.routing import Route
 from starlette.testclient import TestClient
 
-from app import shipped
-from app.api.middleware.page_files import PageFiles, modules_of
 from tests.support.paths import NOT_OURS
+from touchline import shipped
+from touchline.api.middleware.page_files import PageFiles, modules_of
 
 STATIC = shipped("static")
 

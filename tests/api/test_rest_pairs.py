@@ -5,9 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.formats import FORMATS
 from tests.support.pair_over_field import calibrations, cameras, matches
 from tests.support.refusals import API, refusal
+from touchline.formats import FORMATS
 
 PAIRS = f"{API}/pairs"
 

@@ -3,13 +3,13 @@
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from app.models import MODELS
-from app.workflows.model_choice import AUTO
 from tests.support.calibration_surfaces import CAL, fitted, read_everywhere, saved, sound
 from tests.support.pictures import encoded, gradient
 from tests.support.point_sets import REGIONS, SETS, SIZE, TURNS, View, bodies
 from tests.support.refusals import API
 from tests.support.tiers import long
+from touchline.models import MODELS
+from touchline.workflows.model_choice import AUTO
 
 EXAMPLES = 150
 ALL = (*MODELS, AUTO)

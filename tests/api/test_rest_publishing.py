@@ -8,12 +8,6 @@ import time
 import pytest
 from starlette.testclient import TestClient
 
-from app.league.config import PublishingConfig
-from app.league.geometry_packet import geometry_packet, published_cameras
-from app.league.multicast import MulticastReceiver
-from app.main import create_app
-from app.settings import Settings
-from app.workflows import interchange
 from tests.support import ssl_listener as listener
 from tests.support.activation import activate_despite
 from tests.support.exported import example, model_of, of_model
@@ -21,6 +15,12 @@ from tests.support.group_listener import Listener, free_group, said
 from tests.support.refusals import API, refusal
 from tests.support.tiers import long
 from tests.support.waiting import LONG_S, until
+from touchline.league.config import PublishingConfig
+from touchline.league.geometry_packet import geometry_packet, published_cameras
+from touchline.league.multicast import MulticastReceiver
+from touchline.main import create_app
+from touchline.settings import Settings
+from touchline.workflows import interchange
 
 HERE = "http://127.0.0.1:8000"
 NORTH = {"id": "north", "source": "sim://table?size=320x256&fps=5", "field": "table"}
@@ -224,7 +224,7 @@ def test_it_says_that_it_listens_once_it_has_joined_the_group(client, way, monke
             may_join.wait(LONG_S)
             super().__init__(address)
 
-    monkeypatch.setattr("app.league.geometry_listener.MulticastReceiver", SlowReceiver)
+    monkeypatch.setattr("touchline.league.geometry_listener.MulticastReceiver", SlowReceiver)
     put(client, absorb=True, **way)
     assert not client.get(f"{API}/publishing/heard").json()["listening"]
     may_join.set()

@@ -10,12 +10,12 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from app.models import MODELS
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, refusal
 from tests.support.sim_clicks import border_observations
 from tests.support.tiers import rounds
+from touchline.models import MODELS
 
 NAUGHTY = "<script>alert(1)</script>\"'><img src=http://evil.example/x onerror=alert(2)> & {{7*7}} \u202e \U0001f600"
 MB = 1_000_000

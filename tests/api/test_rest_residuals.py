@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from app.core.records import Observation
-from app.models import MODELS, RayModel
 from tests.support.operator import REGION, reference_camera
 from tests.support.sim_clicks import border_observations
 from tests.support.tiers import long
+from touchline.core.records import Observation
+from touchline.models import MODELS, RayModel
 
 FIELD = {"name": "round-4x3", "title": "With a circle", "length_mm": 4000, "width_mm": 3000, "line_sigma_mm": 0,
          "lines": [],

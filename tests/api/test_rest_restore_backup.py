@@ -4,11 +4,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from app.store.tables import CalibrationRow
 from tests.support.refusals import API, refusal
 from tests.support.sample_jobs import sleeps_and_says
 from tests.support.store_opener import break_database, damage_row
 from tests.support.waiting import until
+from touchline.store.tables import CalibrationRow
 
 RESTORE = f"{API}/restore-backup"
 EAST = {"id": "east", "name": "East", "source": "sim://table?size=320x256&fps=50", "field": "table"}

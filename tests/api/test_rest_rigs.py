@@ -5,17 +5,17 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from app.core.errors import Cancelled
-from app.core.geometry import ImageSize
-from app.formats import FORMATS
-from app.images import encode
-from app.main import create_app
-from app.settings import Settings
 from tests.support.activation import activate_despite
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
 from tests.support.rig_over_field import FIELD, REGIONS, sim_source, sim_task
 from tests.support.waiting import until
+from touchline.core.errors import Cancelled
+from touchline.core.geometry import ImageSize
+from touchline.formats import FORMATS
+from touchline.images import encode
+from touchline.main import create_app
+from touchline.settings import Settings
 
 RIGS = f"{API}/rigs"
 HERE = "http://127.0.0.1:8000"

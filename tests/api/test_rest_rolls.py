@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from app.main import create_app
-from app.settings import Settings
-from app.sources import SourceContext, source_from_url
-from app.store.fields import load_fields
 from tests.support.activation import activate_despite
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
 from tests.support.rolling_balls import FPS, SIZE, chords, film, lens_of
 from tests.support.sim_clicks import border_clicks
 from tests.support.waiting import receive_until, until
+from touchline.main import create_app
+from touchline.settings import Settings
+from touchline.sources import SourceContext, source_from_url
+from touchline.store.fields import load_fields
 
 SOURCE = "sim://table?robots=0&ball=true&lens=division&k=-0.3&size=640x480&fps=25&height=1400"
 ROLLS = 4

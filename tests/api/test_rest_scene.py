@@ -13,16 +13,16 @@ from starlette.websockets import WebSocketDisconnect
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from app.api.routes import scenes
-from app.formats import FORMATS
-from app.main import create_app
-from app.scene import scene_registry
-from app.settings import Settings
 from tests.support.rig_over_field import sim_task
 from tests.support.servers import served
 from tests.support.tiers import long
 from tests.support.viser_page import LOOK, PROTOCOL
 from tests.support.waiting import until
+from touchline.api.routes import scenes
+from touchline.formats import FORMATS
+from touchline.main import create_app
+from touchline.scene import scene_registry
+from touchline.settings import Settings
 
 HOST = {"host": "127.0.0.1:8000"}
 TOKEN = "a-token-that-is-long-enough"
@@ -181,7 +181,8 @@ def scene_processes(folder) -> list[int]:
             return (Path("/proc") / pid / file).read_text()
         except OSError:  # it has just ended
             return ""
-    pids = [pid for pid in os.listdir("/proc") if pid.isdigit() and "app.scene.worker_main" in words(pid, "cmdline")]
+    pids = [pid for pid in os.listdir("/proc")
+            if pid.isdigit() and "touchline.scene.worker_main" in words(pid, "cmdline")]
     return [int(pid) for pid in pids
             if str(folder) in words(words(pid, "stat").rpartition(")")[2].split()[1], "cmdline")]
 

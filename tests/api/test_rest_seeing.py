@@ -11,9 +11,6 @@ import pytest
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from app.main import create_app
-from app.processes.framing import decode_body
-from app.settings import Settings
 from tests.support.group_listener import Listener, free_group
 from tests.support.live_play import Before
 from tests.support.refusals import API, refusal
@@ -21,6 +18,9 @@ from tests.support.sim_truth import truth_at
 from tests.support.ssl_listener import Packet
 from tests.support.viser_page import LOOK, PROTOCOL, messages_of
 from tests.support.waiting import until
+from touchline.main import create_app
+from touchline.processes.framing import decode_body
+from touchline.settings import Settings
 
 HOST = {"host": "127.0.0.1:8000"}
 LONG_S = 90.0  # a loaded machine starts a camera's process slowly

@@ -3,9 +3,9 @@
 import pytest
 from starlette.testclient import TestClient
 
-from app.main import create_app
-from app.settings import Settings
 from tests.support.refusals import API
+from touchline.main import create_app
+from touchline.settings import Settings
 
 SECRETS = {"token": "a-token-that-is-long-enough", "password": "geheim-4711"}
 

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from app.core.geometry import ImageSize
-from app.sources.sim.camera import SimCamera
-from app.sources.sim.illumination import Light
-from app.sources.sim.lens import LENSES
-from app.sources.sim.motion import Motion
-from app.sources.sim.render import Rendering, Sensor
-from app.store.fields import load_fields
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
 from tests.support.sim_clicks import border_clicks
+from touchline.core.geometry import ImageSize
+from touchline.sources.sim.camera import SimCamera
+from touchline.sources.sim.illumination import Light
+from touchline.sources.sim.lens import LENSES
+from touchline.sources.sim.motion import Motion
+from touchline.sources.sim.render import Rendering, Sensor
+from touchline.store.fields import load_fields
 
 FIELD = load_fields()["ssl-div-b"]
 REGION = FIELD.regions["full"]

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from app.main import create_app
-from app.settings import Settings
 from tests.support.live_play import Before
 from tests.support.refusals import API, refusal
 from tests.support.waiting import receive_until, until
+from touchline.main import create_app
+from touchline.settings import Settings
 
 LONG_S = 90.0
 RIG = {"field": "ssl-div-b", "cameras": ["low", "high"]}

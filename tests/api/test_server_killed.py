@@ -17,9 +17,9 @@ from threading import Thread
 
 import pytest
 
-from app.store.store import Store
 from tests.support.servers import ROOT, Line, form
 from tests.support.tiers import long
+from touchline.store.store import Store
 
 LONGEST_S = 0.1  # a save over HTTP takes some ten ms
 
@@ -31,7 +31,7 @@ def exported(standing, standing_calibration):
 
 @pytest.fixture
 def zygote(tmp_path):
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(ROOT)}
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'app'}"}
     process = subprocess.Popen([sys.executable, "-m", "tests.support.server_zygote", str(tmp_path / "data")],
                                text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
     process.folder = tmp_path / "data"

@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
-from app.fitting import FITTERS
-from app.models import MODELS
-from app.vision.stages import STAGES
 from tests.support.refusals import API
 from tests.support.statements import statements
 from tests.support.words import STATEMENTS, entries, messages
+from touchline.fitting import FITTERS
+from touchline.models import MODELS
+from touchline.vision.stages import STAGES
 
 TABLES = {"source": "cameras/sources", "model": "models", "stage": "stages", "option": "stages", "setting": "settings",
           "field": "fields"}  # by the first word of their codes

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.core.records import Calibration, Frame
-from app.evaluate.fit.areas import NEAR_OVERLAP, better_areas
-from app.models import model_from_json
-from app.workflows.automatic_request import AutomaticRequest
 from tests.support.auto_scenes import FIELDS, SceneSpec, SeenScene, carpet_error_mm, error_mm, fields, scene_of, spec_of
+from touchline.core.records import Calibration, Frame
+from touchline.evaluate.fit.areas import NEAR_OVERLAP, better_areas
+from touchline.models import model_from_json
+from touchline.workflows.automatic_request import AutomaticRequest
 
 RIGHT_MM, RIGHT_PX = 5.0, 0.5  # whichever is more: a wrong assignment is off by decimetres
 

@@ -14,11 +14,11 @@ import cv2
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.core.records import Calibration, Frame
-from app.models import model_from_json, raw_from_field
-from app.workflows.automatic_request import AutomaticRequest
-from app.workflows.check import check
 from tests.support.auto_scenes import fields
+from touchline.core.records import Calibration, Frame
+from touchline.models import model_from_json, raw_from_field
+from touchline.workflows.automatic_request import AutomaticRequest
+from touchline.workflows.check import check
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "fields"
 PICTURES = [

@@ -142,7 +142,7 @@ async def crowd(world: World, seconds: float) -> tuple[dict[str, list[float]], C
 
 
 def kill_a_camera(server: int) -> None:
-    victim = next(pid for pid, line in family(server).items() if "app.live." in line)
+    victim = next(pid for pid, line in family(server).items() if "touchline.live." in line)
     os.kill(victim, signal.SIGKILL)
 
 
@@ -155,8 +155,8 @@ def served(checkout: Path) -> Iterator[World]:
             f"- {{id: cam{i}, source: '{SOURCE.format(i)}', field: ssl-div-b, region: {REGIONS[CAMERAS][i]}}}\n"
             for i in range(CAMERAS)))
         server = subprocess.Popen(
-            [sys.executable, "-c", "from app.cli import main; main()", "serve", "--config", settings, "--data",
-             Path(folder, "data")], cwd=checkout, env=os.environ | {"PYTHONPATH": str(checkout)},
+            [sys.executable, "-c", "from touchline.cli import main; main()", "serve", "--config", settings, "--data",
+             Path(folder, "data")], cwd=checkout, env=os.environ | {"PYTHONPATH": str(checkout / "app")},
             stdout=subprocess.PIPE, text=True)
         try:
             assert server.stdout is not None

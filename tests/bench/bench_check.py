@@ -18,19 +18,19 @@ import cv2
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.core.errors import TouchlineError
-from app.core.field import BORDERS
-from app.core.geometry import as_triple
-from app.core.records import Calibration, Frame, observations_from_json
-from app.evaluate.fit.uncertainty import grid_over
-from app.formats.camera_file import CameraFile
-from app.workflows.automatic_request import AutomaticRequest
-from app.workflows.calibration_request import CalibrationRequest
-from app.workflows.check import Check, check
-from app.workflows.interchange import ImportOptions, calibration_from_file, export, read_file
 from tests.support.second_simulator import Scene, render, scene_spec
 from tests.support.second_simulator.opencv_camera import OpenCvCamera
 from tests.support.second_simulator.scene_spec import fields
+from touchline.core.errors import TouchlineError
+from touchline.core.field import BORDERS
+from touchline.core.geometry import as_triple
+from touchline.core.records import Calibration, Frame, observations_from_json
+from touchline.evaluate.fit.uncertainty import grid_over
+from touchline.formats.camera_file import CameraFile
+from touchline.workflows.automatic_request import AutomaticRequest
+from touchline.workflows.calibration_request import CalibrationRequest
+from touchline.workflows.check import Check, check
+from touchline.workflows.interchange import ImportOptions, calibration_from_file, export, read_file
 
 TURN_DEG = 0.3
 SIZE = (780, 580)

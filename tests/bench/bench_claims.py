@@ -12,14 +12,14 @@ from collections import Counter
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.core.errors import FitFailed
-from app.evaluate.claims.claim import problems
-from app.evaluate.claims.own_report import report_claims
-from app.evaluate.fit.verdict import FAIR_MM, GOOD_MM
-from app.models.restored import model_of
-from app.workflows.calibration_request import CalibrationRequest
 from tests.support.falsified_claims import FALSE, World
 from tests.support.height_scenes import POINTS, VIEWS, height_scene
+from touchline.core.errors import FitFailed
+from touchline.evaluate.claims.claim import problems
+from touchline.evaluate.claims.own_report import report_claims
+from touchline.evaluate.fit.verdict import FAIR_MM, GOOD_MM
+from touchline.models.restored import model_of
+from touchline.workflows.calibration_request import CalibrationRequest
 
 
 def false_claims(seeds: range) -> None:

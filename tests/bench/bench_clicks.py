@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.core.field import HAT_MM
-from app.core.geometry import with_z
-from app.core.records import Fit
-from app.evaluate.fit.uncertainty import expected_error, grid_over
-from app.fitting import FITTERS, sensitivity_of
-from app.fitting.ray_camera.parameters import RayCameraParameters
-from app.fitting.ray_camera.problem import gather_clicks
-from app.models import field_from_raw
 from tests.support.operator import FIELD, REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
 from tests.support.sim_clicks import border_observations, known_grid, landmark_observations, rms_mm
+from touchline.core.field import HAT_MM
+from touchline.core.geometry import with_z
+from touchline.core.records import Fit
+from touchline.evaluate.fit.uncertainty import expected_error, grid_over
+from touchline.fitting import FITTERS, sensitivity_of
+from touchline.fitting.ray_camera.parameters import RayCameraParameters
+from touchline.fitting.ray_camera.problem import gather_clicks
+from touchline.models import field_from_raw
 
 SEEDS = 16
 BOUND_SEEDS = 60

@@ -21,10 +21,10 @@ UPGRADE = ("Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 
 SERVER = """
 import sys, tempfile
 from pathlib import Path
-from app.api.middleware import connections
+from touchline.api.middleware import connections
 connections._is_this_machine = lambda address: address == "127.0.0.1"
-from app.main import serve
-from app.settings import Settings
+from touchline.main import serve
+from touchline.settings import Settings
 with tempfile.TemporaryDirectory() as folder:
     serve(Settings(data=Path(folder), token=sys.argv[1], server={"host": "0.0.0.0", "port": int(sys.argv[2])}))
 """

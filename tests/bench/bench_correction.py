@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 import pytest
 
-from app.imaging.correction import CorrectedView, correction_map
 from tests.support.examples import plain_examples
+from touchline.imaging.correction import CorrectedView, correction_map
 
 FULL_HD = replace(plain_examples("polynomial")[0], width_px=1919.0, height_px=1079.0)
 PICTURE = np.random.default_rng(0).integers(0, 255, (580, 780, 3), np.uint8)

@@ -12,18 +12,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.batch import BatchPlan, pictures_in, run_requests
-from app.cli.files import read_points_file
-from app.core.board import Board
-from app.core.records import observations_from_json
-from app.jobs import JobEngine
-from app.workflows.board_request import BoardCalibrationRequest, run_pictures, run_views
-from app.workflows.calibration_request import CalibrationRequest
 from tests.support import batch_pictures, sample_jobs
 from tests.support.batch_pictures import folder_of
 from tests.support.board_views import SIZE, TRUTH, picture_of, views_of
 from tests.support.dask_cluster import dask_cluster
 from tests.support.pictures import encoded
+from touchline.batch import BatchPlan, pictures_in, run_requests
+from touchline.cli.files import read_points_file
+from touchline.core.board import Board
+from touchline.core.records import observations_from_json
+from touchline.jobs import JobEngine
+from touchline.workflows.board_request import BoardCalibrationRequest, run_pictures, run_views
+from touchline.workflows.calibration_request import CalibrationRequest
 
 SMALL, LENSES, PICTURES = 200, 16, 200
 DISTINCT = 10  # of the archive's pictures; the others are copies of them

@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.core.errors import TouchlineError
-from app.core.records import Observation
-from app.fitting import FITTERS
-from app.models import MODELS, parameters_json
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera
 from tests.support.sim_clicks import border_observations
+from touchline.core.errors import TouchlineError
+from touchline.core.records import Observation
+from touchline.fitting import FITTERS
+from touchline.models import MODELS, parameters_json
 
 BORDERS = ("left", "right", "top", "bottom")
 SLOW_S = 10.0

@@ -19,12 +19,12 @@ import numpy as np
 from playwright.sync_api import sync_playwright
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.core.field_json import field_from_json
-from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import Operator, Server
 from tests.support.chromium import ARGUMENTS, chromium_path
 from tests.support.demo_cameras import CAMERAS
 from tests.support.sim_clicks import border_clicks
+from touchline.core.field_json import field_from_json
+from touchline.sources import SourceContext, source_from_url
 
 MOVES = 150
 PACE_S = 1 / 60

@@ -14,8 +14,8 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from app.evaluate.drift.alarm import ALARMS, DriftWatch  # noqa: E402
 from tests.support.drifting_cameras import followed, knocked  # noqa: E402
+from touchline.evaluate.drift.alarm import ALARMS, DriftWatch  # noqa: E402
 
 SCENES = (
     "sim://ssl-div-b?size=1280x1024&robots=12&people=2&k1=-0.2",

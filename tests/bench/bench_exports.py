@@ -14,13 +14,13 @@ import numpy as np
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from app.core.geometry import ImageSize
-from app.evaluate.fit.approximation import approximation_error
-from app.models.lens_models import BrownConrady, Ssl
-from app.models.rotation import vector_from_matrix
-from app.store.fields import load_fields
-from app.workflows import interchange
 from tests.support.exported import of_model
+from touchline.core.geometry import ImageSize
+from touchline.evaluate.fit.approximation import approximation_error
+from touchline.models.lens_models import BrownConrady, Ssl
+from touchline.models.rotation import vector_from_matrix
+from touchline.store.fields import load_fields
+from touchline.workflows import interchange
 
 FIELD = load_fields()["ssl-div-b"]
 SIZE = ImageSize(1224, 1024)

@@ -15,16 +15,16 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from app.core.field_json import field_from_json  # noqa: E402
-from app.core.field_moves import JoinedField  # noqa: E402
-from app.core.records import Frame  # noqa: E402
-from app.fitting.measured_field import TapeDistance, adjust_to_tape, as_found  # noqa: E402
-from app.store.fields import load_fields  # noqa: E402
-from app.workflows.automatic_request import AutomaticRequest  # noqa: E402
-from app.workflows.seen_field import seen_field  # noqa: E402
 from tests.support.second_simulator import render, scene_spec  # noqa: E402
 from tests.support.tape import SIDES_AND_DIAGONALS, measured  # noqa: E402
 from tests.support.taped_field import bare, calibrated_on, visible, worst_mm  # noqa: E402
+from touchline.core.field_json import field_from_json  # noqa: E402
+from touchline.core.field_moves import JoinedField  # noqa: E402
+from touchline.core.records import Frame  # noqa: E402
+from touchline.fitting.measured_field import TapeDistance, adjust_to_tape, as_found  # noqa: E402
+from touchline.store.fields import load_fields  # noqa: E402
+from touchline.workflows.automatic_request import AutomaticRequest  # noqa: E402
+from touchline.workflows.seen_field import seen_field  # noqa: E402
 
 FIELD = load_fields()["ssl-div-b"]
 LINES = ("goal-line-right", "touch-line-top", "halfway-line")

@@ -20,7 +20,7 @@ import numpy as np
 
 ROOT = Path(__file__).parents[2]
 RUNS, WARM_UP = 500, 30
-START = "from app.cli import main; main()"
+START = "from touchline.cli import main; main()"
 
 
 def started_server(data: str) -> tuple[subprocess.Popen, str]:

@@ -11,10 +11,10 @@ from fractions import Fraction
 import av
 import cv2
 
-from app.live.state import ProcessStatus, frozen_doubt, frozen_reason
-from app.vision.quality.stillness import Stillness
 from tests.support.live_cameras import FIELDS
 from tests.support.simulated_source import simulated_source
+from touchline.live.state import ProcessStatus, frozen_doubt, frozen_reason
+from touchline.vision.quality.stillness import Stillness
 
 RIG = "sim://ssl-div-b?size=640x512&fps=240&noise={}&robots={}"
 FPS, SECONDS, LOOK_S = 10, 50, 0.5

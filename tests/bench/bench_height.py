@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.core.errors import TouchlineError
-from app.workflows.calibration import calibrate
 from tests.support.height_scenes import POINTS, VIEWS, HeightScene, height_scene
+from touchline.core.errors import TouchlineError
+from touchline.workflows.calibration import calibrate
 
 OFF = (0.0, 0.02, -0.05, 0.1, -0.2, 0.4)
 TAPE_MM = 30.0

@@ -11,9 +11,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from app.sources.discover import discover_cameras  # noqa: E402
-from app.sources.industrial.pixel_formats import PIXEL_FORMATS, bgr_from_raw  # noqa: E402
 from tests.support.industrial import GvCamera, held, opened, with_viky  # noqa: E402
+from touchline.sources.discover import discover_cameras  # noqa: E402
+from touchline.sources.industrial.pixel_formats import PIXEL_FORMATS, bgr_from_raw  # noqa: E402
 
 CYCLES = 100
 VIKY, FAKE, WIRE = "genicam://1?producer=viky&fps=200", "aravis://Fake_1?fps=200", "aravis://127.0.0.1?fps=100"

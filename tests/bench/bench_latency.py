@@ -38,7 +38,7 @@ def served(tmp_path_factory):
     folder = tmp_path_factory.mktemp("latency")
     (folder / "settings.yaml").write_text(
         f"server: {{port: 0}}\ncameras:\n- {{id: north, source: '{SOURCE}', field: table, region: full}}\n")
-    server = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", "serve", "--config",
+    server = subprocess.Popen([sys.executable, "-c", "from touchline.cli import main; main()", "serve", "--config",
                                str(folder / "settings.yaml"), "--data", str(folder / "data")], cwd=ROOT,
                               stdout=subprocess.PIPE, text=True)
     url = server.stdout.readline().split()[-1]

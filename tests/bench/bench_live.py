@@ -22,12 +22,12 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from app.imaging.correction import CorrectedView, correction_map
-from app.live.picture import AppliedCalibration
-from app.live.stream_spec import StreamSpec
 from tests.support.live_cameras import calibrated, live, pid_of
 from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.waiting import until, until_async
+from touchline.imaging.correction import CorrectedView, correction_map
+from touchline.live.picture import AppliedCalibration
+from touchline.live.stream_spec import StreamSpec
 
 ROOT = Path(__file__).parents[2]
 SECONDS = 30.0
@@ -54,7 +54,7 @@ def served(tmp_path):
     (tmp_path / "settings.yaml").write_text(
         "server: {port: 0, max_connections: 300}\nsources: {allowed_hosts: [127.0.0.1]}\n"
         f"cameras:\n- {{id: north, source: '{source}', field: table}}\n")
-    server = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", "serve", "--config",
+    server = subprocess.Popen([sys.executable, "-c", "from touchline.cli import main; main()", "serve", "--config",
                                str(tmp_path / "settings.yaml"), "--data", str(tmp_path / "data")], cwd=ROOT,
                               stdout=subprocess.PIPE, text=True)
     port = int(server.stdout.readline().split()[-1].rstrip("/").rpartition(":")[2])
@@ -192,7 +192,7 @@ def test_from_the_shutter_to_the_viewer():
             await until_async(lambda: camera.status()["calibration_applied"])
             with camera.watching(StreamSpec.requested("corrected", 960)) as viewer:
                 ages = []
-                from app.processes.framing import decode_body
+                from touchline.processes.framing import decode_body
                 for _ in range(120):
                     head = decode_body(await viewer.next(10))[0]
                     ages.append(time.time() - head["time"])

@@ -72,7 +72,7 @@ def served(count: int, size: str) -> Iterator[tuple[str, int, list[str]]]:
                           for id, url in zip(ids, told["urls"], strict=True))
         settings = Path(folder) / "settings.yaml"
         settings.write_text(f"server: {{port: 0}}\nsources: {{allowed_hosts: [127.0.0.1]}}\ncameras:\n{cameras}")
-        server = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", "serve", "--config",
+        server = subprocess.Popen([sys.executable, "-c", "from touchline.cli import main; main()", "serve", "--config",
                                    str(settings), "--data", str(Path(folder) / "data")], cwd=ROOT,
                                   stdout=subprocess.PIPE, text=True)
         url = server.stdout.readline().split()[-1].rstrip("/")
@@ -138,11 +138,11 @@ def crowd(seconds: float, views: list[str]) -> None:
 
 def passing() -> None:
     """One frame passed on, against decoding and encoding it."""
-    from app.images import encode, read_in_process
-    from app.live.picture import passed_on
-    from app.live.stream_spec import StreamSpec
-    from app.sources import SourceContext, source_from_url
     from tests.support.live_cameras import FIELDS
+    from touchline.images import encode, read_in_process
+    from touchline.live.picture import passed_on
+    from touchline.live.stream_spec import StreamSpec
+    from touchline.sources import SourceContext, source_from_url
 
     cv2.setNumThreads(1)
     source = source_from_url("sim://table?size=1920x1080&fps=240&robots=6", SourceContext(FIELDS))

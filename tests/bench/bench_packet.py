@@ -17,18 +17,18 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT)]
 
-from app.core.errors import TouchlineError  # noqa: E402
-from app.core.field_json import field_from_json  # noqa: E402
-from app.core.geometry import with_z  # noqa: E402
-from app.core.records import Calibration, Frame, observations_from_json  # noqa: E402
-from app.evaluate.fit.uncertainty import grid_over  # noqa: E402
-from app.formats.ssl_geometry import camera_from_wire  # noqa: E402
-from app.league.packet_camera import packet_camera  # noqa: E402
-from app.models.restored import Restored  # noqa: E402
-from app.models.top_view import RECTANGLE_FIELDS  # noqa: E402
-from app.workflows.automatic_request import AutomaticRequest  # noqa: E402
-from app.workflows.calibration import calibrate  # noqa: E402
 from tests.support.second_simulator import Scene, render, scene_spec  # noqa: E402
+from touchline.core.errors import TouchlineError  # noqa: E402
+from touchline.core.field_json import field_from_json  # noqa: E402
+from touchline.core.geometry import with_z  # noqa: E402
+from touchline.core.records import Calibration, Frame, observations_from_json  # noqa: E402
+from touchline.evaluate.fit.uncertainty import grid_over  # noqa: E402
+from touchline.formats.ssl_geometry import camera_from_wire  # noqa: E402
+from touchline.league.packet_camera import packet_camera  # noqa: E402
+from touchline.models.restored import Restored  # noqa: E402
+from touchline.models.top_view import RECTANGLE_FIELDS  # noqa: E402
+from touchline.workflows.automatic_request import AutomaticRequest  # noqa: E402
+from touchline.workflows.calibration import calibrate  # noqa: E402
 
 GOOD_MM = 7.5
 TURNED_MM = 500.0  # the field seen the other way round: another fault, and no error of a lens

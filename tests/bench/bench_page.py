@@ -51,7 +51,7 @@ HIDE = """() => { Object.defineProperty(document, "hidden", { get: () => true, c
 @contextmanager
 def serving(*arguments: str):
     """A server of the shell's: its address and its process."""
-    server = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", *arguments], cwd=ROOT,
+    server = subprocess.Popen([sys.executable, "-c", "from touchline.cli import main; main()", *arguments], cwd=ROOT,
                               stdout=subprocess.PIPE, text=True)
     yield server.stdout.readline().split()[-1].rstrip("/"), server.pid
     server.terminate()

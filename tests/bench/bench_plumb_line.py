@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.core.geometry import ImageSize
-from app.fitting.plumb_line.fit import fit_plumb_lines
-from app.vision.lines.edges import edge_chains
-from app.workflows.straight_lines import straightness
 from tests.support.plumb_pictures import department, picture, straightness_of
 from tests.support.straight_edges import FLOOR_PX, SIZE, lens_of, level_lines, lines_seen
+from touchline.core.geometry import ImageSize
+from touchline.fitting.plumb_line.fit import fit_plumb_lines
+from touchline.vision.lines.edges import edge_chains
+from touchline.workflows.straight_lines import straightness
 
 SEEDS = 16
 WORLDS = {"division": (-0.25,), "division-even": (-0.3, -0.1), "brown-conrady": (-0.28, 0.09)}

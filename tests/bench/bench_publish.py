@@ -19,15 +19,6 @@ import numpy as np
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from app.formats.ssl_field import field_to_wire
-from app.league.config import PublishingConfig
-from app.league.geometry_listener import GeometryListener
-from app.league.geometry_packet import geometry_packet, published_cameras
-from app.league.multicast_address import MulticastAddress
-from app.ssl_protocol.protobuf import decode, encode
-from app.ssl_protocol.ssl_vision_pb2 import SSL_DetectionFrame, SSL_DetectionRobot, SSL_GeometryData, SSL_WrapperPacket
-from app.store.fields import load_fields
-from app.workflows import interchange
 from tests.support.activation import activate_despite
 from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said
@@ -35,6 +26,20 @@ from tests.support.servers import Line, form, served
 from tests.support.ssl_listener import Packet
 from tests.support.ssl_messages import changed
 from tests.support.waiting import until
+from touchline.formats.ssl_field import field_to_wire
+from touchline.league.config import PublishingConfig
+from touchline.league.geometry_listener import GeometryListener
+from touchline.league.geometry_packet import geometry_packet, published_cameras
+from touchline.league.multicast_address import MulticastAddress
+from touchline.ssl_protocol.protobuf import decode, encode
+from touchline.ssl_protocol.ssl_vision_pb2 import (
+    SSL_DetectionFrame,
+    SSL_DetectionRobot,
+    SSL_GeometryData,
+    SSL_WrapperPacket,
+)
+from touchline.store.fields import load_fields
+from touchline.workflows import interchange
 
 TIMES = 100
 

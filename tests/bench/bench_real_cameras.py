@@ -24,23 +24,23 @@ import cv2
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.core.errors import TouchlineError
-from app.core.field import BORDERS, Field, Region
-from app.core.geometry import ImageSize
-from app.core.records import Calibration, Fit, Frame, Observation
-from app.evaluate.fit.comparison import FittedModel, compare_models, parameter_count
-from app.evaluate.fit.uncertainty import expected_error, grid_over, knows_its_error
-from app.fitting import FITTERS
-from app.models import MODELS, RayModel, field_from_raw
-from app.workflows import automatic
-from app.workflows.calibration import CalibrationResult, calibrate
-from app.workflows.calibration_request import CalibrationRequest
-from app.workflows.model_choice import LADDER
-from app.workflows.reregister import reregister
 from tests.support.second_simulator import SceneSpec, render, scene_spec
 from tests.support.second_simulator.opencv_camera import OpenCvCamera
 from tests.support.second_simulator.paint import PaintErrors
 from tests.support.second_simulator.scene_spec import camera_of, fields, region_of
+from touchline.core.errors import TouchlineError
+from touchline.core.field import BORDERS, Field, Region
+from touchline.core.geometry import ImageSize
+from touchline.core.records import Calibration, Fit, Frame, Observation
+from touchline.evaluate.fit.comparison import FittedModel, compare_models, parameter_count
+from touchline.evaluate.fit.uncertainty import expected_error, grid_over, knows_its_error
+from touchline.fitting import FITTERS
+from touchline.models import MODELS, RayModel, field_from_raw
+from touchline.workflows import automatic
+from touchline.workflows.calibration import CalibrationResult, calibrate
+from touchline.workflows.calibration_request import CalibrationRequest
+from touchline.workflows.model_choice import LADDER
+from touchline.workflows.reregister import reregister
 
 CLICK_MODELS = ("brown-conrady", "fisheye", "division", "ssl")
 STRONG = ("gopro-hero3", "tum-vi-fisheye", "m12-3.6mm", "usb-fisheye-170")

@@ -9,15 +9,15 @@ import time
 import cv2
 import numpy as np
 
-from app.core.records import observations_from_json
-from app.evaluate.cameras.evidence import from_clicks
-from app.evaluate.cameras.rig_agreement import agreement
-from app.evaluate.cameras.robot_tops import expected_at_tops
-from app.imaging.mosaic import FieldView, stitcher_of
-from app.models import field_from_raw, model_from_json
-from app.models.restored import model_of
-from app.workflows.rig import check
 from tests.support.rig_over_field import FIELD, HALVES, apart_in_truth, random_halves, sim_rig, sim_source
+from touchline.core.records import observations_from_json
+from touchline.evaluate.cameras.evidence import from_clicks
+from touchline.evaluate.cameras.rig_agreement import agreement
+from touchline.evaluate.cameras.robot_tops import expected_at_tops
+from touchline.imaging.mosaic import FieldView, stitcher_of
+from touchline.models import field_from_raw, model_from_json
+from touchline.models.restored import model_of
+from touchline.workflows.rig import check
 
 WIDTH = 1600
 ROUNDS = 40

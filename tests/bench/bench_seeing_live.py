@@ -24,19 +24,19 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 sys.path.insert(0, str(ROOT))
 
-from app.core.records import Frame  # noqa: E402
-from app.formats import FORMATS  # noqa: E402
-from app.live.capture import FrameCapture  # noqa: E402
-from app.live.detector import LiveDetector  # noqa: E402
-from app.live.failures import Failures  # noqa: E402
-from app.live.picture import AppliedCalibration  # noqa: E402
-from app.processes.framing import decode_body  # noqa: E402
-from app.sources import SourceContext  # noqa: E402
-from app.store.stages import named_plan  # noqa: E402
-from app.vision.colour.learning import learn_profile  # noqa: E402
 from tests.support.activation import activate_despite  # noqa: E402
 from tests.support.mjpeg_camera import MjpegCamera  # noqa: E402
 from tests.support.watched_field import calibration_of, colour_clicks, world  # noqa: E402
+from touchline.core.records import Frame  # noqa: E402
+from touchline.formats import FORMATS  # noqa: E402
+from touchline.live.capture import FrameCapture  # noqa: E402
+from touchline.live.detector import LiveDetector  # noqa: E402
+from touchline.live.failures import Failures  # noqa: E402
+from touchline.live.picture import AppliedCalibration  # noqa: E402
+from touchline.processes.framing import decode_body  # noqa: E402
+from touchline.sources import SourceContext  # noqa: E402
+from touchline.store.stages import named_plan  # noqa: E402
+from touchline.vision.colour.learning import learn_profile  # noqa: E402
 
 FPS = 60.0
 REEL = 30  # rendered frames, shown to and fro
@@ -99,7 +99,7 @@ def viewers(seconds: float) -> None:
         (Path(folder) / "settings.yaml").write_text(
             "server: {port: 0, max_connections: 300}\nsources: {allowed_hosts: [127.0.0.1]}\ncameras:\n"
             f"- {{id: north, source: '{camera.url}', field: ssl-div-b, region: full}}\n")
-        server = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", "serve", "--config",
+        server = subprocess.Popen([sys.executable, "-c", "from touchline.cli import main; main()", "serve", "--config",
                                    f"{folder}/settings.yaml", "--data", f"{folder}/data"], cwd=ROOT,
                                   stdout=subprocess.PIPE, text=True)
         try:

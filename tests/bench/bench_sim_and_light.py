@@ -13,14 +13,14 @@ import cv2
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.sources import SourceContext, source_from_url
-from app.sources.sim.render import Rendering
-from app.store.fields import load_fields
-from app.vision.motion.background import Background
-from app.vision.quality.flicker import measure_flicker, row_means
-from app.vision.quality.light import measure_light
-from app.vision.quality.sharpness import measure_sharpness
 from tests.support.line_centres import centroids, clear_of_others
+from touchline.sources import SourceContext, source_from_url
+from touchline.sources.sim.render import Rendering
+from touchline.store.fields import load_fields
+from touchline.vision.motion.background import Background
+from touchline.vision.quality.flicker import measure_flicker, row_means
+from touchline.vision.quality.light import measure_light
+from touchline.vision.quality.sharpness import measure_sharpness
 
 FIELDS = load_fields()
 

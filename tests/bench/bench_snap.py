@@ -12,15 +12,15 @@ import cv2
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.core.geometry import ImageSize
-from app.sources.sim.camera import SimCamera
-from app.sources.sim.illumination import Light
-from app.sources.sim.lens import LENSES
-from app.sources.sim.motion import Motion
-from app.sources.sim.render import Rendering, Sensor
-from app.store.fields import load_fields
-from app.vision.lines.snap import Snapped, snap
 from tests.support.rendered import painted, straight
+from touchline.core.geometry import ImageSize
+from touchline.sources.sim.camera import SimCamera
+from touchline.sources.sim.illumination import Light
+from touchline.sources.sim.lens import LENSES
+from touchline.sources.sim.motion import Motion
+from touchline.sources.sim.render import Rendering, Sensor
+from touchline.store.fields import load_fields
+from touchline.vision.lines.snap import Snapped, snap
 
 SEEDS = 3
 PER_SEED = 16

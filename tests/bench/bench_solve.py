@@ -13,11 +13,11 @@ import numpy as np
 from scipy.optimize import least_squares
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.fitting.least_squares import minimise
-from app.fitting.ray_camera.parameters import RayCameraParameters
-from app.fitting.ray_camera.problem import gather_clicks
 from tests.support.operator import FIELD, REGION, reference_camera, true_camera
 from tests.support.sim_clicks import border_observations
+from touchline.fitting.least_squares import minimise
+from touchline.fitting.ray_camera.parameters import RayCameraParameters
+from touchline.fitting.ray_camera.problem import gather_clicks
 
 HELD = {"centre_x", "centre_y", "p1", "p2", "k3", "k4", "k5", "k6"}
 

@@ -12,12 +12,12 @@ import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.core.errors import Unavailable
-from app.images.in_process import decode_in_process, read_in_process
-from app.sources import SourceContext, source_from_url
 from tests.support.gst_camera import GstCamera, installed
 from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.rtsp_camera import RtspCamera
+from touchline.core.errors import Unavailable
+from touchline.images.in_process import decode_in_process, read_in_process
+from touchline.sources import SourceContext, source_from_url
 
 AROUND = SourceContext(decode=decode_in_process, read=read_in_process, hosts=("127.0.0.1",))
 ROUNDS = 20

@@ -20,10 +20,10 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from app.core.records import Calibration  # noqa: E402
-from app.store.calibrations import calibration_row  # noqa: E402
-from app.store.store import Store  # noqa: E402
 from tests.support.servers import Line, an_export, form, served  # noqa: E402
+from touchline.core.records import Calibration  # noqa: E402
+from touchline.store.calibrations import calibration_row  # noqa: E402
+from touchline.store.store import Store  # noqa: E402
 
 COUNT = int(os.environ.get("COUNT", "100000"))
 CAMERAS = [f"camera-{k}" for k in range(10)]

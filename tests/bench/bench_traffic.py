@@ -27,13 +27,13 @@ import requests
 from playwright.sync_api import sync_playwright
 from websockets.sync.client import connect
 
-from app.images import encode
 from tests.support.activation import activate_despite
 from tests.support.child_processes import family
 from tests.support.chromium import ARGUMENTS, chromium_path
 from tests.support.paths import ROOT
 from tests.support.rig_over_field import REGIONS, sim_task
 from tests.support.waiting import until
+from touchline.images import encode
 
 MINUTES = float(os.environ.get("TOUCHLINE_TRAFFIC_MIN", "30"))
 WARM_S = 120.0  # until every page, process and cache is there
@@ -136,7 +136,7 @@ class Traffic:
         kind = ("camera dies", "job dies", "hostile pictures", "garbage", "sockets cut", "half a request",
                 "a camera is knocked")[number % 7]
         if kind in ("camera dies", "job dies"):
-            module = "app.live." if kind == "camera dies" else "app.jobs."
+            module = "touchline.live." if kind == "camera dies" else "touchline.jobs."
             for pid in [pid for pid, line in family(self.pid).items() if module in line][:1]:
                 with suppress(ProcessLookupError):
                     os.kill(pid, signal.SIGKILL)
@@ -187,7 +187,7 @@ def traffic(tmp_path):
         f"- {{id: cam{i}, source: '{SOURCE.format(i)}', field: ssl-div-b, region: {REGIONS[CAMERAS][i]}}}\n"
         for i in range(CAMERAS)))
     with (tmp_path / "log").open("w") as log:
-        server = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", "serve", "--config",
+        server = subprocess.Popen([sys.executable, "-c", "from touchline.cli import main; main()", "serve", "--config",
                                    str(tmp_path / "settings.yaml"), "--data", str(tmp_path / "data")], cwd=ROOT,
                                   stdout=subprocess.PIPE, stderr=log, text=True)
         it = Traffic(server.stdout.readline().split()[-1].rstrip("/"), server.pid)

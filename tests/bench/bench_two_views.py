@@ -16,11 +16,11 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from app.core.errors import FitFailed
-from app.fitting.two_view.fundamental_matrix import fundamental_matrix
-from app.fitting.two_view.relative_pose import pose_between, relative_pose
-from app.models.rotation import vector_from_matrix
 from tests.support.pairs import KUSVOD2, PAIRS, epipolar_error_px, labelled_matches, simulated
+from touchline.core.errors import FitFailed
+from touchline.fitting.two_view.fundamental_matrix import fundamental_matrix
+from touchline.fitting.two_view.relative_pose import pose_between, relative_pose
+from touchline.models.rotation import vector_from_matrix
 
 ESTIMATORS = ("RANSAC", "LMEDS", "USAC_DEFAULT", "USAC_ACCURATE", "USAC_FM_8PTS", "USAC_FAST", "USAC_PARALLEL",
               "USAC_MAGSAC")
@@ -132,7 +132,7 @@ def our_pose(pair):
 
 
 def opencv_pose(pair):
-    from app.fitting.two_view.relative_pose import ideal_px
+    from touchline.fitting.two_view.relative_pose import ideal_px
     a, b = (ideal_px(c, p) / c.focal_px for c, p in ((pair.camera_a, pair.a), (pair.camera_b, pair.b)))
     essential, mask = cv2.findEssentialMat(a, b, np.eye(3), method=cv2.USAC_MAGSAC, prob=0.9999, threshold=1 / 900)
     _, r, t, _ = cv2.recoverPose(essential[:3], a, b, np.eye(3), mask=mask)

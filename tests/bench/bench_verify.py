@@ -19,14 +19,14 @@ import numpy as np
 from starlette.testclient import TestClient
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.core.field import BORDERS
-from app.evaluate.fit.uncertainty import grid_over
-from app.main import create_app
-from app.models import RayModel, field_from_raw, model_from_json
-from app.settings import Settings
 from tests.support.refusals import API
 from tests.support.rest_jobs import accepted, finished
 from tests.support.second_simulator import Scene, render, scene_spec
+from touchline.core.field import BORDERS
+from touchline.evaluate.fit.uncertainty import grid_over
+from touchline.main import create_app
+from touchline.models import RayModel, field_from_raw, model_from_json
+from touchline.settings import Settings
 
 LIMIT_MM = 7.5
 

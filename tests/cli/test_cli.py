@@ -15,15 +15,15 @@ import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from app import __version__
 from tests.support.paths import CLICKS as CLICKS_FOLDER
 from tests.support.paths import HELP, ROOT
 from tests.support.servers import served
 from tests.support.waiting import LONG_S
+from touchline import __version__
 
 CLICKS = CLICKS_FOLDER / "ssl_2008_half.json"
 MANUAL = HELP / "cli.md"
-TOUCHLINE = [sys.executable, "-c", "from app.cli import main; main()"]
+TOUCHLINE = [sys.executable, "-c", "from touchline.cli import main; main()"]
 
 
 @pytest.fixture
@@ -166,7 +166,7 @@ def test_the_manuals_way_from_a_picture_to_millimetres_does_what_it_says(touchli
 @pytest.mark.long
 def test_the_manuals_commands_do_what_they_say(commands, picture, tmp_path):
     shim = tmp_path / "touchline"
-    shim.write_text(f"#!/bin/sh\nexec '{sys.executable}' -c 'from app.cli import main; main()' \"$@\"\n")
+    shim.write_text(f"#!/bin/sh\nexec '{sys.executable}' -c 'from touchline.cli import main; main()' \"$@\"\n")
     shim.chmod(0o755)
     environment = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
     for command in commands:
@@ -200,8 +200,8 @@ def test_the_rest_manuals_examples_do_what_they_say(picture, tmp_path):
 
 
 def test_the_rest_manual_names_every_call(tmp_path):
-    from app.main import create_app
-    from app.settings import Settings
+    from touchline.main import create_app
+    from touchline.settings import Settings
 
     app = create_app(Settings(data=tmp_path / "data"))
     with app.state.services.store:

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 import yaml
 
-from app.cli.files import write_calibration, write_lens
-from app.core.board import Board
-from app.workflows.board_request import BoardCalibrationRequest
-from app.workflows.pair import evaluate_pair
 from tests.support.board_views import BOARD, SIZE, TRUTH, picture_of, views_of
 from tests.support.lens_over_field import FIELD, clicks_through_the_lens
 from tests.support.pair_over_field import calibrations, matches
 from tests.support.paths import CLICKS as CLICKS_FOLDER
+from touchline.cli.files import write_calibration, write_lens
+from touchline.core.board import Board
+from touchline.workflows.board_request import BoardCalibrationRequest
+from touchline.workflows.pair import evaluate_pair
 
 CLICKS = CLICKS_FOLDER / "ssl_2008_half.json"
 SMALL = Board("chessboard", 8, 6, 30.0)

@@ -5,10 +5,10 @@ import os
 
 import pytest
 
-from app.formats import FORMATS
-from app.store.fields import load_fields
 from tests.support.exported import example, model_of, of_model
 from tests.unit.formats.test_imports import KALIBR
+from touchline.formats import FORMATS
+from touchline.store.fields import load_fields
 
 
 @pytest.fixture
@@ -66,7 +66,7 @@ def test_a_file_of_another_program_becomes_a_lens_that_calibrate_takes(touchline
     code, out, _ = touchline("import", "chain.yaml", "-o", "lens.json")
     lens = json.loads((tmp_path / "lens.json").read_text())
     assert code == 0 and "--lens" in out and lens["lens"]["model"] == "fisheye"
-    from app.cli.files import read_lens_option
+    from touchline.cli.files import read_lens_option
     assert read_lens_option(tmp_path / "lens.json")["lens"]["focal_px"] == 461.6
 
 

@@ -11,16 +11,16 @@ from pathlib import Path
 
 import pytest
 
-from app.league.config import PublishingConfig
-from app.league.geometry_packet import geometry_packet, published_cameras
-from app.workflows import interchange
 from tests.support import ssl_listener as listener
 from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said
 from tests.support.servers import Line, form, served
 from tests.support.waiting import until
+from touchline.league.config import PublishingConfig
+from touchline.league.geometry_packet import geometry_packet, published_cameras
+from touchline.workflows import interchange
 
-TOUCHLINE = [sys.executable, "-c", "from app.cli import main; main()"]
+TOUCHLINE = [sys.executable, "-c", "from touchline.cli import main; main()"]
 
 
 @pytest.fixture

@@ -4,13 +4,13 @@ import json
 
 import pytest
 
-from app.formats import FORMATS
-from app.models import MODELS
-from app.workflows.model_choice import AUTO
 from tests.support.calibration_surfaces import finite
 from tests.support.group_listener import free_group
 from tests.support.pictures import encoded, gradient
 from tests.support.point_sets import REGIONS, SETS, SIZE, TURNS, View
+from touchline.formats import FORMATS
+from touchline.models import MODELS
+from touchline.workflows.model_choice import AUTO
 
 DONE, REFUSED, POOR = 0, 3, 5
 ALL = (*MODELS, AUTO)

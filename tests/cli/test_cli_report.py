@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 import pytest
 
-from app.cli.files import read_calibration
-from app.core.geometry import ImageSize
-from app.report import ReportPicture, contents, draw, page
-from app.report.drawing import Photograph, Stroke
-from app.store.store import Store
 from tests.support.pictures import encoded, gradient
+from touchline.cli.files import read_calibration
+from touchline.core.geometry import ImageSize
+from touchline.report import ReportPicture, contents, draw, page
+from touchline.report.drawing import Photograph, Stroke
+from touchline.store.store import Store
 
 POOR = 5
 

@@ -2,8 +2,8 @@
 
 import shutil
 
-from app.store.store import Store
 from tests.support.store_opener import damaged_folder
+from touchline.store.store import Store
 
 
 def test_the_newest_backup_without_damage_is_restored_and_what_it_lacks_is_named(touchline, tmp_path):

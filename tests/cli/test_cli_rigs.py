@@ -6,12 +6,12 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.records import Calibration
-from app.formats import FORMATS
-from app.images import encode
-from app.store.store import Store
 from tests.support.exported import example
 from tests.support.rig_over_field import sim_rig, sim_source, sim_task
+from touchline.core.records import Calibration
+from touchline.formats import FORMATS
+from touchline.images import encode
+from touchline.store.store import Store
 
 
 @pytest.fixture(scope="module")

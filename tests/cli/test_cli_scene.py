@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from app.formats import FORMATS
 from tests.support.rig_over_field import sim_task
+from touchline.formats import FORMATS
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from app.workflows.straight_lines_request import StraightLinesRequest
 from tests.support.bar_pictures import BENT, STRAIGHT, bars_behind
 from tests.support.straight_edges import lens_of, lines_seen
+from touchline.workflows.straight_lines_request import StraightLinesRequest
 
 
 @pytest.fixture
@@ -57,7 +57,7 @@ def test_the_picture_without_its_bend_is_written_and_is_straight(touchline, bars
 def test_clicked_lines_give_what_every_door_gives(touchline, clicked, tmp_path):
     code, out, err = touchline("straight", "--lines", "lines.json", "--lens", "division", "--json")
     assert (code, err) == (0, "")
-    from app.core.geometry import ImageSize
+    from touchline.core.geometry import ImageSize
     assert json.loads(out) == StraightLinesRequest("division", None, tuple(clicked["lines"]), ImageSize(1280,
                                                                                                         1024)).answer()
     (tmp_path / "bare.json").write_text(json.dumps(clicked["lines"][:2]))

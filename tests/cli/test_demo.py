@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 import requests
 
-from app import main
-from app.cli.server import DEMO_CAMERAS
 from tests.support.waiting import LONG_S, until
+from touchline import main
+from touchline.cli.server import DEMO_CAMERAS
 
 
 def test_the_demo_serves_its_cameras(touchline, tmp_path, monkeypatch):

@@ -8,14 +8,14 @@ from importlib import import_module
 import pytest
 import typer
 
-from app.cli import COMMANDS
-from app.main import MODULES
 from tests.support.paths import ROOT
+from touchline.cli import COMMANDS
+from touchline.main import MODULES
 
 # Runs the command line with the words given, and prints which packages were imported.
 PROBE = ("import atexit, json, sys\n"
          "atexit.register(lambda: print('\\n' + json.dumps(sorted(sys.modules))))\n"
-         "from app.cli import main\n"
+         "from touchline.cli import main\n"
          "main()\n")
 
 
@@ -28,17 +28,18 @@ def imported_by(*words):
 def test_help_and_version_import_no_command(word):
     loaded = imported_by(word)
     assert not {"cv2", "numpy", "fastapi", "sqlalchemy", "google.protobuf"} & loaded
-    assert not {f"app.cli.{target.partition(':')[0]}" for target, _ in COMMANDS.values()} & loaded
+    assert not {f"touchline.cli.{target.partition(':')[0]}" for target, _ in COMMANDS.values()} & loaded
 
 
 def test_a_command_for_files_imports_no_server_and_no_other_command():
     loaded = imported_by("transform", "--help")
-    assert "app.cli.calibration" in loaded and not {"fastapi", "uvicorn", "viser", "app.cli.evaluation"} & loaded
+    assert "touchline.cli.calibration" in loaded
+    assert not {"fastapi", "uvicorn", "viser", "touchline.cli.evaluation"} & loaded
 
 
 def test_a_process_that_only_computes_imports_no_database():
     """Each camera and each job has one: it starts with them, and keeps what it has imported."""
-    modules = ("app.live.worker_main", "app.images.decoder_worker", "app.jobs.worker_main", *MODULES)
+    modules = ("touchline.live.worker_main", "touchline.images.decoder_worker", "touchline.jobs.worker_main", *MODULES)
     code = f"import sys\nfrom importlib import import_module\nfor m in {modules}: import_module(m)\nprint(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True,
                             timeout=300).stdout.split()
@@ -49,6 +50,6 @@ def test_a_process_that_only_computes_imports_no_database():
 def test_the_line_in_the_list_of_commands_begins_the_command_s_own_help(name):
     target, line = COMMANDS[name]
     module, _, attribute = target.partition(":")
-    command = getattr(import_module(f"app.cli.{module}"), attribute)
+    command = getattr(import_module(f"touchline.cli.{module}"), attribute)
     text = command.info.help if isinstance(command, typer.Typer) else command.__doc__
     assert text.partition("\n")[0] == line

@@ -14,14 +14,14 @@ import pytest
 import requests
 from playwright.sync_api import Page, expect
 
-from app.core.field_json import field_from_json
-from app.sources import SourceContext, source_from_url
 from tests.support.chromium import ARGUMENTS, FIX, chromium_path
 from tests.support.demo_cameras import CAMERAS
 from tests.support.paths import CLICKS, ROOT
 from tests.support.sim_clicks import border_clicks
 from tests.support.waiting import until
 from tests.support.words import like
+from touchline.core.field_json import field_from_json
+from touchline.sources import SourceContext, source_from_url
 
 SOON_MS = 60_000  # what is there at once on a quiet machine
 LONG_MS = 180_000  # what has to be computed, or fetched from a camera that is only starting

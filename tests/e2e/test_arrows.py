@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from app.core.field_json import field_from_json
-from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS, shift_one
 from tests.support.demo_cameras import CAMERAS, WIDTH
 from tests.support.waiting import until
 from tests.support.words import like, t
+from touchline.core.field_json import field_from_json
+from touchline.sources import SourceContext, source_from_url
 
 FACTORS = [1, 2, 5, 10, 20, 50, 100, 200]
 # How many pixels near a place of the stage are drawn in light, warm and any colour.

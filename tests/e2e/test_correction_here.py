@@ -8,10 +8,6 @@ import numpy as np
 import pytest
 from playwright.sync_api import Route, expect
 
-from app.imaging.correction import CorrectedView, correction_map
-from app.imaging.correction_mesh import correction_mesh
-from app.models import MODELS
-from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.activation import activate_despite
 from tests.support.chromium import ARGUMENTS
@@ -21,6 +17,10 @@ from tests.support.live_cameras import FIELDS
 from tests.support.pictures import remapped_exactly
 from tests.support.waiting import until
 from tests.support.words import like, t
+from touchline.imaging.correction import CorrectedView, correction_map
+from touchline.imaging.correction_mesh import correction_mesh
+from touchline.models import MODELS
+from touchline.sources import SourceContext, source_from_url
 
 DRAWN = """async ({ png, mesh, data, width, height }) => {
   const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));

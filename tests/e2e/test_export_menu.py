@@ -4,10 +4,10 @@ import pytest
 import yaml
 from playwright.sync_api import expect
 
-from app.formats import FORMATS
 from tests.e2e.conftest import LONG_MS
 from tests.support.manual_pictures import manual_picture
 from tests.support.words import t
+from touchline.formats import FORMATS
 
 ELSEWHERE = {"json", "npz"}  # offered to everybody
 

@@ -4,9 +4,6 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from app.core.field_json import field_from_json
-from app.core.field_moves import JoinedField
-from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS, Operator, press_activate
 from tests.support.activation import activate_despite
 from tests.support.field_desk import OBLIQUE, calibrate_without_clicks, camera_of, copy, field_of, fill, save
@@ -14,6 +11,9 @@ from tests.support.sim_clicks import border_clicks
 from tests.support.tape import SIDES_AND_DIAGONALS, measured
 from tests.support.waiting import until
 from tests.support.words import t, titled
+from touchline.core.field_json import field_from_json
+from touchline.core.field_moves import JoinedField
+from touchline.sources import SourceContext, source_from_url
 
 
 def test_an_open_draft_follows_its_field_and_an_outdated_calibration_is_made_again(editor, field_desk):

@@ -6,9 +6,6 @@ import socket
 import pytest
 from playwright.sync_api import expect
 
-from app.league.config import PublishingConfig
-from app.league.geometry_packet import geometry_packet, published_cameras
-from app.workflows import interchange
 from tests.e2e.conftest import LONG_MS, press_activate
 from tests.support import ssl_listener as listener
 from tests.support.activation import activate_despite
@@ -16,6 +13,9 @@ from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said
 from tests.support.manual_pictures import manual_picture
 from tests.support.words import t
+from touchline.league.config import PublishingConfig
+from touchline.league.geometry_packet import geometry_packet, published_cameras
+from touchline.workflows import interchange
 
 ASKED_MM = 10
 

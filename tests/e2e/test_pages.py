@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from app.core.field import BORDERS
 from tests.e2e.conftest import LONG_MS, Operator, Server, press_activate
 from tests.support.board_film import film
 from tests.support.demo_cameras import HEIGHT, WIDTH
@@ -20,6 +19,7 @@ from tests.support.old_answer import OldAnswer
 from tests.support.pictures import encoded, gradient
 from tests.support.waiting import until
 from tests.support.words import like, t
+from touchline.core.field import BORDERS
 
 
 def kill(server):

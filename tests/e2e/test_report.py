@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from app.sources.sim.render import Rendering
 from tests.e2e.conftest import LONG_MS
 from tests.support.manual_pictures import manual_picture
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera
 from tests.support.pictures import encoded
 from tests.support.sim_clicks import border_observations
+from touchline.sources.sim.render import Rendering
 
 FRIENDLY_PAGES = 6  # an operator's calibration; ours has four borders and their parameters
 

@@ -6,7 +6,6 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from app.formats import FORMATS
 from tests.e2e.conftest import LONG_MS
 from tests.support.activation import activate_despite
 from tests.support.live_play import Before
@@ -14,6 +13,7 @@ from tests.support.manual_pictures import manual_picture
 from tests.support.rig_over_field import sim_task
 from tests.support.waiting import until
 from tests.support.words import like, t
+from touchline.formats import FORMATS
 
 ADDRESS = "sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&robots=0&fps=10"
 KNOCK_MM = 50

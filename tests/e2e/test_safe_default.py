@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from app.core.field_json import field_from_json
-from app.core.geometry import with_z
-from app.models import field_from_raw, model_from_json
-from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.auto_scenes import SceneSpec, scene_of
 from tests.support.demo_cameras import CAMERAS
 from tests.support.tiers import long
 from tests.support.words import t
+from touchline.core.field_json import field_from_json
+from touchline.core.geometry import with_z
+from touchline.models import field_from_raw, model_from_json
+from touchline.sources import SourceContext, source_from_url
 
 MOST_PRESSES = 6
 TRUE_MM = 5.0

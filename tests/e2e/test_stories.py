@@ -9,9 +9,6 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from app.core.field import BORDERS
-from app.core.field_json import field_from_json
-from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS
 from tests.support.demo_cameras import CAMERAS
 from tests.support.held_requests import holding
@@ -20,6 +17,9 @@ from tests.support.sim_clicks import border_clicks
 from tests.support.tiers import long
 from tests.support.waiting import until
 from tests.support.words import like, t
+from touchline.core.field import BORDERS
+from touchline.core.field_json import field_from_json
+from touchline.sources import SourceContext, source_from_url
 
 STRAIGHT_PX = 1.0  # how straight a border must be in the corrected picture
 REAL = {"ssl_2008_half": "fields/ssl_2008/ssl-field-2008.jpg", "unball_full": "fields/unball/unball_path1.png"}

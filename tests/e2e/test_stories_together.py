@@ -6,12 +6,12 @@ import signal
 import pytest
 from playwright.sync_api import expect
 
-from app.core.field import BORDERS
-from app.workflows import interchange
 from tests.e2e.conftest import LONG_MS, SOON_MS, Operator, press_activate
 from tests.support.activation import activate_despite
 from tests.support.exported import example
 from tests.support.words import t
+from touchline.core.field import BORDERS
+from touchline.workflows import interchange
 
 
 @pytest.fixture(autouse=True)

@@ -3,10 +3,10 @@
 import pytest
 from playwright.sync_api import expect
 
-from app.core.field import BORDERS
 from tests.e2e.conftest import LONG_MS, SOON_MS, Operator
 from tests.support.tiers import long
 from tests.support.words import like, t
+from touchline.core.field import BORDERS
 
 REAL = "fields/ssl_2008/ssl-field-2008.jpg"
 

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from app.core.field_json import field_from_json
-from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS
 from tests.support.activation import activate_despite
 from tests.support.axe import axe_path, grave
@@ -16,6 +14,8 @@ from tests.support.manual_pictures import manual_picture
 from tests.support.sim_clicks import border_clicks
 from tests.support.waiting import until
 from tests.support.words import like, t
+from touchline.core.field_json import field_from_json
+from touchline.sources import SourceContext, source_from_url
 
 TAPED = {"height_mm": {"value": 5000, "sigma": 20}}  # as the demo's overhead camera is placed
 EAST = {"height_mm": {"value": 4000, "sigma": 20}}

@@ -13,10 +13,10 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parents[1]))
 
-from app.formats import FORMATS  # noqa: E402
-from app.formats.approximation import exact_camera  # noqa: E402
-from app.workflows import interchange  # noqa: E402
 from tests.support.exported import EXAMPLES, LENS_FORMATS, example, model_of  # noqa: E402
+from touchline.formats import FORMATS  # noqa: E402
+from touchline.formats.approximation import exact_camera  # noqa: E402
+from touchline.workflows import interchange  # noqa: E402
 
 
 def cases() -> list[tuple[str, str, int]]:

@@ -12,9 +12,8 @@ from pathlib import Path
 import pytest
 
 from tests.support.import_graph import circles, imported_names, python_graph, python_modules
-from tests.support.paths import NOT_OURS, ROOT, STATIC
+from tests.support.paths import NOT_OURS, PACKAGE, ROOT, STATIC
 
-APP = ROOT / "app"
 SCRIPTS = [path for path in sorted(STATIC.rglob("*.js")) if not NOT_OURS & {*path.parts}]
 
 COMPUTING = ("core", "ssl_protocol", "models", "vision", "fitting", "imaging", "evaluate")
@@ -23,14 +22,14 @@ SIDE_EFFECTS = {"time", "datetime", "os", "pathlib", "io", "shutil", "tempfile",
                 "multiprocessing", "concurrent", "asyncio", "logging", "sqlite3", "sqlalchemy", "fastapi", "starlette",
                 "uvicorn", "pydantic", "requests", "urllib", "http", "yaml", "random", "secrets", "glob"}
 # These parse what is at hand; they open nothing.
-PARSERS = {("app.core.strict_yaml", "yaml"), ("app.core.reading", "pydantic")}
+PARSERS = {("touchline.core.strict_yaml", "yaml"), ("touchline.core.reading", "pydantic")}
 
 MAX_SCRIPT_COLUMNS = 120
 CATALOGUES = STATIC / "core" / "words"  # one message a line, as long as its sentence
-MAX_LOOSE = {"app/*.py": 3, "tests/*.py": 3}
+MAX_LOOSE = {"app/touchline/*.py": 3, "tests/*.py": 3}
 
 # Each member of these families may name its own Item, Lens or Row.
-FAMILIES = ("app.api.schemas.", "app.sources.sim.", "app.store.migrations.")
+FAMILIES = ("touchline.api.schemas.", "touchline.sources.sim.", "touchline.store.migrations.")
 PRIVATE_FUNCTIONS = {"told", "tell", "heard", "kept", "asked", "held", "spoken", "deed"}
 PRIVATE_CLASSES = {"Ear", "Hung", "Lying", "Standing", "Told", "Heard", "Sighted", "Theatre", "Room", "Wanted", "Shown",
                    "Seen", "Asked"}
@@ -38,7 +37,7 @@ PRIVATE_CLASSES = {"Ear", "Hung", "Lying", "Standing", "Told", "Heard", "Sighted
 
 @cache
 def modules() -> dict[str, ast.Module]:
-    return python_modules(APP)
+    return python_modules(PACKAGE)
 
 
 def definitions(kind: type | tuple[type, ...]):
@@ -69,7 +68,7 @@ def test_a_circle_would_be_found():
 @pytest.mark.parametrize("package", COMPUTING)
 def test_a_computing_package_uses_no_clock_file_socket_thread_or_web(package):
     found = [f"{module}:{line} imports {name}" for module, tree in modules().items()
-             if module.startswith(f"app.{package}.") or module == f"app.{package}"
+             if module.startswith(f"touchline.{package}.") or module == f"touchline.{package}"
              for name, line in imported_names(tree)
              if (top := name.split(".")[0]) in SIDE_EFFECTS and (module, top) not in PARSERS]
     assert found == []
@@ -120,7 +119,7 @@ def test_limits_begin_with_min_and_max():
 
 def test_docstrings_name_files_that_are_there():
     """NAME.py stands for the one that somebody is to write."""
-    known = {path.name for path in (*APP.rglob("*.py"), *(ROOT / "tests").rglob("*.py"))} | {"NAME.py"}
+    known = {path.name for path in (*PACKAGE.rglob("*.py"), *(ROOT / "tests").rglob("*.py"))} | {"NAME.py"}
     found = [f"{module}: {name}" for module, tree in modules().items() for node in ast.walk(tree)
              if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef))
              for name in re.findall(r"\b\w+\.py\b", ast.get_docstring(node) or "") if name not in known]

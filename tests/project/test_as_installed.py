@@ -21,8 +21,9 @@ SCENE = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0,
 IMPORT_ALL = """
 import pkgutil
 from importlib import import_module
-import app
-names = [found.name for found in pkgutil.walk_packages(app.__path__, "app.") if "migrations" not in found.name]
+import touchline
+names = [found.name for found in pkgutil.walk_packages(touchline.__path__, "touchline.")
+         if "migrations" not in found.name]
 for name in names:
     import_module(name)
 print(len(names))
@@ -136,13 +137,13 @@ def test_every_module_can_be_imported(python, tmp_path):
 
 
 @pytest.mark.parametrize("package, script", [
-    ("harvesters", "from app.sources.industrial.genicam_producers import open_harvester\n"
+    ("harvesters", "from touchline.sources.industrial.genicam_producers import open_harvester\n"
      "open_harvester([])"),
-    ("distributed", "from app.jobs.dask_cluster import DaskCluster\nDaskCluster('dask://host:8786')"),
-    ("psycopg[binary]", "from sqlalchemy import make_url\nfrom app.store.database import postgresql_engine\n"
+    ("distributed", "from touchline.jobs.dask_cluster import DaskCluster\nDaskCluster('dask://host:8786')"),
+    ("psycopg[binary]", "from sqlalchemy import make_url\nfrom touchline.store.database import postgresql_engine\n"
      "postgresql_engine(make_url('postgresql+psycopg://touchline@127.0.0.1/touchline'), 1)")])
 def test_what_needs_another_package_states_the_command_that_installs_it_here(python, tmp_path, package, script):
-    code = f"from app.cli.console import exit_code_of\ntry:\n    {script.replace(chr(10), chr(10) + '    ')}\n" \
+    code = f"from touchline.cli.console import exit_code_of\ntry:\n    {script.replace(chr(10), chr(10) + '    ')}\n" \
            "except Exception as error:\n    raise SystemExit(exit_code_of(error))"
     done = subprocess.run([python, "-c", code], cwd=tmp_path, env=clean_environment(), capture_output=True, text=True,
                           timeout=LONG_S)

@@ -211,10 +211,11 @@ def test_the_wheel_carries_the_page_with_its_libraries_and_the_configs(built, tm
     with zipfile.ZipFile(wheel) as packed:
         inside = set(packed.namelist())
         for name, content in files(built / "vendor").items():
-            assert packed.read(f"app/_static/vendor/{name}") == content, name
-    assert {f"app/_static/{name}" for name in (
+            assert packed.read(f"touchline/_static/vendor/{name}") == content, name
+    assert {f"touchline/_static/{name}" for name in (
         "built/index.html", "built/page/main.js", "built/SOURCES.json")} <= inside
-    assert {"app/_static/index.html", "app/_static/main.js", "app/_configs/touchline.yaml",
-            "app/_configs/fields/ssl-div-b.yaml", "app/workflows/calibration.py", "app/api/templates/login.html",
-            "app/report/templates/report.html", "app/report/templates/report.css"} <= inside
+    assert {"touchline/_static/index.html", "touchline/_static/main.js", "touchline/_configs/touchline.yaml",
+            "touchline/_configs/fields/ssl-div-b.yaml", "touchline/workflows/calibration.py",
+            "touchline/api/templates/login.html", "touchline/report/templates/report.html",
+            "touchline/report/templates/report.css"} <= inside
     assert not any("node_modules" in name or "/tests/" in name for name in inside)

@@ -8,10 +8,6 @@ import cv2
 import numpy as np
 import pytest
 
-from app.cli import COMMANDS
-from app.core.board import Board
-from app.formats import FORMATS
-from app.store.store import Store
 from tests.support import batch_pictures, pair_over_field
 from tests.support.bar_pictures import BENT, bars_behind
 from tests.support.board_views import picture_of
@@ -19,6 +15,10 @@ from tests.support.group_listener import free_group
 from tests.support.installed import clean_environment, installed_python
 from tests.support.rolling_balls import FPS, SIZE, film, lens_of
 from tests.support.waiting import LONG_S
+from touchline.cli import COMMANDS
+from touchline.core.board import Board
+from touchline.formats import FORMATS
+from touchline.store.store import Store
 
 BOARD = Board("chessboard", 9, 6, 25.0)
 USES = {  # of every command that ends by itself, in this order: what one writes, another reads
@@ -51,7 +51,7 @@ USES = {  # of every command that ends by itself, in this order: what one writes
 ON_THE_NETWORK = ("publish", "absorb")
 RUN = """
 import contextlib, io, json, sys
-from app.cli import main
+from touchline.cli import main
 told = {}
 for name, words in json.loads(sys.argv[1]).items():
     out, err = io.StringIO(), io.StringIO()

@@ -143,7 +143,7 @@ def test_a_wheel_of_the_source_archive_has_libraries_bundle_and_licences_and_no_
         inside = set(packed.namelist())
         (name,) = (name for name in inside if name.endswith(".dist-info/METADATA"))
         metadata = email.message_from_bytes(packed.read(name))
-    page = {name.removeprefix("app/_static/") for name in inside if name.startswith("app/_static/")}
+    page = {name.removeprefix("touchline/_static/") for name in inside if name.startswith("touchline/_static/")}
     assert {"index.html", "built/page/main.js", "built/SOURCES.json", "vendor/preact.js"} <= page
     assert not [name for name in page if re.search(r"(^|/)\.|\.d\.ts$|package.*\.json$|tsconfig", name)]
     licences = {f"static/vendor/licences/{file.name}" for file in (STATIC / "vendor" / "licences").iterdir()}

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from app.fitting import FITTERS
-from app.models import MODELS
 from tests.support.manual_pictures import PICTURES
-from tests.support.paths import HELP, ROOT, STATIC, TESTS
+from tests.support.paths import HELP, PACKAGE, STATIC, TESTS
+from touchline.fitting import FITTERS
+from touchline.models import MODELS
 
 PAGES = sorted(HELP.glob("*.md"))
 WITHOUT_A_PICTURE = {"industrial-cameras.md"}  # the tests have no such camera to take one of
@@ -39,7 +39,7 @@ def section(page: str, title: str) -> str:
 @cache
 def calls() -> list[tuple[Path, ast.Call]]:
     """Each call in app/, with the file that it stands in."""
-    return [(source, node) for source in sorted((ROOT / "app").rglob("*.py"))
+    return [(source, node) for source in sorted((PACKAGE).rglob("*.py"))
             for node in ast.walk(ast.parse(source.read_text())) if isinstance(node, ast.Call)]
 
 
@@ -50,7 +50,7 @@ def warnings_made() -> set[str]:
 
 def refusals_made() -> set[str]:
     return {word.value.value for source, node in calls()
-            if source.relative_to(ROOT / "app").parts[0] in FITTING
+            if source.relative_to(PACKAGE).parts[0] in FITTING
             if not any(word.arg == "sentence" for word in node.keywords)  # of a verdict
             for word in node.keywords if word.arg == "reason" and isinstance(word.value, ast.Constant)}
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from app.main import create_app
-from app.settings import Settings
 from tests.support.paths import NOT_OURS, ROOT, STATIC
+from touchline.main import create_app
+from touchline.settings import Settings
 
 WORK = ROOT / "build" / "page"  # ignored by git; the type checker and the libraries' types are kept there
 OURS = (".js", ".css", ".html", ".svg")

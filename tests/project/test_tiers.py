@@ -78,7 +78,7 @@ def test_what_has_no_row_is_a_default_test_but_in_the_browser():
 
 @pytest.mark.parametrize("name", CAPABILITIES)
 def test_each_capability_has_code_and_tests_by_its_name(name):
-    code = [path for pattern in ("app/**/*.py", "static/features/**/*.js", "static/core/**/*.js")
+    code = [path for pattern in ("app/touchline/**/*.py", "static/features/**/*.js", "static/core/**/*.js")
             for path in ROOT.glob(pattern) if matches(str(path.relative_to(ROOT)), CAPABILITIES[name])]
     assert len(code) >= 3 and len(files_of(name)) >= 3
     for pattern in CAPABILITIES[name]:
@@ -87,13 +87,13 @@ def test_each_capability_has_code_and_tests_by_its_name(name):
 
 
 def test_a_change_asks_for_the_files_of_its_capability_of_the_kernel_for_everything():
-    rigs = files_touched(["app/services/rigs.py", "README.md"])
+    rigs = files_touched(["app/touchline/services/rigs.py", "README.md"])
     assert "tests/api/test_rest_rigs.py" in rigs and "tests/e2e/test_pair.py" in rigs
     assert rigs == files_of("rigs")
-    assert files_touched(["app/services/rigs.py", "app/core/records.py"]) is None
+    assert files_touched(["app/touchline/services/rigs.py", "app/touchline/core/records.py"]) is None
     assert files_touched(["tests/unit/store/test_store.py"]) == ["tests/unit/store/test_store.py"]
     assert files_touched(["README.md", "static/help/rigs.md"]) == []
-    assert files_touched(["app/store/a_new_file.py"]) is None
+    assert files_touched(["app/touchline/store/a_new_file.py"]) is None
 
 
 def test_every_test_outside_the_project_can_be_asked_for():

@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.support.paths import ROOT
+from tests.support.paths import PACKAGE, ROOT
 
 # By package, a wrong call: points for a size, millimetres for a name, or what may be missing handed on unguarded.
 PLANTED = {
@@ -17,7 +17,7 @@ PLANTED = {
     "evaluate.board.coverage": "cell_counts(points, maybe_size)",
     "fitting": "sensitivity_of(points)",
     "formats.ssl_field": "field_to_wire(name)",
-    "images.limits": "checked_size(1280, mm, app.images.limits.ImageLimits())",
+    "images.limits": "checked_size(1280, mm, touchline.images.limits.ImageLimits())",
     "imaging.correction": "CorrectedView().size(size)",
     "jobs.execute": "current_name(mm)",
     "league.multicast_address": "MulticastAddress(mm)",
@@ -29,15 +29,16 @@ PLANTED = {
     "scene.export": "whole_page(mm, name)",
     "services.result_savers": "save_new_version(name, name, name)",
     "settings": "load_settings(name)",
-    "sources": "source_from_url(mm, app.sources.SourceContext())",
+    "sources": "source_from_url(mm, touchline.sources.SourceContext())",
     "ssl_protocol.ssl_vision_pb2": "SSL_GeometryCameraCalibration(mm, name)",
     "store.checksummed": "json_text({}, maybe_name)",
     "vision.quality.sharpness": "measure_sharpness(points)",
     "workflows.detection": "field_area(name, name)",
 }
 AMONG = """
-def planted(points: app.core.geometry.Points, size: app.core.geometry.ImageSize, mm: float, name: str, folder: Path,
-            maybe_size: app.core.geometry.ImageSize | None, maybe_folder: Path | None, maybe_name: str | None) -> None:
+def planted(points: touchline.core.geometry.Points, size: touchline.core.geometry.ImageSize, mm: float, name: str,
+            folder: Path, maybe_size: touchline.core.geometry.ImageSize | None, maybe_folder: Path | None,
+            maybe_name: str | None) -> None:
 """
 
 
@@ -54,9 +55,10 @@ def test_all_types_fit():
 
 def test_a_wrong_call_into_any_package_is_refused(tmp_path):
     assert {module.partition(".")[0] for module in PLANTED} == {
-        path.stem for path in (ROOT / "app").iterdir() if not path.stem.startswith("_")}
-    before = ["from pathlib import Path", *(f"import app.{module}" for module in PLANTED), *AMONG.splitlines()]
+        path.stem for path in (PACKAGE).iterdir() if not path.stem.startswith("_")}
+    before = ["from pathlib import Path", *(f"import touchline.{module}" for module in PLANTED), *AMONG.splitlines()]
     planted = tmp_path / "planted.py"
-    planted.write_text("\n".join([*before, *(f"    app.{module}.{call}" for module, call in PLANTED.items()), ""]))
+    calls = (f"    touchline.{module}.{call}" for module, call in PLANTED.items())
+    planted.write_text("\n".join([*before, *calls, ""]))
     found = re.findall(r"planted\.py:(\d+): error: .*\[(.+)\]$", mypy(str(planted)), re.M)
     assert set(found) == {(str(len(before) + n), "arg-type") for n in range(1, 1 + len(PLANTED))}

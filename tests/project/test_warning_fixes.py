@@ -4,8 +4,8 @@ cures; each of them leads out (tests/page/warning_fixes.test.mjs)."""
 import ast
 import re
 
-from app.evaluate.fit.areas import NOT_IN_IMAGE
-from tests.support.paths import ROOT
+from tests.support.paths import PACKAGE, ROOT
+from touchline.evaluate.fit.areas import NOT_IN_IMAGE
 
 SOURCE = ROOT / "static" / "features" / "calibrate" / "warning_fixes.js"
 CURES = set(re.findall(r'^  "?([a-z-]+)"?: \(', SOURCE.read_text(), re.MULTILINE))
@@ -31,7 +31,7 @@ def called(tree: ast.AST, names: set[str]):
 def reasons() -> set[str]:
     found = set()
     for source in FITS:
-        tree = ast.parse((ROOT / "app" / source).read_text())
+        tree = ast.parse((PACKAGE / source).read_text())
         for call in called(tree, {"Warning"}):
             found.add(getattr(call.args[0], "value", NOT_IN_IMAGE))
         for call in called(tree, {"FitFailed", "BadInput", "ProblemJson"}):

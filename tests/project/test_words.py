@@ -7,7 +7,7 @@ from functools import cache
 
 import pytest
 
-from tests.support.paths import ROOT, STATIC
+from tests.support.paths import PACKAGE, ROOT, STATIC
 from tests.support.words import BANNED
 
 PAGES = [page for page in sorted((STATIC / "help").glob("*.md")) if page.name != "changelog.md"]  # tells of old words
@@ -28,7 +28,7 @@ def test_no_sentence_uses_a_word_that_a_stranger_does_not_understand(word, inste
 @cache
 def of_server() -> list[tuple[str, str]]:
     """Return the sentences of all modules without code in them, each with its place."""
-    return [(f"{path.relative_to(ROOT)}:{line}", CODE.sub("", text)) for path in sorted((ROOT / "app").rglob("*.py"))
+    return [(f"{path.relative_to(ROOT)}:{line}", CODE.sub("", text)) for path in sorted((PACKAGE).rglob("*.py"))
             for line, text in sentences(path.read_text(encoding="utf-8"))]
 
 

@@ -6,18 +6,18 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.errors import BadInput
-from app.core.field import Field, Region
-from app.core.geometry import ImageSize
-from app.core.records import Calibration
-from app.models import field_from_raw, model_from_json
-from app.sources.sim.camera import SimCamera
-from app.sources.sim.illumination import Light
-from app.sources.sim.lens import LENSES
-from app.sources.sim.motion import Motion
-from app.sources.sim.render import Rendering, Sensor
-from app.store.fields import load_fields
 from tests.support.sim_truth import truth_at
+from touchline.core.errors import BadInput
+from touchline.core.field import Field, Region
+from touchline.core.geometry import ImageSize
+from touchline.core.records import Calibration
+from touchline.models import field_from_raw, model_from_json
+from touchline.sources.sim.camera import SimCamera
+from touchline.sources.sim.illumination import Light
+from touchline.sources.sim.lens import LENSES
+from touchline.sources.sim.motion import Motion
+from touchline.sources.sim.render import Rendering, Sensor
+from touchline.store.fields import load_fields
 
 FIELDS = ("ssl-2008", "ssl-div-a", "ssl-div-b", "table", "vsss-3v3", "vsss-5v5")
 LENS_NAMES = ("none", "mild", "half", "strong", "crooked", "pincushion", "division", "ssl", "fisheye")

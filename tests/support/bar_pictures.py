@@ -3,8 +3,8 @@
 import cv2
 import numpy as np
 
-from app.core.geometry import ImageSize
 from tests.support.straight_edges import lens_of
+from touchline.core.geometry import ImageSize
 
 SIZE = ImageSize(640, 480)
 BENT = lens_of("division", (-0.22,), size=SIZE)

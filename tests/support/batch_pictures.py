@@ -7,13 +7,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from app.core.geometry import ImageSize
-from app.sources.sim.camera import SimCamera
-from app.sources.sim.lens import LENSES
-from app.sources.sim.motion import Motion
-from app.sources.sim.render import Rendering
-from app.store.fields import load_fields
 from tests.support.sim_clicks import border_observations, line_clicks
+from touchline.core.geometry import ImageSize
+from touchline.sources.sim.camera import SimCamera
+from touchline.sources.sim.lens import LENSES
+from touchline.sources.sim.motion import Motion
+from touchline.sources.sim.render import Rendering
+from touchline.store.fields import load_fields
 
 FIELD = load_fields()["ssl-div-b"]
 REGION = FIELD.regions["full"]

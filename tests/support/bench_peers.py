@@ -10,9 +10,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from app.core.board import Board, BoardView
-from app.core.geometry import ImageSize
-from app.models.intrinsics import Intrinsics
+from touchline.core.board import Board, BoardView
+from touchline.core.geometry import ImageSize
+from touchline.models.intrinsics import Intrinsics
 
 MRCAL = shutil.which("mrcal-calibrate-cameras")
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from app.core.board import Board
-from app.core.geometry import ImageSize
-from app.evaluate.board.poses import BoardPose, pose_history
 from tests.support.board_views import picture_of
+from touchline.core.board import Board
+from touchline.core.geometry import ImageSize
+from touchline.evaluate.board.poses import BoardPose, pose_history
 
 BOARD = Board("chessboard", 9, 6, 30.0)
 SIZE = ImageSize(640, 480)

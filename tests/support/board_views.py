@@ -6,11 +6,11 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from app.core.board import Board, BoardView
-from app.core.geometry import ImageSize
-from app.evaluate.board.lens_difference import lens_difference
-from app.models.intrinsics import Intrinsics
-from app.models.rotation import matrix_from_vector
+from touchline.core.board import Board, BoardView
+from touchline.core.geometry import ImageSize
+from touchline.evaluate.board.lens_difference import lens_difference
+from touchline.models.intrinsics import Intrinsics
+from touchline.models.rotation import matrix_from_vector
 
 SIZE = ImageSize(1280, 1024)
 BOARD = Board("chessboard", 10, 10, 100.0)  # nearly a metre: what the field's builders print on a stiff plate

@@ -4,9 +4,9 @@ import json
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from app.formats import FORMATS
 from tests.support.activation import activate_despite
 from tests.support.refusals import API, refusal, without_size
+from touchline.formats import FORMATS
 
 CAL = f"{API}/calibrations"
 FRAMES = ("image", "corrected", "field")

@@ -7,7 +7,8 @@ from tests.support.paths import ROOT
 
 CAPABILITIES = {
     "automatic": ("*/auto*", "*_auto*", "*/test_find_lines.py"),
-    "boards": ("*/board*", "*_board*", "app/*/lenses.py", "app/api/routes/lenses.py", "tests/e2e/test_lenses.py"),
+    "boards": ("*/board*", "*_board*", "app/touchline/*/lenses.py",
+               "tests/e2e/test_lenses.py"),
     "detection": ("*detection*", "*/clips.*", "*_clips.*", "*seeing*", "*/stage*", "*_stage*", "*colour*", "*tracks*",
                   "*/motion/*"),
     "drift": ("*drift*", "*/check*", "*_check*", "*reregister*"),

@@ -3,8 +3,8 @@
 from contextlib import suppress
 from pathlib import Path
 
-from app.images import ImageDecoder
-from app.jobs import JobEngine
+from touchline.images import ImageDecoder
+from touchline.jobs import JobEngine
 
 
 def pids_of(owner: JobEngine | ImageDecoder) -> tuple[int, ...]:

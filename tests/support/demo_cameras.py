@@ -3,7 +3,7 @@
 Their pictures are drawn while somebody looks; at full size that would take most of a small machine.
 """
 
-from app.cli.server import DEMO_CAMERAS
+from touchline.cli.server import DEMO_CAMERAS
 
 FPS = 5
 WIDTH, HEIGHT = 640, 512

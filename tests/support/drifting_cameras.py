@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.evaluate.drift.monitor import DriftReference
-from app.models import CameraModel
-from app.sources.sim.render import Rendering
-from app.workflows.calibration_request import CalibrationRequest
 from tests.support.live_cameras import FIELDS
 from tests.support.sim_clicks import border_observations
 from tests.support.simulated_source import simulated_source
+from touchline.evaluate.drift.monitor import DriftReference
+from touchline.models import CameraModel
+from touchline.sources.sim.render import Rendering
+from touchline.workflows.calibration_request import CalibrationRequest
 
 
 def fitted(url: str, model: str = "brown-conrady", noise_px: float = 0.3) -> tuple[Rendering, CameraModel]:

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.core.field import Field, Region
-from app.core.records import Calibration
-from app.formats import FORMATS
-from app.models import MODELS, CameraModel, RayModel, parameters_json
 from tests.support.examples import examples
 from tests.support.fields import plain_field
+from touchline.core.field import Field, Region
+from touchline.core.records import Calibration
+from touchline.formats import FORMATS
+from touchline.models import MODELS, CameraModel, RayModel, parameters_json
 
 EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(examples(name))]
 LENS_FORMATS = [name for name in FORMATS if FORMATS[name].lenses]

@@ -137,7 +137,7 @@ def can_fail():
 def failing(monkeypatch_context, sqlite, disk):
     """Within the block, that disk is the one that everything is saved to."""
     with monkeypatch_context() as patch:
-        patch.setattr("app.store.files.os", disk)
+        patch.setattr("touchline.store.files.os", disk)
         sqlite.disk = disk
         try:
             yield disk

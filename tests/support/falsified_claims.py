@@ -11,20 +11,20 @@ from typing import Any
 import cv2
 import numpy as np
 
-from app.core.field import BORDERS, Field
-from app.core.geometry import ImageSize, Pixels
-from app.core.records import Calibration, Observation
-from app.evaluate.claims.claim import Claim
-from app.evaluate.claims.own_report import field_claims, report_claims
-from app.evaluate.claims.pictures import ends_claim, lines_claim, live_claim
-from app.evaluate.drift.orientation import OrientationReference
-from app.models.restored import Restored, model_of
-from app.workflows.calibration_request import CalibrationRequest
-from app.workflows.check import check
 from tests.support.second_simulator.opencv_camera import OpenCvCamera
 from tests.support.second_simulator.paint import PaintErrors, painted
 from tests.support.second_simulator.render import render
 from tests.support.second_simulator.scene_spec import Optics, SceneSpec, Sensor, Things, camera_of, fields, scene_spec
+from touchline.core.field import BORDERS, Field
+from touchline.core.geometry import ImageSize, Pixels
+from touchline.core.records import Calibration, Observation
+from touchline.evaluate.claims.claim import Claim
+from touchline.evaluate.claims.own_report import field_claims, report_claims
+from touchline.evaluate.claims.pictures import ends_claim, lines_claim, live_claim
+from touchline.evaluate.drift.orientation import OrientationReference
+from touchline.models.restored import Restored, model_of
+from touchline.workflows.calibration_request import CalibrationRequest
+from touchline.workflows.check import check
 
 SIZE = (640, 512)
 POINT_PX = 0.2  # of the points on the markings

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from app.core.field import BORDERS, Arc, Field, Landmark, Line, Region
-from app.core.records import Observation, Observations
-from app.models import CameraModel, raw_from_field
+from touchline.core.field import BORDERS, Arc, Field, Landmark, Line, Region
+from touchline.core.records import Observation, Observations
+from touchline.models import CameraModel, raw_from_field
 
 FULL = Region("full", (-2000.0, 2000.0), (-1500.0, 1500.0), 0)
 HALF = Region("half", (0.0, 2000.0), (-1500.0, 1500.0), 90)

@@ -5,10 +5,10 @@ from functools import cache
 
 import pytest
 
-from app.core.field import Field
-from app.core.field_json import field_from_json
 from tests.support import auto_scenes
 from tests.support.auto_scenes import SceneSpec, SeenScene, fields, scene_of
+from touchline.core.field import Field
+from touchline.core.field_json import field_from_json
 
 LENGTH_MM, WIDTH_MM, AREA_MM, RADIUS_MM = 8000.0, 4900.0, (1300.0, 900.0), 800.0
 NAME = "ssl-div-b"  # under which it is drawn

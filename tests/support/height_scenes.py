@@ -10,13 +10,13 @@ from functools import cached_property
 
 import numpy as np
 
-from app.core.field import BORDERS, Arc, Field, Line, Region
-from app.core.geometry import ImageSize
-from app.core.records import Observation, Observations
-from app.models.ray_camera import RayCamera
 from tests.support.second_simulator.opencv_camera import OpenCvCamera
 from tests.support.second_simulator.paint import PaintErrors, painted
 from tests.support.second_simulator.scene_spec import camera_of, fields, scene_spec
+from touchline.core.field import BORDERS, Arc, Field, Line, Region
+from touchline.core.geometry import ImageSize
+from touchline.core.records import Observation, Observations
+from touchline.models.ray_camera import RayCamera
 
 VIEWS = {"from above": ("full", (0.0, 6.0)), "oblique": ("full", (15.0, 30.0)), "half": ("half-left", (0.0, 20.0)),
          "quarter": ("quarter-top-left", (0.0, 20.0))}

@@ -19,10 +19,10 @@ from typing import NoReturn
 
 import pytest
 
-from app.core.errors import TouchlineError, Unavailable
-from app.sources import SourceContext, source_from_url
-from app.sources.industrial import gige
-from app.sources.industrial.aravis_library import aravis
+from touchline.core.errors import TouchlineError, Unavailable
+from touchline.sources import SourceContext, source_from_url
+from touchline.sources.industrial import gige
+from touchline.sources.industrial.aravis_library import aravis
 
 GV_CAMERA = "arv-fake-gv-camera-0.8"
 

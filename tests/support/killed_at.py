@@ -9,7 +9,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-STORE = str(Path("app") / "store")
+STORE = str(Path("touchline") / "store")
 FOREVER_S = 120
 
 

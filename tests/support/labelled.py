@@ -14,14 +14,14 @@ import cv2
 import numpy as np
 import yaml
 
-from app.core.geometry import ImageSize
-from app.store.stages import load_plans
-from app.vision.colour.learning import BACKGROUND, learn_profile
-from app.vision.stage_pipeline import StageConfig, StagePipeline
-from app.vision.stages import StageContext
-from app.vision.stages.localisation import FieldLocator
 from tests.support.paths import LABELS
 from tests.support.paths import SHARED_DATA as DATA
+from touchline.core.geometry import ImageSize
+from touchline.store.stages import load_plans
+from touchline.vision.colour.learning import BACKGROUND, learn_profile
+from touchline.vision.stage_pipeline import StageConfig, StagePipeline
+from touchline.vision.stages import StageContext
+from touchline.vision.stages.localisation import FieldLocator
 
 SETS = sorted(LABELS.glob("*.yaml"))
 COLOURS = ("orange", "yellow", "blue", "pink", "green", "cyan", "purple", "red", BACKGROUND)

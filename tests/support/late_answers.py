@@ -34,7 +34,7 @@ def answer_late(most_ms: float) -> None:
 
 
 if __name__ == "__main__":
-    from app.cli import main
+    from touchline.cli import main
 
     answer_late(float(sys.argv.pop(1)))
     main()

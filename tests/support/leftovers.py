@@ -6,11 +6,11 @@ import time
 from pathlib import Path
 from types import ModuleType
 
-from app.processes.limits import return_memory
-from app.processes.start import REAPER
 from tests.support.paths import ROOT
 from tests.support.postgres import FOLDER_PREFIX
 from tests.support.standing_processes import standing_pids
+from touchline.processes.limits import return_memory
+from touchline.processes.start import REAPER
 
 CACHES = (".", "__pycache__",  # of hatch_build.py, which lies there
           "build")  # the page's libraries and the type checker, fetched by the first test that needs them

@@ -3,8 +3,8 @@
 import cv2
 import numpy as np
 
-from app.core.field import Field
-from app.sources.sim.camera import SimCamera
+from touchline.core.field import Field
+from touchline.sources.sim.camera import SimCamera
 
 
 def centroids(picture: np.ndarray, camera: SimCamera, marking, count: int) -> np.ndarray:

@@ -8,16 +8,16 @@ from dataclasses import asdict
 
 import numpy as np
 
-from app.core.records import Calibration
-from app.images import ImageLimits
-from app.live.camera import LiveCamera
-from app.live.capture import FrameCapture
-from app.sources import SourceContext
-from app.store.fields import load_fields
-from app.workflows.calibration_request import CalibrationRequest
 from tests.support.sim_clicks import border_observations
 from tests.support.simulated_source import simulated_source
 from tests.support.waiting import LONG_S
+from touchline.core.records import Calibration
+from touchline.images import ImageLimits
+from touchline.live.camera import LiveCamera
+from touchline.live.capture import FrameCapture
+from touchline.sources import SourceContext
+from touchline.store.fields import load_fields
+from touchline.workflows.calibration_request import CalibrationRequest
 
 FIELDS = load_fields()
 FIELD_JSON = {name: FIELDS[name].to_json() for name in ("table", "vsss-3v3", "ssl-div-b")}

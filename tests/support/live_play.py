@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from app.store.fields import load_fields
 from tests.support.activation import activate_despite
 from tests.support.refusals import API
 from tests.support.sim_clicks import border_clicks
 from tests.support.sim_truth import truth_at
 from tests.support.simulated_source import simulated_source
 from tests.support.watched_field import colour_clicks
+from touchline.store.fields import load_fields
 
 REGION, SIZE = "quarter-bottom-left", (800, 600)
 SOURCE = ("sim://ssl-div-b?region=quarter-bottom-left&size=800x600&robots={robots}&play={play}&ball=true&speed=0&numbers=drawn"

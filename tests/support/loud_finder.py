@@ -2,7 +2,7 @@
 
 import os
 
-from app.sources.discover import in_child
+from touchline.sources.discover import in_child
 
 
 @in_child

@@ -10,9 +10,9 @@ import sys
 
 import cv2
 
-from app.sources import SourceContext, source_from_url
 from tests.support.live_cameras import FIELDS
 from tests.support.mjpeg_camera import MjpegCamera
+from touchline.sources import SourceContext, source_from_url
 
 PICTURES = 30
 QUALITY = 85

@@ -7,12 +7,12 @@ import struct
 import sys
 from io import FileIO
 
-from app.league.config import PublishingConfig
-from app.league.geometry_listener import GeometryListener
-from app.league.packet_camera import packet_camera
-from app.league.publisher import Publisher
 from tests.support.exported import example
 from tests.support.waiting import until
+from touchline.league.config import PublishingConfig
+from touchline.league.geometry_listener import GeometryListener
+from touchline.league.packet_camera import packet_camera
+from touchline.league.publisher import Publisher
 
 SIOCSIFFLAGS, SIOCGIFFLAGS, SIOCSIFADDR, IFF_UP = 0x8914, 0x8913, 0x8916, 1
 TUNSETIFF, TAP = 0x400454CA, 0x1002

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from app.core.geometry import as_triple
-from app.core.records import Fit, Observation
-from app.fitting import FITTERS
-from app.models import field_from_raw
-from app.models.lens_models import BrownConrady
-from app.models.rotation import vector_from_matrix
 from tests.support.reference_camera import SIZE, reference_camera, reference_field
 from tests.support.sim_clicks import border_observations, known_grid, rms_mm
+from touchline.core.geometry import as_triple
+from touchline.core.records import Fit, Observation
+from touchline.fitting import FITTERS
+from touchline.models import field_from_raw
+from touchline.models.lens_models import BrownConrady
+from touchline.models.rotation import vector_from_matrix
 
 FIELD = reference_field()
 REGION = FIELD.regions["full"]

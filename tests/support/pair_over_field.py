@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from app.core.records import Calibration
-from app.sources.sim.camera import SimCamera
-from app.store.fields import FieldRepository
-from app.workflows.calibration_request import CalibrationRequest
 from tests.support.sim_clicks import border_observations
 from tests.support.simulated_source import simulated_source
+from touchline.core.records import Calibration
+from touchline.sources.sim.camera import SimCamera
+from touchline.store.fields import FieldRepository
+from touchline.workflows.calibration_request import CalibrationRequest
 
 FIELDS = FieldRepository(Path("no-fields-of-our-own"))
 FIELD = FIELDS["ssl-div-b"]

@@ -8,11 +8,11 @@ from typing import Any
 import cv2
 import numpy as np
 
-from app.sources.sim.source import SimSource
-from app.store.fields import FieldRepository
 from tests.support.sim_clicks import border_clicks
 from tests.support.sim_truth import robots_in
 from tests.support.simulated_source import simulated_source
+from touchline.sources.sim.source import SimSource
+from touchline.store.fields import FieldRepository
 
 FIELD = FieldRepository(Path("no-fields-of-our-own"))["ssl-div-b"]
 REGION = "half-right"

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.core.geometry import as_triple, homogeneous
-from app.fitting.two_view.epipolar import normaliser
-from app.fitting.two_view.relative_pose import ideal_px
-from app.models.lens_models import Division
-from app.models.rotation import vector_from_matrix
 from tests.support.examples import example_parameters
 from tests.support.paths import SHARED_DATA
+from touchline.core.geometry import as_triple, homogeneous
+from touchline.fitting.two_view.epipolar import normaliser
+from touchline.fitting.two_view.relative_pose import ideal_px
+from touchline.models.lens_models import Division
+from touchline.models.rotation import vector_from_matrix
 
 KUSVOD2 = SHARED_DATA / "pairs" / "kusvod2"
 PAIRS = ("corr", "plant", "rotunda")

@@ -4,6 +4,7 @@ from pathlib import Path
 
 TESTS = Path(__file__).parents[1]
 ROOT = TESTS.parent
+PACKAGE = ROOT / "app" / "touchline"
 STATIC = ROOT / "static"
 NOT_OURS = {"vendor", "built", "node_modules"}  # folders of static/: fetched or made
 HELP = ROOT / "static" / "help"

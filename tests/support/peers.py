@@ -8,12 +8,12 @@ from unittest import mock
 import cv2
 import numpy as np
 
-from app.sources.address import KEEP_THEIR_QUERY
-from app.sources.local.v4l2 import V4l2Source
 from tests.support.industrial import need_aravis, simulated_producers, viky
 from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.plugged_cameras import Webcam, plug_in
 from tests.support.rtsp_camera import RtspCamera
+from touchline.sources.address import KEEP_THEIR_QUERY
+from touchline.sources.local.v4l2 import V4l2Source
 
 HOSTS = ("127.0.0.1",)  # where they are, for SourceContext.hosts
 ADDRESSES = {  # of the sources that need no other end of their own

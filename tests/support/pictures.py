@@ -7,7 +7,7 @@ from zlib import Z_FINISH, Z_FULL_FLUSH, compress, compressobj, crc32
 import cv2
 import numpy as np
 
-from app.imaging.correction import BORDER_BGR, CorrectionMap
+from touchline.imaging.correction import BORDER_BGR, CorrectionMap
 
 LOSSLESS_WEBP = 101  # OpenCV's quality above 100
 

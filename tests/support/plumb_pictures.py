@@ -3,10 +3,10 @@
 import cv2
 import pytest
 
-from app.core.geometry import ImageSize
-from app.vision.lines.edges import edge_chains
-from app.workflows.straight_lines import straightness
 from tests.support.paths import SHARED_DATA
+from touchline.core.geometry import ImageSize
+from touchline.vision.lines.edges import edge_chains
+from touchline.workflows.straight_lines import straightness
 
 LINES = SHARED_DATA / "lines"
 

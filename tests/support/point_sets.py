@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from app.core.field import BORDERS, Region
-from app.core.geometry import MAX_COORDINATE, ImageSize
-from app.core.options import Option
-from app.fitting import FITTERS
-from app.models.lens_models import BrownConrady
-from app.models.rotation import vector_from_matrix
-from app.store.fields import FieldRepository
-from app.workflows.model_choice import AUTO
+from touchline.core.field import BORDERS, Region
+from touchline.core.geometry import MAX_COORDINATE, ImageSize
+from touchline.core.options import Option
+from touchline.fitting import FITTERS
+from touchline.models.lens_models import BrownConrady
+from touchline.models.rotation import vector_from_matrix
+from touchline.store.fields import FieldRepository
+from touchline.workflows.model_choice import AUTO
 
 FIELD = FieldRepository(Path("no-fields-of-our-own"))["ssl-2008"]
 SIZE = ImageSize(780, 580)

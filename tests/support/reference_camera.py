@@ -6,10 +6,10 @@ partly to the side, as a camera on a loose ball head is; so the field leaves the
 
 import numpy as np
 
-from app.core.field import Field, Line, Region
-from app.core.geometry import ImageSize
-from app.sources.sim.camera import SimCamera
-from app.sources.sim.lens import LENSES, Lens
+from touchline.core.field import Field, Line, Region
+from touchline.core.geometry import ImageSize
+from touchline.sources.sim.camera import SimCamera
+from touchline.sources.sim.lens import LENSES, Lens
 
 SIZE = ImageSize(1280, 1024)
 FOCAL_PX = 720.0

@@ -5,16 +5,16 @@ from functools import cache
 
 import numpy as np
 
-from app.core.geometry import with_z
-from app.core.records import Observation
-from app.models.lens_models import BrownConrady
-from app.models.rotation import vector_from_matrix
-from app.sources.sim.lens import BrownConrady as SimBrownConrady
-from app.sources.sim.source import SimSource
-from app.workflows.calibration_request import CalibrationRequest
 from tests.support.pair_over_field import FIELD, FIELDS, HALVES, cameras
 from tests.support.sim_clicks import border_observations, line_clicks
 from tests.support.simulated_source import simulated_source
+from touchline.core.geometry import with_z
+from touchline.core.records import Observation
+from touchline.models.lens_models import BrownConrady
+from touchline.models.rotation import vector_from_matrix
+from touchline.sources.sim.lens import BrownConrady as SimBrownConrady
+from touchline.sources.sim.source import SimSource
+from touchline.workflows.calibration_request import CalibrationRequest
 
 REGIONS = {2: HALVES, 4: ("quarter-bottom-left", "quarter-top-left", "quarter-bottom-right", "quarter-top-right")}
 

@@ -3,8 +3,8 @@
 import cv2
 import numpy as np
 
-from app.core.geometry import ImageSize, Points
-from app.models.distortion import Distortion
+from touchline.core.geometry import ImageSize, Points
+from touchline.models.distortion import Distortion
 
 SIZE = ImageSize(640, 480)
 FPS = 30.0

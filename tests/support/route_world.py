@@ -10,12 +10,6 @@ import numpy as np
 from fastapi import FastAPI
 from starlette.testclient import TestClient
 
-from app.formats import FORMATS
-from app.league.config import PublishingConfig
-from app.league.geometry_packet import geometry_packet, published_cameras
-from app.store.fields import load_fields
-from app.store.store import Store
-from app.workflows.calibration_request import CalibrationRequest
 from tests.support.board_views import BOARD, views_of
 from tests.support.board_views import SIZE as BOARD_SIZE
 from tests.support.exported import example
@@ -31,6 +25,12 @@ from tests.support.simulated_source import simulated_source
 from tests.support.straight_edges import lens_of, lines_seen
 from tests.support.tape import SIDES_AND_DIAGONALS, measured
 from tests.support.waiting import until
+from touchline.formats import FORMATS
+from touchline.league.config import PublishingConfig
+from touchline.league.geometry_packet import geometry_packet, published_cameras
+from touchline.store.fields import load_fields
+from touchline.store.store import Store
+from touchline.workflows.calibration_request import CalibrationRequest
 
 NAME, HALVES = "ssl-div-b", ("half-left", "half-right")
 SOURCE = ("sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&size=320x256&robots=2&ball=true&speed=0"

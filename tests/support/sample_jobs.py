@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from app.core.errors import FitFailed
+from touchline.core.errors import FitFailed
 
 
 def adds(spec, progress):

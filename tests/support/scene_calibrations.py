@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from app.core.records import Observation, ObservationJson
 from tests.support.pair_over_field import FIELDS
 from tests.support.sim_clicks import border_observations
 from tests.support.simulated_source import simulated_source
+from touchline.core.records import Observation, ObservationJson
 
 
 def border_and_circle_clicks(source: str, region: str, noise_px: float = 0.3) -> list[ObservationJson]:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from pydantic import SecretStr
 
-from app.main import serve
-from app.settings import ServerSettings, Settings
+from touchline.main import serve
+from touchline.settings import ServerSettings, Settings
 
 
 def main():

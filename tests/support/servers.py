@@ -24,8 +24,8 @@ def served(data: Path, *words: str, log: IO | None = None, python: Path | None =
 
     python: of an environment in which Touchline is installed, instead of this one and the project's sources.
     """
-    process = subprocess.Popen([python or sys.executable, "-c", "from app.cli import main; main()", "serve", "--port",
-                                "0", "--data", str(data), *words], cwd=data if python else ROOT,
+    process = subprocess.Popen([python or sys.executable, "-c", "from touchline.cli import main; main()", "serve",
+                                "--port", "0", "--data", str(data), *words], cwd=data if python else ROOT,
                                env=clean_environment() if python else None, stdout=subprocess.PIPE, stderr=log,
                                text=True)
     assert process.stdout is not None

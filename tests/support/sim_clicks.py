@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.field import BORDERS, Line, Region
-from app.core.geometry import Points
-from app.core.records import Observation, Observations
-from app.sources.sim.camera import SimCamera
+from touchline.core.field import BORDERS, Line, Region
+from touchline.core.geometry import Points
+from touchline.core.records import Observation, Observations
+from touchline.sources.sim.camera import SimCamera
 
 
 def line_clicks(camera: SimCamera, line: Line, n: int, noise_px: float = 0.0,

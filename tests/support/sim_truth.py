@@ -10,12 +10,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.geometry import Points
-from app.sources.sim.draw import Scene, layers
-from app.sources.sim.motion import PersonTruth, RobotTruth, ball_at, people_at, robots_at
-from app.sources.sim.render import Rendering
-from app.sources.sim.robot_shapes import ball_radius_mm, goals
-from app.sources.sim.solids import Solid
+from touchline.core.geometry import Points
+from touchline.sources.sim.draw import Scene, layers
+from touchline.sources.sim.motion import PersonTruth, RobotTruth, ball_at, people_at, robots_at
+from touchline.sources.sim.render import Rendering
+from touchline.sources.sim.robot_shapes import ball_radius_mm, goals
+from touchline.sources.sim.solids import Solid
 
 CARPET = -1
 Owners = NDArray[np.int16]  # (height, width): the number of a name, or CARPET

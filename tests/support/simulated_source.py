@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
-from app.core.field import Field
-from app.sources import SourceContext, source_from_url
-from app.sources.sim.source import SimSource
+from touchline.core.field import Field
+from touchline.sources import SourceContext, source_from_url
+from touchline.sources.sim.source import SimSource
 
 
 def simulated_source(url: str, fields: Mapping[str, Field]) -> SimSource:

@@ -1,6 +1,6 @@
 """A listener to the Small Size League's packets with Google's protobuf, its messages described here by hand.
 
-It shares no description with app/ssl_protocol: names, numbers, kinds and labels are those of the league's own.
+It shares no description with touchline/ssl_protocol: names, numbers, kinds and labels are those of the league's own.
 """
 
 import numpy as np

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from app.images import ImageDecoder, ImageLimits
-from app.jobs.process_runner import ProcessRunner
-from app.main import MODULES, image_limits
-from app.services import container, fit_processes
-from app.settings import Settings
 from tests.support.child_processes import pids_of
+from touchline.images import ImageDecoder, ImageLimits
+from touchline.jobs.process_runner import ProcessRunner
+from touchline.main import MODULES, image_limits
+from touchline.services import container, fit_processes
+from touchline.settings import Settings
 
 FITS = MODULES[:1]
 _standing: set[ImageDecoder | ProcessRunner] = set()

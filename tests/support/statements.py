@@ -4,7 +4,7 @@ import ast
 from functools import cache
 from string import Formatter
 
-from tests.support.paths import ROOT
+from tests.support.paths import PACKAGE
 
 
 @cache
@@ -38,7 +38,7 @@ def texts() -> set[str]:
 
 @cache
 def _trees() -> list[ast.Module]:
-    return [ast.parse(path.read_text(encoding="utf-8")) for path in sorted((ROOT / "app").rglob("*.py"))]
+    return [ast.parse(path.read_text(encoding="utf-8")) for path in sorted((PACKAGE).rglob("*.py"))]
 
 
 def _text(node: ast.expr) -> str | None:

@@ -6,12 +6,12 @@ from pathlib import Path
 
 from sqlalchemy import select, update
 
-from app.core.records import Calibration
-from app.store import row_counts
-from app.store.opening import FILE
-from app.store.store import Store
-from app.store.tables import CalibrationRow
 from tests.support.store_writer import calibration
+from touchline.core.records import Calibration
+from touchline.store import row_counts
+from touchline.store.opening import FILE
+from touchline.store.store import Store
+from touchline.store.tables import CalibrationRow
 
 
 class StoreOpener:

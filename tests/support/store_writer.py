@@ -12,10 +12,10 @@ import tempfile
 from hashlib import sha256
 from pathlib import Path
 
-from app.core.geometry import ImageSize
-from app.core.records import Calibration
-from app.store.drafts import EMPTY
-from app.store.store import Store
+from touchline.core.geometry import ImageSize
+from touchline.core.records import Calibration
+from touchline.store.drafts import EMPTY
+from touchline.store.store import Store
 
 SIZE = ImageSize(640, 480)
 CAMERAS = (None, "north", "south")

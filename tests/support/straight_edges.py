@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from app.core.geometry import ImageSize, Points
-from app.models.distortion import LINE_LENSES, Distortion
+from touchline.core.geometry import ImageSize, Points
+from touchline.models.distortion import LINE_LENSES, Distortion
 
 SIZE = ImageSize(1280, 1024)
 FLOOR_PX = 0.309  # noise of the points; no fit leaves less by much

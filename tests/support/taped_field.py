@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.core.field import Field
-from app.core.records import Calibration, Observation
-from app.workflows.calibration_request import CalibrationRequest
 from tests.support.simulated_source import simulated_source
+from touchline.core.field import Field
+from touchline.core.records import Calibration, Observation
+from touchline.workflows.calibration_request import CalibrationRequest
 
 
 def worst_mm(found: Field, truth: Field) -> float:

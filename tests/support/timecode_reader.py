@@ -1,11 +1,11 @@
-"""Read the time that the simulated camera paints into a picture, as app/sources/sim/timecode.py specifies it."""
+"""Read the time that the simulated camera paints into a picture, as touchline/sources/sim/timecode.py specifies it."""
 
 from math import ceil, floor
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.sources.sim.timecode import BITS, CELLS_ACROSS, COUNT, END, START, crc
+from touchline.sources.sim.timecode import BITS, CELLS_ACROSS, COUNT, END, START, crc
 
 MIN_CONTRAST = 60.0  # grey levels; JPEG at quality 60 leaves more than 200
 MIN_WIDTH = 2 * CELLS_ACROSS  # a cell of two pixels still has a middle

@@ -4,20 +4,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.core.geometry import ImageSize
-from app.sources.sim.camera import SimCamera
-from app.sources.sim.illumination import Light
-from app.sources.sim.lamps import Lamps
-from app.sources.sim.lens import LENSES
-from app.sources.sim.motion import Motion
-from app.sources.sim.render import Rendering, Sensor
-from app.store.fields import load_fields
-from app.store.stages import load_plans
-from app.vision.colour.learning import learn_profile
-from app.vision.stage_pipeline import StagePipeline
-from app.vision.stages import StageContext
-from app.vision.stages.localisation import FieldLocator
 from tests.support.sim_truth import truth_at
+from touchline.core.geometry import ImageSize
+from touchline.sources.sim.camera import SimCamera
+from touchline.sources.sim.illumination import Light
+from touchline.sources.sim.lamps import Lamps
+from touchline.sources.sim.lens import LENSES
+from touchline.sources.sim.motion import Motion
+from touchline.sources.sim.render import Rendering, Sensor
+from touchline.store.fields import load_fields
+from touchline.store.stages import load_plans
+from touchline.vision.colour.learning import learn_profile
+from touchline.vision.stage_pipeline import StagePipeline
+from touchline.vision.stages import StageContext
+from touchline.vision.stages.localisation import FieldLocator
 
 FIELDS = load_fields()
 DRIFT_S = 60.0  # the simulated light comes and goes within that
@@ -56,7 +56,7 @@ def world(field="ssl-div-b", *, size=(1920, 1080), robots=16, seed=1, drift=0.4,
 
 def colour_clicks(rendering: Rendering, time_s=0.0, per_colour=5):
     """What an operator would click in the frame at that time, at most so often a colour: by the truth, in raw px."""
-    from app.core.ssl_pattern import DOTS_MM, GREEN
+    from touchline.core.ssl_pattern import DOTS_MM, GREEN
     truth = truth_at(rendering, time_s)
     places: dict[str, list[tuple[float, float, float]]] = {c: [] for c in ("orange", "yellow", "blue", "pink", "green")}
     if truth.ball and truth.ball.seen > 0.8:
@@ -147,8 +147,8 @@ def scored(score: Score, seen, truth, near_mm=100.0) -> None:
 
 def calibration_of(rendering: Rendering, noise_px: float = 0.5):
     """What an operator would have made of this camera: Brown–Conrady on clicks along every line, and a tape."""
-    from app.core.records import Observation
-    from app.workflows.calibration_request import CalibrationRequest
+    from touchline.core.records import Observation
+    from touchline.workflows.calibration_request import CalibrationRequest
     rng, camera = np.random.default_rng(5), rendering.camera
     seen = []
     for marking in rendering.field.markings:

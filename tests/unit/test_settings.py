@@ -7,10 +7,10 @@ from itertools import pairwise
 import pytest
 import yaml
 
-from app import shipped
-from app.api.server import with_token
-from app.core.errors import BadInput, NotFound
-from app.settings import Settings, load_settings, unknown_variables
+from touchline import shipped
+from touchline.api.server import with_token
+from touchline.core.errors import BadInput, NotFound
+from touchline.settings import Settings, load_settings, unknown_variables
 
 FILE = shipped("configs") / "touchline.yaml"
 

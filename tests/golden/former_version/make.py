@@ -14,14 +14,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 CHECKOUT = Path(sys.argv[1]).resolve()
-sys.path.insert(0, str(CHECKOUT))
+sys.path.insert(0, str(CHECKOUT / "app"))
 
 import numpy as np  # noqa: E402
 from fastapi.testclient import TestClient  # noqa: E402
 
-from app.images import encode  # noqa: E402
-from app.main import create_app  # noqa: E402
-from app.settings import Settings  # noqa: E402
+from touchline.images import encode  # noqa: E402
+from touchline.main import create_app  # noqa: E402
+from touchline.settings import Settings  # noqa: E402
 
 HERE = Path(__file__).parent
 API = "/api/v1"

@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.field import Arc, Field, Line
-from app.core.geometry import as_pair
+from touchline.core.field import Arc, Field, Line
+from touchline.core.geometry import as_pair
 
 Array = NDArray[np.float64]
 

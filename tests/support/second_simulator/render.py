@@ -7,11 +7,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.field import Field, Region
 from tests.support.second_simulator.opencv_camera import OpenCvCamera
 from tests.support.second_simulator.paint import PaintedField, coverage, painted
 from tests.support.second_simulator.scene_spec import SceneSpec, camera_of, fields, region_of
 from tests.support.second_simulator.things import draw_things, floor_colours
+from touchline.core.field import Field, Region
 
 Array = NDArray[np.float64]
 SAMPLES = 2  # a side, of each pixel

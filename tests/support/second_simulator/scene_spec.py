@@ -7,12 +7,12 @@ from typing import Any
 import cv2
 import numpy as np
 
-from app.core.field import Field, Region
-from app.core.geometry import as_triple
-from app.store.fields import load_fields
 from tests.support.second_simulator.lenses import REAL_LENSES, RealLens
 from tests.support.second_simulator.opencv_camera import OpenCvCamera
 from tests.support.second_simulator.paint import PaintErrors
+from touchline.core.field import Field, Region
+from touchline.core.geometry import as_triple
+from touchline.store.fields import load_fields
 
 FIELDS = ("ssl-2008", "ssl-div-a", "ssl-div-b", "table", "vsss-3v3", "vsss-5v5")
 SIZES = ((1224, 1024), (1280, 960), (1280, 720), (1440, 1080), (1920, 1080), (780, 580), (640, 480))

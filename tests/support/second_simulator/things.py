@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.field import Field
 from tests.support.second_simulator.opencv_camera import OpenCvCamera
 from tests.support.second_simulator.scene_spec import SceneSpec
+from touchline.core.field import Field
 
 Array = NDArray[np.float64]
 CARPET, FLOOR = np.array([0.05, 0.16, 0.045]), np.array([0.12, 0.13, 0.14])  # linear light, BGR

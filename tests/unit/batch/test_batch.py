@@ -7,15 +7,15 @@ import re
 import cv2
 import pytest
 
-from app.batch import SUFFIXES, encode_table, read_table, run_requests
-from app.batch.requests import BatchRequest
-from app.batch.table import COLUMNS, row_of
-from app.core.errors import BadInput
-from app.jobs import JobEngine
 from tests.support import sample_jobs
 from tests.support.batch_pictures import clicks, folder_of, picture
 from tests.support.paths import CLICKS
 from tests.support.pictures import hostile
+from touchline.batch import SUFFIXES, encode_table, read_table, run_requests
+from touchline.batch.requests import BatchRequest
+from touchline.batch.table import COLUMNS, row_of
+from touchline.core.errors import BadInput
+from touchline.jobs import JobEngine
 
 BROWN = ("--model", "brown-conrady", "--option", 'height_mm={"value": 6500, "sigma": 30}')
 HOMOGRAPHY = ("--model", "homography", "--enough", "any")  # where it is not the fit that matters

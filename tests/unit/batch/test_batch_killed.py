@@ -10,21 +10,21 @@ from pathlib import Path
 
 import pytest
 
-from app.batch import read_table
-from app.jobs import dask_cluster as cluster_client
 from tests.support.batch_pictures import folder_of
 from tests.support.dask_cluster import dask_cluster
 from tests.support.paths import ROOT
 from tests.support.tiers import long
 from tests.support.waiting import LONG_S, gone, stopped, until
+from touchline.batch import read_table
+from touchline.jobs import dask_cluster as cluster_client
 
 PICTURES, BEFORE_IT_WAITS = 4, 2
-TOUCHLINE = [sys.executable, "-c", "from app.cli import main; main()"]
+TOUCHLINE = [sys.executable, "-c", "from touchline.cli import main; main()"]
 # Writes the table with each row, and stops as by Ctrl-Z once there are two: in the middle, however fast the machine.
 WAITING = [sys.executable, "-c", f"""
 import os, signal
-from app.cli import main
-from app.cli.batch import _Table
+from touchline.cli import main
+from touchline.cli.batch import _Table
 
 def add(table, place, row):
     table.rows[place] = row

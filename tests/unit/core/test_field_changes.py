@@ -2,8 +2,8 @@
 
 import pytest
 
-from app.core.field_changes import changes_in_words, field_changes
-from app.store.fields import load_fields
+from touchline.core.field_changes import changes_in_words, field_changes
+from touchline.store.fields import load_fields
 
 FIELD = load_fields()["ssl-div-b"].to_json()
 OBSERVED = ("left", "centre-line", "penalty-mark-left", (1.0, 2.0))

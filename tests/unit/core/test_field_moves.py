@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.field import Landmark
-from app.core.field_json import field_from_json
-from app.core.field_moves import JoinedField, rounded_field
-from app.store.fields import load_fields
+from touchline.core.field import Landmark
+from touchline.core.field_json import field_from_json
+from touchline.core.field_moves import JoinedField, rounded_field
+from touchline.store.fields import load_fields
 
 FIELDS = load_fields()
 DIV_B = FIELDS["ssl-div-b"]

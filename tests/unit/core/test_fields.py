@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.core.errors import BadInput, NotFound
-from app.core.field import BORDERS, Arc, Field
-from app.core.field_json import field_from_json
-from app.core.strict_yaml import plain_from_yaml
-from app.store.fields import load_field, load_fields
 from tests.support.paths import SHARED_DATA
 from tests.support.tiers import rounds
+from touchline.core.errors import BadInput, NotFound
+from touchline.core.field import BORDERS, Arc, Field
+from touchline.core.field_json import field_from_json
+from touchline.core.strict_yaml import plain_from_yaml
+from touchline.store.fields import load_field, load_fields
 
 FIELDS = load_fields()
 every_field = pytest.mark.parametrize("field", FIELDS.values(), ids=FIELDS)

@@ -1,9 +1,9 @@
 """Names of borders, markings and areas: one for every id of the shipped fields, the same on the server and the page."""
 
-from app.core.field import BORDERS
-from app.core.marking_names import AREAS, MARKINGS, area_name, marking_name
-from app.store.fields import load_fields
 from tests.support.words import messages
+from touchline.core.field import BORDERS
+from touchline.core.marking_names import AREAS, MARKINGS, area_name, marking_name
+from touchline.store.fields import load_fields
 
 FIELDS = load_fields().values()
 

@@ -7,8 +7,8 @@ import pytest
 from annotated_types import Interval, Len, Predicate
 from typing_extensions import TypedDict
 
-from app.core.errors import BadInput
-from app.core.reading import Whole, read
+from touchline.core.errors import BadInput
+from touchline.core.reading import Whole, read
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ import copy
 import json
 import pickle
 
-from app.core.statements import Sentence, join, named, read_statements, say, stated
+from touchline.core.statements import Sentence, join, named, read_statements, say, stated
 
 
 def test_a_sentence_is_text_and_states_its_values_as_they_are_shown():

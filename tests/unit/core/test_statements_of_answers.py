@@ -4,20 +4,20 @@ import json
 
 import pytest
 
-from app.core.errors import BadInput, Unavailable
-from app.core.geometry import ImageSize
-from app.core.jobs import Job, problem_of
-from app.core.progress import subprogress
-from app.core.records import Warning
-from app.core.statements import Sentence, join, say, sentence_in
-from app.images.screen import screen
-from app.live.state import ProcessStatus, calibration_mismatch, stall_reason
-from app.processes.framing import error_from_json, problem_json
-from app.sources import Identity
-from app.store.files import translate_disk_errors
-from app.store.quota import PictureQuota
-from app.vision.quality import light
-from app.vision.quality.zones import zone_names
+from touchline.core.errors import BadInput, Unavailable
+from touchline.core.geometry import ImageSize
+from touchline.core.jobs import Job, problem_of
+from touchline.core.progress import subprogress
+from touchline.core.records import Warning
+from touchline.core.statements import Sentence, join, say, sentence_in
+from touchline.images.screen import screen
+from touchline.live.state import ProcessStatus, calibration_mismatch, stall_reason
+from touchline.processes.framing import error_from_json, problem_json
+from touchline.sources import Identity
+from touchline.store.files import translate_disk_errors
+from touchline.store.quota import PictureQuota
+from touchline.vision.quality import light
+from touchline.vision.quality.zones import zone_names
 
 LOST, CHECK = say("camera.lost", "No frame for {seconds:.1f} s.", seconds=1.25), say("fix.check", "Check it.")
 STATED = {"code": "camera.lost", "values": {"seconds": 1.2}}

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from app.core.field import BORDERS
-from app.core.geometry import ImageSize
-from app.core.records import Observation
-from app.evaluate.fit.areas import FITS_OVERLAP, NEAR_OVERLAP, better_areas, smaller_areas
-from app.sources.sim.camera import SimCamera
-from app.workflows.calibration_request import CalibrationRequest
 from tests.support.auto_scenes import LENSES, fields
+from touchline.core.field import BORDERS
+from touchline.core.geometry import ImageSize
+from touchline.core.records import Observation
+from touchline.evaluate.fit.areas import FITS_OVERLAP, NEAR_OVERLAP, better_areas, smaller_areas
+from touchline.sources.sim.camera import SimCamera
+from touchline.workflows.calibration_request import CalibrationRequest
 
 FIELD = fields()["ssl-div-b"]
 

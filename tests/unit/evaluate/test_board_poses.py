@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from app.core.board import Board, BoardView
-from app.core.errors import BadInput
-from app.core.geometry import ImageSize
-from app.evaluate.board.coverage import LEANS
-from app.evaluate.board.poses import ENOUGH_VIEWS, BoardPose, pose_history
-from app.live.board_capture import STILL_S, BoardCapture
-from app.vision.board.detection import find_board_quickly
 from tests.support.board_views import picture_of
+from touchline.core.board import Board, BoardView
+from touchline.core.errors import BadInput
+from touchline.core.geometry import ImageSize
+from touchline.evaluate.board.coverage import LEANS
+from touchline.evaluate.board.poses import ENOUGH_VIEWS, BoardPose, pose_history
+from touchline.live.board_capture import STILL_S, BoardCapture
+from touchline.vision.board.detection import find_board_quickly
 
 BOARD = Board("chessboard", 9, 6, 30.0)
 SIZE = ImageSize(640, 480)

@@ -6,17 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.board import Board, BoardView, views_from_json
-from app.core.errors import BadInput, FitFailed
-from app.evaluate.board.coverage import NEXT_SHARE, cell_counts, lean_vector, next_view, rotation_to, tilts
-from app.evaluate.board.lens_uncertainty import expected_over_picture
-from app.evaluate.board.report import neighbour_correlation
-from app.fitting.board.fit import fit_board
-from app.fitting.board.parameters import BoardObservations
-from app.models import MODELS
-from app.models.rotation import matrix_from_vector
-from app.workflows.board_request import calibrate_board, find
 from tests.support.board_views import BOARD, FISHEYE, PLAIN, SIZE, TRUTH, picture_of, views_of
+from touchline.core.board import Board, BoardView, views_from_json
+from touchline.core.errors import BadInput, FitFailed
+from touchline.evaluate.board.coverage import NEXT_SHARE, cell_counts, lean_vector, next_view, rotation_to, tilts
+from touchline.evaluate.board.lens_uncertainty import expected_over_picture
+from touchline.evaluate.board.report import neighbour_correlation
+from touchline.fitting.board.fit import fit_board
+from touchline.fitting.board.parameters import BoardObservations
+from touchline.models import MODELS
+from touchline.models.rotation import matrix_from_vector
+from touchline.workflows.board_request import calibrate_board, find
 
 BROWN = MODELS["brown-conrady"]
 

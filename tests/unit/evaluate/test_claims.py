@@ -6,13 +6,13 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.core.records import Warning
-from app.evaluate.claims.claim import Claim, gate_of, mm, problems
-from app.evaluate.claims.others import difference_claims, neighbour_claim, packet_claim
-from app.evaluate.claims.own_report import field_claims, report_claims
-from app.evaluate.claims.pictures import another_cameras, ends_claim, lines_claim, live_claim
-from app.evaluate.claims.readiness import SiteCamera, SitePublishing, SiteRig, site_claims
-from app.evaluate.drift.orientation import Orientation
+from touchline.core.records import Warning
+from touchline.evaluate.claims.claim import Claim, gate_of, mm, problems
+from touchline.evaluate.claims.others import difference_claims, neighbour_claim, packet_claim
+from touchline.evaluate.claims.own_report import field_claims, report_claims
+from touchline.evaluate.claims.pictures import another_cameras, ends_claim, lines_claim, live_claim
+from touchline.evaluate.claims.readiness import SiteCamera, SitePublishing, SiteRig, site_claims
+from touchline.evaluate.drift.orientation import Orientation
 
 GOOD = {"verdict": {"mm": 0.4, "level": "good", "sentence": "Accurate."}, "rms_px": 0.21, "cv_rms_mm": 0.5,
         "sigma_mm": {"rms": 0.4, "rms_95": 0.6, "hat": {"rms": 1.2, "rms_95": 1.8, "z_mm": 150.0, "known": True}},

@@ -6,22 +6,22 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.core.errors import FitFailed
-from app.core.field import BORDERS
-from app.core.geometry import ImageSize, with_z
-from app.core.records import Observation, observations_from_json
-from app.evaluate.fit.difference import difference_report
-from app.evaluate.fit.folds import folds_for
-from app.fitting import FITTERS
-from app.models import MODELS, RayModel, field_from_raw
-from app.store.fields import load_fields
-from app.workflows import calibration, model_choice
 from tests.support.fields import plain_field
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera
 from tests.support.paths import CLICKS
 from tests.support.second_simulator.scene_spec import camera_of, fields, region_of, scene_spec
 from tests.support.sim_clicks import border_observations, known_grid, rms_mm
 from tests.support.tiers import long, rounds
+from touchline.core.errors import FitFailed
+from touchline.core.field import BORDERS
+from touchline.core.geometry import ImageSize, with_z
+from touchline.core.records import Observation, observations_from_json
+from touchline.evaluate.fit.difference import difference_report
+from touchline.evaluate.fit.folds import folds_for
+from touchline.fitting import FITTERS
+from touchline.models import MODELS, RayModel, field_from_raw
+from touchline.store.fields import load_fields
+from touchline.workflows import calibration, model_choice
 
 QUICK = ("polynomial", "homography", "division", "brown-conrady")
 

@@ -7,19 +7,19 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.geometry import ImageSize
-from app.core.records import observations_from_json
-from app.evaluate.drift.alarm import ALARMS, DriftWatch, sentence, state_of
-from app.evaluate.drift.monitor import DriftReference, DriftSample
-from app.fitting.image_motion import MotionField, MotionSize, estimate_motion
-from app.models import field_from_raw
-from app.sources import SourceContext, source_from_url
-from app.sources.sim.render import Rendering
-from app.workflows.calibration_request import CalibrationRequest
 from tests.support.drifting_cameras import bumped, fitted, followed, knocked, moved_by
 from tests.support.live_cameras import FIELDS
 from tests.support.paths import CLICKS, SHARED_DATA
 from tests.support.tiers import long, rounds
+from touchline.core.geometry import ImageSize
+from touchline.core.records import observations_from_json
+from touchline.evaluate.drift.alarm import ALARMS, DriftWatch, sentence, state_of
+from touchline.evaluate.drift.monitor import DriftReference, DriftSample
+from touchline.fitting.image_motion import MotionField, MotionSize, estimate_motion
+from touchline.models import field_from_raw
+from touchline.sources import SourceContext, source_from_url
+from touchline.sources.sim.render import Rendering
+from touchline.workflows.calibration_request import CalibrationRequest
 
 HALF = "sim://ssl-div-b?cameras=2&camera=0&size=640x480&robots=6&k1=-0.25&tilt=10"
 WHOLE = "sim://ssl-div-b?size=640x480&robots=8&people=1"

@@ -6,21 +6,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.field import BORDERS
-from app.core.geometry import ImageSize
-from app.core.records import Observation
-from app.evaluate.fit.distortion import clicked_sag_pct, distortion_kind, sag_pct
-from app.evaluate.fit.report import report
-from app.evaluate.fit.residuals import feature_residuals
-from app.evaluate.fit.uncertainty import grid_over
-from app.fitting import FITTERS
-from app.models import field_from_raw, raw_from_field
-from app.workflows import calibration
 from tests.support.examples import plain_examples
 from tests.support.fields import FULL, grid, marks_seen, plain_field, seen
 from tests.support.reference_camera import SIZE, reference_camera, reference_field
 from tests.support.sim_clicks import border_observations, known_grid, rms_mm
 from tests.support.tiers import long
+from touchline.core.field import BORDERS
+from touchline.core.geometry import ImageSize
+from touchline.core.records import Observation
+from touchline.evaluate.fit.distortion import clicked_sag_pct, distortion_kind, sag_pct
+from touchline.evaluate.fit.report import report
+from touchline.evaluate.fit.residuals import feature_residuals
+from touchline.evaluate.fit.uncertainty import grid_over
+from touchline.fitting import FITTERS
+from touchline.models import field_from_raw, raw_from_field
+from touchline.workflows import calibration
 
 BARREL, PINCUSHION, TILTED = plain_examples("polynomial")
 

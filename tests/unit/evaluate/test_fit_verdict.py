@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from app.core.records import Warning
-from app.evaluate.fit.doubts import worst_doubt
-from app.evaluate.fit.verdict import FitAccuracy, fit_verdict, tops_are_known
+from touchline.core.records import Warning
+from touchline.evaluate.fit.doubts import worst_doubt
+from touchline.evaluate.fit.verdict import FitAccuracy, fit_verdict, tops_are_known
 
 
 def accuracy(carpet_mm: float, tops_mm: float | None = None, **others) -> FitAccuracy:

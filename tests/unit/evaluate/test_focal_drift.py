@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from app.evaluate.board.focal_drift import FocalDrift
-from app.evaluate.board.report import board_report
-from app.fitting.board.fit import fit_board
-from app.models import MODELS
 from tests.support.board_views import SIZE, views_of, walked, zoomed_views
+from touchline.evaluate.board.focal_drift import FocalDrift
+from touchline.evaluate.board.report import board_report
+from touchline.fitting.board.fit import fit_board
+from touchline.models import MODELS
 
 TERMS = {"terms": ["k1", "k2", "p1", "p2"]}
 COUNT = 8

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from app.core.detections import Detection
-from app.evaluate.motion.object_tracks import LOST_S, MIN_SIGHTINGS, ObjectTracker, seams_of
+from touchline.core.detections import Detection
+from touchline.evaluate.motion.object_tracks import LOST_S, MIN_SIGHTINGS, ObjectTracker, seams_of
 
 FPS = 30.0
 

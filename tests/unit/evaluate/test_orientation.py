@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from app.core.errors import FitFailed
-from app.core.records import Frame
-from app.evaluate.drift.alarm import DriftWatch
-from app.evaluate.drift.monitor import DriftReference
-from app.evaluate.drift.orientation import OrientationReference
-from app.models.restored import Restored
-from app.workflows.check import check
-from app.workflows.reregister import reregister
 from tests.support.drifting_cameras import fitted
 from tests.support.live_cameras import FIELDS, calibrated
 from tests.support.simulated_source import simulated_source
 from tests.support.tiers import rounds
+from touchline.core.errors import FitFailed
+from touchline.core.records import Frame
+from touchline.evaluate.drift.alarm import DriftWatch
+from touchline.evaluate.drift.monitor import DriftReference
+from touchline.evaluate.drift.orientation import OrientationReference
+from touchline.models.restored import Restored
+from touchline.workflows.check import check
+from touchline.workflows.reregister import reregister
 
 URL = "sim://table?size=640x480&robots=3"
 WAYS = {"turned": (-1, -1), "mirrored": (1, -1), "upside down": (-1, 1)}

@@ -5,21 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import FitFailed
-from app.core.records import Observation
-from app.evaluate.cameras.epipolar_check import geometry
-from app.evaluate.cameras.evidence import OffsetMeasurements, from_clicks, from_matches
-from app.evaluate.cameras.offsets import fit_offset_field
-from app.evaluate.cameras.rectangles import Rectangles, most_common
-from app.evaluate.cameras.rig_agreement import agreement
-from app.evaluate.cameras.rig_verdict import of_pair
-from app.evaluate.cameras.shared_area import shared_area
-from app.fitting.two_view.fundamental_matrix import fundamental_matrix
-from app.fitting.two_view.relative_pose import ideal_px
-from app.models import raw_from_field
-from app.models.rotation import matrix_from_vector, vector_from_matrix
 from tests.support.pair_over_field import FIELD
 from tests.support.rig_over_field import true_models
+from touchline.core.errors import FitFailed
+from touchline.core.records import Observation
+from touchline.evaluate.cameras.epipolar_check import geometry
+from touchline.evaluate.cameras.evidence import OffsetMeasurements, from_clicks, from_matches
+from touchline.evaluate.cameras.offsets import fit_offset_field
+from touchline.evaluate.cameras.rectangles import Rectangles, most_common
+from touchline.evaluate.cameras.rig_agreement import agreement
+from touchline.evaluate.cameras.rig_verdict import of_pair
+from touchline.evaluate.cameras.shared_area import shared_area
+from touchline.fitting.two_view.fundamental_matrix import fundamental_matrix
+from touchline.fitting.two_view.relative_pose import ideal_px
+from touchline.models import raw_from_field
+from touchline.models.rotation import matrix_from_vector, vector_from_matrix
 
 rng = np.random.default_rng
 KNOCK_MM = 30.0

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from app.evaluate.cameras.image_evidence import from_pictures
-from app.evaluate.cameras.rig_agreement import agreement
-from app.models import model_from_json
-from app.sources import SourceContext, source_from_url
 from tests.support.rig_over_field import FIELD, FIELDS, sim_task
 from tests.support.tiers import rounds
+from touchline.evaluate.cameras.image_evidence import from_pictures
+from touchline.evaluate.cameras.rig_agreement import agreement
+from touchline.models import model_from_json
+from touchline.sources import SourceContext, source_from_url
 
 ADDRESS = "sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&robots=0&fps=10"
 KNOCK_MM = 50

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.geometry import with_z
-from app.core.records import observations_from_json
-from app.evaluate.cameras.evidence import from_clicks, from_matches
-from app.evaluate.cameras.rig_agreement import agreement
-from app.evaluate.cameras.rig_verdict import of_pair
-from app.evaluate.cameras.robot_tops import expected_at_tops
-from app.models.restored import model_of
 from tests.support.rig_over_field import FIELD, HALVES, apart_in_truth, random_halves, true_models
 from tests.support.tiers import rounds
+from touchline.core.geometry import with_z
+from touchline.core.records import observations_from_json
+from touchline.evaluate.cameras.evidence import from_clicks, from_matches
+from touchline.evaluate.cameras.rig_agreement import agreement
+from touchline.evaluate.cameras.rig_verdict import of_pair
+from touchline.evaluate.cameras.robot_tops import expected_at_tops
+from touchline.models.restored import model_of
 
 TOPS_MM = FIELD.hat_height_mm
 

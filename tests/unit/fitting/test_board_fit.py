@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.board import BoardView
-from app.core.errors import BadInput, FitFailed
-from app.core.geometry import ImageSize
-from app.evaluate.board.lens_difference import lens_difference
-from app.evaluate.board.lens_uncertainty import expected_px, lens_sensitivity
-from app.fitting.board.fit import board_model, fit_board
-from app.fitting.board.model_selection import term_sets_for
-from app.models import MODELS
 from tests.support.board_views import BOARD, FISHEYE, PLAIN, SIZE, TRUTH, median_difference, views_of
 from tests.support.tiers import rounds
+from touchline.core.board import BoardView
+from touchline.core.errors import BadInput, FitFailed
+from touchline.core.geometry import ImageSize
+from touchline.evaluate.board.lens_difference import lens_difference
+from touchline.evaluate.board.lens_uncertainty import expected_px, lens_sensitivity
+from touchline.fitting.board.fit import board_model, fit_board
+from touchline.fitting.board.model_selection import term_sets_for
+from touchline.models import MODELS
 
 BROWN, FISH = MODELS["brown-conrady"], MODELS["fisheye"]
 

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.fitting.board.initial import homographies, poses_from_rays, start_states, zhang_intrinsics
-from app.fitting.board.least_squares import _normal_equations, _step
-from app.fitting.board.outlier_rejection import BoardSolver
-from app.fitting.board.parameters import BoardObservations, BoardParameters
-from app.fitting.board.problem import BoardProblem, free_mask
-from app.models import MODELS
-from app.models.intrinsics import Intrinsics
-from app.models.rotation import matrix_from_vector
 from tests.support.board_views import FISHEYE, PLAIN, SIZE, TRUTH, views_of
+from touchline.fitting.board.initial import homographies, poses_from_rays, start_states, zhang_intrinsics
+from touchline.fitting.board.least_squares import _normal_equations, _step
+from touchline.fitting.board.outlier_rejection import BoardSolver
+from touchline.fitting.board.parameters import BoardObservations, BoardParameters
+from touchline.fitting.board.problem import BoardProblem, free_mask
+from touchline.models import MODELS
+from touchline.models.intrinsics import Intrinsics
+from touchline.models.rotation import matrix_from_vector
 
 BARE = Intrinsics("brown-conrady", (0.0,) * 8, 900.0, 1.02, SIZE.centre, SIZE)
 ALL = {"aspect": True, "centre": True, "warp": True}

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.core.errors import FitFailed
-from app.fitting.border import fit_curve
-from app.models.border_curve import Curve
 from tests.support.tiers import rounds
+from touchline.core.errors import FitFailed
+from touchline.fitting.border import fit_curve
+from touchline.models.border_curve import Curve
 
 SPAN = (-0.5, 1023.5)
 ROWS = np.linspace(40, 980, 9)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from app.workflows.straight_lines import straightness
 from tests.support.straight_edges import SIZE, lens_of, level_lines, lines_seen
+from touchline.workflows.straight_lines import straightness
 
 STRAIGHT = lens_of(terms=(0.0, 0.0))
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.geometry import ImageSize
-from app.evaluate.cameras.pair_agreement import PointAgreement
-from app.evaluate.cameras.pair_verdict import of_agreement, of_calibrated, of_fundamental, of_pose
-from app.fitting.two_view.epipolar_lines import epipolar_curves, epipolar_segments
-from app.fitting.two_view.fundamental_matrix import fundamental_matrix
 from tests.support.pairs import simulated
+from touchline.core.geometry import ImageSize
+from touchline.evaluate.cameras.pair_agreement import PointAgreement
+from touchline.evaluate.cameras.pair_verdict import of_agreement, of_calibrated, of_fundamental, of_pose
+from touchline.fitting.two_view.epipolar_lines import epipolar_curves, epipolar_segments
+from touchline.fitting.two_view.fundamental_matrix import fundamental_matrix
 
 SIZE = ImageSize(1280, 1024)
 

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from app.core.field import Arc, Line
-from app.fitting.field_lines.field_tidying import scaled, tidied
-from app.fitting.field_lines.unknown_borders import bare_field
+from touchline.core.field import Arc, Line
+from touchline.fitting.field_lines.field_tidying import scaled, tidied
+from touchline.fitting.field_lines.unknown_borders import bare_field
 
 BARE = bare_field(1.5)  # 6000 × 4000
 FRONT, TOP, BOTTOM = ((2400, -800), (2400, 800)), ((2400, 800), (3000, 800)), ((2400, -800), (3000, -800))

@@ -5,14 +5,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.core.field import BORDERS
-from app.core.records import Observation
-from app.models import parameters_json
-from app.store.fields import load_fields
-from app.workflows.calibration import calibrate
 from tests.support.height_scenes import POINTS, HeightScene, height_scene
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera, true_camera
 from tests.support.sim_clicks import border_observations
+from touchline.core.field import BORDERS
+from touchline.core.records import Observation
+from touchline.models import parameters_json
+from touchline.store.fields import load_fields
+from touchline.workflows.calibration import calibrate
 
 TOPS_MM = load_fields()["ssl-div-b"].hat_height_mm
 

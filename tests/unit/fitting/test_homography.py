@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import FitFailed
-from app.core.field import BORDERS
-from app.core.geometry import ImageSize
-from app.core.records import Observation
-from app.fitting.homography.fit import HomographyFitter
-from app.fitting.homography.parameters import HomographyParameters
-from app.models import field_from_raw, parameters_json, raw_from_field
-from app.models.homography import Homography
 from tests.support.examples import plain_examples
 from tests.support.fields import FULL, plain_field, seen
 from tests.support.tiers import long
+from touchline.core.errors import FitFailed
+from touchline.core.field import BORDERS
+from touchline.core.geometry import ImageSize
+from touchline.core.records import Observation
+from touchline.fitting.homography.fit import HomographyFitter
+from touchline.fitting.homography.parameters import HomographyParameters
+from touchline.models import field_from_raw, parameters_json, raw_from_field
+from touchline.models.homography import Homography
 
 SIZE = ImageSize(1280, 1024)
 FIELD = plain_field()

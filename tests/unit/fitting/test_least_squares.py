@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.fitting.least_squares import minimise
+from touchline.fitting.least_squares import minimise
 
 T = np.linspace(0, 4, 40)
 

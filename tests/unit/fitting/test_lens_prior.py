@@ -6,23 +6,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput
-from app.core.field import HAT_MM
-from app.core.geometry import ImageSize
-from app.evaluate.fit.uncertainty import expected_error, grid_over
-from app.fitting.board.fit import fit_board
-from app.fitting.ray_camera.distortion_prior import DistortionEstimate
-from app.fitting.ray_camera.lens_prior import camera_intrinsics, lens_prior, read_lens
-from app.models import MODELS, parameters_json
-from app.models.distortion import Distortion, half_diagonal_px
-from app.models.intrinsics import Intrinsics
-from app.models.lenses.brown_conrady import BrownConradyLens
-from app.models.lenses.division import DivisionLens
-from app.models.lenses.kannala_brandt import KannalaBrandtLens
 from tests.support.board_views import SIZE as BOARD_SIZE
 from tests.support.board_views import TRUTH, views_of
 from tests.support.operator import REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
 from tests.support.tiers import long
+from touchline.core.errors import BadInput
+from touchline.core.field import HAT_MM
+from touchline.core.geometry import ImageSize
+from touchline.evaluate.fit.uncertainty import expected_error, grid_over
+from touchline.fitting.board.fit import fit_board
+from touchline.fitting.ray_camera.distortion_prior import DistortionEstimate
+from touchline.fitting.ray_camera.lens_prior import camera_intrinsics, lens_prior, read_lens
+from touchline.models import MODELS, parameters_json
+from touchline.models.distortion import Distortion, half_diagonal_px
+from touchline.models.intrinsics import Intrinsics
+from touchline.models.lenses.brown_conrady import BrownConradyLens
+from touchline.models.lenses.division import DivisionLens
+from touchline.models.lenses.kannala_brandt import KannalaBrandtLens
 
 CAMERA = reference_camera("strong", 0)
 
@@ -209,7 +209,7 @@ def test_a_lens_survives_its_json_exactly(board_lens):
     {"estimated": ["nonsense"], "covariance": [[1.0]]}, {"more": 1}, {"image_size": [3, 4]}, {"terms": None},
     {"estimated": ["k1", "k2"], "covariance": [[1.0, 2.0], [0.0, 1.0]]}])
 def test_what_is_no_lens_is_refused(change):
-    from app.core.errors import TouchlineError
+    from touchline.core.errors import TouchlineError
     with pytest.raises(TouchlineError):
         Intrinsics.from_json({**TRUTH.to_json(), **change})
 

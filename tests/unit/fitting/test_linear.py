@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from app.core.errors import FitFailed
-from app.core.geometry import ImageSize
-from app.fitting.linear import (
+from tests.support.reference_camera import SIZE, reference_camera, reference_field
+from tests.support.sim_clicks import border_observations, known_grid
+from touchline.core.errors import FitFailed
+from touchline.core.geometry import ImageSize
+from touchline.fitting.linear import (
     Incidences,
     focal_from_vanishing_points,
     homography_from_lines,
@@ -13,9 +15,7 @@ from app.fitting.linear import (
     pose_from_homography,
     tsai_two_stage,
 )
-from app.models.rotation import matrix_from_vector, nearest_rotation, vector_from_matrix
-from tests.support.reference_camera import SIZE, reference_camera, reference_field
-from tests.support.sim_clicks import border_observations, known_grid
+from touchline.models.rotation import matrix_from_vector, nearest_rotation, vector_from_matrix
 
 REGION = reference_field().regions["full"]
 CENTRE = np.array(SIZE.centre)

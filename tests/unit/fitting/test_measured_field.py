@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, Conflict
-from app.core.field_moves import JoinedField
-from app.fitting.measured_field import TapeDistance, adjust_to_tape, as_found
-from app.store.fields import load_fields
-from app.workflows.calibration_request import CalibrationRequest
 from tests.support.tape import SIDES_AND_DIAGONALS, measured
 from tests.support.taped_field import calibrated_on, worst_mm
+from touchline.core.errors import BadInput, Conflict
+from touchline.core.field_moves import JoinedField
+from touchline.fitting.measured_field import TapeDistance, adjust_to_tape, as_found
+from touchline.store.fields import load_fields
+from touchline.workflows.calibration_request import CalibrationRequest
 
 FIELD = load_fields()["ssl-div-b"]
 TAPED = ({"goal-line-right": (-15.0, -15.0)}, {"touch-line-top": (15.0, 15.0), "goal-line-left": (-15.0, -15.0)},

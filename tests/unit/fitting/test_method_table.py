@@ -8,10 +8,10 @@ with the model relation, a 5 × 5 grid of known points as well. Medians of six s
 import numpy as np
 import pytest
 
-from app.fitting.polynomial.fit import PolynomialFitter
-from app.models import field_from_raw
 from tests.support.reference_camera import SIZE, reference_camera, reference_field
 from tests.support.sim_clicks import border_observations, known_grid, landmark_observations, rms_mm
+from touchline.fitting.polynomial.fit import PolynomialFitter
+from touchline.models import field_from_raw
 
 SEEDS = 6
 # lens, tilt in degrees: four borders linear, with the model relation (linear across, cubic down), mm

@@ -6,16 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.geometry import ImageSize
-from app.core.records import observations_from_json
-from app.fitting.ray_camera.misfit import residual_warnings
-from app.models import parameters_json
-from app.store.fields import load_fields
-from app.workflows.calibration import calibrate
 from tests.support.height_scenes import height_scene
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera, true_camera
 from tests.support.paths import ROOT
 from tests.support.sim_clicks import border_observations
+from touchline.core.geometry import ImageSize
+from touchline.core.records import observations_from_json
+from touchline.fitting.ray_camera.misfit import residual_warnings
+from touchline.models import parameters_json
+from touchline.store.fields import load_fields
+from touchline.workflows.calibration import calibrate
 
 TOPS_MM = 150.0
 

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, FitFailed
-from app.core.field import BORDERS
-from app.core.geometry import ImageSize
-from app.core.records import Observation
-from app.fitting.polynomial.fit import PolynomialFitter
-from app.models import field_from_raw
 from tests.support.examples import plain_examples
 from tests.support.fields import FULL, HALF, grid, marks_seen, plain_field, seen
+from touchline.core.errors import BadInput, FitFailed
+from touchline.core.field import BORDERS
+from touchline.core.geometry import ImageSize
+from touchline.core.records import Observation
+from touchline.fitting.polynomial.fit import PolynomialFitter
+from touchline.models import field_from_raw
 
 SIZE = ImageSize(1280, 1024)
 BARREL, PINCUSHION, TILTED = plain_examples("polynomial")

@@ -7,25 +7,25 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.core.errors import BadInput, FitFailed, TouchlineError
-from app.core.field import BORDERS, HAT_MM, Arc, Field
-from app.core.geometry import ImageSize
-from app.core.options import read_options
-from app.core.records import Observation
-from app.evaluate.fit.observability import observability_warnings, weakest_direction
-from app.evaluate.fit.uncertainty import expected_error
-from app.fitting import FITTERS
-from app.fitting.ray_camera.camera_prior import camera_priors, unusual_camera_warnings
-from app.fitting.ray_camera.parameters import RayCameraParameters
-from app.models import MODELS, RayModel, field_from_raw, parameters_json
-from app.sources.sim.camera import SimCamera
-from app.sources.sim.lens import LENSES
-from app.workflows import calibration, model_choice
 from tests.support.auto_scenes import fields
 from tests.support.fields import plain_field
 from tests.support.operator import FIELD, REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
 from tests.support.sim_clicks import border_observations, known_grid, landmark_observations, rms_mm
 from tests.support.tiers import long, rounds
+from touchline.core.errors import BadInput, FitFailed, TouchlineError
+from touchline.core.field import BORDERS, HAT_MM, Arc, Field
+from touchline.core.geometry import ImageSize
+from touchline.core.options import read_options
+from touchline.core.records import Observation
+from touchline.evaluate.fit.observability import observability_warnings, weakest_direction
+from touchline.evaluate.fit.uncertainty import expected_error
+from touchline.fitting import FITTERS
+from touchline.fitting.ray_camera.camera_prior import camera_priors, unusual_camera_warnings
+from touchline.fitting.ray_camera.parameters import RayCameraParameters
+from touchline.models import MODELS, RayModel, field_from_raw, parameters_json
+from touchline.sources.sim.camera import SimCamera
+from touchline.sources.sim.lens import LENSES
+from touchline.workflows import calibration, model_choice
 
 RAYS = [name for name in MODELS if issubclass(MODELS[name], RayModel)]
 SEEDS = range(8)

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.field import Arc, Line
-from app.fitting.seen_markings import with_seen
-from app.store.fields import load_fields
+from touchline.core.field import Arc, Line
+from touchline.fitting.seen_markings import with_seen
+from touchline.store.fields import load_fields
 
 FIELD = replace(load_fields()["ssl-div-b"], lines={}, arcs={}, landmarks={}, extras={})
 

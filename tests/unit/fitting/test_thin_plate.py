@@ -6,26 +6,26 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, FitFailed
-from app.core.geometry import ImageSize
-from app.core.records import Observation, observations_from_json
-from app.evaluate.fit.comparison import parameter_count
-from app.evaluate.fit.observability import observability_warnings
-from app.evaluate.fit.uncertainty import expected_error, grid_over
-from app.fitting import FITTERS, sensitivity_of
-from app.fitting.thin_plate.fit import ThinPlateFitter
-from app.fitting.thin_plate.smoothing import Constraints, SmoothingSplines
-from app.fitting.thin_plate.uncertainty import NODE_NAMES, lattice
-from app.models import RayModel, field_from_raw, parameters_json, raw_from_field
-from app.models.homography import Homography
-from app.models.lens_models import BrownConrady
-from app.models.thin_plate import ThinPlate
-from app.models.thin_plate_spline import Spline
-from app.workflows import calibration
 from tests.support import point_sets
 from tests.support.examples import example_parameters, plain_examples
 from tests.support.fields import FULL, jittered, marks_seen, plain_field, seen
 from tests.support.tiers import long, rounds
+from touchline.core.errors import BadInput, FitFailed
+from touchline.core.geometry import ImageSize
+from touchline.core.records import Observation, observations_from_json
+from touchline.evaluate.fit.comparison import parameter_count
+from touchline.evaluate.fit.observability import observability_warnings
+from touchline.evaluate.fit.uncertainty import expected_error, grid_over
+from touchline.fitting import FITTERS, sensitivity_of
+from touchline.fitting.thin_plate.fit import ThinPlateFitter
+from touchline.fitting.thin_plate.smoothing import Constraints, SmoothingSplines
+from touchline.fitting.thin_plate.uncertainty import NODE_NAMES, lattice
+from touchline.models import RayModel, field_from_raw, parameters_json, raw_from_field
+from touchline.models.homography import Homography
+from touchline.models.lens_models import BrownConrady
+from touchline.models.thin_plate import ThinPlate
+from touchline.models.thin_plate_spline import Spline
+from touchline.workflows import calibration
 
 SIZE = ImageSize(1280, 1024)
 FIELD = plain_field()
@@ -255,7 +255,7 @@ def test_a_click_on_the_very_centre_of_an_arc_is_no_end_of_the_world():
 
 def spread_and_told_mm(truth, options, seeds, **how):
     """Over the field: how far repeated clicking scatters, how far it is off, and what the fits expect of each."""
-    import app.fitting.thin_plate.fit as module
+    import touchline.fitting.thin_plate.fit as module
     whole, noise = module._covariance, []
     places = grid_over(FULL, 9, 7)
     with pytest.MonkeyPatch.context() as patch:  # to listen in: the noise's part alone is no part of a fit

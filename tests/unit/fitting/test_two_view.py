@@ -6,25 +6,25 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, FitFailed
-from app.core.records import Observation
-from app.evaluate.cameras.pair_agreement import CELLS, from_matches, from_observations
-from app.evaluate.cameras.shared_area import overlap
-from app.fitting.two_view.epipolar import FundamentalParameters, sampson_px
-from app.fitting.two_view.fundamental_matrix import fundamental_matrix
-from app.fitting.two_view.relative_pose import (
+from tests.support.examples import plain_examples
+from tests.support.fields import FULL, plain_field
+from tests.support.pairs import KUSVOD2, PAIRS, eight_point, epipolar_error_px, ideal, labelled_matches, simulated
+from tests.support.tiers import rounds
+from touchline.core.errors import BadInput, FitFailed
+from touchline.core.records import Observation
+from touchline.evaluate.cameras.pair_agreement import CELLS, from_matches, from_observations
+from touchline.evaluate.cameras.shared_area import overlap
+from touchline.fitting.two_view.epipolar import FundamentalParameters, sampson_px
+from touchline.fitting.two_view.fundamental_matrix import fundamental_matrix
+from touchline.fitting.two_view.relative_pose import (
     RelativePoseParameters,
     calibrated_epipolar_px,
     ideal_px,
     pose_between,
     relative_pose,
 )
-from app.models import raw_from_field
-from app.models.rotation import vector_from_matrix
-from tests.support.examples import plain_examples
-from tests.support.fields import FULL, plain_field
-from tests.support.pairs import KUSVOD2, PAIRS, eight_point, epipolar_error_px, ideal, labelled_matches, simulated
-from tests.support.tiers import rounds
+from touchline.models import raw_from_field
+from touchline.models.rotation import vector_from_matrix
 
 FIELD = plain_field()
 

@@ -9,21 +9,6 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, Conflict, TouchlineError
-from app.core.field import Region
-from app.core.field_json import field_from_json
-from app.core.geometry import ImageSize
-from app.core.records import Calibration, Observation
-from app.formats import FORMATS, Format
-from app.formats.approximation import exact_camera
-from app.formats.camera_file import CameraFile
-from app.imaging.correction import correction_map
-from app.models import MODELS, RayModel, field_from_raw, model_from_json, parameters_json
-from app.models.lens_models import BrownConrady
-from app.models.polynomial import Polynomial
-from app.models.top_view import RECTANGLE_FIELDS
-from app.workflows import interchange
-from app.workflows.calibration import calibrate
 from tests.support.examples import plain_examples
 from tests.support.exported import (
     EXAMPLES,
@@ -39,6 +24,21 @@ from tests.support.exported import (
 from tests.support.fields import seen
 from tests.support.pictures import remapped_exactly
 from tests.support.tiers import long
+from touchline.core.errors import BadInput, Conflict, TouchlineError
+from touchline.core.field import Region
+from touchline.core.field_json import field_from_json
+from touchline.core.geometry import ImageSize
+from touchline.core.records import Calibration, Observation
+from touchline.formats import FORMATS, Format
+from touchline.formats.approximation import exact_camera
+from touchline.formats.camera_file import CameraFile
+from touchline.imaging.correction import correction_map
+from touchline.models import MODELS, RayModel, field_from_raw, model_from_json, parameters_json
+from touchline.models.lens_models import BrownConrady
+from touchline.models.polynomial import Polynomial
+from touchline.models.top_view import RECTANGLE_FIELDS
+from touchline.workflows import interchange
+from touchline.workflows.calibration import calibrate
 
 MODEL = plain_examples("polynomial")[0]
 

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 import yaml
 
-from app.formats import FORMATS
-from app.formats.approximation import exact_camera
-from app.formats.numbers import format_number
-from app.models.rotation import matrix_from_vector
-from app.workflows import interchange
 from tests.support.exported import EXAMPLES, LENS_FORMATS, example, model_of, seen_places
 from tests.support.paths import HELP
+from touchline.formats import FORMATS
+from touchline.formats.approximation import exact_camera
+from touchline.formats.numbers import format_number
+from touchline.models.rotation import matrix_from_vector
+from touchline.workflows import interchange
 
 SYSTEM_PYTHON = "/usr/bin/python3"  # mrcal comes with the system, not from PyPI
 

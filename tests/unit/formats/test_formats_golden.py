@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.records import Calibration
-from app.formats import FORMATS
-from app.models.top_view import RECTANGLE_FIELDS
-from app.ssl_protocol.protobuf import decode
-from app.ssl_protocol.ssl_vision_pb2 import SSL_WrapperPacket
-from app.workflows import interchange
 from tests.golden.make import cases, path
 from tests.support.exported import LENS_FORMATS, example, model_of, seen_places
+from touchline.core.records import Calibration
+from touchline.formats import FORMATS
+from touchline.models.top_view import RECTANGLE_FIELDS
+from touchline.ssl_protocol.protobuf import decode
+from touchline.ssl_protocol.ssl_vision_pb2 import SSL_WrapperPacket
+from touchline.workflows import interchange
 
 CASES = cases()
 NUMBER = re.compile(r"-?[0-9]+\.[0-9]+(?:e[+-]?[0-9]+)?")

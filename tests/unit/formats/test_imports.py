@@ -6,17 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, Conflict, TouchlineError
-from app.core.geometry import ImageSize
-from app.fitting import FITTERS
-from app.formats import FORMATS
-from app.models import model_from_json
-from app.store.fields import load_fields
-from app.workflows import interchange
-from app.workflows.interchange import ImportOptions
 from tests.support.exported import LENS_FORMATS, READABLE, example, field_around, model_of, of_model, seen_places
 from tests.support.fields import seen
 from tests.support.paths import ROOT
+from touchline.core.errors import BadInput, Conflict, TouchlineError
+from touchline.core.geometry import ImageSize
+from touchline.fitting import FITTERS
+from touchline.formats import FORMATS
+from touchline.models import model_from_json
+from touchline.store.fields import load_fields
+from touchline.workflows import interchange
+from touchline.workflows.interchange import ImportOptions
 
 FIELDS = load_fields()
 OPENCV = """%YAML:1.0
@@ -270,7 +270,7 @@ def test_the_name_decides_where_the_content_leaves_a_choice():
 
 
 def test_no_reader_uses_what_strangers_files_must_never_meet():
-    readers = [*ROOT.glob("app/formats/*.py"), *ROOT.glob("app/ssl_protocol/*.py")]
+    readers = [*ROOT.glob("app/touchline/formats/*.py"), *ROOT.glob("app/touchline/ssl_protocol/*.py")]
     assert len(readers) > 15
     for file in readers:
         text = file.read_text()

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from app.core.errors import TouchlineError
-from app.formats import FORMATS
-from app.workflows import interchange
 from tests.support.exported import READABLE, example
 from tests.support.tiers import rounds
 from tests.unit.formats.test_imports import OUTSIDE
+from touchline.core.errors import TouchlineError
+from touchline.formats import FORMATS
+from touchline.workflows import interchange
 
 SECONDS = 5.0  # of processor time; one is promised and 0.2 were measured, but a loaded machine is given more
 SCRAPS = [b"", b"\x00", b"\xff\xfe", b"\xef\xbb\xbf", b"&a *a", b"!!python/name:os.system", b"<<: *x", b"? [", b"- - -",
@@ -46,7 +46,7 @@ def all_of_it(data: bytes) -> None:
 
 @cache
 def _fields():
-    from app.store.fields import load_fields
+    from touchline.store.fields import load_fields
     return load_fields()
 
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import pytest
 
-from app.core.field_json import field_from_json
-from app.formats.ssl_field import field_from_wire, field_to_wire, names_are_the_leagues
-from app.formats.ssl_known_field import known_field, markings_alone
-from app.ssl_protocol.protobuf import decode
-from app.ssl_protocol.ssl_vision_pb2 import SSL_GeometryFieldSize, SSL_WrapperPacket
-from app.store.fields import load_fields
 from tests.support.league_geometry import PROGRAMS, SIZES, lines_of, packet_of
+from touchline.core.field_json import field_from_json
+from touchline.formats.ssl_field import field_from_wire, field_to_wire, names_are_the_leagues
+from touchline.formats.ssl_known_field import known_field, markings_alone
+from touchline.ssl_protocol.protobuf import decode
+from touchline.ssl_protocol.ssl_vision_pb2 import SSL_GeometryFieldSize, SSL_WrapperPacket
+from touchline.store.fields import load_fields
 
 FIELDS = load_fields()
 BOTH = [(program, division) for program in PROGRAMS for division in SIZES]

@@ -15,12 +15,12 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import BadImage, BadInput, TouchlineError, Unavailable
-from app.images import DeclaredImage, ImageDecoder, ImageLimits, encode, frame_from_bytes
 from tests.support.child_processes import pids_of
 from tests.support.paths import SHARED_DATA
 from tests.support.pictures import HOSTILE, encoded, gradient, hostile, jpeg_of_many_scans
 from tests.support.waiting import LONG_S, gone, until
+from touchline.core.errors import BadImage, BadInput, TouchlineError, Unavailable
+from touchline.images import DeclaredImage, ImageDecoder, ImageLimits, encode, frame_from_bytes
 
 SLOW_S = 1.5  # of processor time, which other work on the machine does not lengthen
 LARGE_MB = 300

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.core.errors import BadImage, ImageTooLarge, TouchlineError
-from app.images import DeclaredImage, ImageLimits, screen
 from tests.support.pictures import HOSTILE, encoded, gradient, hostile, jpeg_with_size, lossless_webp, png_bomb
 from tests.support.tiers import rounds
+from touchline.core.errors import BadImage, ImageTooLarge, TouchlineError
+from touchline.images import DeclaredImage, ImageLimits, screen
 
 FORMATS = {"png": "png", "jpg": "jpeg", "bmp": "bmp", "webp": "webp"}
 SEEDS = [*map(encoded, FORMATS),

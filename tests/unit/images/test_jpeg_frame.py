@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import BadImage
-from app.images import read_in_process
 from tests.support.pictures import COMMENTS, TURN, TURNED, encoded, gradient, jpeg_segment, turned_jpeg
+from touchline.core.errors import BadImage
+from touchline.images import read_in_process
 
 
 @pytest.fixture

@@ -6,13 +6,13 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, Conflict
-from app.core.geometry import ImageSize
-from app.imaging.correction import CorrectedView, correction_map
-from app.models.polynomial import Polynomial
-from app.workflows import calibration
 from tests.support.examples import plain_examples
 from tests.support.pictures import remapped_exactly
+from touchline.core.errors import BadInput, Conflict
+from touchline.core.geometry import ImageSize
+from touchline.imaging.correction import CorrectedView, correction_map
+from touchline.models.polynomial import Polynomial
+from touchline.workflows import calibration
 
 BARREL, PINCUSHION, TILTED = plain_examples("polynomial")
 

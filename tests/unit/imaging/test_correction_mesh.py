@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput
-from app.imaging.correction import CorrectedView, correction_map
-from app.imaging.correction_mesh import MAX_ERROR_PX, MAX_NODES, correction_mesh
-from app.models import MODELS
 from tests.support.examples import plain_examples
+from touchline.core.errors import BadInput
+from touchline.imaging.correction import CorrectedView, correction_map
+from touchline.imaging.correction_mesh import MAX_ERROR_PX, MAX_NODES, correction_mesh
+from touchline.models import MODELS
 
 EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(plain_examples(name))]
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, Cancelled, FitFailed
-from app.evaluate.cameras.image_evidence import from_pictures, marking_places
-from app.evaluate.cameras.rig_agreement import agreement
-from app.imaging.mosaic import FieldView, Stitcher, stitcher_of
-from app.workflows.rig import check, rig_status
 from tests.support.rig_over_field import FIELD, sim_rig, sim_source, true_models
+from touchline.core.errors import BadInput, Cancelled, FitFailed
+from touchline.evaluate.cameras.image_evidence import from_pictures, marking_places
+from touchline.evaluate.cameras.rig_agreement import agreement
+from touchline.imaging.mosaic import FieldView, Stitcher, stitcher_of
+from touchline.workflows.rig import check, rig_status
 
 VIEW = FieldView(FIELD, 700)
 
@@ -99,7 +99,7 @@ def true_models_of_sim():
     """The two cameras of sim_source exactly as they are."""
     from dataclasses import astuple, replace
 
-    from app.models.rotation import vector_from_matrix
+    from touchline.models.rotation import vector_from_matrix
     for number, model in enumerate(true_models()):
         camera = sim_source(2, number).camera
         yield replace(model, lens_terms=astuple(camera.lens), focal_px=camera.focal_px[0], centre_px=camera.centre_px,

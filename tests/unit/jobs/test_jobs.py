@@ -10,15 +10,15 @@ import time
 
 import pytest
 
-from app.core.errors import Busy, NotFound, Unavailable
-from app.core.jobs import Caller
-from app.jobs import JobEngine
-from app.jobs.fair_queue import MAX_QUEUED, MAX_QUEUED_EACH, FairQueue, check_room
 from tests.support import sample_jobs
 from tests.support.child_processes import pids_of
 from tests.support.paths import ROOT
 from tests.support.tiers import long
 from tests.support.waiting import ended, gone, running, until
+from touchline.core.errors import Busy, NotFound, Unavailable
+from touchline.core.jobs import Caller
+from touchline.jobs import JobEngine
+from touchline.jobs.fair_queue import MAX_QUEUED, MAX_QUEUED_EACH, FairQueue, check_room
 
 
 @pytest.fixture(scope="module")
@@ -343,7 +343,7 @@ import sys, time
 sys.path.insert(0, {root!r})
 from tests.support import sample_jobs
 from tests.support.child_processes import pids_of
-from app.jobs import JobEngine
+from touchline.jobs import JobEngine
 jobs = JobEngine(workers=1)
 job = jobs.start("computing", sample_jobs.{job}, {{"seconds": 60}})
 while not pids_of(jobs) or jobs.get(job.id).state != "running":

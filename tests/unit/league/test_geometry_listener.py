@@ -14,24 +14,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.core.errors import TouchlineError
-from app.league.config import PublishingConfig
-from app.league.geometry_listener import MAX_CAMERAS, MAX_SENDERS, GeometryListener, RemotePublisher
-from app.league.geometry_packet import geometry_packet, published_cameras
-from app.league.multicast_address import MulticastAddress
-from app.league.packet_camera import packet_camera
-from app.league.publisher import Publisher
-from app.league.publishing import Publishing
-from app.league.received import contradictions, received_json
-from app.ssl_protocol.protobuf import decode, encode
-from app.ssl_protocol.ssl_vision_pb2 import SSL_DetectionFrame, SSL_GeometryData, SSL_Source, SSL_WrapperPacket
-from app.store.fields import load_fields
 from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said
 from tests.support.paths import ROOT
 from tests.support.ssl_messages import changed
 from tests.support.tiers import long
 from tests.support.waiting import until
+from touchline.core.errors import TouchlineError
+from touchline.league.config import PublishingConfig
+from touchline.league.geometry_listener import MAX_CAMERAS, MAX_SENDERS, GeometryListener, RemotePublisher
+from touchline.league.geometry_packet import geometry_packet, published_cameras
+from touchline.league.multicast_address import MulticastAddress
+from touchline.league.packet_camera import packet_camera
+from touchline.league.publisher import Publisher
+from touchline.league.publishing import Publishing
+from touchline.league.received import contradictions, received_json
+from touchline.ssl_protocol.protobuf import decode, encode
+from touchline.ssl_protocol.ssl_vision_pb2 import SSL_DetectionFrame, SSL_GeometryData, SSL_Source, SSL_WrapperPacket
+from touchline.store.fields import load_fields
 
 FIELDS = load_fields()
 LISTEN = "import sys\n" \
@@ -194,7 +194,7 @@ def test_an_echo_with_a_zero_of_another_sign_or_a_field_of_tomorrow_contradicts_
 
 def test_the_field_that_is_sent_is_found_among_those_known_here(there):
     told, listener = there
-    from app.formats.ssl_field import field_to_wire
+    from touchline.formats.ssl_field import field_to_wire
 
     for field, known in (("ssl-div-b", True), (None, False)):
         sent = SENT if field is None else changed(SENT, field=field_to_wire(FIELDS[field]))
@@ -241,7 +241,7 @@ def test_so_many_senders_are_remembered_first_those_with_geometry(there):
 
 def test_a_flood_is_read_sparingly_and_the_league_is_heard_through_it(there, monkeypatch):
     # On any machine a heavy packet takes longer.
-    monkeypatch.setattr("app.league.geometry_listener.CPU_SHARE_PER_SENDER", 1e-4)
+    monkeypatch.setattr("touchline.league.geometry_listener.CPU_SHARE_PER_SENDER", 1e-4)
     told, listener = there
     league = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     id = f"127.0.0.1-{said(GOOD, **told, sock=league)}"

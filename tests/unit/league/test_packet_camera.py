@@ -7,26 +7,26 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.core.errors import Conflict
-from app.core.field import Region
-from app.core.geometry import ImageSize
-from app.core.records import Calibration, Observation
-from app.evaluate.fit.approximation import approximate_camera
-from app.evaluate.fit.uncertainty import grid_over
-from app.formats.ssl_geometry import camera_from_wire
-from app.league.config import PublishingConfig
-from app.league.geometry_packet import published_cameras
-from app.league.packet_camera import packet_camera
-from app.models.lens_models import Fisheye, Ssl
-from app.models.restored import model_of
-from app.models.top_view import RECTANGLE_FIELDS
-from app.sources.sim.camera import SimCamera
-from app.sources.sim.lens import LENSES
-from app.store.fields import load_fields
-from app.workflows.calibration import uncertainty
-from app.workflows.calibration_request import CalibrationRequest
 from tests.support.league_geometry import ssl_vision_image2field, vision_processor_image2field
 from tests.support.sim_clicks import border_observations
+from touchline.core.errors import Conflict
+from touchline.core.field import Region
+from touchline.core.geometry import ImageSize
+from touchline.core.records import Calibration, Observation
+from touchline.evaluate.fit.approximation import approximate_camera
+from touchline.evaluate.fit.uncertainty import grid_over
+from touchline.formats.ssl_geometry import camera_from_wire
+from touchline.league.config import PublishingConfig
+from touchline.league.geometry_packet import published_cameras
+from touchline.league.packet_camera import packet_camera
+from touchline.models.lens_models import Fisheye, Ssl
+from touchline.models.restored import model_of
+from touchline.models.top_view import RECTANGLE_FIELDS
+from touchline.sources.sim.camera import SimCamera
+from touchline.sources.sim.lens import LENSES
+from touchline.store.fields import load_fields
+from touchline.workflows.calibration import uncertainty
+from touchline.workflows.calibration_request import CalibrationRequest
 
 FIELD = load_fields()["ssl-div-b"]
 REGION = FIELD.regions["full"]

@@ -6,22 +6,22 @@ from dataclasses import replace
 
 import pytest
 
-from app.core.field import Field
-from app.league.config import PublishingConfig
-from app.league.geometry_difference import geometry_differences
-from app.league.geometry_listener import STALE_S, GeometryListener, RemotePublisher
-from app.league.geometry_packet import geometry_packet, published_cameras
-from app.league.passed_on import KEPT_S, PassedOn, heard_geometry
-from app.league.publishing import Publishing
-from app.models.lens_models import Ssl
-from app.ssl_protocol.protobuf import decode
-from app.ssl_protocol.ssl_vision_pb2 import GeometryPacket, GeometryPartsPacket
-from app.store.fields import load_fields
 from tests.support import ssl_listener as listener
 from tests.support.exported import model_of, of_model
 from tests.support.group_listener import Listener, free_group, said
 from tests.support.league_geometry import PROGRAMS, packet_of
 from tests.support.waiting import until
+from touchline.core.field import Field
+from touchline.league.config import PublishingConfig
+from touchline.league.geometry_difference import geometry_differences
+from touchline.league.geometry_listener import STALE_S, GeometryListener, RemotePublisher
+from touchline.league.geometry_packet import geometry_packet, published_cameras
+from touchline.league.passed_on import KEPT_S, PassedOn, heard_geometry
+from touchline.league.publishing import Publishing
+from touchline.models.lens_models import Ssl
+from touchline.ssl_protocol.protobuf import decode
+from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPacket, GeometryPartsPacket
+from touchline.store.fields import load_fields
 
 FIELDS = load_fields()
 FIELD = FIELDS["ssl-div-b"]

@@ -8,22 +8,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, TouchlineError
-from app.core.marking_names import marking_name
-from app.league.config import PublishingConfig
-from app.league.geometry_packet import geometry_packet, published_cameras
-from app.league.multicast import MulticastSender
-from app.league.multicast_address import MulticastAddress, NetworkError, is_here
-from app.league.packet_camera import PacketCameraCache, packet_camera
-from app.league.publisher import Publisher
-from app.models import MODELS, RayModel
-from app.ssl_protocol.protobuf import MAX_BYTES, decode, encode
-from app.ssl_protocol.ssl_vision_pb2 import SSL_DetectionFrame, SSL_WrapperPacket, Vector2f
 from tests.support import ssl_listener as listener
 from tests.support.exported import example, field_around, model_of, of_model, places
 from tests.support.fields import plain_field
 from tests.support.group_listener import Listener, free_group
 from tests.support.waiting import until
+from touchline.core.errors import BadInput, TouchlineError
+from touchline.core.marking_names import marking_name
+from touchline.league.config import PublishingConfig
+from touchline.league.geometry_packet import geometry_packet, published_cameras
+from touchline.league.multicast import MulticastSender
+from touchline.league.multicast_address import MulticastAddress, NetworkError, is_here
+from touchline.league.packet_camera import PacketCameraCache, packet_camera
+from touchline.league.publisher import Publisher
+from touchline.models import MODELS, RayModel
+from touchline.ssl_protocol.protobuf import MAX_BYTES, decode, encode
+from touchline.ssl_protocol.ssl_vision_pb2 import SSL_DetectionFrame, SSL_WrapperPacket, Vector2f
 
 EXAMPLES = [(name, i) for name in MODELS for i in range(3)]
 ALL = PublishingConfig(limit_mm=1e9)
@@ -79,7 +79,7 @@ def test_what_is_read_back_from_the_wire_projects_to_the_same_pixels(way):
         group.send(geometry_packet(published_cameras([example("brown-conrady", 1)], ALL)))
         data = ear.receive().data
     (calib,) = listener.Packet.FromString(data).geometry.calib
-    from app.workflows import interchange
+    from touchline.workflows import interchange
 
     model = model_of("brown-conrady", 1)
     ours = interchange.read_file(data).camera({k: getattr(model, k) for k in interchange.RECTANGLE_FIELDS})
@@ -159,7 +159,7 @@ def test_a_calibration_that_cannot_be_a_camera_is_left_out_and_the_others_are_se
 
 def test_a_version_is_worked_out_once(monkeypatch):
     asked = []
-    monkeypatch.setattr("app.league.packet_camera.packet_camera", lambda calibration: asked.append(
+    monkeypatch.setattr("touchline.league.packet_camera.packet_camera", lambda calibration: asked.append(
         calibration.id) or packet_camera(calibration))
     wiring, calibration = PacketCameraCache(), example("ssl", 0)
     assert wiring(calibration) is wiring(calibration) and asked == [calibration.id]
@@ -302,7 +302,7 @@ def test_a_plan_is_kept_as_it_is_and_nonsense_is_refused():
 
 def test_whoever_listens_shares_the_port():
     """League programs set one or the other way of sharing; each must be able to listen beside us."""
-    from app.league.multicast import MulticastReceiver
+    from touchline.league.multicast import MulticastReceiver
 
     told = free_group()
     address = MulticastAddress(**told)

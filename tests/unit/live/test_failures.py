@@ -8,21 +8,21 @@ from contextlib import contextmanager, suppress
 import cv2
 import pytest
 
-from app.core.detections import Detections
-from app.images import ImageLimits
-from app.live import drift, encoder, frame_buffer, quality_monitor, stage_renderer
-from app.live.camera import LiveCamera
-from app.live.drift import CameraDriftMonitor
-from app.live.encoder import Encoder
-from app.live.failures import Failures, failure_words
-from app.live.frame_buffer import FrameBuffer
-from app.live.picture import AppliedCalibration
-from app.live.quality_monitor import QualityMonitor
-from app.live.stage_renderer import StageRenderer
-from app.live.stream_spec import StreamSpec
-from app.vision.stage_pipeline import FrameResult
 from tests.support.live_cameras import SIM, calibrated, capturing, spec
 from tests.support.waiting import LONG_S, until
+from touchline.core.detections import Detections
+from touchline.images import ImageLimits
+from touchline.live import drift, encoder, frame_buffer, quality_monitor, stage_renderer
+from touchline.live.camera import LiveCamera
+from touchline.live.drift import CameraDriftMonitor
+from touchline.live.encoder import Encoder
+from touchline.live.failures import Failures, failure_words
+from touchline.live.frame_buffer import FrameBuffer
+from touchline.live.picture import AppliedCalibration
+from touchline.live.quality_monitor import QualityMonitor
+from touchline.live.stage_renderer import StageRenderer
+from touchline.live.stream_spec import StreamSpec
+from touchline.vision.stage_pipeline import FrameResult
 
 
 def fails_once(real, error):

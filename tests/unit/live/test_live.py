@@ -16,24 +16,24 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, Conflict, NotFound, Unavailable
-from app.core.geometry import ImageSize
-from app.core.records import Frame
-from app.imaging.correction import correction_map
-from app.live import frame_buffer
-from app.live.camera import LiveCamera
-from app.live.capture import RETRY_S, CapturedFrame
-from app.live.failures import Failures
-from app.live.picture import AppliedCalibration
-from app.live.state import KILL_AFTER_S, STALL_S
-from app.live.stream_spec import StreamSpec
-from app.processes.framing import decode_body
-from app.sources import Identity, SourceContext, source_from_url
 from tests.support.live_cameras import FIELDS, SIM, calibrated, live, pid_of, spec
 from tests.support.paths import ROOT
 from tests.support.pictures import encoded
 from tests.support.tiers import long
 from tests.support.waiting import LONG_S, gone, until, until_async
+from touchline.core.errors import BadInput, Conflict, NotFound, Unavailable
+from touchline.core.geometry import ImageSize
+from touchline.core.records import Frame
+from touchline.imaging.correction import correction_map
+from touchline.live import frame_buffer
+from touchline.live.camera import LiveCamera
+from touchline.live.capture import RETRY_S, CapturedFrame
+from touchline.live.failures import Failures
+from touchline.live.picture import AppliedCalibration
+from touchline.live.state import KILL_AFTER_S, STALL_S
+from touchline.live.stream_spec import StreamSpec
+from touchline.processes.framing import decode_body
+from touchline.sources import Identity, SourceContext, source_from_url
 
 STILL = "picture://frame.png?fps=20"
 SHOWN = AppliedCalibration.of
@@ -468,6 +468,6 @@ def test_a_clip_is_as_long_as_asked_for_while_the_clock_is_set(monkeypatch, step
 
 
 def test_a_cameras_process_has_nothing_of_the_servers_half():
-    story = "import sys, app.live.worker_main; print([name for name in ('asyncio', 'ssl') if name in sys.modules])"
+    story = "import sys, touchline.live.worker_main; print([it for it in ('asyncio', 'ssl') if it in sys.modules])"
     told = subprocess.run([sys.executable, "-c", story], capture_output=True, text=True, check=True).stdout
     assert told == "[]\n"

@@ -12,18 +12,18 @@ import cv2
 import numpy as np
 import pytest
 
-from app.live import messages, state, supervisor
-from app.live.camera import LiveCamera
-from app.live.stream_spec import StreamSpec
-from app.live.supervisor import CameraProcess
-from app.processes.framing import ANSWER, Message, decode_body, encode_body
-from app.vision.quality.stillness import ENOUGH_S, LONG_S
 from tests.support.live_cameras import SIM, live, pid_of
 from tests.support.mjpeg_camera import MjpegCamera, coded
 from tests.support.pictures import jpeg_of_many_scans, jpeg_with_size, png_bomb
 from tests.support.rtsp_camera import RtspCamera
 from tests.support.tiers import long
 from tests.support.waiting import until_async
+from touchline.live import messages, state, supervisor
+from touchline.live.camera import LiveCamera
+from touchline.live.stream_spec import StreamSpec
+from touchline.live.supervisor import CameraProcess
+from touchline.processes.framing import ANSWER, Message, decode_body, encode_body
+from touchline.vision.quality.stillness import ENOUGH_S, LONG_S
 
 
 @contextmanager

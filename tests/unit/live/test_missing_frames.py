@@ -9,20 +9,20 @@ from threading import Event
 import numpy as np
 import pytest
 
-from app.core.errors import Unavailable
-from app.core.records import Frame
-from app.images import ImageLimits, read_in_process
-from app.live import drift, rolls
-from app.live.capture import FrameCapture
-from app.live.detector import LiveDetector
-from app.live.drift import CameraDriftMonitor
-from app.live.failures import Failures
-from app.live.rolls import RollMonitor
-from app.processes.framing import decode_body
-from app.sources import SourceContext
-from app.store.stages import named_plan
 from tests.support.pictures import encoded, gradient
 from tests.support.waiting import LONG_S
+from touchline.core.errors import Unavailable
+from touchline.core.records import Frame
+from touchline.images import ImageLimits, read_in_process
+from touchline.live import drift, rolls
+from touchline.live.capture import FrameCapture
+from touchline.live.detector import LiveDetector
+from touchline.live.drift import CameraDriftMonitor
+from touchline.live.failures import Failures
+from touchline.live.rolls import RollMonitor
+from touchline.processes.framing import decode_body
+from touchline.sources import SourceContext
+from touchline.store.stages import named_plan
 
 
 @pytest.fixture

@@ -6,14 +6,14 @@ import cv2
 import numpy as np
 import pytest
 
-from app.images import read_in_process
-from app.live.picture import passed_on
-from app.live.stream_spec import StreamSpec
-from app.processes.framing import decode_body
 from tests.support.live_cameras import live
 from tests.support.mjpeg_camera import MjpegCamera, coded
 from tests.support.pictures import encoded, gradient, turned_jpeg
 from tests.support.waiting import LONG_S, until_async
+from touchline.images import read_in_process
+from touchline.live.picture import passed_on
+from touchline.live.stream_spec import StreamSpec
+from touchline.processes.framing import decode_body
 
 
 def watched(camera: MjpegCamera, spec: StreamSpec, count: int = 5) -> list[tuple[dict, bytes]]:

@@ -7,17 +7,17 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.core.registry import Registry
-from app.live import capture as module
-from app.live import rate
-from app.live.capture import REST_S
-from app.live.encoder import Encoder
-from app.live.failures import Failures
-from app.live.stream_spec import StreamSpec
-from app.live.worker_main import CameraWorker
-from app.sources import SOURCES
 from tests.support.live_cameras import SIM, capturing, spec
 from tests.support.waiting import LONG_S, until
+from touchline.core.registry import Registry
+from touchline.live import capture as module
+from touchline.live import rate
+from touchline.live.capture import REST_S
+from touchline.live.encoder import Encoder
+from touchline.live.failures import Failures
+from touchline.live.stream_spec import StreamSpec
+from touchline.live.worker_main import CameraWorker
+from touchline.sources import SOURCES
 
 CARD_S = 0.2  # between two pictures of a thumbnail
 

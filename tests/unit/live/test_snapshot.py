@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import Unavailable
-from app.live.snapshot import STILL_PX, take_still
-from app.vision.motion.stillness import camera_shift_px
 from tests.support.live_cameras import FIELDS, capturing
 from tests.support.simulated_source import simulated_source
+from touchline.core.errors import Unavailable
+from touchline.live.snapshot import STILL_PX, take_still
+from touchline.vision.motion.stillness import camera_shift_px
 
 SIM = "sim://table?size=480x384&fps=50&robots=3"
 

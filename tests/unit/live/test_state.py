@@ -2,8 +2,8 @@
 
 import pytest
 
-from app.core.geometry import ImageSize
-from app.live.state import (
+from touchline.core.geometry import ImageSize
+from touchline.live.state import (
     FROZEN_CODED_S,
     FROZEN_S,
     INTERVALS,
@@ -19,7 +19,7 @@ from app.live.state import (
     stall_reason,
     unmonitored,
 )
-from app.sources import Identity
+from touchline.sources import Identity
 
 NORTH = Identity("rtsp://10.0.0.4/live")
 

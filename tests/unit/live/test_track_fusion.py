@@ -6,11 +6,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.live import track_fusion
-from app.live.detection_feed import OFF, DetectionFeed
-from app.live.track_fusion import TrackFusion
-from app.processes.framing import encode_body
 from tests.support.waiting import LONG_S, until_async
+from touchline.live import track_fusion
+from touchline.live.detection_feed import OFF, DetectionFeed
+from touchline.live.track_fusion import TrackFusion
+from touchline.processes.framing import encode_body
 
 SEEN = {"seq": 1, "time_s": 1.0, "calibration": "c", "items": []}
 

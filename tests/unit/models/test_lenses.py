@@ -4,11 +4,11 @@ import cv2
 import numpy as np
 import pytest
 
-from app.models.lenses.brown_conrady import BrownConradyLens
-from app.models.lenses.division import DivisionLens
-from app.models.lenses.kannala_brandt import KannalaBrandtLens
-from app.models.lenses.projection import smallest_root, stays_positive
-from app.models.lenses.ssl import SslLens
+from touchline.models.lenses.brown_conrady import BrownConradyLens
+from touchline.models.lenses.division import DivisionLens
+from touchline.models.lenses.kannala_brandt import KannalaBrandtLens
+from touchline.models.lenses.projection import smallest_root, stays_positive
+from touchline.models.lenses.ssl import SslLens
 
 CASES = [(BrownConradyLens, (-0.28, 0.09, 0.001, -0.002, 0.003, 0, 0, 0)),
          (BrownConradyLens, (0.4, 0.05, 0.0005, 0.001, 0.002, 0.7, 0.12, 0.006)),

@@ -6,15 +6,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, FitFailed, NotFound, TouchlineError
-from app.core.geometry import ImageSize
-from app.core.options import Option, read_options
-from app.core.records import Observation
-from app.fitting import FITTERS
-from app.models import MODELS, CameraModel, RayModel, field_from_raw, model_from_json, parameters_json, raw_from_field
-from app.models.rotation import vector_from_matrix
 from tests.support.examples import examples
 from tests.support.fields import grid, marks_seen, plain_field, seen
+from touchline.core.errors import BadInput, FitFailed, NotFound, TouchlineError
+from touchline.core.geometry import ImageSize
+from touchline.core.options import Option, read_options
+from touchline.core.records import Observation
+from touchline.fitting import FITTERS
+from touchline.models import (
+    MODELS,
+    CameraModel,
+    RayModel,
+    field_from_raw,
+    model_from_json,
+    parameters_json,
+    raw_from_field,
+)
+from touchline.models.rotation import vector_from_matrix
 
 EXAMPLES = [pytest.param(model, id=f"{name}-{i}") for name in MODELS
             for i, model in enumerate(examples(name))]

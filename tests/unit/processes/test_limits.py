@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from app.processes.start import ChildProcess, Program
 from tests.support.waiting import until
+from touchline.processes.start import ChildProcess, Program
 
 # Many pieces too small to be the system's own mappings, freed but for the last, which holds the heap's end.
 STORY = """
-from app.processes.limits import return_memory
+from touchline.processes.limits import return_memory
 
 def held_mb():
     with open("/proc/self/statm") as text:
@@ -34,7 +34,7 @@ def test_what_was_freed_goes_back_to_the_system():
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the GNU C library's way")
 def test_the_threads_of_a_child_have_one_arena_of_which_all_can_be_returned():
-    child = ChildProcess(Program("app.live.worker_main:main"), {})
+    child = ChildProcess(Program("touchline.live.worker_main:main"), {})
     try:
         # empty for a moment, after the program was loaded and before the kernel has laid its memory out
         environment = until(Path(f"/proc/{child.pid}/environ").read_bytes)

@@ -7,13 +7,13 @@ import threading
 import time
 from pathlib import Path
 
-from app.images import ImageDecoder
-from app.jobs import JobEngine
-from app.scene.scene_registry import SceneRegistry
 from tests.support import sample_jobs
 from tests.support.child_processes import pids_of
 from tests.support.live_cameras import live, pid_of
 from tests.support.waiting import until, until_async
+from touchline.images import ImageDecoder
+from touchline.jobs import JobEngine
+from touchline.scene.scene_registry import SceneRegistry
 
 
 def is_gone(pid: int) -> bool:

@@ -9,15 +9,15 @@ import viser
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from app.core.detections import Detection, Detections
-from app.core.errors import BadInput
-from app.core.geometry import ImageSize
-from app.scene.export import scene_html
-from app.scene.messages import KEY_HEADER
-from app.scene.scene_view import LAYERS, SceneView, ViewState
-from app.scene.secured_viser import SecuredViser
 from tests.support.pair_over_field import FIELD
 from tests.support.rig_over_field import sim_task
+from touchline.core.detections import Detection, Detections
+from touchline.core.errors import BadInput
+from touchline.core.geometry import ImageSize
+from touchline.scene.export import scene_html
+from touchline.scene.messages import KEY_HEADER
+from touchline.scene.scene_view import LAYERS, SceneView, ViewState
+from touchline.scene.secured_viser import SecuredViser
 
 KEY = "the-key-of-this-scene"
 PROTOCOL = f"viser-v{viser.__version__}"

@@ -5,24 +5,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import Conflict, TouchlineError
-from app.core.geometry import ImageSize
-from app.core.records import Calibration, Observation
-from app.models import MODELS, field_from_raw, parameters_json, raw_from_field
-from app.models.ray_camera import RayCamera
-from app.scene.geometry.arrows import PoseChange, RayHits
-from app.scene.geometry.boards import BoardViews
-from app.scene.geometry.frustum import IN_FRONT, MAX_FOV_DEG, Frustum
-from app.scene.geometry.picking import carpet_intersection, describe_place
-from app.scene.geometry.scene_camera import SceneCamera
-from app.scene.geometry.shapes import carpet, goals, paint
-from app.scene.geometry.views import Viewpoint
-from app.workflows.board_request import calibrate_board
-from app.workflows.calibration import uncertainty
 from tests.support.board_views import BOARD, SIZE, TRUTH, views_of
 from tests.support.examples import plain_examples
 from tests.support.pair_over_field import FIELD
 from tests.support.rig_over_field import sim_task, true_models
+from touchline.core.errors import Conflict, TouchlineError
+from touchline.core.geometry import ImageSize
+from touchline.core.records import Calibration, Observation
+from touchline.models import MODELS, field_from_raw, parameters_json, raw_from_field
+from touchline.models.ray_camera import RayCamera
+from touchline.scene.geometry.arrows import PoseChange, RayHits
+from touchline.scene.geometry.boards import BoardViews
+from touchline.scene.geometry.frustum import IN_FRONT, MAX_FOV_DEG, Frustum
+from touchline.scene.geometry.picking import carpet_intersection, describe_place
+from touchline.scene.geometry.scene_camera import SceneCamera
+from touchline.scene.geometry.shapes import carpet, goals, paint
+from touchline.scene.geometry.views import Viewpoint
+from touchline.workflows.board_request import calibrate_board
+from touchline.workflows.calibration import uncertainty
 
 RAYS = [(name, number) for name in MODELS if isinstance(MODELS[name], type) and issubclass(MODELS[name], RayCamera)
         for number in range(2)]

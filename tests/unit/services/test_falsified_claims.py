@@ -2,8 +2,8 @@
 
 import pytest
 
-from app.core.errors import FitFailed
 from tests.support.falsified_claims import FALSE, World, all_claims
+from touchline.core.errors import FitFailed
 
 
 @pytest.fixture(scope="module")

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from app.core.errors import Cancelled, TouchlineError
-from app.services.fit_processes import FitProcesses
 from tests.support import sample_jobs
 from tests.support.waiting import gone, until, until_async
+from touchline.core.errors import Cancelled, TouchlineError
+from touchline.services.fit_processes import FitProcesses
 
 MODULES = ("tests.support.sample_jobs",)
 

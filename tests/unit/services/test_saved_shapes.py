@@ -8,16 +8,16 @@ import pytest
 from sqlalchemy import select, update
 from starlette.testclient import TestClient
 
-from app.main import create_app
-from app.services.saved_shapes import READERS
-from app.settings import Settings
-from app.store.checksummed import update_checksum
-from app.store.drafts import EMPTY
-from app.store.store import Store
-from app.store.tables import CHECKSUMMED_TABLES, LedgerRow
 from tests.support.paths import CLICKS
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, without_size
+from touchline.main import create_app
+from touchline.services.saved_shapes import READERS
+from touchline.settings import Settings
+from touchline.store.checksummed import update_checksum
+from touchline.store.drafts import EMPTY
+from touchline.store.store import Store
+from touchline.store.tables import CHECKSUMMED_TABLES, LedgerRow
 
 TABLES = {table.__tablename__: table for table in CHECKSUMMED_TABLES}
 LENS = {"model": "division", "camera": None, "note": "", "board": None, "image_size": [64, 48], "lens": {"focal": 1.0},

@@ -5,8 +5,8 @@ from collections.abc import Awaitable, Callable
 
 import pytest
 
-from app.core.errors import Busy, Cancelled, TouchlineError
-from app.services.turns import MAX_WAITING, QueuePlace, Turns
+from touchline.core.errors import Busy, Cancelled, TouchlineError
+from touchline.services.turns import MAX_WAITING, QueuePlace, Turns
 
 
 class Queue:

@@ -10,11 +10,11 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
-from app.sources import Identity, SourceContext, source_from_url
-from app.sources.industrial import aravis_library, gige
-from app.sources.industrial.camera import DiscoveredCamera, find_camera
 from tests.support.industrial import GvCamera, held, need_aravis, opened
+from touchline.core.errors import BadInput, NotFound, TouchlineError, Unavailable
+from touchline.sources import Identity, SourceContext, source_from_url
+from touchline.sources.industrial import aravis_library, gige
+from touchline.sources.industrial.camera import DiscoveredCamera, find_camera
 
 FAKE = "aravis://Fake_1?fps=100"
 
@@ -68,7 +68,7 @@ def test_a_camera_that_is_in_use_is_said_to_be(gv):
 
 @pytest.mark.long
 def test_a_camera_that_another_program_uses_is_said_to_be_and_is_free_soon_after_that_one_died(gv):
-    program = ("import sys; from app.sources import SourceContext, source_from_url as source\n"
+    program = ("import sys; from touchline.sources import SourceContext, source_from_url as source\n"
                "camera = source('aravis://127.0.0.1', SourceContext()); camera.read(); print('has it', flush=True)\n"
                "while True: camera.read()")
     other = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from app.processes.start import ChildProcess, Program, start
-from app.sources import SourceContext
-from app.sources.discover import _short_names, answer_of, discover_cameras
 from tests.support.industrial import GvCamera, opened, viky, with_viky
 from tests.support.peers import V4l2Source
 from tests.support.plugged_cameras import plug_in
 from tests.support.waiting import until
+from touchline.processes.start import ChildProcess, Program, start
+from touchline.sources import SourceContext
+from touchline.sources.discover import _short_names, answer_of, discover_cameras
 
 LONG_S = 60.0  # on a busy machine Python alone may take long to start
 
@@ -88,7 +88,7 @@ def test_one_that_dies_before_it_is_told_anything_takes_nothing_from_the_others(
             process.wait()
         return process, line
 
-    monkeypatch.setattr("app.processes.start.start", started_and_dead)
+    monkeypatch.setattr("touchline.processes.start.start", started_and_dead)
     cameras = discover_cameras(with_viky(), LONG_S)
     assert [one["address"] for one in cameras] == [f"genicam://{serial}?producer=viky" for serial in (0, 1, 2)]
 

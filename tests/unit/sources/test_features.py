@@ -2,15 +2,15 @@
 
 import pytest
 
-from app.core.errors import BadInput, NotFound
-from app.sources.industrial.camera import set_up
-from app.sources.industrial.features import FEATURES, controls_of, write_control
 from tests.support.industrial import missing
+from touchline.core.errors import BadInput, NotFound
+from touchline.sources.industrial.camera import set_up
+from touchline.sources.industrial.features import FEATURES, controls_of, write_control
 
 try:
     from genicam.genapi import NodeMap
 
-    from app.sources.industrial.genicam_producers import GenApiNodes
+    from touchline.sources.industrial.genicam_producers import GenApiNodes
 except ImportError:
     NodeMap = None
 

@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
-from app.settings import Settings
-from app.sources import Identity, SourceContext, source_from_url
-from app.sources.industrial.genicam_producers import producers_in
 from tests.support.industrial import held, missing, viky, with_viky
 from tests.support.tiers import long
+from touchline.core.errors import BadInput, NotFound, TouchlineError, Unavailable
+from touchline.settings import Settings
+from touchline.sources import Identity, SourceContext, source_from_url
+from touchline.sources.industrial.genicam_producers import producers_in
 
 RED = "genicam://VikyTL_DEV_red?producer=viky&fps=100"
 

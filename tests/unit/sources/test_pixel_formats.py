@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import Unavailable
-from app.sources.industrial.pixel_formats import PIXEL_FORMATS, best_format, bgr_from_raw, canonical_name
+from touchline.core.errors import Unavailable
+from touchline.sources.industrial.pixel_formats import PIXEL_FORMATS, best_format, bgr_from_raw, canonical_name
 
 WIDTH, HEIGHT = 48, 32
 CORNERS = (("R", "G"), ("G", "B"))

@@ -6,13 +6,13 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput
-from app.core.field import BORDERS
-from app.core.geometry import ImageSize
-from app.sources.sim.camera import SimCamera
-from app.sources.sim.lens import LENSES, BrownConrady, Division, KannalaBrandt, Ssl
 from tests.support.reference_camera import HEIGHT_MM, SIZE, reference_camera, reference_field
 from tests.support.sim_clicks import border_clicks, border_observations, known_grid, landmark_observations, line_clicks
+from touchline.core.errors import BadInput
+from touchline.core.field import BORDERS
+from touchline.core.geometry import ImageSize
+from touchline.sources.sim.camera import SimCamera
+from touchline.sources.sim.lens import LENSES, BrownConrady, Division, KannalaBrandt, Ssl
 
 REGION = reference_field().regions["full"]
 every_lens = pytest.mark.parametrize("lens", LENSES.values(), ids=LENSES)

@@ -5,9 +5,9 @@ import time
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput
-from app.sources import SourceContext, source_from_url
 from tests.support.live_cameras import FIELDS
+from touchline.core.errors import BadInput
+from touchline.sources import SourceContext, source_from_url
 
 URL = "sim://table?size=320x256&fps=200&robots=0&noise=0"
 

@@ -4,16 +4,16 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.geometry import ImageSize
-from app.sources.sim.camera import SimCamera
-from app.sources.sim.lens import LENSES
-from app.sources.sim.motion import Motion, ball_at, people_at, robots_at
-from app.sources.sim.render import Rendering, Sensor
-from app.sources.sim.robot_shapes import moving
-from app.sources.sim.solids import Box, Capsule, CutDisc, Disc
-from app.store.fields import load_fields
 from tests.support.sim_truth import robots_in, truth_at
 from tests.support.tiers import long
+from touchline.core.geometry import ImageSize
+from touchline.sources.sim.camera import SimCamera
+from touchline.sources.sim.lens import LENSES
+from touchline.sources.sim.motion import Motion, ball_at, people_at, robots_at
+from touchline.sources.sim.render import Rendering, Sensor
+from touchline.sources.sim.robot_shapes import moving
+from touchline.sources.sim.solids import Box, Capsule, CutDisc, Disc
+from touchline.store.fields import load_fields
 
 FIELD = load_fields()["ssl-div-b"]
 REGION = FIELD.regions["full"]

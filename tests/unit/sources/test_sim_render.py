@@ -6,17 +6,17 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from app.core.geometry import ImageSize, normal_cdf
-from app.sources.sim.camera import SimCamera
-from app.sources.sim.illumination import Light
-from app.sources.sim.lens import LENSES
-from app.sources.sim.motion import Motion, ball_at
-from app.sources.sim.paint import Ground, arc_coverage, line_coverage
-from app.sources.sim.render import Rendering, Sensor
-from app.store.fields import load_fields
 from tests.support.line_centres import centroids, clear_of_others
 from tests.support.sim_truth import robots_in
 from tests.support.tiers import long
+from touchline.core.geometry import ImageSize, normal_cdf
+from touchline.sources.sim.camera import SimCamera
+from touchline.sources.sim.illumination import Light
+from touchline.sources.sim.lens import LENSES
+from touchline.sources.sim.motion import Motion, ball_at
+from touchline.sources.sim.paint import Ground, arc_coverage, line_coverage
+from touchline.sources.sim.render import Rendering, Sensor
+from touchline.store.fields import load_fields
 
 FIELD = load_fields()["ssl-div-b"]
 SIZE = ImageSize(1280, 1024)

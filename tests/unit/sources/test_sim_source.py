@@ -8,14 +8,14 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, NotFound
-from app.sources import SourceContext, source_from_url
-from app.sources.sim import timecode
-from app.sources.sim.lamps import DRIFT_PERIOD_S, Lamps
-from app.sources.sim.lens import LENSES, BrownConrady, Division, Ssl
-from app.store.fields import load_fields
 from tests.support.sim_truth import truth_at
 from tests.support.timecode_reader import read_timecode
+from touchline.core.errors import BadInput, NotFound
+from touchline.sources import SourceContext, source_from_url
+from touchline.sources.sim import timecode
+from touchline.sources.sim.lamps import DRIFT_PERIOD_S, Lamps
+from touchline.sources.sim.lens import LENSES, BrownConrady, Division, Ssl
+from touchline.store.fields import load_fields
 
 FIELDS = load_fields()
 QUIET = "sim://ssl-div-b?size=640x480&fps=240&noise=0&robots=0"

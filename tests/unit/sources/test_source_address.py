@@ -2,10 +2,10 @@
 
 import pytest
 
-from app.core.errors import BadInput
-from app.sources import Identity, SourceContext, source_from_url, split_address, without_password
-from app.sources.address import without_secrets
-from app.sources.network.endpoint import Endpoint
+from touchline.core.errors import BadInput
+from touchline.sources import Identity, SourceContext, source_from_url, split_address, without_password
+from touchline.sources.address import without_secrets
+from touchline.sources.network.endpoint import Endpoint
 
 
 def test_a_network_cameras_query_is_its_own_and_our_options_stand_behind_the_hash():

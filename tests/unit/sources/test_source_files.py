@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, TouchlineError, Unavailable
-from app.images.in_process import decode_in_process
-from app.sources import SourceContext, source_from_url
 from tests.support.plugged_cameras import V4L2_PATHS
 from tests.support.tiers import long
+from touchline.core.errors import BadInput, TouchlineError, Unavailable
+from touchline.images.in_process import decode_in_process
+from touchline.sources import SourceContext, source_from_url
 
 CANARY = 77  # the grey of the one picture that must not be seen
 FILM = "fields/robocin/static.mp4"
@@ -224,7 +224,7 @@ def test_a_playlist_that_calls_itself_a_film_opens_nothing(around):
 
 
 def test_ffmpeg_itself_opens_no_playlist(tmp_path):
-    from app.sources.ffmpeg import VideoDecoder
+    from touchline.sources.ffmpeg import VideoDecoder
 
     real = tmp_path / "film.avi"
     film(real)

@@ -10,15 +10,15 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import BadImage, Unavailable
-from app.images.in_process import decode_in_process, read_in_process
-from app.images.screen import screen
-from app.sources import SourceContext, source_from_url
-from app.sources.network.multipart import MAX_PART, MultipartParser, PartTooLarge, boundary_of
 from tests.support.mjpeg_camera import BOUNDARY, MjpegCamera, coded
 from tests.support.paths import SHARED_DATA
 from tests.support.pictures import HOSTILE, hostile, jpeg_of_many_scans, jpeg_with_size
 from tests.support.waiting import until
+from touchline.core.errors import BadImage, Unavailable
+from touchline.images.in_process import decode_in_process, read_in_process
+from touchline.images.screen import screen
+from touchline.sources import SourceContext, source_from_url
+from touchline.sources.network.multipart import MAX_PART, MultipartParser, PartTooLarge, boundary_of
 
 AROUND = SourceContext(decode=decode_in_process, read=read_in_process, hosts=("127.0.0.1",))
 SEEN_S = 20.0  # generous, for a busy machine

@@ -8,13 +8,13 @@ import time
 
 import pytest
 
-from app.core.errors import BadInput, TouchlineError, Unavailable
-from app.images.in_process import decode_in_process, read_in_process
-from app.sources import SourceContext, source_from_url
-from app.sources.network.endpoint import Endpoint, connect, hardware_address, is_allowed, why_forbidden
 from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.rtsp_camera import RtspCamera
 from tests.support.waiting import until
+from touchline.core.errors import BadInput, TouchlineError, Unavailable
+from touchline.images.in_process import decode_in_process, read_in_process
+from touchline.sources import SourceContext, source_from_url
+from touchline.sources.network.endpoint import Endpoint, connect, hardware_address, is_allowed, why_forbidden
 
 AROUND = SourceContext(decode=decode_in_process, read=read_in_process)
 

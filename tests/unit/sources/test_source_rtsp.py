@@ -12,15 +12,15 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 
-from app.core.errors import Unavailable
-from app.images.in_process import JpegFrame, read_in_process
-from app.sources import SourceContext, source_from_url
-from app.sources.network.endpoint import Endpoint
-from app.sources.network.rtsp_relay import RtspRelay
 from tests.support.gst_camera import GstCamera, installed
 from tests.support.rtsp_camera import RtspCamera, scene
 from tests.support.tiers import long
 from tests.support.waiting import LONG_S, until
+from touchline.core.errors import Unavailable
+from touchline.images.in_process import JpegFrame, read_in_process
+from touchline.sources import SourceContext, source_from_url
+from touchline.sources.network.endpoint import Endpoint
+from touchline.sources.network.rtsp_relay import RtspRelay
 
 AROUND = SourceContext(read=read_in_process, hosts=("127.0.0.1",))
 SEEN_S = 20.0  # generous, for a busy machine; the bench measures

@@ -7,12 +7,12 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
-from app.core.options import Option
-from app.images.in_process import decode_in_process, read_in_process
-from app.sources import SOURCES, Source, SourceContext, source_from_url, split_address
-from app.store.fields import load_fields
 from tests.support.peers import HOSTS, PRODUCERS, address_of, with_option
+from touchline.core.errors import BadInput, NotFound, TouchlineError, Unavailable
+from touchline.core.options import Option
+from touchline.images.in_process import decode_in_process, read_in_process
+from touchline.sources import SOURCES, Source, SourceContext, source_from_url, split_address
+from touchline.store.fields import load_fields
 
 FIELDS = load_fields()
 every_source = pytest.mark.parametrize("name", list(SOURCES))

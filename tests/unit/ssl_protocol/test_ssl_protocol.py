@@ -8,14 +8,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.core.errors import BadInput, Conflict, TouchlineError
-from app.formats.ssl_field import field_from_wire, field_to_wire
-from app.formats.ssl_geometry import camera_number
-from app.league.geometry_listener import CPU_SHARE_PER_SENDER
-from app.models import MODELS
-from app.ssl_protocol import ssl_vision_pb2
-from app.ssl_protocol.protobuf import MAX_BYTES, build, decode, encode
-from app.ssl_protocol.ssl_vision_pb2 import (
+from tests.support import ssl_listener as listener
+from tests.support.exported import example, model_of, of_model, seen_places
+from tests.support.ssl_messages import changed
+from tests.support.tiers import rounds
+from touchline.core.errors import BadInput, Conflict, TouchlineError
+from touchline.formats.ssl_field import field_from_wire, field_to_wire
+from touchline.formats.ssl_geometry import camera_number
+from touchline.league.geometry_listener import CPU_SHARE_PER_SENDER
+from touchline.models import MODELS
+from touchline.ssl_protocol import ssl_vision_pb2
+from touchline.ssl_protocol.protobuf import MAX_BYTES, build, decode, encode
+from touchline.ssl_protocol.ssl_vision_pb2 import (
     SSL_DetectionFrame,
     SSL_DetectionRobot,
     SSL_FieldLineSegment,
@@ -25,12 +29,8 @@ from app.ssl_protocol.ssl_vision_pb2 import (
     SSL_WrapperPacket,
     Vector2f,
 )
-from app.store.fields import load_fields
-from app.workflows import interchange
-from tests.support import ssl_listener as listener
-from tests.support.exported import example, model_of, of_model, seen_places
-from tests.support.ssl_messages import changed
-from tests.support.tiers import rounds
+from touchline.store.fields import load_fields
+from touchline.workflows import interchange
 
 FIELDS = load_fields()
 SSL_EXAMPLES = range(3)

@@ -11,15 +11,15 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.core.errors import Conflict, DiskFull, TouchlineError, Unavailable
-from app.store import backup_restore
-from app.store.opening import FILE, UNFINISHED
-from app.store.quarantine import DamagedFile
-from app.store.store import Store
-from app.store.tables import CalibrationRow
 from tests.support.store_opener import break_database, damage_row
 from tests.support.store_writer import calibration
 from tests.support.waiting import LONG_S, until
+from touchline.core.errors import Conflict, DiskFull, TouchlineError, Unavailable
+from touchline.store import backup_restore
+from touchline.store.opening import FILE, UNFINISHED
+from touchline.store.quarantine import DamagedFile
+from touchline.store.store import Store
+from touchline.store.tables import CalibrationRow
 
 STEPS = ("shutil.copyfile", "is_whole", "sqlite3.connect", "Replaced.add", "remove_database", "replace_synced",
          "Quarantine.move_rows")

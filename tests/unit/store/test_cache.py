@@ -2,8 +2,8 @@
 
 import pytest
 
-from app.services.answer_cache import OWN_BYTES, AnswerCache, CachedAnswer
-from app.store.cache import LruCache
+from touchline.services.answer_cache import OWN_BYTES, AnswerCache, CachedAnswer
+from touchline.store.cache import LruCache
 
 
 def test_what_was_used_least_recently_goes_first_and_a_value_counts_once():

@@ -8,11 +8,11 @@ from math import isclose
 import pytest
 from fastapi.testclient import TestClient
 
-from app.main import create_app
-from app.settings import Settings
-from app.store.restore import restore_into
 from tests.support.paths import TESTS
 from tests.support.waiting import until
+from touchline.main import create_app
+from touchline.settings import Settings
+from touchline.store.restore import restore_into
 
 HERE = "http://127.0.0.1:8000"
 API = "/api/v1"

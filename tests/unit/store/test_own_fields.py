@@ -2,9 +2,9 @@
 
 import pytest
 
-from app.core.errors import BadInput, Conflict, NotFound
-from app.store import fields as module
-from app.store.fields import FieldRepository
+from touchline.core.errors import BadInput, Conflict, NotFound
+from touchline.store import fields as module
+from touchline.store.fields import FieldRepository
 
 SIDES = {"full": {"x": [-1500, 1500], "y": [-1000, 1000]}}
 

@@ -4,14 +4,14 @@ import threading
 
 import pytest
 
-from app.core.errors import TouchlineError, Unavailable
-from app.core.geometry import ImageSize
-from app.store.store import Store
 from tests.support.store_writer import calibration
 from tests.support.tiers import rounds
 from tests.support.waiting import until
+from touchline.core.errors import TouchlineError, Unavailable
+from touchline.core.geometry import ImageSize
+from touchline.store.store import Store
 
-LOCK = "app.store.lock."
+LOCK = "touchline.store.lock."
 
 
 def refused(work) -> str:

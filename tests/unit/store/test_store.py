@@ -14,15 +14,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sqlalchemy import update
 
-from app.core.errors import BadInput, Conflict, NotFound, Stale, Unavailable
-from app.core.geometry import ImageSize
-from app.core.records import Calibration
-from app.store.drafts import EMPTY
-from app.store.quarantine import DamagedFile
-from app.store.store import Store
-from app.store.tables import ActiveRow, CalibrationRow, DraftRow, SnapshotRow
 from tests.support.store_opener import count_rows, damage_row
 from tests.support.tiers import long
+from touchline.core.errors import BadInput, Conflict, NotFound, Stale, Unavailable
+from touchline.core.geometry import ImageSize
+from touchline.core.records import Calibration
+from touchline.store.drafts import EMPTY
+from touchline.store.quarantine import DamagedFile
+from touchline.store.store import Store
+from touchline.store.tables import ActiveRow, CalibrationRow, DraftRow, SnapshotRow
 
 SIZE = ImageSize(640, 480)
 DRAFT = {**EMPTY, "field": "ssl-2008", "region": "half-left",
@@ -368,7 +368,7 @@ def damage_file(path):
 
 
 def test_a_second_process_is_kept_out_and_told_who_is_in(opener, store):
-    code = ("import sys; from pathlib import Path; from app.store.store import Store\n"
+    code = ("import sys; from pathlib import Path; from touchline.store.store import Store\n"
             "try: Store(Path(sys.argv[1]))\nexcept Exception as e: print(e.reason, e)")
     told = subprocess.run([sys.executable, "-c", code, str(store.folder)], capture_output=True, text=True).stdout
     assert told.startswith("data-folder-in-use") and str(os.getpid()) in told

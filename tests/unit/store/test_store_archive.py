@@ -5,13 +5,13 @@ import zipfile
 
 import pytest
 
-from app.core.errors import BadInput, Conflict, Unavailable
-from app.core.geometry import ImageSize
-from app.store.drafts import EMPTY
-from app.store.restore import UNFINISHED, restore_into
-from app.store.store import Store
 from tests.support.store_opener import StoreOpener, count_rows
 from tests.support.store_writer import calibration
+from touchline.core.errors import BadInput, Conflict, Unavailable
+from touchline.core.geometry import ImageSize
+from touchline.store.drafts import EMPTY
+from touchline.store.restore import UNFINISHED, restore_into
+from touchline.store.store import Store
 
 SIZE = ImageSize(640, 480)
 
@@ -69,7 +69,7 @@ def test_nothing_is_restored_over_something(filled, tmp_path, opener):
 
 
 def test_the_operators_fields_come_with_it(filled, tmp_path):
-    from app import shipped
+    from touchline import shipped
     (tmp_path / "fields").mkdir()
     text = (shipped("configs") / "fields" / "table.yaml").read_text().replace("name: table", "name: mine")
     (tmp_path / "fields" / "mine.yaml").write_text(text)

@@ -2,9 +2,9 @@
 
 import pytest
 
-from app.core.errors import BadInput, Conflict, NotFound, Stale
-from app.store.tables import CameraRow
 from tests.support.store_opener import damage_row
+from touchline.core.errors import BadInput, Conflict, NotFound, Stale
+from touchline.store.tables import CameraRow
 
 BODY = {"name": "North half", "source": "rtsp://10.0.0.5/live", "field": "ssl-div-b", "region": "half-left"}
 

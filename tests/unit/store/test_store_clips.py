@@ -4,9 +4,9 @@ import os
 
 import pytest
 
-from app.core.errors import DiskFull, NotFound
-from app.store import clips
-from app.store.clips import LENGTH
+from touchline.core.errors import DiskFull, NotFound
+from touchline.store import clips
+from touchline.store.clips import LENGTH
 
 FRAMES = [{"seq": 4, "time_s": 10.0, "bytes": 3}, {"seq": 9, "time_s": 10.5, "bytes": 2}]
 HEAD = {"width": 8, "height": 6, "frames": FRAMES}

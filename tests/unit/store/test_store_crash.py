@@ -10,12 +10,12 @@ import time
 
 import pytest
 
-from app.core.errors import NotFound
-from app.store.drafts import EMPTY
-from app.store.store import Store
 from tests.support.paths import ROOT
 from tests.support.store_writer import digest
 from tests.support.tiers import long
+from touchline.core.errors import NotFound
+from touchline.store.drafts import EMPTY
+from touchline.store.store import Store
 
 MAX_CALLS = 12  # of one life; the writer does nothing but save
 CALL_S = 0.005  # about what the first one takes

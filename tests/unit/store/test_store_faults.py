@@ -6,13 +6,13 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.core.errors import DiskFull, TouchlineError, Unavailable
-from app.core.geometry import ImageSize
-from app.store.drafts import EMPTY
-from app.store.files import write_atomically
-from app.store.store import Store
 from tests.support.failing_disk import Disk, FailingSqlite, can_fail, failing
 from tests.support.store_writer import calibration
+from touchline.core.errors import DiskFull, TouchlineError, Unavailable
+from touchline.core.geometry import ImageSize
+from touchline.store.drafts import EMPTY
+from touchline.store.files import write_atomically
+from touchline.store.store import Store
 
 SIZE = ImageSize(640, 480)
 CODES = {errno.ENOSPC: DiskFull, errno.EDQUOT: DiskFull, errno.EIO: Unavailable, errno.EROFS: Unavailable}
@@ -107,7 +107,7 @@ def test_whichever_call_of_a_save_fails_it_is_told_and_nothing_is_lost(sqlite, s
 
 def test_a_write_is_flushed_before_it_is_moved_and_its_folder_after(tmp_path, monkeypatch):
     disk = Disk()
-    monkeypatch.setattr("app.store.files.os", disk)
+    monkeypatch.setattr("touchline.store.files.os", disk)
     write_atomically(tmp_path / "file", b"data")
     assert disk.calls == ["open", "write", "fsync", "close", "replace", "open", "fsync", "close"]
 
@@ -115,7 +115,7 @@ def test_a_write_is_flushed_before_it_is_moved_and_its_folder_after(tmp_path, mo
 def test_a_disk_that_takes_a_byte_at_a_time_still_gets_them_all(tmp_path, monkeypatch):
     disk = Disk()
     disk.write = lambda handle, data: os.write(handle, bytes(data[:1]))
-    monkeypatch.setattr("app.store.files.os", disk)
+    monkeypatch.setattr("touchline.store.files.os", disk)
     write_atomically(tmp_path / "file", b"every byte")
     assert (tmp_path / "file").read_bytes() == b"every byte"
 

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from app.core.errors import NotFound
-from app.core.jobs import WAITING
-from app.core.statements import say
+from touchline.core.errors import NotFound
+from touchline.core.jobs import WAITING
+from touchline.core.statements import say
 
 
 @pytest.fixture

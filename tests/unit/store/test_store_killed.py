@@ -10,17 +10,17 @@ from pathlib import Path
 
 import pytest
 
-from app.core.errors import Unavailable
-from app.store.opening import FILE, UNFINISHED
-from app.store.restore import restore_into
-from app.store.sqlite_files import roll_back
-from app.store.store import Store
 from tests.support.killed_at import is_killed_at
 from tests.support.paths import TESTS
 from tests.support.store_opener import damaged_folder
 from tests.support.store_writer import calibration
 from tests.support.tiers import long
 from tests.support.waiting import LONG_S
+from touchline.core.errors import Unavailable
+from touchline.store.opening import FILE, UNFINISHED
+from touchline.store.restore import restore_into
+from touchline.store.sqlite_files import roll_back
+from touchline.store.store import Store
 
 KILLS = [4, long(75)]  # of each kind of work
 MANY = 100_000  # more lines than any of them has

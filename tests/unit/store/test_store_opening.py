@@ -10,15 +10,15 @@ from contextlib import closing
 import pytest
 from sqlalchemy import update
 
-from app.core.errors import NotFound, TouchlineError, Unavailable
-from app.core.geometry import ImageSize
-from app.store.drafts import EMPTY
-from app.store.quarantine import DamagedFile
-from app.store.store import Store
-from app.store.tables import CalibrationRow, LensRow
 from tests.support.store_opener import damage_row
 from tests.support.store_writer import calibration
 from tests.support.tiers import long
+from touchline.core.errors import NotFound, TouchlineError, Unavailable
+from touchline.core.geometry import ImageSize
+from touchline.store.drafts import EMPTY
+from touchline.store.quarantine import DamagedFile
+from touchline.store.store import Store
+from touchline.store.tables import CalibrationRow, LensRow
 
 SIZE = ImageSize(640, 480)
 PAGE = 4096
@@ -286,7 +286,7 @@ def test_a_kill_while_a_new_database_is_made_leaves_none_and_the_next_start_make
         def killed(engine):
             (tmp_path / f"{FILE}.unfinished").write_bytes(b"half")
             raise KeyboardInterrupt
-        patch.setattr("app.store.opening.upgrade", killed)
+        patch.setattr("touchline.store.opening.upgrade", killed)
         Store(tmp_path)
     assert not (tmp_path / FILE).exists()
     with Store(tmp_path) as store, pytest.raises(NotFound):

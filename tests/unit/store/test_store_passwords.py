@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from app.store.checksummed import update_checksum
-from app.store.passwords import FILE
-from app.store.restore import restore_into
-from app.store.store import Store
-from app.store.tables import CameraRow
 from tests.support.store_opener import damage_row
+from touchline.store.checksummed import update_checksum
+from touchline.store.passwords import FILE
+from touchline.store.restore import restore_into
+from touchline.store.store import Store
+from touchline.store.tables import CameraRow
 
 SOURCE = "rtsp://op:s3cret@10.0.0.5/live?key=s3cret"
 SHOWN = "rtsp://op@10.0.0.5/live?key=…"

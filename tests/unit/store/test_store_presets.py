@@ -2,11 +2,11 @@
 
 import pytest
 
-from app.core.errors import BadInput, Conflict, NotFound, Stale
-from app.store.documents import DocumentRepository
-from app.store.restore import restore_into
-from app.store.tables import PresetRow
 from tests.support.store_opener import damage_row
+from touchline.core.errors import BadInput, Conflict, NotFound, Stale
+from touchline.store.documents import DocumentRepository
+from touchline.store.restore import restore_into
+from touchline.store.tables import PresetRow
 
 HALL = {"name": "hall", "colours": {"orange": [{"rgb": [250, 112, 30]}]}}
 

@@ -3,11 +3,11 @@
 
 import pytest
 
-from app.core.errors import BadInput, Conflict, NotFound, Stale
-from app.store.documents import RigRepository
-from app.store.restore import restore_into
-from app.store.tables import RigRow
 from tests.support.store_opener import damage_row
+from touchline.core.errors import BadInput, Conflict, NotFound, Stale
+from touchline.store.documents import RigRepository
+from touchline.store.restore import restore_into
+from touchline.store.tables import RigRow
 
 BODY = {"title": "Hall", "field": "ssl-div-b", "cameras": [{"camera": "north", "region": "half-left", "rotate": None}]}
 

@@ -2,11 +2,11 @@
 
 import pytest
 
-from app.core.errors import NotFound
-from app.store import rolls
-from app.store.restore import restore_into
-from app.store.tables import RollRow
 from tests.support.store_opener import damage_row
+from touchline.core.errors import NotFound
+from touchline.store import rolls
+from touchline.store.restore import restore_into
+from touchline.store.tables import RollRow
 
 ROLL = {"points": [[1.5, 2.25], [30.0, 40.0]], "seconds": 0.5, "image_size": [640, 480]}
 

@@ -4,8 +4,8 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 
-from app.store.schema import HEAD, MIGRATIONS
-from app.store.tables import Base
+from touchline.store.schema import HEAD, MIGRATIONS
+from touchline.store.tables import Base
 
 
 def test_the_migrations_end_with_the_tables_that_the_code_expects(opener, tmp_path):

@@ -8,15 +8,15 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.core.errors import DiskFull, Unavailable
-from app.core.geometry import ImageSize
-from app.store.backups import MAX_COPIES, Backups
-from app.store.drafts import EMPTY
-from app.store.files import write_atomically
-from app.store.integrity import find_damage
-from app.store.store import Store
 from tests.support.store_writer import calibration
 from tests.support.waiting import LONG_S, until
+from touchline.core.errors import DiskFull, Unavailable
+from touchline.core.geometry import ImageSize
+from touchline.store.backups import MAX_COPIES, Backups
+from touchline.store.drafts import EMPTY
+from touchline.store.files import write_atomically
+from touchline.store.integrity import find_damage
+from touchline.store.store import Store
 
 SIZE = ImageSize(640, 480)
 MB = 1_000_000
@@ -89,7 +89,7 @@ def test_a_file_that_is_about_to_get_its_row_is_not_one_without(opener, tmp_path
             written.set()
             assert go_on.wait(LONG_S)
 
-    monkeypatch.setattr("app.store.snapshots.write_atomically", write)
+    monkeypatch.setattr("touchline.store.snapshots.write_atomically", write)
     first, second = b"x" * 1800, b"y" * 2000
     with opener(tmp_path / "data", uploads_bytes=4000) as store:
         store.snapshots.add(b"o" * 2100, SIZE, "png")  # makes room for the second
@@ -153,7 +153,7 @@ def test_copies_thin_out_with_age_whatever_the_clock_does(tmp_path, source):
 
 
 def test_few_copies_of_a_large_database_reach_far_back(tmp_path, source, monkeypatch):
-    monkeypatch.setattr("app.store.backups.SMALL_BYTES", 0)
+    monkeypatch.setattr("touchline.store.backups.SMALL_BYTES", 0)
     hours = [k // 3 for k in range(1500)]
     kept = placed(Backups(tmp_path / "copies", source), enumerate(hours), 100)
     assert len(kept) == MAX_COPIES
@@ -188,7 +188,7 @@ def test_a_backup_made_while_others_save_is_whole_and_restores_to_a_state_that_w
 
 
 def test_a_backup_that_cannot_be_made_is_told_and_saving_goes_on(tmp_path, monkeypatch):
-    monkeypatch.setattr("app.store.backups.free_bytes", lambda folder: 0)
+    monkeypatch.setattr("touchline.store.backups.free_bytes", lambda folder: 0)
     with Store(tmp_path) as store:
         assert store.calibrations.add(calibration("north", "1")).version == 1
         until(lambda: store.warnings)

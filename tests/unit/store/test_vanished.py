@@ -6,13 +6,13 @@ from contextlib import closing
 import pytest
 from sqlalchemy import text
 
-from app.core.errors import TouchlineError
-from app.core.geometry import ImageSize
-from app.store.opening import FILE
-from app.store.store import Store
-from app.store.tables import ARCHIVED_TABLES, CameraRow
 from tests.support.store_opener import damage_row
 from tests.support.store_writer import calibration
+from touchline.core.errors import TouchlineError
+from touchline.core.geometry import ImageSize
+from touchline.store.opening import FILE
+from touchline.store.store import Store
+from touchline.store.tables import ARCHIVED_TABLES, CameraRow
 
 SIZE = ImageSize(640, 480)
 

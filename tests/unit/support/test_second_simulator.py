@@ -7,12 +7,12 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.field import Arc
 from tests.support.second_simulator import render, scene_spec
 from tests.support.second_simulator.lenses import REAL_LENSES
 from tests.support.second_simulator.paint import PaintErrors, painted
 from tests.support.second_simulator.scene_spec import Optics, Sensor, Things, camera_of, fields
 from tests.support.tiers import rounds
+from touchline.core.field import Arc
 
 SMALL = {"size": (160, 120)}
 CLEAN = {"optics": Optics(0.6), "sensor": Sensor(0.0), "things": Things(), "paint": PaintErrors(width_mm=25.0)}

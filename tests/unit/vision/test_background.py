@@ -5,14 +5,14 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput
-from app.sources import SourceContext, source_from_url
-from app.sources.sim.render import Rendering
-from app.store.fields import load_fields
-from app.vision.motion.background import MAX_FRAMES, Background
 from tests.support.line_centres import centroids, clear_of_others
 from tests.support.sim_truth import truth_at
 from tests.support.tiers import rounds
+from touchline.core.errors import BadInput
+from touchline.sources import SourceContext, source_from_url
+from touchline.sources.sim.render import Rendering
+from touchline.store.fields import load_fields
+from touchline.vision.motion.background import MAX_FRAMES, Background
 
 FIELDS = load_fields()
 FIELD = FIELDS["ssl-div-b"]

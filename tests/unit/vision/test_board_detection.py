@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.board import Board
-from app.vision.board.corners import refine_corners_by_square
-from app.vision.board.detection import find_board
 from tests.support.board_views import picture_of
+from touchline.core.board import Board
+from touchline.vision.board.corners import refine_corners_by_square
+from touchline.vision.board.detection import find_board
 
 CHESS = Board("chessboard", 9, 6, 30.0)
 CHARUCO = Board("charuco", 7, 5, 30.0, 22.0, "DICT_4X4_100")

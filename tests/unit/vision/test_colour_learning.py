@@ -5,18 +5,18 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.core.colour_profile import NAMES, ColourProfile, ColourSample
-from app.core.errors import TouchlineError
-from app.store.stages import load_plans
-from app.vision.colour.automatic import automatic_profile
-from app.vision.colour.learning import learn_profile, mean_light, sample_at
-from app.vision.colour.separability import colour_health
-from app.vision.colour.table import CODES, cells, in_light, table_of
-from app.vision.stage_pipeline import StagePipeline
-from app.vision.stages import StageContext
 from tests.support.sim_truth import truth_at
 from tests.support.tiers import rounds
 from tests.support.watched_field import colour_clicks, world
+from touchline.core.colour_profile import NAMES, ColourProfile, ColourSample
+from touchline.core.errors import TouchlineError
+from touchline.store.stages import load_plans
+from touchline.vision.colour.automatic import automatic_profile
+from touchline.vision.colour.learning import learn_profile, mean_light, sample_at
+from touchline.vision.colour.separability import colour_health
+from touchline.vision.colour.table import CODES, cells, in_light, table_of
+from touchline.vision.stage_pipeline import StagePipeline
+from touchline.vision.stages import StageContext
 
 LEAGUE = ColourProfile("league", {name: (ColourSample(NAMES[name]),) for name in ("orange", "yellow", "blue", "pink")},
                        (ColourSample((44.0, 112.0, 60.0)), ColourSample((20.0, 20.0, 20.0)), ColourSample((226.0, 236.0,

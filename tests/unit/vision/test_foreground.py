@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.vision.motion.foreground import MotionDetector
+from touchline.vision.motion.foreground import MotionDetector
 
 
 @pytest.mark.parametrize("colour", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)], ids=["blue", "green", "red", "white"])

@@ -4,14 +4,14 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.geometry import ImageSize
-from app.store.stages import load_plans
-from app.vision.colour.learning import learn_profile
-from app.vision.stage_pipeline import StageConfig, StagePipeline
-from app.vision.stages import StageContext
-from app.vision.stages.localisation import FieldLocator
 from tests.support.labelled import COLOURS, SETS, picture, read_set, sight_for, tallies, there
 from tests.support.tiers import rounds
+from touchline.core.geometry import ImageSize
+from touchline.store.stages import load_plans
+from touchline.vision.colour.learning import learn_profile
+from touchline.vision.stage_pipeline import StageConfig, StagePipeline
+from touchline.vision.stages import StageContext
+from touchline.vision.stages.localisation import FieldLocator
 
 # Precision and recall of every kind of thing are at least this; the figures stand in static/help/figures.md.
 USUAL = (0.99, 0.99)

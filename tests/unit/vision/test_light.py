@@ -6,18 +6,18 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput
-from app.sources import SourceContext, source_from_url
-from app.sources.sim.render import Rendering
-from app.store.fields import load_fields
-from app.vision.quality import flicker as flickering
-from app.vision.quality import light as lighting
-from app.vision.quality import sharpness as focus
-from app.vision.quality.flicker import measure_flicker, row_means
-from app.vision.quality.light import measure_light
-from app.vision.quality.sharpness import measure_sharpness
-from app.vision.quality.zones import MIDDLE, ZONES, field_mask, zone_names, zone_slices
 from tests.support.tiers import rounds
+from touchline.core.errors import BadInput
+from touchline.sources import SourceContext, source_from_url
+from touchline.sources.sim.render import Rendering
+from touchline.store.fields import load_fields
+from touchline.vision.quality import flicker as flickering
+from touchline.vision.quality import light as lighting
+from touchline.vision.quality import sharpness as focus
+from touchline.vision.quality.flicker import measure_flicker, row_means
+from touchline.vision.quality.light import measure_light
+from touchline.vision.quality.sharpness import measure_sharpness
+from touchline.vision.quality.zones import MIDDLE, ZONES, field_mask, zone_names, zone_slices
 
 FIELDS = load_fields()
 BIG = "ssl-div-b?size=1280x720"

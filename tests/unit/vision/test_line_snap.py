@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from app.vision.lines.snap import Hint, Snapped, Unsnapped, snap
 from tests.support.rendered import painted, round_line, straight
 from tests.support.tiers import long, rounds
+from touchline.vision.lines.snap import Hint, Snapped, Unsnapped, snap
 
 PX = 0.1  # what a click 4 px off must come within, on average
 MIDDLE = np.array([60.3, 49.6])

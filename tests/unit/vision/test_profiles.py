@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from app.vision.lines.profiles import across_lines
-from app.vision.lines.strays import strays
+from touchline.vision.lines.profiles import across_lines
+from touchline.vision.lines.strays import strays
 
 CAPTURE_PX = 4.0
 

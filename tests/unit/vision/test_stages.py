@@ -6,20 +6,20 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.colour_profile import ColourProfile, ColourSample
-from app.core.detections import Detection
-from app.core.errors import TouchlineError
-from app.core.geometry import ImageSize
-from app.core.ssl_pattern import DOTS_MM, NUMBER_OF
-from app.store.stages import load_plans
-from app.vision.blobs.features import Blobs, fine_middles
-from app.vision.blobs.runs import runs_of
-from app.vision.stage_pipeline import StageConfig, StagePipeline
-from app.vision.stages import STAGES, FrameState, Stage, StageContext
-from app.vision.stages.localisation import FieldLocator
 from tests.support.sim_truth import truth_at
 from tests.support.tiers import long
 from tests.support.watched_field import Score, colour_clicks, scored, sight_of, world
+from touchline.core.colour_profile import ColourProfile, ColourSample
+from touchline.core.detections import Detection
+from touchline.core.errors import TouchlineError
+from touchline.core.geometry import ImageSize
+from touchline.core.ssl_pattern import DOTS_MM, NUMBER_OF
+from touchline.store.stages import load_plans
+from touchline.vision.blobs.features import Blobs, fine_middles
+from touchline.vision.blobs.runs import runs_of
+from touchline.vision.stage_pipeline import StageConfig, StagePipeline
+from touchline.vision.stages import STAGES, FrameState, Stage, StageContext
+from touchline.vision.stages.localisation import FieldLocator
 
 PLANS = load_plans()
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from app.vision.motion.foreground import MovingBlob
-from app.vision.motion.tracks import MAX_MISSED, Tracker
+from touchline.vision.motion.foreground import MovingBlob
+from touchline.vision.motion.tracks import MAX_MISSED, Tracker
 
 
 def test_what_was_hidden_for_some_frames_is_followed_on_at_its_own_speed():

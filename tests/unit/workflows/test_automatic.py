@@ -6,14 +6,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, Conflict, FitFailed
-from app.core.records import Frame, observations_from_json
-from app.models import field_from_raw, model_from_json
-from app.models.restored import Restored
-from app.workflows.automatic_request import AutomaticRequest, median_frame
 from tests.support.auto_scenes import SceneSpec, SeenScene, error_mm, fields, scene_of
 from tests.support.second_simulator import render, scene_spec
 from tests.support.tiers import long, rounds
+from touchline.core.errors import BadInput, Conflict, FitFailed
+from touchline.core.records import Frame, observations_from_json
+from touchline.models import field_from_raw, model_from_json
+from touchline.models.restored import Restored
+from touchline.workflows.automatic_request import AutomaticRequest, median_frame
 
 RIGHT_MM = 3.0  # a wrong assignment is off by decimetres
 PLAIN = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 6, 0)
@@ -264,7 +264,7 @@ def crossing(one, other):
 
 
 def _read(path):
-    from app.cli.files import read_picture
+    from touchline.cli.files import read_picture
     return read_picture(path).pixels
 
 

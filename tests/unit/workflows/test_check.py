@@ -7,19 +7,19 @@ import cv2
 import numpy as np
 import pytest
 
-from app.cli.server import DEMO_CAMERAS
-from app.core.errors import Conflict
-from app.core.records import Frame
-from app.models import field_from_raw, model_from_json, raw_from_field
-from app.sources import SourceContext, source_from_url
-from app.workflows.automatic_request import AutomaticRequest
-from app.workflows.calibration_request import CalibrationRequest
-from app.workflows.check import check
 from tests.support import auto_scenes as scenes
 from tests.support import second_simulator
 from tests.support.auto_scenes import SceneSpec, scene_of
 from tests.support.sim_clicks import border_observations
 from tests.support.tiers import long
+from touchline.cli.server import DEMO_CAMERAS
+from touchline.core.errors import Conflict
+from touchline.core.records import Frame
+from touchline.models import field_from_raw, model_from_json, raw_from_field
+from touchline.sources import SourceContext, source_from_url
+from touchline.workflows.automatic_request import AutomaticRequest
+from touchline.workflows.calibration_request import CalibrationRequest
+from touchline.workflows.check import check
 
 SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (640, 534), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 6, 0)
 

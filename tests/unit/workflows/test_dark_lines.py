@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from app.core import opencv
-from app.core.records import Frame
-from app.evaluate.drift.monitor import DriftReference
-from app.models.restored import Restored
-from app.vision.lines.painted import painted_lines, with_bright_lines
-from app.workflows.automatic_request import AutomaticRequest
-from app.workflows.check import check
-from app.workflows.reregister import reregister
 from tests.support.auto_scenes import SceneSpec, error_mm, scene_of
+from touchline.core import opencv
+from touchline.core.records import Frame
+from touchline.evaluate.drift.monitor import DriftReference
+from touchline.models.restored import Restored
+from touchline.vision.lines.painted import painted_lines, with_bright_lines
+from touchline.workflows.automatic_request import AutomaticRequest
+from touchline.workflows.check import check
+from touchline.workflows.reregister import reregister
 
 SPEC = SceneSpec(3, "vsss-3v3", "full", "mild", (640, 480), 2200.0, 8.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import yaml
 
-from app.core.errors import Cancelled, TouchlineError
-from app.formats import FORMATS
-from app.store.stages import load_plans
-from app.vision.stage_pipeline import StageConfig
-from app.workflows.detection import context_for, detect, detections_image
 from tests.support.sim_truth import truth_at
 from tests.support.watched_field import calibration_of, colour_clicks, world
+from touchline.core.errors import Cancelled, TouchlineError
+from touchline.formats import FORMATS
+from touchline.store.stages import load_plans
+from touchline.vision.stage_pipeline import StageConfig
+from touchline.workflows.detection import context_for, detect, detections_image
 
 PLAN = load_plans()["ssl"]
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.field_json import field_from_json
-from app.core.records import Frame
-from app.models import model_from_json
-from app.workflows.automatic_request import AutomaticRequest
-from app.workflows.elsewhere import lines_elsewhere
 from tests.support import auto_scenes
 from tests.support.auto_scenes import SceneSpec, error_mm, fields, scene_of
+from touchline.core.field_json import field_from_json
+from touchline.core.records import Frame
+from touchline.models import model_from_json
+from touchline.workflows.automatic_request import AutomaticRequest
+from touchline.workflows.elsewhere import lines_elsewhere
 
 SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (1224, 1024), 5500.0, 10.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
 OFF_MM = 60.0

@@ -4,14 +4,14 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput
-from app.core.geometry import ImageSize, with_z
-from app.core.records import Frame
-from app.fitting.field_lines.given_corners import cameras_from_corners
-from app.models import field_from_raw, model_from_json
-from app.workflows.automatic_request import AutomaticRequest
-from app.workflows.recognition import request_for
 from tests.support.auto_scenes import SceneSpec, camera_of, carpet_error_mm, fields, scene_of
+from touchline.core.errors import BadInput
+from touchline.core.geometry import ImageSize, with_z
+from touchline.core.records import Frame
+from touchline.fitting.field_lines.given_corners import cameras_from_corners
+from touchline.models import field_from_raw, model_from_json
+from touchline.workflows.automatic_request import AutomaticRequest
+from touchline.workflows.recognition import request_for
 
 SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
 PAD_PX = 200  # about the picture: room for a floor of planks

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import FitFailed
-from app.models import field_from_raw
-from app.workflows.calibration_request import CalibrationRequest
 from tests.support.reference_camera import SIZE, reference_camera, reference_field
 from tests.support.sim_clicks import border_observations, known_grid, rms_mm
+from touchline.core.errors import FitFailed
+from touchline.models import field_from_raw
+from touchline.workflows.calibration_request import CalibrationRequest
 
 FIELD = reference_field()
 REGION = FIELD.regions["full"]

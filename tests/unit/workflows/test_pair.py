@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.core.geometry import ImageSize
-from app.workflows.pair import lines_by_calibrations
 from tests.support.exported import model_of, of_model
+from touchline.core.geometry import ImageSize
+from touchline.workflows.pair import lines_by_calibrations
 
 
 def test_a_place_is_told_wherever_the_other_picture_shows_it_though_that_is_larger():

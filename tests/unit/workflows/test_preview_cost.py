@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from app.fitting.ray_camera.problem import ClickResiduals
 from tests.support.rig_over_field import sim_task
+from touchline.fitting.ray_camera.problem import ClickResiduals
 
 
 @pytest.mark.parametrize(("model", "most"), [("auto", 230), ("polynomial", 135), ("fisheye", 160)])

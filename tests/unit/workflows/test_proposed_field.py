@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, FitFailed
-from app.core.field_json import field_from_json
-from app.core.records import Frame
-from app.workflows.automatic_request import AutomaticRequest
-from app.workflows.proposed_field import proposed_field
 from tests.support.auto_scenes import error_mm
 from tests.support.foreign_field import LENGTH_MM, WIDTH_MM, foreign_field, foreign_scene
 from tests.support.second_simulator import render, scene_spec
 from tests.support.tiers import rounds
+from touchline.core.errors import BadInput, FitFailed
+from touchline.core.field_json import field_from_json
+from touchline.core.records import Frame
+from touchline.workflows.automatic_request import AutomaticRequest
+from touchline.workflows.proposed_field import proposed_field
 
 NEAR_MM = 0.004 * LENGTH_MM
 SIZE = {"length_mm": LENGTH_MM, "width_mm": WIDTH_MM}

@@ -7,15 +7,15 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import BadInput, FitFailed, NotFound
-from app.core.field import Line
-from app.core.records import Frame
-from app.models import field_from_raw, model_from_json
-from app.workflows.automatic_request import AutomaticRequest
-from app.workflows.recognition import AUTO, RecognitionRequest, request_for, run_auto
 from tests.support import second_simulator
 from tests.support.auto_scenes import SceneSpec, SeenScene, carpet_error_mm, error_mm, fields, scene_of
 from tests.support.tiers import rounds
+from touchline.core.errors import BadInput, FitFailed, NotFound
+from touchline.core.field import Line
+from touchline.core.records import Frame
+from touchline.models import field_from_raw, model_from_json
+from touchline.workflows.automatic_request import AutomaticRequest
+from touchline.workflows.recognition import AUTO, RecognitionRequest, request_for, run_auto
 
 FULL = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 6, 0)
 HALF = replace(FULL, field="ssl-2008", region="half", lens="half", roll_deg=-17.0)

@@ -8,21 +8,21 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import Conflict, FitFailed
-from app.core.records import Calibration, Frame, observations_from_json
-from app.evaluate.fit.uncertainty import grid_over
-from app.fitting.ray_camera.lens_prior import camera_intrinsics
-from app.models import field_from_raw, model_from_json
-from app.sources import SourceContext, source_from_url
-from app.sources.sim.render import Rendering
-from app.workflows.automatic_request import AutomaticRequest
-from app.workflows.calibration_request import CalibrationRequest
-from app.workflows.kept_lens import ZoomCheck
-from app.workflows.reregister import reregister
 from tests.support import second_simulator
 from tests.support.drifting_cameras import bumped, moved_by, zoomed
 from tests.support.live_cameras import FIELDS, calibrated
 from tests.support.tiers import long
+from touchline.core.errors import Conflict, FitFailed
+from touchline.core.records import Calibration, Frame, observations_from_json
+from touchline.evaluate.fit.uncertainty import grid_over
+from touchline.fitting.ray_camera.lens_prior import camera_intrinsics
+from touchline.models import field_from_raw, model_from_json
+from touchline.sources import SourceContext, source_from_url
+from touchline.sources.sim.render import Rendering
+from touchline.workflows.automatic_request import AutomaticRequest
+from touchline.workflows.calibration_request import CalibrationRequest
+from touchline.workflows.kept_lens import ZoomCheck
+from touchline.workflows.reregister import reregister
 
 URL = "sim://ssl-div-b?cameras=2&camera=0&size=480x384&robots=5&k1=-0.2&tilt=8"
 

@@ -4,10 +4,10 @@ import json
 
 import pytest
 
-from app.core.records import Calibration
-from app.workflows.pair import evaluate_pair
-from app.workflows.rig import check
 from tests.support.rig_over_field import sim_rig, sim_source
+from touchline.core.records import Calibration
+from touchline.workflows.pair import evaluate_pair
+from touchline.workflows.rig import check
 
 
 @pytest.fixture(scope="module")

@@ -8,32 +8,32 @@ import cv2
 import numpy as np
 import pytest
 
-from app.cli.files import read_lens_option
-from app.core.errors import BadInput, Conflict, FitFailed
-from app.core.geometry import ImageSize
-from app.evaluate.motion.roll_report import RecordedRoll, roll_report
-from app.evaluate.motion.rolls import analyse_rolls, border_pct
-from app.formats import FORMATS
-from app.imaging.undistorted_view import UndistortedView
-from app.live import capture as live_capture
-from app.live import rolls as live_rolls
-from app.models import field_from_raw, model_from_json
-from app.sources.sim.camera import SimCamera
-from app.sources.sim.lens import LENSES
-from app.store.fields import load_fields
-from app.vision.motion import tracks as tracking
-from app.vision.motion.foreground import MovingBlob
-from app.vision.motion.straight_runs import straight_runs
-from app.vision.motion.tracks import Tracker
-from app.workflows import rolling as recording
-from app.workflows.calibration_request import CalibrationRequest
-from app.workflows.rolling import RollRecorder
-from app.workflows.rolling_request import check_refinable, lens_record, refine, stored_rolls_json, track_film
 from tests.support.live_cameras import capturing
 from tests.support.rolling_balls import FPS, SIZE, chords, film, lens_of
 from tests.support.sim_clicks import border_observations, known_grid, rms_mm
 from tests.support.tiers import long, rounds
 from tests.support.waiting import LONG_S, until
+from touchline.cli.files import read_lens_option
+from touchline.core.errors import BadInput, Conflict, FitFailed
+from touchline.core.geometry import ImageSize
+from touchline.evaluate.motion.roll_report import RecordedRoll, roll_report
+from touchline.evaluate.motion.rolls import analyse_rolls, border_pct
+from touchline.formats import FORMATS
+from touchline.imaging.undistorted_view import UndistortedView
+from touchline.live import capture as live_capture
+from touchline.live import rolls as live_rolls
+from touchline.models import field_from_raw, model_from_json
+from touchline.sources.sim.camera import SimCamera
+from touchline.sources.sim.lens import LENSES
+from touchline.store.fields import load_fields
+from touchline.vision.motion import tracks as tracking
+from touchline.vision.motion.foreground import MovingBlob
+from touchline.vision.motion.straight_runs import straight_runs
+from touchline.vision.motion.tracks import Tracker
+from touchline.workflows import rolling as recording
+from touchline.workflows.calibration_request import CalibrationRequest
+from touchline.workflows.rolling import RollRecorder
+from touchline.workflows.rolling_request import check_refinable, lens_record, refine, stored_rolls_json, track_film
 
 LARGE = ImageSize(1224, 1024)
 CHORDS = [((60, 60), (580, 70), 40), ((590, 90), (560, 430), 30), ((540, 440), (60, 430), 40),

@@ -5,14 +5,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.core.errors import Conflict
-from app.core.field_json import field_from_json
-from app.core.records import Frame
-from app.workflows.automatic_request import AutomaticRequest
-from app.workflows.seen_field import seen_field
 from tests.support.second_simulator import render, scene_spec
 from tests.support.taped_field import bare, visible
 from tests.support.tiers import rounds
+from touchline.core.errors import Conflict
+from touchline.core.field_json import field_from_json
+from touchline.core.records import Frame
+from touchline.workflows.automatic_request import AutomaticRequest
+from touchline.workflows.seen_field import seen_field
 
 NEAR_MM = 25.0
 HALF, WHOLE = 8, 5  # seeds: half a Division B field, a whole Division A field

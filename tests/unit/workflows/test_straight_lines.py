@@ -4,12 +4,12 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.geometry import ImageSize
-from app.fitting.plumb_line.fit import fit_plumb_lines
-from app.vision.lines.edges import edge_chains
-from app.workflows.straight_lines import straightness
 from tests.support.plumb_pictures import department, picture, straightness_of
 from tests.support.tiers import long, rounds
+from touchline.core.geometry import ImageSize
+from touchline.fitting.plumb_line.fit import fit_plumb_lines
+from touchline.vision.lines.edges import edge_chains
+from touchline.workflows.straight_lines import straightness
 
 
 def shrunk(pixels, by):

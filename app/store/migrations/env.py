@@ -1,9 +1,0 @@
-"""What Alembic runs: every missing step, on the connection that schema.py gives it."""
-
-from alembic import context
-
-from app.store.tables import Base
-
-context.configure(connection=context.config.attributes["connection"], target_metadata=Base.metadata)
-with context.begin_transaction():
-    context.run_migrations()

@@ -1,0 +1,224 @@
+"""/calibrations: make, read, annotate, activate, delete and export versions."""
+
+import json
+from collections.abc import Mapping
+from functools import partial
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query, Request
+from pydantic import Field
+from starlette.responses import Response
+
+from touchline.api.bodies import uploaded_file
+from touchline.api.dependencies import IfMatch, OperatorDep, ServicesDep, VersionDep, caller_of, in_thread
+from touchline.api.json_text import json_bytes
+from touchline.api.request_mapping import fit_task
+from touchline.api.responses import (
+    Json,
+    JsonText,
+    attachment,
+    cached_response,
+    created,
+    error_header,
+    finished_or_queued,
+    versioned,
+)
+from touchline.api.schemas import responses
+from touchline.api.schemas.media import BINARY, BYTES, UNCHANGED, Responses, upload
+from touchline.api.schemas.requests import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
+from touchline.core.errors import TouchlineError
+from touchline.core.records import Calibration
+from touchline.services.activation import activate
+from touchline.services.answer_cache import CachedAnswer
+from touchline.services.container import Services
+from touchline.services.fit_processes import FEW_POINTS
+from touchline.services.forms import Name, Note, Strict
+from touchline.services.import_file import MAX_IMPORT_BYTES, OPTIONS, import_file
+from touchline.services.result_savers import save_new_version
+from touchline.store.calibrations import NOTHING_ACTIVE, FoundVersion, version_etag
+from touchline.store.store import Store
+from touchline.workflows.calibration_request import run_compare, run_fit
+from touchline.workflows.interchange import export, formats
+from touchline.workflows.model_choice import AUTO, Ranking
+
+router = APIRouter(prefix="/calibrations", tags=["calibrations"])
+
+
+class NoteChange(Strict):
+    note: Note
+
+
+class Activation(Strict):
+    """What a version is activated in spite of."""
+
+    despite: Annotated[list[Name], Field(max_length=50)] = Field(
+        [], description="codes of claims that stand against it")
+
+
+@router.get("/activations", response_model=responses.Activations)
+def list_activations(services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None) -> Json:
+    """List activations of a camera, when and by whom, newest first; without a camera, for images from files.
+
+    The ETag, the id of the version that is active now or "none", goes into If-Match of the next activation.
+    """
+    store = services.store
+    history = store.calibrations.history(camera)
+    versions = {id: _version(store, id) for id in {row["calibration"] for row in history}}
+    return versioned({"items": [{**row, "version": versions[row["calibration"]]} for row in history]},
+                     store.calibrations.active_id(camera) or NOTHING_ACTIVE)
+
+
+@router.patch("/{id}", response_model=responses.Calibration)
+def change_note(services: ServicesDep, id: Id, body: NoteChange, if_match: IfMatch = None) -> Json:
+    """Change the note of a version: nothing else of it ever changes.
+
+    With If-Match, the ETag of GET, only if nobody has changed it since: else 412, with `current`.
+    """
+    return _version_json(services.store.calibrations.annotate(id, body.note, if_match))
+
+
+@router.post("/{id}/restore", response_model=responses.Calibration)
+def restore_calibration(services: ServicesDep, id: Id, if_match: IfMatch = None) -> Json:
+    """Undo a deletion: the version is there again under its number. With If-Match only if it is unchanged."""
+    return _version_json(services.store.calibrations.restore(id, if_match))
+
+
+def _version_json(calibration: Calibration) -> Json:
+    return versioned(calibration.to_json(), version_etag(calibration))
+
+
+def _version(store: Store, id: str) -> Any:
+    try:
+        return store.calibrations.get(id).version
+    except TouchlineError:  # deleted, or damaged: the history says that it was, all the same
+        return None
+
+
+ACCEPTED: Responses = {202: {"model": responses.Job, "description": "a job: ?job=true"}}
+Approximate = Annotated[bool, Query(description="the best approximation in the format, with its error")]
+CameraNumber = Annotated[int | None, Query(ge=0, le=2**32 - 1,
+                                           description="the camera's number in a format that has one")]
+FILE: Responses = {200: {"content": {"application/json": {}, BINARY: BYTES}}}
+IMPORT_BODY = {"requestBody": upload({option: {"type": "string"} for option in OPTIONS})}
+
+
+@router.post("", status_code=201, response_model=responses.Calibration, responses=ACCEPTED)
+async def make_calibration(request: Request, services: ServicesDep, by: OperatorDep, body: FitRequest,
+                           job: AsJob = False) -> Response:
+    """Fit, evaluate and save a new version of a camera's calibration. Nothing is saved if anything fails.
+
+    With ?job=true a job, whose result is {"calibration": id}.
+    """
+    task = await services.run_in_thread(fit_task, services, body, (body.model,))
+    spec = {"task": task.to_json()}
+    if not job and task.n_points <= FEW_POINTS:
+        processes = services.comparisons if body.model == AUTO else services.fits
+        made = await processes.run(run_fit, spec, (await caller_of(request)).address, request.is_disconnected)
+        return _created(await services.run_in_thread(
+            save_new_version, services.store, Calibration.from_json(json.loads(made)), by))
+    return await finished_or_queued(request, services, "calibration", run_fit, spec, job,
+                                    "calibration", {"by": by}, lambda made: _created(
+                                        services.store.calibrations.get(made["calibration"])))
+
+
+def _created(calibration: Calibration) -> Json:
+    return created(calibration.to_json(), f"calibrations/{calibration.id}")
+
+
+@router.post("/compare", response_model=Ranking, responses=ACCEPTED)
+async def compare_models(request: Request, services: ServicesDep, body: CompareRequest, job: AsJob = False) -> Response:
+    """Rank every model (or those in `models`) on the same points; saves nothing and may take ten seconds.
+
+    With ?job=true a job, whose result is the same ranking.
+    """
+    task = await services.run_in_thread(fit_task, services, body, body.models or ())
+    spec = {"task": task.to_json(), "models": body.models}
+    return await finished_or_queued(request, services, "comparison", run_compare, spec, job)
+
+
+@router.post("/import", status_code=201, response_model=responses.Calibration | responses.Lens,
+             openapi_extra=IMPORT_BODY)
+async def import_calibration(request: Request, services: ServicesDep, by: OperatorDep) -> Json:
+    """Save the content of a file: multipart with `file` of any format that GET …/exports lists with "reads".
+
+    A calibration as a new version, if the file has the camera's pose; else a lens, which fits can hold fixed, with its
+    Location under /lenses. Texts beside the file say what it does not: field, region, rotate, image_size, camera, …
+    """
+    data, texts = await uploaded_file(request, MAX_IMPORT_BYTES, OPTIONS)
+    record, collection = await services.run_in_thread(import_file, services, data, texts, by)
+    return created(record, f"{collection}/{record['id']}")
+
+
+@router.get("", response_model=responses.Calibrations)
+def list_calibrations(services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None, limit: Limit = 50,
+                      cursor: Cursor = None, brief: Annotated[bool, Query(
+                          description="without points, residuals, covariances and the field's definition, with the "
+                          "changes of the field since then")] = False,
+                      ) -> Response:
+    """List versions, newest first."""
+    page = services.store.calibrations.found(camera, limit, cursor)
+    texts = [_brief(services, one) if brief else one.text.encode() for one in page.items]
+    return JsonText(b'{"items":[%b],"next_cursor":%b}' % (b",".join(texts), json_bytes(page.next_cursor)))
+
+
+def _brief(services: Services, version: FoundVersion) -> bytes:
+    """Return the JSON of a version's brief form; made once, until it or a field has changed."""
+    def made() -> CachedAnswer:
+        calibration = version.calibration
+        report = {**calibration.report, "per_feature": []}
+        report.pop("model_choice", None)
+        if "covariance" in report:  # which parameters were found, lists do tell; an imported one may be anything
+            known = report["covariance"]
+            names = known.get("names") if isinstance(known, Mapping) else None
+            report["covariance"] = {"names": names, "matrix": []} if isinstance(names, list) else None
+        return CachedAnswer.of(json_bytes({
+            **calibration.to_json(), "observations": [], "field_definition": {}, "report": report,
+            "field_changes": services.cameras.field_changes(calibration)}))
+    return services.answers.get_or_make((_brief, version.stamp, services.fields.revision), made).content
+
+
+@router.get("/{id}", response_model=responses.Calibration)
+def read_calibration(services: ServicesDep, id: Id) -> Json:
+    """Return one version, with everything it was made from; its ETag goes into If-Match of PATCH and DELETE."""
+    return _version_json(services.store.calibrations.get(id))
+
+
+@router.delete("/{id}", status_code=204, response_class=Response)
+def delete_calibration(services: ServicesDep, id: Id, if_match: IfMatch = None) -> None:
+    """Delete one version; the active one cannot be deleted. With If-Match only if it is unchanged."""
+    services.store.calibrations.delete(id, if_match)
+
+
+@router.post("/{id}/activate", response_model=responses.Calibration)
+async def activate_calibration(request: Request, services: ServicesDep, by: OperatorDep, id: Id,
+                               body: Activation | None = None, if_match: IfMatch = None) -> Json:
+    """Make a version its camera's active one; the former stays, so rolling back is activating that.
+
+    Its claims are tried first, with a frame of its camera where that is live. 409 `problems-found` where some stand
+    against it: with those as `claims`, and their codes as `despite`, which the body must name to activate it all the
+    same. With If-Match, the id of the version that you saw as the active one or "none", only if it still is: else 412,
+    with who has activated what as `current`.
+    """
+    despite = [] if body is None else body.despite
+    return _version_json(await activate(services, id, by, if_match, despite, request.is_disconnected))
+
+
+@router.get("/{id}/exports", response_model=responses.Formats, responses=UNCHANGED)
+@cached_response
+@in_thread
+def list_exports(services: ServicesDep, version: VersionDep) -> Json:
+    """List every format: what it can represent, whether this calibration is exact in it, else the error in mm."""
+    return Json({"items": formats(version.calibration)})
+
+
+@router.get("/{id}/export/{format}", response_class=Response, responses=FILE)
+async def export_calibration(request: Request, services: ServicesDep, id: Id, format: Id,
+                             approximate: Approximate = False, camera_id: CameraNumber = None) -> Response:
+    """Return the calibration in that format; 409 if that cannot represent the model, or with ?approximate=true the
+    nearest that it can, its worst error in the header X-Approximation-Error-Mm."""
+    calibration = await services.run_in_thread(services.store.calibrations.get, id)
+    write = partial(export, calibration, format, approximate, camera_id)
+    # a remap table is as large as the corrected picture
+    file = await services.process_picture(calibration.corrected_size, write, request.is_disconnected)
+    return Response(file.data, media_type=file.media_type,
+                    headers={"Content-Disposition": attachment(file.name), **error_header(file.loss)})

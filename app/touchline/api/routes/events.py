@@ -1,0 +1,20 @@
+"""GET /events: what has happened to cameras, over all of them."""
+
+from fastapi import APIRouter
+
+from touchline.api.dependencies import ServicesDep
+from touchline.api.responses import Json
+from touchline.api.schemas import responses
+from touchline.api.schemas.requests import Limit
+from touchline.services.events import newest_events
+
+router = APIRouter(tags=["cameras"])
+
+
+@router.get("/events", response_model=responses.Events)
+def list_events(services: ServicesDep, limit: Limit = 20) -> Json:
+    """List activations, and since the server was started which cameras went offline, came back or moved; newest first.
+
+    Each has one plain sentence as `text`.
+    """
+    return Json({"items": newest_events(services.events.noted, services.store, services.cameras, limit)})

@@ -1,0 +1,96 @@
+"""/models and /fit: what clicks would give, at once; nothing is saved."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query, Request
+from starlette.responses import Response
+
+from touchline.api.dependencies import ServicesDep, caller_of
+from touchline.api.request_mapping import fit_task, image_size
+from touchline.api.responses import Json, JsonText, finished_or_queued, page
+from touchline.api.schemas import responses
+from touchline.api.schemas.requests import BorderRequest, FitRequest
+from touchline.core.geometry import as_points
+from touchline.core.progress import Progress
+from touchline.core.statements import named, stated
+from touchline.fitting import FITTERS
+from touchline.models import MODELS
+from touchline.services import fit_processes
+from touchline.services.container import Services
+from touchline.services.forms import Name
+from touchline.workflows import calibration
+from touchline.workflows.calibration_request import CalibrationRequest, run_attempt, run_preview
+from touchline.workflows.calibration_types import Attempt, BorderFit, Preview
+
+router = APIRouter()
+
+Quick = Annotated[bool, Query(description="without cross-validation")]
+MeshMargin = Annotated[int | None, Query(
+    ge=0, le=2000, description="with `mesh`: the corrected view with so much carpet around the region, px, as GET "
+    "/calibrations/{id}/mesh describes it; its nodes in base64 as raw_px, and the field in it as overlay")]
+Series = Annotated[Name | None, Query(
+    description="any name, such as the window's: a newer request of one series takes the place of one that waits, "
+    "which is answered with 409 `superseded`")]
+FEW_POINTS = 100  # as many fit in a millisecond or two: quicker done at once than handed to a thread
+
+
+@router.get("/models", tags=["models"], response_model=responses.Models)
+def list_models() -> Json:
+    """List every model with its options (name, type, default, range, unit, help) and how few points it needs."""
+    return page(map(_model_json, MODELS))
+
+
+def _model_json(name: str) -> dict[str, Any]:
+    model, fitter = MODELS[name], FITTERS[name]
+    return stated({"name": name, "title": model.TITLE, "help": named(f"model.{name}.help", model.HELP),
+                   "points_needed": named(f"model.{name}.points", fitter.points_needed()),
+                   "options": [option.to_json("model") for option in fitter.OPTIONS]})
+
+
+@router.post("/fit/border", tags=["fit"], response_model=BorderFit)
+async def fit_border(services: ServicesDep, body: BorderRequest) -> Json:
+    """Fit one border's curve to its points: degree, coefficients, residuals, outliers, distortion."""
+    points = as_points(body.points, "The border's points")
+    arguments = points, body.axis, body.degree, image_size(body.image_size)
+    if len(points) <= FEW_POINTS:
+        return Json(calibration.fit_border(*arguments))
+    return Json(await services.run_in_thread(calibration.fit_border, *arguments))
+
+
+@router.post("/fit/preview", tags=["fit"], response_model=Preview)
+async def preview_calibration(request: Request, services: ServicesDep, body: FitRequest,
+                              quick: Quick = False, mesh_margin_px: MeshMargin = None,
+                              series: Series = None) -> Response:
+    """Return what POST /calibrations would save for the same body: model, report and the field in the image.
+
+    With the model "auto", the most probable lens; which model is saved, a comparison of all of them decides.
+    """
+    return await _fit(request, services, body, CalibrationRequest.preview_json, run_preview, quick,
+                      mesh_margin_px, series)
+
+
+@router.post("/fit/attempt", tags=["fit"], response_model=Attempt)
+async def attempt_calibration(request: Request, services: ServicesDep, body: FitRequest,
+                              quick: Quick = False, mesh_margin_px: MeshMargin = None,
+                              series: Series = None) -> Response:
+    """Return the preview, or why there is none yet: while points are still being placed, too few are no mistake."""
+    return await _fit(request, services, body, CalibrationRequest.attempt_json, run_attempt, quick,
+                      mesh_margin_px, series)
+
+
+async def _fit(request: Request, services: Services, body: FitRequest,
+               fit: Callable[[CalibrationRequest, bool, int | None], Preview | Attempt],
+               run: Callable[[Any, Progress], Preview | Attempt], quick: bool, mesh_margin_px: int | None,
+               series: str | None) -> Response:
+    """Return what `fit` makes of a few points on a thread, where that is quick, or `run` in a process."""
+    task = await services.run_in_thread(fit_task, services, body, (body.model,))
+    few = task.n_points <= fit_processes.FEW_POINTS
+    if quick and few:
+        return Json(await services.fit_quickly(partial(fit, task, quick, mesh_margin_px), request.is_disconnected))
+    spec = {"task": task.to_json(), "quick": quick, "mesh_margin_px": mesh_margin_px}
+    if few:
+        return JsonText(await services.fits.run(run, spec, (await caller_of(request)).address,
+                                                request.is_disconnected, series))
+    return await finished_or_queued(request, services, "preview", run, spec, False)

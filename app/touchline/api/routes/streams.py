@@ -1,0 +1,137 @@
+"""/cameras/{id}/…: a camera's newest pictures, for pages (WebSocket), for players and scripts (MJPEG, single frames).
+
+Each viewer has one slot: the newest picture waits in it, and one that was not taken in time is missed.
+"""
+
+import asyncio
+from contextlib import suppress
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Query, WebSocket
+from starlette.responses import Response
+from starlette.websockets import WebSocketDisconnect
+
+from touchline.api.dependencies import ServicesDep
+from touchline.api.mjpeg_response import BOUNDARY, MjpegResponse
+from touchline.api.responses import NO_STORE
+from touchline.api.schemas.media import PICTURE, files
+from touchline.api.schemas.requests import Id
+from touchline.api.sockets import SEND_TIMEOUT_S, run_until_first, websocket_session
+from touchline.core.common_sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED
+from touchline.core.errors import BadInput, Conflict
+from touchline.images import encode
+from touchline.imaging.correction import CorrectedView
+from touchline.live.camera import LiveCamera
+from touchline.live.stream_spec import StreamSpec
+from touchline.models.restored import model_of
+from touchline.processes.framing import decode_body
+from touchline.services.container import Services
+from touchline.services.live import FIRST_FRAME_S, take_frame, when_awake
+from touchline.workflows.calibration import correct
+
+router = APIRouter(prefix="/cameras", tags=["cameras"])
+
+MAX_FPS = 240.0
+
+ViewName = Annotated[str, Query(max_length=64, description="raw, corrected, side: both side by side; detections: raw "
+                                "with the detections, stage-NAME: result of a stage of the detection")]
+Width = Annotated[int, Query(ge=0, le=3840, description="of the picture, px; 0: as delivered by the camera")]
+Quality = Annotated[int, Query(ge=10, le=100, description="of the JPEG")]
+Stale = Annotated[bool, Query(description="also the last frame of a camera that delivers none any more; only JPEG")]
+Fps = Annotated[float | None, Query(gt=0, le=MAX_FPS, allow_inf_nan=False, description="at most; by default all")]
+
+
+@router.get("/{id}/frame.{format}", response_class=Response, responses=PICTURE)
+async def show_frame(services: ServicesDep, id: Id, format: Literal["jpg", "png"], view: ViewName = "raw",
+                     width: Width = 0, quality: Quality = 90, stale: Stale = False) -> Response:
+    """Return the newest frame. PNG is exact to the bit, at its own size; X-Frame-Seq and X-Frame-Time say which.
+
+    503 while the camera delivers none, unless stale=1 asks for the last one all the same.
+    """
+    camera = services.live.get(id)
+    if format == "png" and view not in ("raw", "corrected"):
+        raise BadInput("Only the raw view and the corrected view are available as PNG.",
+                       "Request one of them, or frame.jpg.",
+                       reason="unknown-view")
+    channel = _channel(camera, view, width, quality)
+    if format == "png":
+        return await _exact_frame(services, camera, view)
+    with camera.watching(channel) as viewer:
+        head, jpeg = decode_body(await when_awake(camera, viewer.next, FIRST_FRAME_S, must_be_live=not stale))
+    return Response(bytes(jpeg), media_type="image/jpeg", headers=_headers(head))
+
+
+async def _exact_frame(services: Services, camera: LiveCamera, view: str) -> Response:
+    frame = await take_frame(camera, FIRST_FRAME_S)
+    png, calibration = frame.png, camera.calibration
+    if view == "corrected":
+        if calibration is None:
+            raise Conflict(NOT_CALIBRATED, ACTIVATE_OR_RAW, reason="not-calibrated")
+
+        def corrected() -> bytes:
+            pixels = services.decoder.frame_from_bytes(frame.png).pixels
+            return encode(correct(pixels, model_of(calibration), calibration.image_size, CorrectedView()), "png")
+        png = await services.run_in_thread(corrected)
+    return Response(png, media_type="image/png", headers=_headers(frame.head))
+
+
+def _headers(head: dict[str, Any]) -> dict[str, str]:
+    return {"X-Frame-Seq": str(head["seq"]), "X-Frame-Time": f"{head['time']:.3f}", **NO_STORE}
+
+
+def _channel(camera: LiveCamera, view: str, width: int, quality: int) -> StreamSpec:
+    """Return what to watch; BadInput, or Conflict where the camera cannot show that view."""
+    channel = StreamSpec.requested(view, width, quality)
+    camera.require_view(view)
+    return channel
+
+
+@router.get("/{id}/stream.mjpg", response_class=Response,
+            responses=files(f"multipart/x-mixed-replace; boundary={BOUNDARY}"))
+async def stream_mjpeg(services: ServicesDep, id: Id, view: ViewName = "raw", width: Width = 0, quality: Quality = 80,
+                       fps: Fps = None) -> Response:
+    """Stream multipart MJPEG for <img>, VLC and OpenCV; a browser opens at most six such streams of one server."""
+    camera = services.live.get(id)
+    channel = _channel(camera, view, width, quality)
+    with camera.watching(channel, fps) as viewer:  # whether there is a picture is known before the stream begins
+        await when_awake(camera, viewer.next)
+    return MjpegResponse(camera, channel, fps)
+
+
+@router.websocket("/{id}/stream")
+async def stream_frames(socket: WebSocket, services: ServicesDep, id: str, view: str = "raw", width: int = 0,
+                        quality: int = 80, fps: float | None = None, ack: bool = False) -> None:
+    """Send one binary message a frame: uint32 length, so many bytes of JSON, the JPEG.
+
+    With ack=true the next frame is sent when the viewer has answered the last one with any text: nothing is in transit
+    that would be old when it arrives. What cannot be watched is answered with a problem as text; then it is closed.
+    """
+    async with websocket_session(socket):
+        if fps is not None and not 0 < fps <= MAX_FPS:
+            raise BadInput(f"{fps} frames per second is not a valid frame rate.",
+                           f"Use a value above 0, up to {MAX_FPS:g}.",
+                           reason="bad-fps")
+        camera = services.live.get(id)
+        acks = asyncio.Semaphore(1)
+        with camera.watching(_channel(camera, view, width, quality), fps) as viewer:
+            await run_until_first(_receive_acks(socket, acks), _send_frames(socket, viewer, acks if ack else None))
+
+
+async def _send_frames(socket: WebSocket, viewer: Any, acks: asyncio.Semaphore | None) -> None:
+    async for body in viewer:
+        if acks is not None:
+            await asyncio.wait_for(acks.acquire(), SEND_TIMEOUT_S)
+            newer = viewer.take()  # while we waited for it
+            body = newer if newer is not None else body
+        await asyncio.wait_for(socket.send_bytes(body), SEND_TIMEOUT_S)
+
+
+async def _receive_acks(socket: WebSocket, acks: asyncio.Semaphore) -> None:
+    """Count any text as an acknowledgement until the viewer has gone; more than one at a time gains nothing."""
+    with suppress(WebSocketDisconnect):
+        while True:
+            message = await socket.receive()
+            if message["type"] == "websocket.disconnect":
+                return
+            if acks.locked():
+                acks.release()

@@ -1,0 +1,140 @@
+"""What the field's lines in today's picture tell without a click: a calibration, whether one holds, a new pose."""
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Request, Response
+from pydantic import Field
+
+from touchline.api.dependencies import CallerDep, ServicesDep
+from touchline.api.request_mapping import with_lens
+from touchline.api.responses import Json, accepted, finished_or_queued
+from touchline.api.routes.calibrations import ACCEPTED
+from touchline.api.schemas import responses
+from touchline.api.schemas.requests import MAX_PICTURES, AsJob, Id, PictureChoice
+from touchline.core.common_sentences import CALIBRATE_AND_ACTIVATE, NOT_CALIBRATED
+from touchline.core.errors import BadInput, Conflict
+from touchline.core.statements import say
+from touchline.jobs import Job
+from touchline.services.container import Services
+from touchline.services.forms import Name, Note, OptionValues, Pair, Rotate, Strict
+from touchline.workflows.check import CalibrationCheck, run_check
+from touchline.workflows.recognition import AUTO, request_for, run_auto
+from touchline.workflows.reregister import run_register
+
+router = APIRouter()
+
+FRAMES = 13  # over four seconds: who walks by has left most of them
+
+
+class PosePriorForm(Strict):
+    """What is roughly known of the camera's pose; without it the lines alone decide."""
+
+    height_mm: Annotated[float, Field(ge=100, le=100_000)] | None = Field(None, description="to a third either way")
+    turn_deg: Annotated[float, Field(ge=-360, le=360)] | None = Field(
+        None, description="clockwise rotation of the region in the raw image, relative to the corrected image; within "
+                          "±50°")
+
+
+class AutoRequest(PictureChoice):
+    """One of snapshot, snapshots and camera; the rest describes the camera."""
+
+    frames: Annotated[int, Field(ge=1, le=MAX_PICTURES)] = Field(MAX_PICTURES, description="how many, with camera")
+    field: Name = Field(AUTO, description="auto: the one that the image shows")
+    region: Name = Field(AUTO, description="auto: the part of the field that the image shows")
+    rotate: Rotate | None = None
+    model: Name = Field("auto", description="auto: Brown–Conrady, or the first of others that can be fitted")
+    options: OptionValues = Field({}, description="as for a fit")
+    rough: PosePriorForm | None = None
+    corners: Annotated[list[Pair], Field(min_length=4, max_length=4)] | None = Field(
+        None, description="top left, top right, bottom right and bottom left corner of the region as it is when "
+                          "corrected, px of the raw image, a few pixels off: with field and region, where detection "
+                          "fails without")
+    keep: bool = Field(True, description="false: detect the lines without saving a version")
+    note: Note = ""
+
+
+@router.post("/calibrations/auto", tags=["calibrations"], status_code=202, response_model=responses.Job)
+async def find_calibration(request: Request, services: ServicesDep, caller: CallerDep, body: AutoRequest) -> Json:
+    """Start a job that recognises the field, finds its lines, and saves a version if nothing contradicts it.
+
+    Its result has the version's id or null as `calibration`, a `verdict`, the `doubts`, the `candidates`, and what was
+    found as `observations`, which can be fitted or put into a draft like any others. What was not given is under
+    `recognised`: several `choices` where the image may show several, and then no version is saved.
+    """
+    body.check_choice(required=True)
+    task = await services.run_in_thread(_task, services, body)  # refused before a camera takes pictures
+    ids = body.ids
+    if body.camera is not None:
+        ids = [(await services.take_snapshot(body.camera, request.is_disconnected, body.frames)).id]
+
+    def start() -> Job:
+        first = services.store.snapshots.get(ids[0])
+        spec = {"task": {**task, "snapshot": first.id, "camera": first.camera},
+                "pictures": services.store.snapshots.all_for_job(ids), "keep": body.keep}
+        return services.jobs.start("auto", run_auto, spec, "found-lines", {"by": caller.name}, caller=caller)
+    return accepted(await services.run_in_thread(start))
+
+
+def _task(services: Services, body: AutoRequest) -> dict[str, Any]:
+    prior = body.rough.model_dump(exclude_none=True) if body.rough else {}
+    if body.corners is not None:
+        prior["corners"] = body.corners
+    return request_for(services.fields, body.field, body.region, body.rotate, model=body.model,
+                       options=with_lens(services, body.options), rough=prior, note=body.note).to_json()
+
+
+class CheckRequest(PictureChoice):
+    """The current image: one of snapshot, snapshots and camera; none of them: the calibration's own camera, now."""
+
+    frames: Annotated[int, Field(ge=1, le=MAX_PICTURES)] = Field(1, description="how many it takes")
+
+
+@router.post("/calibrations/{id}/check", tags=["calibrations"], response_model=CalibrationCheck,
+             responses=ACCEPTED)
+async def check_calibration(request: Request, services: ServicesDep, id: Id, body: CheckRequest,
+                            job: AsJob = False) -> Response:
+    """Return a verdict and the error of each line in mm; the version, and which one is active, stay as they are."""
+    body.check_choice(required=False)
+    calibration = await services.run_in_thread(services.store.calibrations.get, id)
+    ids = body.ids
+    if not ids:
+        camera = body.camera or calibration.camera
+        if camera is None:
+            raise BadInput(say("calibration.no-camera", "This calibration has no camera."),
+                           "Send the snapshot for the check.", reason="no-camera")
+        ids = [(await services.take_snapshot(camera, request.is_disconnected, body.frames)).id]
+    pictures = await services.run_in_thread(services.store.snapshots.all_for_job, ids)
+    before = await services.run_in_thread(services.cameras.calibration_picture, calibration)
+    spec = {"calibration": calibration.to_json(), "snapshot": ids[0], "pictures": pictures, "before": before}
+    return await finished_or_queued(request, services, "check", run_check, spec, job)
+
+
+class Reregister(Strict):
+    """By default images are taken with the camera now."""
+
+    snapshot: Name | None = Field(default=None, description="of this camera, instead of current images")
+    frames: Annotated[int, Field(ge=1, le=25)] = Field(default=FRAMES,
+                                                       description="taken now; moving objects are removed")
+    note: Note = "Pose updated"
+
+
+@router.post("/cameras/{id}/reregister", tags=["cameras"], status_code=202, response_model=responses.Job)
+async def reregister_camera(request: Request, services: ServicesDep, caller: CallerDep, id: Id,
+                            body: Reregister | None = None) -> Json:
+    """Start a job: a child of the active calibration with its lens, and the pose by the field's lines now.
+
+    Its result has the version's id as `calibration`, what moved, and a `sentence`. Nothing is activated.
+    """
+    body = body or Reregister()
+    await services.run_in_thread(services.cameras.get, id)
+    calibration, _ = await services.run_in_thread(services.cameras.active_calibration, id)
+    if calibration is None:
+        raise Conflict(NOT_CALIBRATED, CALIBRATE_AND_ACTIVATE, reason="not-calibrated")
+    snapshot = body.snapshot or (await services.take_snapshot(id, request.is_disconnected, body.frames)).id
+
+    def start() -> Job:
+        spec = {"calibration": calibration.to_json(), "snapshot": snapshot, "note": body.note,
+                "picture": services.store.snapshots.for_job(snapshot, "the image"),
+                "before": services.cameras.calibration_picture(calibration)}
+        return services.jobs.start("register", run_register, spec, "registered", {"by": caller.name}, caller=caller)
+    return accepted(await services.run_in_thread(start))

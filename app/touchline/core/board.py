@@ -1,0 +1,147 @@
+"""A calibration board: its corners in millimetres, and what one picture showed of it.
+
+The board's frame: x along a row of corners, y along a column, z = 0 on its face, the first inner corner at (0, 0).
+Only inner corners count, those where four squares meet.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from annotated_types import Interval
+from numpy.typing import NDArray
+
+from touchline.core.errors import BadInput
+from touchline.core.geometry import MAX_COORDINATE, Points, as_points
+from touchline.core.reading import Whole, read
+from touchline.core.text_format import sentence
+
+FORM = ('Send {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 30}: columns and rows of inner corners, '
+        '3 to 100; or "kind": "charuco" with "marker_mm" and "dictionary" as well.')
+Corners = Annotated[int, Interval(ge=3, le=100), Whole()]  # along one side; finders take no fewer
+MIN_MM, MAX_MM = 0.01, 10_000  # of a square's or a marker's side
+# The families that OpenCV prints and how many markers each has; a name outside is looked up nowhere.
+DICTIONARIES = {**{f"DICT_{n}X{n}_{count}": count for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
+                "DICT_ARUCO_ORIGINAL": 1024, "DICT_APRILTAG_16h5": 30, "DICT_APRILTAG_25h9": 35,
+                "DICT_APRILTAG_36h10": 2320, "DICT_APRILTAG_36h11": 587}
+MAX_VIEWS = 1000
+MAX_CORNERS = 10_000  # in one view
+MAX_WORK = 300_000  # views times the corners of the fullest: 2000 views of a usual board, and a few hundred megabytes
+
+
+@dataclass(frozen=True)
+class Board:
+    """columns × rows inner corners, square_mm apart. legacy: a ChArUco board of OpenCV before 4.6, whose even rows of
+    squares begin with a marker where newer ones begin with a black square."""
+
+    kind: Literal["chessboard", "charuco"]
+    columns: Corners
+    rows: Corners
+    square_mm: Annotated[float, Interval(ge=MIN_MM, le=MAX_MM)]
+    marker_mm: float = 0.0
+    dictionary: str = ""
+    legacy: bool = False
+
+    @classmethod
+    def from_json(cls, value: Any) -> Self:
+        """Read a board; refuse what is not of its form, by name."""
+        board = read(cls, value, "The board", FORM, "bad-board")
+        if board.kind == "chessboard":
+            extra = [name for name in ("marker_mm", "dictionary", "legacy") if getattr(board, name)]
+            if extra:
+                raise _refused(f"A chessboard has no {extra[0]}.", FORM)
+            return board
+        if board.marker_mm < MIN_MM:
+            raise _refused(f"The board: marker_mm is missing, or less than {MIN_MM:g}.", FORM)
+        if board.marker_mm >= board.square_mm:
+            raise _refused(f"Markers of {board.marker_mm:g} mm do not fit into squares of {board.square_mm:g} mm.",
+                           "Measure both: the marker is smaller than the square.")
+        if board.dictionary not in DICTIONARIES:
+            raise _refused(f"Unknown marker dictionary: {board.dictionary[:40]!r}.",
+                           f"Use one of: {', '.join(DICTIONARIES)}.")
+        needed, there_are = (board.columns + 1) * (board.rows + 1) // 2, DICTIONARIES[board.dictionary]
+        if needed > there_are:
+            raise _refused(f"The board has {needed} markers; {board.dictionary} has only {there_are}.",
+                           "Choose the dictionary that the board was printed with.")
+        return board
+
+    def to_json(self) -> dict[str, Any]:
+        plain = {"kind": self.kind, "columns": self.columns, "rows": self.rows, "square_mm": self.square_mm}
+        if self.kind == "chessboard":
+            return plain
+        return {**plain, "marker_mm": self.marker_mm, "dictionary": self.dictionary, "legacy": self.legacy}
+
+    @property
+    def places_mm(self) -> NDArray[np.float64]:
+        """(columns · rows, 3), row by row."""
+        y, x = np.mgrid[:self.rows, :self.columns]
+        return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1) * self.square_mm
+
+
+@dataclass(frozen=True, eq=False)
+class BoardView:
+    """One picture's corners: pixels (n, 2) raw, places_mm (n, 3) on the board. name: for messages."""
+
+    pixels: Points
+    places_mm: NDArray[np.float64]
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if len(self.pixels) != len(self.places_mm):
+            raise BadInput(sentence(f"{self.name or 'A view'} has {len(self.pixels)} points in the image and "
+                                    f"{len(self.places_mm)} on the board."), "Give one of each for every corner.",
+                           reason="bad-view")
+        for array in (self.pixels, self.places_mm):
+            array.setflags(write=False)
+
+    def only(self, keep: NDArray[np.bool_]) -> "BoardView":
+        return BoardView(self.pixels[keep], self.places_mm[keep], self.name)
+
+    def to_json(self) -> dict[str, Any]:
+        return {"image_points": self.pixels.tolist(), "object_points": self.places_mm.tolist(), "name": self.name}
+
+
+def views_from_json(value: Any) -> tuple[BoardView, ...]:
+    """Read [{"image_points": [[x, y], …], "object_points": [[X, Y, Z], …] mm}, …]."""
+    form = 'Send [{"image_points": [[x, y], …], "object_points": [[X, Y, Z], …]}, …], millimetres on the board.'
+    if not isinstance(value, Sequence) or isinstance(value, str):
+        raise BadInput("The views are not a list.", form, reason="bad-view")
+    if len(value) > MAX_VIEWS:
+        raise BadInput(f"{len(value)} views were sent; a calibration accepts at most {MAX_VIEWS}.",
+                       "Send fewer: more than a few dozen well-spread views improve the result only slightly.",
+                       reason="too-many-views")
+    views = []
+    for number, item in enumerate(value, 1):
+        if not isinstance(item, Mapping) or set(item) - {"image_points", "object_points", "name"}:
+            raise BadInput(f"View {number} does not have the format of a view.", form, reason="bad-view")
+        name = str(item.get("name") or f"view {number}")[:200]
+        pixels = as_points(item.get("image_points", ()), f"The image points of {name}").reshape(-1, 2)
+        if len(pixels) > MAX_CORNERS:
+            raise BadInput(sentence(f"{name} has {len(pixels)} corners; at most {MAX_CORNERS} are possible."),
+                           "Use a board with fewer squares.", reason="too-many-points")
+        views.append(BoardView(pixels, _places(item.get("object_points", ()), name), name))
+    most = max((len(view.pixels) for view in views), default=0)
+    if len(views) * most > MAX_WORK:
+        raise BadInput(f"{len(views)} views with up to {most} corners exceed the limit of a calibration.",
+                       "Send fewer views.", reason="too-many-points")
+    return tuple(views)
+
+
+def _places(value: Any, name: str) -> NDArray[np.float64]:
+    try:
+        places = np.array(value, dtype=np.float64)
+        if places.size and (places.ndim != 2 or places.shape[1] not in (2, 3)):
+            raise ValueError
+    except (TypeError, ValueError, OverflowError):
+        raise BadInput(f"The object points of {name} are not lists of three numbers.", "Send [[X, Y, Z], …] in mm.",
+                       reason="bad-view") from None
+    places = places.reshape(-1, places.shape[-1] if places.size else 3)
+    if not (np.abs(places) <= MAX_COORDINATE).all():
+        raise BadInput(f"The object points of {name} contain a number that is not finite or too large.",
+                       "Correct the number.", reason="non-finite-points")
+    return places if places.shape[1] == 3 else np.pad(places, ((0, 0), (0, 1)))
+
+
+def _refused(what: str, fix: str) -> BadInput:
+    return BadInput(what, fix, reason="bad-board")

@@ -1,0 +1,107 @@
+"""One setting of a fit, a source or a stage, described well enough to check it and to build a form from it."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+from touchline.core.errors import BadInput
+from touchline.core.json_values import PointJson, number
+from touchline.core.statements import Stated, named, stated
+
+
+class OptionJson(Stated):
+    name: str
+    type: str
+    default: Any
+    help: str
+    range: PointJson | None
+    unit: str | None
+    choices: list[str]
+
+
+@dataclass(frozen=True)
+class Option:
+    """range: smallest and largest number; choices: of "choice", "names" and "terms-or-auto"."""
+
+    name: str
+    type: str  # "int", "float", "bool", "choice", "int-or-auto", "names": a list of choices
+    default: Any
+    help: str
+    range: tuple[float, float] | None = None
+    unit: str | None = None
+    choices: tuple[str, ...] = ()
+
+    def read(self, value: Any) -> Any:
+        """The value, checked; BadInput says what is allowed."""
+        if value is None:
+            return self.default
+        if self.type == "choice":
+            return self._checked(value, value in self.choices, " or ".join(repr(c) for c in self.choices))
+        if self.type == "terms-or-auto":
+            if value == "auto":
+                return value
+            if isinstance(value, (list, tuple)) and all(v in self.choices for v in value):
+                return tuple(c for c in self.choices if c in value)
+            raise self._refuse(value, f'"auto", or a list from {", ".join(self.choices)}')
+        if self.type == "names":
+            given = [part.strip() for part in value.split(",")] if isinstance(value, str) else value
+            if isinstance(given, (list, tuple)) and given and all(v in self.choices for v in given):
+                return tuple(given)
+            raise self._refuse(value, f"names from {', '.join(self.choices)}")
+        if self.type == "value-and-sigma":
+            return self._read_value_and_sigma(value)
+        if self.type == "calibration":
+            found = isinstance(value, Mapping) and "name" in value \
+                and (isinstance(value.get("parameters"), Mapping) or isinstance(value.get("lens"), Mapping))
+            return self._checked(value, found, "the id of a calibration")
+        if self.type == "bool":
+            return self._checked(value, isinstance(value, bool), "true or false")
+        if self.type == "int-or-auto" and value == "auto":
+            return value
+        allowed = f"a number from {self.range[0]:g} to {self.range[1]:g}" if self.range else "a number"
+        if self.type == "int-or-auto":
+            allowed += ', or "auto"'
+        if number(value) is None or (self.range and not self.range[0] <= value <= self.range[1]):
+            raise self._refuse(value, allowed)
+        if self.type.startswith("int"):
+            if value != int(value):
+                raise self._refuse(value, "a whole number, " + allowed)
+            return int(value)
+        return float(value)
+
+    def _read_value_and_sigma(self, value: Any) -> dict[str, float]:
+        low, high = self.range or (-inf, inf)
+        allowed = f'{{"value": {low:g} to {high:g}, "sigma": 0.1 to 5000}} in {self.unit}'
+        if not isinstance(value, Mapping) or set(value) != {"value", "sigma"}:
+            raise self._refuse(value, allowed)
+        found, sigma = number(value["value"]), number(value["sigma"])
+        if found is None or sigma is None or not low <= found <= high or not 0.1 <= sigma <= 5000:
+            raise self._refuse(value, allowed)
+        return {"value": found, "sigma": sigma}
+
+    def _checked(self, value: Any, good: bool, allowed: str) -> Any:
+        if not good:
+            raise self._refuse(value, allowed)
+        return value
+
+    def _refuse(self, value: Any, allowed: str) -> BadInput:
+        return BadInput(f"{value!r} is not valid for the option {self.name}.", f"Use {allowed}.", reason="bad-option")
+
+    def to_json(self, of: str | None = None) -> OptionJson:
+        """of: whose option it is, for the code of its help; None where no page shows that."""
+        return stated(OptionJson(
+            name=self.name, type=self.type, default=self.default,
+            help=self.help if of is None else named(f"option.{of}.{self.name}", self.help),
+            range=list(self.range) if self.range else None, unit=self.unit, choices=list(self.choices)))
+
+
+def read_options(described: Iterable[Option], given: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Every described option with its given or default value; an unknown one is refused by name."""
+    table = {option.name: option for option in described}
+    given = given or {}
+    for name in given:
+        if name not in table:
+            raise BadInput(f"Unknown option: {name!r}.", f"Use one of: {', '.join(table)}.",
+                           reason="unknown-option")
+    return {name: option.read(given.get(name)) for name, option in table.items()}

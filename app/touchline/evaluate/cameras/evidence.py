@@ -1,0 +1,185 @@
+"""Where two cameras put the same thing: measured places, each with the direction in which the offset is known.
+
+    offset = (place by camera b − place by camera a) · normal, mm on the carpet
+
+Along a line the offset is not observable, so a line gives one direction, its normal; a landmark and a match give both.
+A thing a little above the carpet counts as one on it: whether a camera was moved or turned, that is right to the
+share height / camera height. What is higher than MAX_HEIGHT_MM is left out.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from typing import Self
+
+import numpy as np
+
+from touchline.core.errors import FitFailed
+from touchline.core.field import Arc, Field, Landmark, Line, Region
+from touchline.core.geometry import Array, Points
+from touchline.core.records import Observations
+from touchline.fitting.two_view.fundamental_matrix import as_matches
+from touchline.models import CameraModel, RayModel, field_from_raw
+
+MAX_HEIGHT_MM = 400.0
+SAME_MM = 1.0  # two cameras may call one line by two names: a border of theirs, or the field's
+
+
+@dataclass(frozen=True, eq=False)
+class OffsetMeasurements:
+    """places (n, 2) mm; normals (n, 2), length 1; offset_mm (n,); own_a_mm, own_b_mm (n,): how far each camera alone
+    puts it from where the field has it, NaN where the field says nothing; z_mm (n,) above the carpet."""
+
+    places: Points
+    normals: Points
+    offset_mm: Array
+    own_a_mm: Array
+    own_b_mm: Array
+    z_mm: Array
+
+    def __len__(self) -> int:
+        return len(self.offset_mm)
+
+    @classmethod
+    def of_lines(cls, feet: Points, normals: Points, own_a: Array, own_b: Array) -> Self:
+        """Places of the field's own markings, and each camera's distance from them along the normal."""
+        fine = np.isfinite(own_a) & np.isfinite(own_b)
+        return cls(feet[fine], normals[fine], (own_b - own_a)[fine], own_a[fine], own_b[fine], np.zeros(fine.sum()))
+
+    @classmethod
+    def of_places(cls, at_a: Points, at_b: Points, truth: Points | None = None, z_mm: float | Array = 0.0) -> Self:
+        """The same things at z_mm, one or (n,), as placed by both, (n, 2) mm: two directions each."""
+        fine = np.isfinite(at_a).all(axis=1) & np.isfinite(at_b).all(axis=1)
+        at_a, at_b, z = at_a[fine], at_b[fine], np.broadcast_to(z_mm, fine.shape)[fine]
+        places, normals = np.repeat((at_a + at_b) / 2, 2, axis=0), np.tile(np.eye(2), (len(at_a), 1))
+        nothing = np.full(2 * len(at_a), np.nan)
+        own_a, own_b = (nothing if truth is None else (at - truth[fine]).reshape(-1) for at in (at_a, at_b))
+        return cls(places, normals, (at_b - at_a).reshape(-1), own_a, own_b, np.repeat(z, 2))
+
+    @classmethod
+    def together(cls, parts: list["OffsetMeasurements"]) -> Self:
+        """Concatenate parts; FitFailed nothing-shared where there is nothing."""
+        names = [member.name for member in fields(cls)]
+        if not sum(map(len, parts)):
+            raise FitFailed("The two cameras have no lines or points in common.",
+                            "Check with images that show field lines where both cameras look, mark the same lines in "
+                            "both, or give matched points.",
+                            reason="nothing-shared")
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+    def at_height(self, z_mm: float) -> Self:
+        """Return those within a third of a height."""
+        near = np.abs(self.z_mm - z_mm) <= z_mm / 3
+        return replace(self, **{member.name: getattr(self, member.name)[near] for member in fields(self)})
+
+
+def from_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Points,
+                 z_mm: float | Array) -> OffsetMeasurements:
+    """The same things in both pictures, (n, 2) raw px each, at z_mm above the carpet: (n,) or one for all, NaN unknown.
+
+    Those above the carpet need rays in both; without, FitFailed no-rays where there is nothing else.
+    """
+    z = np.asarray(z_mm, float)
+    z = np.where((z >= 0) & (z <= MAX_HEIGHT_MM), z, np.nan)
+    return OffsetMeasurements.of_places(*placed_matches(a, b, pixels_a, pixels_b, z), z_mm=z)
+
+
+def placed_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Points,
+                   z_mm: float | Array) -> tuple[Points, Points]:
+    """Return where each camera puts the matches, (n, 2) mm each; NaN where a height is not known."""
+    pixels_a, pixels_b = as_matches(pixels_a, pixels_b)
+    z = np.broadcast_to(np.asarray(z_mm, float), len(pixels_a))
+    at_a, at_b = (np.full((len(z), 2), np.nan) for _ in range(2))
+    low, up = z == 0, np.isfinite(z) & (z != 0)
+    at_a[low], at_b[low] = field_from_raw(a, pixels_a[low]), field_from_raw(b, pixels_b[low])
+    if up.any() and isinstance(a, RayModel) and isinstance(b, RayModel):
+        at_a[up], at_b[up] = a.unproject(pixels_a[up], z[up]), b.unproject(pixels_b[up], z[up])
+    elif up.any() and not low.any():
+        raise FitFailed(f"This lens model cannot locate a point {z[up][0]:g} mm above the carpet.",
+                        "Calibrate both cameras with a physical lens model.", reason="no-rays")
+    return at_a, at_b
+
+
+def from_clicks(a: CameraModel, seen_a: Observations, region_a: Region, b: CameraModel, seen_b: Observations,
+                region_b: Region, field: Field) -> OffsetMeasurements:
+    """Lines, arcs and landmarks that were clicked in both pictures, on the carpet.
+
+    It rests on the clicks that the calibrations were made from: what has moved since, it cannot see.
+    """
+    parts = []
+    for feature, places_a, places_b in shared_clicks(a, seen_a, region_a, b, seen_b, region_b, field):
+        if isinstance(feature, Landmark):
+            at_a, at_b = (places.mean(axis=0, keepdims=True) for places in (places_a, places_b))
+            parts.append(OffsetMeasurements.of_places(at_a, at_b, np.array([feature.position])))
+        else:
+            parts.append(along_marking(feature, places_a, places_b))
+    return OffsetMeasurements.together(parts)
+
+
+def shared_clicks(a: CameraModel, seen_a: Observations, region_a: Region, b: CameraModel, seen_b: Observations,
+                  region_b: Region, field: Field) -> Iterator[tuple[Landmark | Line | Arc, Points, Points]]:
+    """Yield what was clicked on the carpet in both pictures, and where each camera places its clicks, (n, 2) mm each.
+
+    A region's borders count as the field's lines they lie on, whatever each camera calls them. Clicks that a camera
+    cannot place are left out.
+    """
+    for one in seen_a:
+        for other in seen_b:
+            if one.z_mm or other.z_mm:
+                continue
+            here, there = field.feature(one.feature, region_a), field.feature(other.feature, region_b)
+            places_a, places_b = (places[np.isfinite(places).all(axis=1)] for places in (
+                field_from_raw(a, one.points), field_from_raw(b, other.points)))
+            if len(places_a) and len(places_b) and _is_same(here, there):
+                yield here, places_a, places_b
+
+
+def _is_same(one: Landmark | Line | Arc, other: Landmark | Line | Arc) -> bool:
+    """Whether two names mean one thing of the field."""
+    if isinstance(one, Landmark) and isinstance(other, Landmark):
+        return np.allclose(one.position, other.position, atol=SAME_MM)
+    if isinstance(one, Line) and isinstance(other, Line):
+        return same_line(one, other)
+    return isinstance(one, Arc) and one == other
+
+
+def same_line(one: Line, other: Line) -> bool:
+    """Whether two names mean one line: a region's border lies on a line of the field."""
+    ends = np.array([other.start, other.end])
+    return bool(np.linalg.norm(one.nearest(ends) - ends, axis=1).max() < SAME_MM)
+
+
+def along_marking(marking: Line | Arc, places_a: Points, places_b: Points) -> OffsetMeasurements:
+    """Measure both cameras' distances from a marking where both have clicks along it, (n, 2) mm each."""
+    return (_along_line(marking, places_a, places_b) if isinstance(marking, Line)
+            else _along_arc(marking, places_a, places_b))
+
+
+def _along_line(line: Line, places_a: Points, places_b: Points) -> OffsetMeasurements:
+    start = np.array(line.start)
+    along = (np.array(line.end) - start) / line.length_mm
+    across = np.array([-along[1], along[0]])
+    tracks = [((places - start) @ along, (places - start) @ across) for places in (places_a, places_b)]
+    s, off_a, off_b = _shared(tracks)
+    return OffsetMeasurements.of_lines(start + s[:, None] * along, np.broadcast_to(across, (len(s), 2)), off_a, off_b)
+
+
+def _along_arc(arc: Arc, places_a: Points, places_b: Points) -> OffsetMeasurements:
+    centre = np.array(arc.centre)
+    middle = float(np.arctan2(*(np.concatenate([places_a, places_b]).mean(axis=0) - centre)[::-1]))
+    tracks = []
+    for places in (places_a, places_b):
+        arm = places - centre
+        angle = np.arctan2(arm[:, 1], arm[:, 0])
+        tracks.append(((angle - middle + np.pi) % (2 * np.pi) - np.pi,  # cut opposite to where the clicks are
+                       np.linalg.norm(arm, axis=1) - arc.radius_mm))
+    s, off_a, off_b = _shared(tracks)
+    out = np.stack([np.cos(s + middle), np.sin(s + middle)], axis=1)
+    return OffsetMeasurements.of_lines(centre + arc.radius_mm * out, out, off_a, off_b)
+
+
+def _shared(tracks: list[tuple[Array, Array]]) -> tuple[Array, Array, Array]:
+    """Where along it both have clicks, and each one's distance from it there, in between linearly."""
+    (s_a, off_a), (s_b, off_b) = ((s[order], off[order]) for s, off in tracks for order in (np.argsort(s),))
+    s = np.sort(np.concatenate([s_a, s_b]))
+    s = s[(s >= max(s_a[0], s_b[0])) & (s <= min(s_a[-1], s_b[-1]))]
+    return s, np.interp(s, s_a, off_a), np.interp(s, s_b, off_b)

@@ -1,0 +1,218 @@
+"""The drift status of a camera that is sampled each second: steady, or an alarm that two samples in a row confirm."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from touchline.core.statements import Sentence, Stated, join, say, stated
+from touchline.evaluate.drift.monitor import DriftSample
+from touchline.evaluate.drift.orientation import SAID
+
+State = Literal["learning", "unfollowed", "steady", "misplaced", "knocked", "out-of-focus", "replaced", "covered",
+                "dark"]
+ALARMS = ("misplaced", "knocked", "out-of-focus", "replaced")
+STAYS = ("steady", "misplaced")
+PASSING = ("covered", "dark", "replaced")
+MONITORED = (*ALARMS, "steady")
+
+KNOCKED_PX, KNOCKED_MM = 0.5, 1.5  # either is a knock: half of what must be found
+MIN_PX = 0.1  # less is no knock, however many mm a pixel is
+SURE = 6.0  # σ
+BACK = 0.7  # of that, a knocked camera is back
+REWORD = 0.15  # of the millimetres: a smaller change does not repeat an alarm's sentence
+HOLD = 2  # looks in a row
+LONGER = 4  # for what may pass by itself: people in the way, a lamp that warms up, a hand before the lens
+
+FIXES: dict[State, str] = {
+    "learning": say("drift.learning.fix", "Wait a few seconds."),
+    "unfollowed": say("drift.unfollowed.fix", "Calibrate it with an image that shows the field lines."),
+    "steady": "",
+    "misplaced": say("drift.misplaced.fix", "Calibrate it again with a physical lens model, or with points on lines "
+                                            "inside the field."),
+    "knocked": say("drift.moved.fix", "Move the camera back, or update its pose. The lens calibration remains valid."),
+    "out-of-focus": say("drift.focus.fix", "Focus the camera again and lock the ring. If the new focus stays, "
+                                           "calibrate the lens again."),
+    "replaced": say("drift.replaced.fix", "Check its image. Move the camera back, or calibrate it again."),
+    "covered": say("drift.covered.fix", "Uncover the lines, or wait until they are visible again."),
+    "dark": say("drift.dark.fix", "Switch on the lights, or increase the exposure time."),
+}
+SENTENCES: dict[State, Sentence] = {
+    "learning": say("drift.learning", "Checking the camera position…"),
+    "unfollowed": say("drift.unfollowed", "Too few field lines are at their calibrated position. Movement of the "
+                                          "camera cannot be detected."),
+    "covered": say("drift.covered", "Too many field lines are covered. Movement of the camera cannot be detected."),
+    "dark": say("drift.dark", "The image is too dark. Movement of the camera cannot be detected."),
+    "replaced": say("drift.replaced", "No field lines were detected near their calibrated position. The camera was "
+                                      "rotated far, or replaced."),
+}
+
+
+def state_of(sample: DriftSample, was_knocked: bool = False) -> State:
+    """Return the state that one sample alone shows."""
+    if sample.kind == "seen" and sample.judged is not None:
+        now, share = sample.judged, BACK if was_knocked else 1.0
+        far = now.px >= share * KNOCKED_PX or now.mm >= share * KNOCKED_MM
+        return "knocked" if far and now.px >= share * MIN_PX and sample.sure >= SURE else "steady"
+    states: dict[str, State] = {"soft": "out-of-focus", "gone": "replaced", "covered": "covered", "dark": "dark",
+                                "turned": "replaced", "mirrored": "replaced"}
+    return states[sample.kind]
+
+
+class DriftJson(Stated):
+    """Whether a camera stands as it did; px and mm are not exceeded by 95 % of its region. since: unix, s.
+
+    monitored: whether a movement would be seen now; an alarm stays while it would not. doubt: what makes the
+    calibration itself only fair, though the camera stays; empty for nothing.
+    """
+
+    state: State
+    alarm: bool
+    monitored: bool
+    since: float
+    px: float | None
+    mm: float | None
+    sigma_px: float | None
+    sigma_mm: float | None
+    softer_px: float | None
+    seen: int
+    sentence: str
+    fix: str
+    doubt: str
+
+
+@dataclass(frozen=True)
+class DriftStatus:
+    """The state, since when (unix, s), and the newest sample that showed it.
+
+    worded: the sample that the sentence is about; an alarm's sentence changes only with its figures.
+    misplaced: what is wrong with the calibration itself, in a sentence; empty for nothing. doubt: likewise what makes
+    it only fair. hidden: why an alarm's camera cannot be seen now, None where it can.
+    """
+
+    state: State
+    since: float
+    sample: DriftSample | None = None
+    worded: DriftSample | None = None
+    misplaced: str = ""
+    doubt: str = ""
+    hidden: State | None = None
+
+    def with_sample(self, sample: DriftSample) -> "DriftStatus":
+        worded = self.worded if self.alarm and self._much_like(sample) else sample
+        return replace(self, hidden=None, sample=sample, worded=worded)
+
+    def _much_like(self, sample: DriftSample) -> bool:
+        before, now = self.worded.judged if self.worded else None, sample.judged
+        if self.worded is None or before is None or now is None:
+            return before is now
+        return abs(now.mm - before.mm) < REWORD * before.mm and self.worded.softer_px == sample.softer_px
+
+    @property
+    def alarm(self) -> bool:
+        return self.state in ALARMS
+
+    def outlasts(self, state: State) -> bool:
+        """Return whether it is an alarm that a look like that does not disprove.
+
+        A covered camera is one whose scene is recognised: that disproves that it was replaced.
+        """
+        return self.alarm and (state == "dark" or (state == "covered" and self.state != "replaced"))
+
+    @property
+    def sentence(self) -> str:
+        told = self.misplaced if self.state == "misplaced" else sentence(self.state, self.worded)
+        return told if self.hidden is None else join(told, SENTENCES[self.hidden])
+
+    def to_json(self) -> DriftJson:
+        judged = self.sample.judged if self.sample else None
+        return stated(DriftJson(
+            state=self.state, alarm=self.alarm,
+            monitored=self.state in MONITORED and self.hidden is None, since=round(self.since, 3),
+            px=_rounded(judged.px if judged else None), mm=_rounded(judged.mm if judged else None),
+            sigma_px=_rounded(judged.sigma_px if judged else None),
+            sigma_mm=_rounded(judged.sigma_mm if judged else None),
+            softer_px=self.sample.softer_px if self.sample else None,
+            seen=self.sample.seen if self.sample else 0,
+            sentence=self.sentence, fix=FIXES[self.state], doubt=self.doubt))
+
+
+class DriftWatch:
+    """Turns samples into a status. An alarm, of one kind or another, begins once HOLD samples in a row gave one."""
+
+    def __init__(self, now: float) -> None:
+        self.status = DriftStatus("learning", now)
+        self._row: list[tuple[State, float]] = []  # states of the last samples, of one kind
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether the last sample differs from the status: then the next should not wait."""
+        return bool(self._row) and self._row[-1][0] not in (self.status.state, self.status.hidden)
+
+    def misplaced(self, sentence: str, doubt: str = "") -> None:
+        """Note what is wrong with the calibration itself: a camera that stays is then as wrong as one knocked.
+
+        doubt: what makes it only fair, which is no alarm.
+        """
+        self.status = replace(self.status, misplaced=sentence, doubt=doubt)
+
+    def add(self, sample: DriftSample, now: float) -> DriftStatus:
+        """now: unix, s, when the picture was taken."""
+        state = state_of(sample, self.status.state == "knocked")
+        if state == "steady" and self.status.misplaced:
+            state = "misplaced"
+        if self._row and not _same_kind(self._row[-1][0], state):
+            self._row = []
+        self._row = [*self._row, (state, now)][-LONGER:]
+        enough = LONGER if state in PASSING else 1 if self.status.state == "learning" and state in STAYS else HOLD
+        if state == self.status.state:
+            self.status = self.status.with_sample(sample)
+        elif len(self._row) >= enough and self.status.outlasts(state):
+            self.status = replace(self.status, hidden=state)
+        elif len(self._row) >= enough:
+            self.status = replace(self.status, state=state, since=self._row[-enough][1], sample=sample, worded=sample,
+                                  hidden=None)
+        return self.status
+
+    def unfollowed(self, now: float) -> DriftStatus:
+        """Set the status of a camera without a usable reference."""
+        self._row = []
+        if self.status.state != "unfollowed":
+            self.status = DriftStatus("unfollowed", now)
+        return self.status
+
+
+def _same_kind(before: State, state: State) -> bool:
+    return before == state or (before in ALARMS and state in ALARMS)
+
+
+def sentence(state: State, sample: DriftSample | None) -> Sentence:
+    """Describe the status for the operator."""
+    if state == "replaced" and sample is not None and (sample.kind == "turned" or sample.kind == "mirrored"):
+        return SAID[sample.kind]
+    if state in SENTENCES or sample is None or sample.judged is None:
+        return SENTENCES.get(state, SENTENCES["learning"])
+    if state == "out-of-focus":
+        px = _px(abs(sample.softer_px))
+        return (say("drift.softer", "The focus has changed: the lines are softer by {px} px.", px=px)
+                if sample.softer_px > 0 else
+                say("drift.sharper", "The focus has changed: the lines are sharper by {px} px.", px=px))
+    now = sample.judged
+    if state == "knocked":
+        return say("drift.moved", "The camera has moved. Positions are off by about {mm} mm ({px} px).",
+                   mm=_mm(now.mm), px=_px(now.px))
+    return say("drift.steady", "No movement detected ({px} px, {mm} mm).", px=_px(now.px), mm=_mm(now.mm))
+
+
+def _px(px: float) -> str:
+    if px < 0.01:
+        return say("under", "under {value}", value="0.01")
+    return f"{px:.2f}" if px < 1 else f"{px:.1f}" if px < 10 else f"{px:.0f}"
+
+
+def _mm(mm: float) -> str:
+    if mm < 0.1:
+        return say("under", "under {value}", value="0.1")
+    return f"{mm:.1f}" if mm < 10 else f"{mm:.0f}"
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 4)

@@ -1,0 +1,298 @@
+"""How far the field's lines lie in a picture from where a calibration has them: px in the picture, mm on the carpet.
+
+At even steps along every marking of the region the painted line is measured across its direction, where the model
+expects it. A camera that was knocked shows it elsewhere, so the search widens step by step; what was found far away
+first tells how the picture as a whole has moved, and is then measured again, near that place. A marking that is not
+there while others are is looked for by itself, further off: a model that was never right inside the field has its
+borders where they are, and nothing else.
+
+The same search begins where a calibration's own points lay, and tells how far the lines lie from there: whatever the
+model makes of them, that is a change since then.
+"""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, fields
+from functools import partial
+from typing import Self
+
+import numpy as np
+from typing_extensions import TypedDict
+
+from touchline.core.field import Arc, Field, Line, Region
+from touchline.core.geometry import Array, ImageSize, Indices, Mask, Pixels, Points, inside_picture
+from touchline.core.records import Observations
+from touchline.evaluate.cameras.evidence import OffsetMeasurements
+from touchline.evaluate.cameras.offsets import OffsetField, fit_offset_field
+from touchline.evaluate.drift.expected import expected_lines
+from touchline.evaluate.drift.observed import ObservedLines
+from touchline.evaluate.fit.residuals import rms
+from touchline.evaluate.fit.verification import MARKING_FOUND
+from touchline.fitting.field_lines.line_samples import LineSamples, fine_pattern
+from touchline.models import CameraModel, field_from_raw
+from touchline.vision.lines.profiles import GROUND_PX, STEP_PX, across_lines, brightness_across
+from touchline.vision.lines.strays import strays
+
+CAPTURES_PX = (4.0, 12.0, 32.0)  # in a picture of 1280 px, each about three times the last
+ALONE_PX = (12.0, 32.0, 64.0)  # for a single marking
+PLACES = 360  # in all
+APART_PX = 6.0
+CLEAR_PX = 4.0
+BETTER = 0.04  # of the expected length: less gained by a wider search is chance
+PLENTY = 0.85  # of the expected length, found near by: nothing is looked for further off
+MIN_MARKING_POINTS, MIN_OBSERVED_POINTS = 3, 2
+SHORT, HALF = 12, 0.5  # places of a line; of them, so many must be seen
+MIN_MOTION_POINTS = 12  # measures that tell how a picture has moved
+MOST = 0.5  # of the expected length
+BORDER_MM = 50.0  # nearer to a border, a line is the border
+SURELY = 0.7  # of a marking's length, in one course: it is this marking, further off, and no chance
+BARE = 0.12  # of the paint's usual contrast: what varies less is carpet
+
+
+@dataclass(frozen=True, eq=False)
+class LineMeasurements:
+    """Where each marking was looked for and seen; (n,) each, NaN where it was not found.
+
+    expected_px: (n, 2) where the model has it; normal_px: (n, 2) across it; raw: (n, 2) px found; off_px: signed, along
+    the normal; foot: (n, 2) mm on the marking; normal_mm: (n, 2) across it on the carpet; off_mm: signed;
+    stands_for_px: the length of marking that a measurement represents; bare: whether carpet is seen where the line
+    should be, with nothing in the way; inside: whether it is expected inside the region's borders, not on them.
+    """
+
+    names: tuple[str, ...]
+    marking: Indices
+    expected_px: Points
+    normal_px: Points
+    raw: Points
+    off_px: Array
+    foot: Points
+    normal_mm: Points
+    off_mm: Array
+    stands_for_px: Array
+    bare: Mask
+    inside: Mask
+
+    @property
+    def found(self) -> Mask:
+        return np.isfinite(self.off_mm)
+
+    @property
+    def share(self) -> float:
+        """Of the expected length, what was found; 0 where nothing is expected."""
+        return float(self.stands_for_px[self.found].sum() / max(self.stands_for_px.sum(), 1e-9))
+
+    def found_shares(self) -> Array:
+        """Return, for each of the names, the share of its expected length that was found; NaN for one not expected."""
+        expected, seen = (np.bincount(self.marking[of], self.stands_for_px[of], minlength=len(self.names))
+                          for of in (slice(None), self.found))
+        with np.errstate(invalid="ignore"):
+            return seen / np.where(expected > 0, expected, np.nan)
+
+    @property
+    def missing(self) -> Mask:
+        """Of each of the names: it should be in sight, nothing covers most of it, and it is not there."""
+        of = ~self.found
+        hidden, bare = (np.bincount(self.marking[some], self.stands_for_px[some], minlength=len(self.names))
+                        for some in (of, of & self.bare))
+        return (self.found_shares() < MARKING_FOUND) & (bare > hidden / 2)
+
+    @property
+    def missing_share(self) -> float:
+        """Of the expected length, what is in markings that are missing."""
+        return self._missing_of(np.ones_like(self.inside))
+
+    @property
+    def missing_inside(self) -> float:
+        """The same, of what is inside the region's borders."""
+        return self._missing_of(self.inside)
+
+    def _missing_of(self, some: Mask) -> float:
+        gone = some & self.missing[self.marking]
+        return float(self.stands_for_px[gone].sum() / max(self.stands_for_px[some].sum(), 1e-9))
+
+    def with_those_of(self, other: Self, numbers: Indices) -> Self:
+        """Return these, but of those markings the other's."""
+        kept, more = ~np.isin(self.marking, numbers), np.isin(other.marking, numbers)
+        return type(self)(self.names, *(np.concatenate([getattr(self, name)[kept], getattr(other, name)[more]])
+                                        for name in PER_PLACE))
+
+    def evidence(self) -> OffsetMeasurements:
+        """Return what was found as offset measurements on the carpet; FitFailed where nothing was."""
+        of = self.found
+        nothing = np.zeros(int(of.sum()))
+        return OffsetMeasurements.together([OffsetMeasurements.of_lines(self.foot[of], self.normal_mm[of], nothing,
+                                                                        self.off_mm[of])])
+
+
+PER_PLACE = tuple(member.name for member in fields(LineMeasurements) if member.name != "names")
+
+
+def measure_lines(model: CameraModel, gray: Pixels, field: Field, region: Region) -> LineMeasurements:
+    """(h, w) grey. The narrowest search that finds plenty, or about as much as any."""
+    return _measured(_Search.of_markings(model, gray, field, region))
+
+
+def measure_single_markings(model: CameraModel, gray: Pixels, field: Field, region: Region, names: Collection[str],
+                            ) -> LineMeasurements:
+    """Measure these markings only, each further and further off: by the others, the camera is where it was."""
+    search = _Search.of_markings(model, gray, field, region)
+    numbers = np.flatnonzero([name in names for name in search.names])
+    best = search.near(None, CAPTURES_PX[0], numbers)
+    return _each_alone(search, best, None, lambda found: numbers[~(found.found_shares()[numbers] > SURELY)])
+
+
+def measure_change(model: CameraModel, gray: Pixels, field: Field, region: Region, observations: Observations,
+                   ) -> LineMeasurements | None:
+    """Measure how far the lines lie from where they were observed, off_px and off_mm; None where that is not known.
+
+    observations: on carpet; without their outliers.
+    """
+    size = ImageSize(gray.shape[1], gray.shape[0])
+    then = ObservedLines.of(model, field, region, observations, size, PLACES)
+    return None if then is None else _measured(_Search(model, gray, region, size, then.features, then.names,
+                                                       then.samples, MIN_OBSERVED_POINTS, since=True))
+
+
+def _measured(search: "_Search") -> LineMeasurements:
+    best, motion = search.near(None, CAPTURES_PX[0]), None
+    for capture in CAPTURES_PX[1:]:
+        if best.share > PLENTY:
+            break
+        far = search.near(None, capture)
+        moved = _moved(far)
+        if moved is None:
+            continue
+        again = search.near(moved, CAPTURES_PX[0])
+        if again.share > best.share + BETTER:
+            best, motion = again, moved
+    if best.share < MOST:
+        return best
+    return _each_alone(search, best, motion, lambda found: np.flatnonzero(found.missing))
+
+
+def _each_alone(search: "_Search", best: LineMeasurements, moved: OffsetField | None,
+                wanted: Callable[[LineMeasurements], Indices]) -> LineMeasurements:
+    """Look for each marking that is wanted by itself, further and further off. wanted: which, of what is found."""
+    for capture in ALONE_PX:
+        alone = wanted(best)
+        if not len(alone):
+            break
+        far = search.near(moved, capture, alone)
+        found = np.flatnonzero(far.found_shares() > SURELY)
+        best = best.with_those_of(far, found)
+    return best
+
+
+def _moved(measured: LineMeasurements) -> OffsetField | None:
+    """Fit how the picture as a whole has moved, px; None for too few measurements."""
+    of = measured.found
+    if of.sum() < MIN_MOTION_POINTS:
+        return None
+    return fit_offset_field(OffsetMeasurements.of_lines(measured.expected_px[of], measured.normal_px[of],
+                                                        np.zeros(int(of.sum())), measured.off_px[of]))
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """samples: the places to look at, of these features, by how clear of others they are to be, px.
+
+    since: offsets are from those very places, and not from the features.
+    """
+
+    model: CameraModel
+    gray: Pixels
+    region: Region
+    size: ImageSize
+    features: tuple[Line | Arc, ...]
+    names: tuple[str, ...]
+    samples: Callable[[float], LineSamples]
+    least: int  # points of a marking
+    since: bool
+
+    @classmethod
+    def of_markings(cls, model: CameraModel, gray: Pixels, field: Field, region: Region) -> Self:
+        """For the field's markings where the model has them."""
+        size, pattern = ImageSize(gray.shape[1], gray.shape[0]), fine_pattern(field)
+        samples = partial(expected_lines, model, pattern, size, PLACES, APART_PX, region=region)
+        names = tuple(marking.name for marking in pattern.markings)
+        return cls(model, gray, region, size, pattern.markings, names, samples, MIN_MARKING_POINTS, since=False)
+
+    def near(self, moved: OffsetField | None, capture_px: float, only: Indices | None = None) -> LineMeasurements:
+        """Measure lines within capture_px of where they are expected, after a motion of the whole picture.
+
+        only: of these markings, by number.
+        """
+        capture = capture_px * max(self.size.width / 1280, 0.8)
+        at = self.samples(max(CLEAR_PX, CLEAR_PX if moved is not None and only is None else capture))
+        if only is not None:
+            at = at.of(np.isin(at.marking, only))
+        start = at.places if moved is None else at.places + np.nan_to_num(moved.at(at.places)[0])
+        profiles = across_lines(self.gray, start, at.normals, at.width_px, at.marking, capture)
+        hits = profiles.found & at.clear & inside_picture(start, self.size, 2)
+        hits &= ~strays(profiles.middle, hits, at.marking)
+        for number in range(len(self.features)):
+            of = at.marking == number
+            # Of a short line, a few places that agree may be a robot's edge.
+            least = max(self.least, HALF * of.sum()) if of.sum() < SHORT else self.least
+            if (hits & of).sum() < least:
+                hits &= ~of
+        raw = start + np.where(hits, profiles.middle, np.nan)[:, None] * at.normals
+        usual = float(np.median(profiles.contrast[hits])) if hits.any() else 0.0
+        return self._measurements(at, raw, ~hits & self._bare(start, at, BARE * usual))
+
+    def _bare(self, places: Points, at: LineSamples, least_contrast: float) -> Mask:
+        """Return (n,) whether the brightness across each place is that of carpet alone."""
+        reach = at.width_px / 2 + GROUND_PX
+        away = np.arange(-reach.max(initial=1.0), reach.max(initial=1.0) + STEP_PX / 2, STEP_PX)
+        rows = brightness_across(self.gray, places, at.normals, away)
+        rows = np.where(np.abs(away) <= reach[:, None], rows, np.nan)
+        return inside_picture(places, self.size, 2) & (np.nanstd(rows, axis=1) < least_contrast)
+
+    def _measurements(self, at: LineSamples, raw: Points, bare: Mask) -> LineMeasurements:
+        clear = at.clear
+        spot, there = field_from_raw(self.model, raw), field_from_raw(self.model, at.places)
+        foot, normal = np.full_like(spot, np.nan), np.full_like(spot, np.nan)
+        for number, marking in enumerate(self.features):
+            of = at.marking == number
+            foot[of] = there[of] if self.since else marking.nearest(spot[of])
+            normal[of] = marking.normals(marking.nearest(there[of]) if self.since else there[of])
+        off_mm = np.sum((spot - foot) * normal, axis=1)
+        off_px = np.sum((raw - at.places) * at.normals, axis=1)
+        return LineMeasurements(self.names, at.marking[clear], at.places[clear], at.normals[clear], raw[clear],
+                                off_px[clear], foot[clear], normal[clear], off_mm[clear], at.length_px[clear],
+                                bare[clear], self._inside(there[clear]))
+
+    def _inside(self, places: Points) -> Mask:
+        low, high = np.transpose([self.region.x_mm, self.region.y_mm])
+        return ((places > low + BORDER_MM) & (places < high - BORDER_MM)).all(axis=1)
+
+
+class LineDeviation(TypedDict):
+    """One marking: places looked at and found, and how far beside it lies; mean_mm is signed, to its left.
+
+    Lengths in mm are across it on the carpet; None where nothing was found.
+    """
+
+    feature: str
+    places: int
+    found: int
+    found_share: float
+    mean_mm: float | None
+    rms_mm: float | None
+    worst_mm: float | None
+    rms_px: float | None
+
+
+def line_deviations(measured: LineMeasurements) -> list[LineDeviation]:
+    """Return the deviation of every marking that the picture should show, in the field's order."""
+    deviations: list[LineDeviation] = []
+    for number, name in enumerate(measured.names):
+        of = measured.marking == number
+        if not of.any():
+            continue
+        hits = of & measured.found
+        share = float(measured.stands_for_px[hits].sum() / max(measured.stands_for_px[of].sum(), 1e-9))
+        mm, px = measured.off_mm[hits], measured.off_px[hits]
+        deviations.append({"feature": name, "places": int(of.sum()), "found": int(hits.sum()), "found_share": share,
+                           "mean_mm": float(mm.mean()) if len(mm) else None, "rms_mm": rms(mm),
+                           "worst_mm": float(np.abs(mm).max()) if len(mm) else None, "rms_px": rms(px)})
+    return deviations

@@ -1,0 +1,39 @@
+"""Fitting: from observations to a camera model, and the table of fitters, one for each entry of models.MODELS.
+
+A fitter (contract.Fitter) takes observations, a field, a region and options, and returns a Fit: the model, which points
+it rests on, warnings, and the covariance of its parameters. To add one for a model with a lens: a subclass of RayFitter
+in ray_camera/fitters.py and a line here; any other model: a folder here with its own Fitter.
+
+Beside the fitters: board/ (a lens from a calibration board), plumb_line/ (a lens from straight lines), two_view/ (two
+cameras' relative pose), field_lines/ (a camera from detected lines, without clicks), image_motion (a bumped camera).
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+from touchline.core.registry import Registry
+from touchline.fitting.contract import Fitter, Sensitivity
+from touchline.models import CameraModel
+
+__all__ = ["FITTERS", "Fitter", "Sensitivity", "known_options", "sensitivity_of"]
+
+FITTERS: Registry[type[Fitter]] = Registry("camera model", {
+    "polynomial": "touchline.fitting.polynomial.fit:PolynomialFitter",  # four border curves, then the relation to mm
+    "homography": "touchline.fitting.homography.fit:HomographyFitter",  # normalised DLT, then distances in pixels
+    "thin-plate": "touchline.fitting.thin_plate.fit:ThinPlateFitter",  # another model, and a spline on its residuals
+    "division": "touchline.fitting.ray_camera.fitters:DivisionFitter",  # ray cameras: linear start, robust refinement
+    "brown-conrady": "touchline.fitting.ray_camera.fitters:BrownConradyFitter",
+    "fisheye": "touchline.fitting.ray_camera.fitters:FisheyeFitter",
+    "ssl": "touchline.fitting.ray_camera.fitters:SslFitter",
+})
+
+
+def sensitivity_of(model: CameraModel) -> Sensitivity | None:
+    """Return how the model's view moves with its parameters; None where it has no common parameters."""
+    return FITTERS[model.NAME].sensitivity(model)
+
+
+def known_options(name: str, options: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return those of the options that a model's fitter has."""
+    known = {option.name for option in FITTERS[name].OPTIONS}
+    return {key: value for key, value in (options or {}).items() if key in known}

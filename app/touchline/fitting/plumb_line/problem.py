@@ -1,0 +1,155 @@
+"""How far points lie from the picture of a straight line, with the lines themselves eliminated.
+
+A chain's line in the plane is n·u = c, n = (cos a, sin a); a place on it u(t) = c n + t d. The picture of it is the
+curve D(u(t)), and a point's residual is its distance from that curve in raw pixels, along the curve's normal m:
+
+    r = m · (p - D(u(t))),   ∂r/∂x = -m · ∂D(u(t))/∂x   at the foot t, where the distance stands still along the curve.
+
+With q = m · D' n:  ∂r/∂c = -q,  ∂r/∂a = t q,  and ∂r/∂centre = -m. Each chain's two unknowns are solved for whenever
+the lens moves, and its columns projected out (variable projection, G. Golub and V. Pereyra 1973; L. Kaufman 1975).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from touchline.core.geometry import Array, Indices, Mask, Points, homogeneous
+from touchline.models.lenses import Lens
+
+MAX_STEPS = 8
+LINE_TOLERANCE_PX = 1e-5  # far below the noise of clicks and edges
+FOOT_TOLERANCE_PX = 1e-2  # a foot beside its place has only a second-order effect
+REGULARISATION = 1e-12  # of a chain's own information: two points on one place must not divide by 0
+
+
+@dataclass(frozen=True, eq=False)
+class Chains:
+    """Points of all chains, one after the other: pixels (n, 2), starts (c,) where each begins, unit_px, noise_px."""
+
+    pixels: Points
+    starts: Indices
+    unit_px: float
+    noise_px: float
+
+    @classmethod
+    def of(cls, chains: Sequence[Points], unit: float = 1.0, noise_px: float = 1.0) -> Self:
+        lengths = np.array([len(c) for c in chains])
+        return cls(np.concatenate(chains), np.concatenate([[0], np.cumsum(lengths)[:-1]]), unit, noise_px)
+
+    @property
+    def counts(self) -> Indices:
+        return np.diff(np.append(self.starts, len(self.pixels)))
+
+    @property
+    def owner(self) -> Indices:
+        """Return which chain each point belongs to, (n,)."""
+        return np.repeat(np.arange(len(self.starts)), self.counts)
+
+    def only(self, which: Mask) -> Self:
+        """Return some of the chains; which (c,)."""
+        return replace(self, pixels=self.pixels[which[self.owner]],
+                       starts=np.concatenate([[0], np.cumsum(self.counts[which])[:-1]]).astype(int))
+
+    def sums(self, values: Array) -> Array:
+        """Sum over each chain, (n, …) to (c, …)."""
+        return np.add.reduceat(values, self.starts, axis=0)
+
+
+@dataclass(frozen=True, eq=False)
+class Linearisation:
+    """Residuals (n,) px, derivatives by terms (n, k) and centre (n, 2), by each chain's turn and shift (n, 2)."""
+
+    residuals: Array
+    by_lens: Array
+    by_line: Array
+
+
+@dataclass(frozen=True, eq=False)
+class LineFit:
+    """A lens, its centre (2,) px, and each chain's line: angle and offset (c,), feet (n,), in units of the plane."""
+
+    lens: type[Lens]
+    terms: Array
+    centre: Array
+    angle: Array
+    offset: Array
+    feet: Array
+
+    def linearise(self, chains: Chains) -> Linearisation:
+        """Return residuals and derivatives at the feet."""
+        return _linearise(self, chains)[0]
+
+
+def fit_lines(state: LineFit, chains: Chains) -> LineFit:
+    """Fit every chain's line by the robust loss; NaN in feet where the lens cannot reach."""
+    for _ in range(MAX_STEPS):
+        linearisation, onward = _linearise(state, chains)
+        if not np.isfinite(linearisation.residuals).all():
+            return replace(state, feet=np.full_like(state.feet, np.nan))
+        weight = robust_weight(linearisation.residuals, chains.noise_px)
+        turn, shift = _line_steps(linearisation.by_line, linearisation.residuals, weight, chains).T
+        feet = state.feet + onward
+        state = replace(state, angle=state.angle + turn, offset=state.offset + shift, feet=feet)
+        across = np.abs(turn).max() * np.abs(feet).max() + np.abs(shift).max()
+        if across * chains.unit_px < LINE_TOLERANCE_PX and np.abs(onward).max() * chains.unit_px < FOOT_TOLERANCE_PX:
+            break
+    return state
+
+
+def robust_weight(residuals: Array, noise_px: float) -> Array:
+    """Return ρ' of the soft L1 loss of least_squares.minimise."""
+    return (1 + (residuals / noise_px) ** 2) ** -0.5
+
+
+def project_out_lines(linearisation: Linearisation, chains: Chains) -> Array:
+    """Return derivatives by terms and centre (n, k + 2), px, each chain's line eliminated."""
+    weight = robust_weight(linearisation.residuals, chains.noise_px)
+    taken = np.stack([_line_steps(linearisation.by_line, column, weight, chains)
+                      for column in linearisation.by_lens.T], axis=-1)
+    return linearisation.by_lens + np.einsum("nl,nlk->nk", linearisation.by_line, taken[chains.owner])
+
+
+def lines_through(plane: Array, chains: Chains) -> tuple[Array, Array, Array]:
+    """Return the best line of each chain through (…, n, 2): angle and offset (…, c), feet (…, n)."""
+    count = chains.counts
+    middle = np.add.reduceat(plane, chains.starts, axis=-2) / count[:, None]
+    about = plane - np.repeat(middle, count, axis=-2)
+    xx, yy, xy = (np.add.reduceat(v, chains.starts, axis=-1) for v in
+                  (about[..., 0] ** 2, about[..., 1] ** 2, about[..., 0] * about[..., 1]))
+    angle = 0.5 * np.arctan2(2 * xy, xx - yy) + np.pi / 2  # across the direction of greatest spread
+    normal = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    n = np.repeat(normal, count, axis=-2)
+    return angle, np.sum(normal * middle, axis=-1), plane[..., 1] * n[..., 0] - plane[..., 0] * n[..., 1]
+
+
+def _linearise(state: LineFit, chains: Chains) -> tuple[Linearisation, Array]:
+    """Linearise; also return how far each foot is from the nearest place to its point, (n,) in units of the plane."""
+    owner = chains.owner
+    n = np.stack([np.cos(state.angle), np.sin(state.angle)], axis=-1)[owner]
+    d = np.stack([-n[:, 1], n[:, 0]], axis=-1)
+    observed = (chains.pixels - state.centre) / chains.unit_px
+    with np.errstate(all="ignore"):  # beyond reach: NaN, which the least squares steps back from
+        curve, by_ray, by_terms = state.lens.distort_jacobian(
+            state.terms, homogeneous(state.offset[owner, None] * n + state.feet[:, None] * d))
+    along = np.einsum("nij,nj->ni", by_ray[..., :2], d)
+    speed = np.sum(along**2, axis=1)
+    with np.errstate(all="ignore"):
+        onward = np.sum(along * (observed - curve), axis=1) / speed
+        m = np.stack([along[:, 1], -along[:, 0]], axis=-1) / np.sqrt(speed)[:, None]  # d turned back by 90° is n
+    q = np.einsum("ni,nij,nj->n", m, by_ray[..., :2], n)
+    residuals = np.sum(m * (observed - curve), axis=1) * chains.unit_px
+    by_terms = -np.einsum("ni,nik->nk", m, by_terms) * chains.unit_px
+    by_line = np.stack([state.feet * q, -q], axis=-1) * chains.unit_px
+    return Linearisation(residuals, np.concatenate([by_terms, -m], axis=1), by_line), onward
+
+
+def _line_steps(by_line: Array, values: Array, weight: Array, chains: Chains) -> Array:
+    """Return for each chain the turn and shift (c, 2) that best undo values (n,)."""
+    a, b = by_line[:, 0], by_line[:, 1]
+    aa, ab, bb, av, bv = chains.sums(np.stack([a * a, a * b, b * b, a * values, b * values], axis=1)
+                                     * weight[:, None]).T
+    det = aa * bb - ab * ab
+    det = det + REGULARISATION * aa * bb + np.finfo(float).tiny
+    return -np.stack([bb * av - ab * bv, aa * bv - ab * av], axis=-1) / det[:, None]

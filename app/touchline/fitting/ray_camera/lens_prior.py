@@ -1,0 +1,150 @@
+"""A lens as a prior, known before the field is clicked: fixed, or with its covariance.
+
+From a board ({"name", "lens"}, a PinholeLens with its covariance), or taken over from another calibration ({"name",
+"parameters"}, and the "covariance" of its report, whose part on the lens is independent of the pose). The field
+then fixes the pose.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+
+from touchline.core.errors import BadInput
+from touchline.core.geometry import Array, ImageSize
+from touchline.fitting.ray_camera.parameters import RayCameraParameters
+from touchline.models import model_from_json
+from touchline.models.intrinsics import PINHOLE_PARAMETERS, Intrinsics
+from touchline.models.lenses import Lens
+from touchline.models.ray_camera import RayCamera
+
+MIN_VARIANCE = 1e-9  # of its scale: a lower bound of the variance in every direction
+BENDS_ALIKE = 1.0  # and so much of the focal length's: lenses that bend alike lie on a curve, which is a line nearby
+
+
+@dataclass(frozen=True, eq=False)
+class GaussianPrior:
+    """Parameters by name, their mean, and the whitening of their errors: rows (k, k), rows @ (x - values) has σ 1.
+
+    Values of terms are those that bend the picture likewise at the focal length unit_px: where that is known badly,
+    what is known of a lens is how it bends, and its terms go along with the focal length.
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    rows: Array
+    lens: type[Lens]
+    unit_px: float
+
+    @classmethod
+    def of(cls, names: tuple[str, ...], values: Array, covariance: Array, lens: type[Lens], unit_px: float,
+           least: float = MIN_VARIANCE) -> Self:
+        # unit diagonal first: focal lengths and k3 are known to very different digits
+        scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+        variances, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+        return cls(names, values, (vectors / np.sqrt(np.maximum(variances, least))).T / scale, lens, unit_px)
+
+    def residuals(self, found: Mapping[str, float]) -> Array:
+        terms, _, _ = self._terms(found)
+        now = {**found, **dict(zip(self.lens.TERMS, terms, strict=True))}
+        return self.rows @ (np.array([now[name] for name in self.names]) - self.values)
+
+    def jacobian(self, names: list[str], found: Mapping[str, float]) -> Array:
+        _, by_terms, by_scale = self._terms(found)
+        by = np.zeros((len(self.names), len(names)))
+        columns = [names.index(term) for term in self.lens.TERMS]
+        for row, name in enumerate(self.names):
+            if name in self.lens.TERMS:
+                term = self.lens.TERMS.index(name)
+                by[row, columns] = by_terms[term]
+                by[row, names.index("log_focal")] = -by_scale[term]
+            else:
+                by[row, names.index(name)] = 1.0
+        return self.rows @ by
+
+    def _terms(self, found: Mapping[str, float]) -> tuple[Array, Array, Array]:
+        terms = np.array([found[term] for term in self.lens.TERMS])
+        return self.lens.at_scale(terms, float(np.log(self.unit_px) - found["log_focal"]))
+
+
+def refuse_other_camera(held: str, size: ImageSize, model: str, image_size: ImageSize, made: str) -> None:
+    """Raise BadInput where the held lens is of another model or of another picture size than the fit."""
+    if held != model:
+        raise _other_model(held, model)
+    if size != image_size:
+        raise BadInput(f"The chosen lens is for images of {size}; this image has {image_size}.",
+                       f"Use a lens that was {made} at this size.", reason="bad-option")
+
+
+def _other_model(held: str, model: str) -> BadInput:
+    return BadInput(f"The chosen lens is {held}, but the model to fit is {model}.",
+                    f"Fit {held}, or use another lens.", reason="bad-option")
+
+
+def read_lens(model: str, settings: Mapping[str, Any], image_size: ImageSize) -> Intrinsics | None:
+    """Read the lens in the options; BadInput if it is not this model's, or of another picture size."""
+    given = settings.get("lens")
+    if given is None:
+        return None
+    if "lens" in given:
+        lens = Intrinsics.from_json(given["lens"])
+    else:
+        camera = model_from_json(given["name"], given["parameters"])
+        if not isinstance(camera, RayCamera):
+            raise _other_model(camera.NAME, model)
+        lens = camera_intrinsics(camera, given.get("covariance"))
+    refuse_other_camera(lens.model, lens.image_size, model, image_size, "calibrated")
+    if settings.get("lens_sigma") == "own" and not lens.estimated:
+        raise BadInput("The uncertainty of the lens is unknown: " + (
+            "that calibration used a fixed lens itself." if given.get("covariance") else "it has no covariance."),
+            "Use a lens from a board, or from a calibration whose own points determined the lens, or fix the lens "
+            '(lens_sigma "0").', reason="lens-sigma-unknown")
+    return lens
+
+
+def camera_intrinsics(camera: RayCamera, covariance: Mapping[str, Any] | None = None) -> Intrinsics:
+    """Return a camera's lens without its pose. covariance: of its fit, {"names", "matrix"}, as a report has it."""
+    estimated, part = _lens_covariance(camera, covariance) if covariance is not None else ((), np.empty((0, 0)))
+    return Intrinsics(camera.NAME, camera.lens_terms, camera.focal_px, camera.aspect, camera.centre_px,
+                       camera.image_size, estimated, tuple(tuple(map(float, row)) for row in part))
+
+
+def _lens_covariance(camera: RayCamera, covariance: Mapping[str, Any]) -> tuple[tuple[str, ...], Array]:
+    """Return names and part (k, k) of a fit's covariance that are the lens's own; BadInput for no covariance."""
+    try:
+        names, matrix = tuple(covariance["names"]), np.array(covariance["matrix"], float)
+        fine = matrix.shape == (len(names), len(names)) and np.isfinite(matrix).all() and len(set(names)) == len(names)
+        own = [i for i, name in enumerate(names) if name in (*PINHOLE_PARAMETERS, *camera.LENS.TERMS)]
+        part = (matrix[np.ix_(own, own)] + matrix[np.ix_(own, own)].T) / 2 if fine else None
+        if part is None or (np.diag(part) < 0).any():
+            raise ValueError
+    except (KeyError, TypeError, ValueError, IndexError, OverflowError):
+        raise BadInput("The covariance of the lens is invalid.", "Send the JSON that Touchline exported.",
+                       reason="bad-parameters") from None
+    return tuple(names[i] for i in own), part
+
+
+def with_lens(state: RayCameraParameters, lens: Intrinsics) -> RayCameraParameters:
+    """Return the state with that lens and the same pose."""
+    return replace(state, log_focal=float(np.log(lens.focal_px)), aspect=lens.aspect,
+                   centre_px=np.array(lens.centre_px), terms=np.array(lens.terms))
+
+
+def lens_prior(lens: Intrinsics, settings: Mapping[str, Any]) -> GaussianPrior | None:
+    """Return the joint prior of a lens that is not fixed; the aspect is always fixed."""
+    if settings.get("lens_sigma") != "own":
+        return None
+    chosen = [i for i, name in enumerate(lens.estimated) if name != "aspect"]
+    names = tuple(lens.estimated[i] for i in chosen)
+    by = np.eye(len(names))
+    if "log_focal" in names:
+        _, _, by_scale = lens.lens.at_scale(np.array(lens.terms), 0.0)
+        scales = dict(zip(lens.lens.TERMS, by_scale, strict=True))
+        by[:, names.index("log_focal")] -= [scales.get(n, 0.0) for n in names]
+    covariance = by @ np.array(lens.covariance)[np.ix_(chosen, chosen)] @ by.T
+    least = MIN_VARIANCE
+    if "log_focal" in names:
+        least = max(least, BENDS_ALIKE * covariance[names.index("log_focal"), names.index("log_focal")])
+    return GaussianPrior.of(names, np.array([lens.values[name] for name in names]), covariance, lens.lens,
+                            lens.focal_px, least)

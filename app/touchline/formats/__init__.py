@@ -1,0 +1,52 @@
+"""File formats that a calibration is written to and read from: a contract, a table, one file a format.
+
+A format is a value, FORMAT, with words about it and these functions:
+
+    write(calibration, progress) -> bytes  of a format that holds every model
+    write(calibration, export) -> bytes    of a camera format: one with lenses, the terms it knows by model name. It is
+                                           given the calibration's own camera, or the nearest that the format can hold
+                                           (approximation.py), as an ExportCamera
+    recognises(data) -> bool               a quick look at the bytes; only of a format that is read
+    read(data)                             the same: check everything, return a Calibration (ours), a CameraFile (a
+                                           lens, with a pose where the file names a field) or Observations (points),
+                                           and raise nothing but a TouchlineError for other bytes
+
+To add one: write formats/NAME.py, add its line to FORMATS, and make its golden files (tests/golden/make.py). The
+tests walk the table. For camera formats camera_file.py holds what their readers share, camera_matrix.py what their
+writers share, metadata.py the field and pose that a format has no place for, numbers.py strict numbers in text.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from dataclasses import field as member
+from typing import Any
+
+from touchline.core.registry import Registry
+
+
+@dataclass(frozen=True)
+class Format:
+    """The contract. holds: what the format can represent, in one sentence."""
+
+    title: str
+    media_type: str
+    suffix: str
+    holds: str
+    write: Callable[..., bytes]
+    read: Callable[..., Any] | None = None  # None where it cannot be read back
+    recognises: Callable[[bytes], bool] | None = None
+    lenses: Mapping[str, tuple[str, ...]] = member(default_factory=dict)  # of a camera format: terms by model name
+    square_pixels: bool = False  # whether a camera must have them
+
+
+FORMATS: Registry[Format] = Registry("export format", {
+    "json": "touchline.formats.json_file:FORMAT",  # ours, complete, read back exactly
+    "opencv": "touchline.formats.opencv:FORMAT",  # cv2.FileStorage, lens and pose
+    "ros": "touchline.formats.ros:FORMAT",  # camera_info
+    "kalibr": "touchline.formats.kalibr:FORMAT",  # a camchain of one camera
+    "mrcal": "touchline.formats.mrcal:FORMAT",  # .cameramodel, lens and pose
+    "photonvision": "touchline.formats.photonvision:FORMAT",  # one resolution's calibration
+    "ssl-vision": "touchline.formats.ssl_vision:FORMAT",  # the league's geometry packet: lens, pose and field
+    "npz": "touchline.formats.npz_file:FORMAT",  # a remap table: correct pictures with numpy and OpenCV alone
+    "csv": "touchline.formats.csv_points:FORMAT",  # clicks and a grid of positions, for spreadsheets
+})

@@ -1,0 +1,96 @@
+"""Strict numbers in text files: checked as a parser returned them, written so that every reader accepts them.
+
+YAML 1.1 takes 1e-05 for a word: it wants a point and a sign, 1.0e-05, and OpenCV, Python and JSON read that as well.
+"""
+
+import math
+import re
+from collections.abc import Iterable
+from typing import Any
+
+from touchline.core.errors import BadInput
+from touchline.core.geometry import MAX_COORDINATE
+
+NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?")
+MAX_DIGITS = 400
+
+
+def format_number(value: float) -> str:
+    """Return the shortest text that reads back as the same double: 5.0, -0.25, 1.0e-05."""
+    text = repr(float(value))
+    mantissa, e, exponent = text.partition("e")
+    return f"{mantissa}.0e{exponent}" if e and "." not in mantissa else text
+
+
+def format_list(values: Iterable[float]) -> str:
+    """Return a list in brackets: [1.0, 2.0]."""
+    return f"[{', '.join(format_number(v) for v in values)}]"
+
+
+def number(value: Any, at: str, low: float = -MAX_COORDINATE, high: float = MAX_COORDINATE) -> float:
+    """Return one finite number, given as such or as text. BadInput names the place, and recognises a decimal comma."""
+    if isinstance(value, str):
+        text = value.strip()
+        if DECIMAL_COMMA.fullmatch(text[:MAX_DIGITS]):
+            raise format_error(f"{at} is written with a decimal comma ({text[:40]}).", "Use a decimal point.")
+        value = float(text) if len(text) <= MAX_DIGITS and NUMBER.fullmatch(text) else None
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise format_error(f"{at} is not a number.", "Correct it.")
+    if not low <= value <= high:  # NaN is in no range
+        raise format_error(f"{at} is {value:g}." if isinstance(value, float) and math.isfinite(value) else
+                     f"{at} is out of range.", f"Use a number from {low:g} to {high:g}.")
+    return float(value)
+
+
+def integer(value: Any, at: str, low: int, high: int) -> int:
+    """Return a whole number; 640.0 is one."""
+    found = number(value, at, low, high)
+    if found != int(found):
+        raise format_error(f"{at} is {found:g}.", "Use a whole number.")
+    return int(found)
+
+
+def numbers(value: Any, at: str, counts: Iterable[int]) -> tuple[float, ...]:
+    """Return a list of numbers whose length is one of `counts`."""
+    counts = tuple(counts)
+    many = " or ".join(map(str, counts))
+    if not isinstance(value, (list, tuple)):
+        raise format_error(f"{at} is not a list of numbers.", f"Use {many} numbers.")
+    if len(value) not in counts:
+        commas = " If the file has decimal commas, use decimal points." if len(value) > max(counts) else ""
+        raise format_error(f"{at} has {len(value)} number{'' if len(value) == 1 else 's'}.", f"Use {many}.{commas}")
+    return tuple(number(v, f"{at}[{i}]") for i, v in enumerate(value))
+
+
+def require(value: Any, key: str, at: str) -> Any:
+    """Return value[key] of what must be a mapping with that key."""
+    if not isinstance(value, dict):
+        raise format_error(f"{at} is not a mapping.", f"Use a mapping with {key}.")
+    if key not in value:
+        raise format_error(f"{at} has no {key}.", f"Add {key}.")
+    return value[key]
+
+
+def vector(value: Any, at: str, counts: tuple[int, ...]) -> tuple[float, ...]:
+    """Return the numbers of {rows, cols, data}, a row or a column."""
+    rows, columns = (integer(require(value, key, at), f"{at}.{key}", 1, 100) for key in ("rows", "cols"))
+    if min(rows, columns) != 1:
+        raise format_error(f"{at} is {rows} × {columns}.", "Use one row or one column.")
+    found = numbers(require(value, "data", at), f"{at}.data", counts)
+    if len(found) != rows * columns:
+        raise format_error(f"{at} has {len(found)} numbers for {rows} × {columns}.", "Correct the file.")
+    return found
+
+
+def matrix(value: Any, at: str, rows: int, columns: int) -> tuple[float, ...]:
+    """Return the numbers of {rows, cols, data}, row by row, after checking the shape."""
+    shape = tuple(integer(require(value, key, at), f"{at}.{key}", 1, 100) for key in ("rows", "cols"))
+    if shape != (rows, columns):
+        raise format_error(f"{at} is {shape[0]} × {shape[1]}.", f"Use a matrix of {rows} × {columns}.")
+    return numbers(require(value, "data", at), f"{at}.data", (rows * columns,))
+
+
+def format_error(what: str, fix: str) -> BadInput:
+    """Return the error for a file that cannot be read."""
+    return BadInput(what, fix, reason="bad-calibration")

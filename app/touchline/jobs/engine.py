@@ -1,0 +1,193 @@
+"""Jobs on runners: a queue, as many threads as runners, another try after a lost worker, and how a job ends."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from threading import RLock, Thread
+from typing import Any, Self
+
+from touchline.core.common_sentences import SHUTTING_DOWN, TRY_WHEN_BACK
+from touchline.core.errors import Conflict, Unavailable
+from touchline.core.jobs import NOBODY, Caller, Job, JobSpec
+from touchline.core.progress import Progress
+from touchline.core.statements import say
+from touchline.jobs.dask_cluster import DaskCluster
+from touchline.jobs.dask_runner import DaskRunner
+from touchline.jobs.execute import current_name
+from touchline.jobs.failures import MAX_ATTEMPTS, problem_of_failure
+from touchline.jobs.fair_queue import MAX_QUEUED, FairQueue, check_room
+from touchline.jobs.process_runner import ProcessRunner
+from touchline.jobs.registry import START_AGAIN, JobRegistry, JobTable
+from touchline.jobs.runner import JobRunner, JobStopped, WorkerDied
+
+Run = Callable[[Any, Progress], Any]
+ResultSaver = Callable[[Any, Any], Any]  # what run returned, and the job's context -> the job's result
+
+KEPT_S = 3600.0
+MEMORY_BYTES = 2 << 30
+
+
+class JobEngine:
+    """Long work in processes of its own; thread-safe. Close it, or use it as a context: no process is left then.
+
+    workers: jobs done at once; processes start with the first jobs. wall_s: the longest that a job may take. kept,
+    kept_s: an ended job can be read as long as it is among the so many newest, or no older. modules: what each process
+    imports before its first job, and whose functions a stored job may name. engine: local, or the address of a cluster,
+    to which so many jobs as `workers` are given at once. result_savers: by name, what stores the results that are worth
+    storing.
+    """
+
+    def __init__(self, workers: int = 2, *, engine: str = "local", wall_s: float = 600.0, kept: int = 100,
+                 kept_s: float = KEPT_S, memory_bytes: int = MEMORY_BYTES, modules: tuple[str, ...] = (),
+                 result_savers: dict[str, ResultSaver] | None = None) -> None:
+        self._wall_s = wall_s
+        self._modules = modules
+        self.result_savers = {} if result_savers is None else result_savers
+        self._registry = JobRegistry(kept, kept_s)
+        self._callers: dict[str, Caller] = {}  # of jobs that have not ended
+        self._queue: FairQueue[tuple[str, JobSpec]] = FairQueue()
+        if engine == "local":
+            self._runners: list[JobRunner] = [ProcessRunner(memory_bytes, modules) for _ in range(workers)]
+        else:
+            cluster = DaskCluster(engine)
+            self._runners = [DaskRunner(cluster) for _ in range(workers)]
+        self._threads: list[Thread] = []
+        self._lock = RLock()
+        self.closed = False  # then nothing will change any more
+
+    def open(self, table: JobTable) -> None:
+        """Store jobs in this table from now on, and go on with those in it that have not ended.
+
+        Those of a table before are forgotten.
+        """
+        with self._lock:
+            for job, spec in self._registry.open(table):
+                if job.attempt > MAX_ATTEMPTS:
+                    self._fail(job.id, WorkerDied())
+                elif spec is None or not self._is_known(spec):
+                    self._fail(job.id, Unavailable(say("job.not-supported", "This version of Touchline does not "
+                                                       "support this job."), START_AGAIN, reason="job-lost"))
+                else:
+                    self._queue.put((job.id, spec), NOBODY, 0, 0)
+            if not self._queue.is_empty:
+                self._start_threads()
+
+    @contextmanager
+    def idle(self) -> Iterator[None]:
+        """Hold new jobs back while the block exchanges their table; Conflict while any has not ended."""
+        with self._lock:
+            if any(not job.ended for job in self._registry.all()):
+                raise Conflict(say("job.under-way", "Jobs are still running or waiting."),
+                               say("job.wait-or-cancel-all", "Wait until they have ended, or cancel them."),
+                               reason="jobs-under-way")
+            yield
+
+    def start(self, kind: str, run: Run, spec: Any, saver: str | None = None, context: Any = None, *,
+              durable: bool = True, caller: Caller = NOBODY) -> Job:
+        """Queue a job. run: a top-level function; spec: plain JSON for it.
+
+        saver: the name of a result saver, called here with what run returned and the context (plain JSON) when that is
+        whole and still wanted; the job's result is what it returns. From then on the job cannot be cancelled, and what
+        is saved is saved together with the job's end, whole or not at all. durable: false for who waits for the answer.
+        caller: each address has a share of the queue, and each name a share of that; Busy for who has used it up.
+        """
+        job_spec = JobSpec(f"{run.__module__}:{run.__qualname__}", spec, saver, context, durable)
+        if not self._can_save(saver):
+            raise KeyError(saver)
+        with self._lock:
+            if self.closed:
+                raise Unavailable(SHUTTING_DOWN, TRY_WHEN_BACK, reason="shutting-down")
+            under_way = [job for job in self._registry.all() if not job.ended]
+            self._callers = callers = {job.id: self._callers.get(job.id, NOBODY) for job in under_way}
+            check_room(caller, [callers[job.id] for job in under_way if job.state == "queued"])
+            of_address = [one for one in callers.values() if one.address == caller.address]
+            job = self._registry.add(kind, job_spec)
+            callers[job.id] = caller
+            self._queue.put((job.id, job_spec), caller, len(of_address), of_address.count(caller))
+            self._start_threads()
+        return job
+
+    def get(self, id: str) -> Job:
+        """Return a job as it is now; NotFound."""
+        return self._registry.get(id)
+
+    def all(self) -> tuple[Job, ...]:
+        """Return every job, newest first."""
+        return self._registry.all()
+
+    def cancel(self, id: str) -> Job:
+        """Cancel a job at once, whatever its worker does; one that has ended stays as it ended."""
+        self._registry.get(id)
+        self._registry.cancel(id)
+        return self._registry.get(id)
+
+    def close(self) -> None:
+        """End every process. What is queued or runs is cancelled, or done when its table is opened again."""
+        with self._lock:
+            self.closed = True
+        for job in self._registry.all():
+            self._registry.suspend(job.id)
+        for runner in self._runners:
+            runner.end()
+        for _ in self._threads:
+            self._queue.end()
+        for thread in self._threads:
+            thread.join()
+        for runner in self._runners:
+            runner.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _is_known(self, spec: JobSpec) -> bool:
+        """Whether a stored job is one of ours: a data folder may come from a stranger's archive."""
+        return current_name(spec.run).partition(":")[0] in self._modules and self._can_save(spec.saver)
+
+    def _can_save(self, saver: str | None) -> bool:
+        return saver is None or saver in self.result_savers
+
+    def _start_threads(self) -> None:
+        if not self._threads:
+            self._threads = [Thread(target=self._serve, args=(runner,), daemon=True) for runner in self._runners]
+            for thread in self._threads:
+                thread.start()
+
+    def _serve(self, runner: JobRunner) -> None:
+        while (item := self._queue.get()) is not None:
+            id, spec = item
+            try:
+                if self.closed or not self._registry.begin(id):
+                    continue  # cancelled while it waited
+                made = runner.run(current_name(spec.run), spec.spec, partial(self._registry.report, id),
+                                  partial(self._is_wanted, id), self._wall_s)
+                self._registry.complete(id, partial(self._save, spec, made))
+            except JobStopped:
+                pass  # the registry has said so already
+            except WorkerDied as error:
+                if not self.closed:
+                    self._requeue(id, spec, error)
+            except Exception as error:
+                self._fail(id, error)
+
+    def _requeue(self, id: str, spec: JobSpec, error: WorkerDied) -> None:
+        """Nothing of a job is stored before its end, so it may be done once more from its beginning."""
+        attempt = self._registry.get(id).attempt + 1
+        if attempt > MAX_ATTEMPTS:
+            self._fail(id, error)
+        elif self._registry.requeue(id, say(
+                "job.worker-lost", "Its worker was lost; waiting for attempt {attempt} of {attempts}", attempt=attempt,
+                attempts=MAX_ATTEMPTS)):
+            # It may be to blame: the others go first.
+            self._queue.put((id, spec), self._callers.get(id, NOBODY), MAX_QUEUED, MAX_QUEUED)
+
+    def _fail(self, id: str, error: Exception) -> None:
+        self._registry.fail(id, problem_of_failure(error, self._wall_s))
+
+    def _is_wanted(self, id: str) -> bool:
+        return not self._registry.ended(id)
+
+    def _save(self, spec: JobSpec, made: Any) -> Any:
+        return made if spec.saver is None else self.result_savers[spec.saver](made, spec.context)

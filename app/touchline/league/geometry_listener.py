@@ -1,0 +1,199 @@
+"""Listen for other publishers in the group: keep the newest whole geometry of each, whatever strangers send.
+
+Anybody may send here, so everything is bounded: how many senders are remembered, how much time their packets may take,
+how long a packet is. What is no whole packet is counted and ignored.
+"""
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from touchline.core.common_sentences import TRIES_AGAIN
+from touchline.core.errors import BadInput, TouchlineError, Unavailable
+from touchline.core.statements import say
+from touchline.league.multicast import Datagram, MulticastReceiver
+from touchline.league.multicast_address import MulticastAddress
+from touchline.ssl_protocol.protobuf import decode
+from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPacket, SSL_GeometryData, SSL_Source
+
+log = logging.getLogger("touchline")
+MAX_SENDERS = 32
+MAX_CAMERAS = 64  # of one sender; the league has at most eight
+RECEIVE_S = 0.25
+REJOIN_S = 5.0  # of silence: an interface that came back, or a switch that lost us, needs a new join
+RETRY_S = 1.0
+CPU_SHARE, CPU_SHARE_PER_SENDER = 0.2, 0.05  # of one core's time for decoding: all senders together, and one
+PAUSE_S = 0.002  # between packets that are skipped: a flood must not occupy the process
+FORGET_S = 600.0
+STALE_S = 30.0  # geometry older than this counts no more
+JOIN_S = 5.0
+
+
+@dataclass(frozen=True)
+class RemotePublisher:
+    """One sender. data: its newest whole packet with geometry, as received; times are time.monotonic()."""
+
+    address: str
+    port: int
+    last_s: float
+    packets: int = 0
+    geometries: int = 0
+    refused: int = 0
+    why: str = ""  # the newest packet was refused
+    skipped: int = 0
+    source: int = 0
+    geometry: SSL_GeometryData | None = None
+    data: bytes = b""
+    geometry_s: float = 0.0
+    geometry_at: float = 0.0  # unix s, for people
+
+    @property
+    def id(self) -> str:
+        return f"{self.address}-{self.port}"
+
+    @property
+    def source_name(self) -> str:
+        """SSL_Source in lower case: "ssl-vision"; "unknown" for a number that is not assigned."""
+        return (SSL_Source.Name(self.source).lower().replace("_", "-") if self.source in SSL_Source.values()
+                else "unknown")
+
+    def is_current(self, now_s: float) -> bool:
+        """Tell whether its geometry counts at now_s, time.monotonic()."""
+        return self.geometry is not None and now_s - self.geometry_s <= STALE_S
+
+
+class _Budget:
+    """A token bucket of CPU time: a share of each second, at most one second's in advance."""
+
+    def __init__(self, share: float) -> None:
+        self._share, self._left, self._at = share, share, time.monotonic()
+
+    def has(self) -> bool:
+        now = time.monotonic()
+        self._left = min(self._share, self._left + (now - self._at) * self._share)
+        self._at = now
+        return self._left > 0
+
+    def spend(self, seconds: float) -> None:
+        self._left -= seconds
+
+
+class GeometryListener:
+    """A thread that listens until it is closed. own: recognises our own packets by address and port."""
+
+    def __init__(self, address: MulticastAddress,
+                 own: Callable[[str, int], bool] = lambda address, port: False) -> None:
+        self.address = address
+        self.problem: TouchlineError | None = None
+        self.datagrams = self.own = 0
+        self._is_own = own
+        self._publishers: dict[tuple[str, int], RemotePublisher] = {}
+        self._budgets: dict[tuple[str, int], _Budget] = {}
+        self._budget = _Budget(CPU_SHARE)
+        self._lock = threading.Lock()
+        self._ended = threading.Event()
+        self.joined = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="geometry listener", daemon=True)
+        self._thread.start()
+
+    @property
+    def publishers(self) -> tuple[RemotePublisher, ...]:
+        """Everybody who sent lately, with each one's newest geometry; a new one once its first packet was read."""
+        with self._lock:
+            return tuple(publisher for publisher in self._publishers.values() if publisher.packets)
+
+    def get(self, id: str) -> RemotePublisher | None:
+        return next((sender for sender in self.publishers if sender.id == id), None)
+
+    def close(self) -> None:
+        self._ended.set()
+        self._thread.join(JOIN_S)
+
+    def _run(self) -> None:
+        while not self._ended.is_set():
+            try:
+                self._listen()
+            except TouchlineError as refused:
+                self.problem = refused
+            except OSError as error:
+                self.problem = self.address.network_error(error)
+            except Exception:
+                log.exception("the group could not be listened to")
+                self.problem = Unavailable(say("receiving.failed", "The multicast group cannot be received."),
+                                           TRIES_AGAIN, reason="absorbing-failed")
+            self._ended.wait(RETRY_S)
+
+    def _listen(self) -> None:
+        receiver = MulticastReceiver(self.address)
+        try:
+            self.problem = None
+            self.joined.set()
+            at = time.monotonic()
+            while not self._ended.is_set():
+                datagram = receiver.receive(RECEIVE_S)
+                now = time.monotonic()
+                if datagram is not None:
+                    self._receive(datagram)
+                    at = now
+                elif now - at > REJOIN_S:
+                    fresh = MulticastReceiver(self.address)  # before the old one goes, so that nothing is missed
+                    receiver.close()
+                    receiver, at = fresh, now
+        finally:
+            receiver.close()
+
+    def _receive(self, datagram: Datagram) -> None:
+        self.datagrams += 1
+        if self._is_own(datagram.address, datagram.port):
+            self.own += 1
+            return
+        key, now = (datagram.address, datagram.port), time.monotonic()
+        before = self._publishers.get(key) or self._add(key, now)
+        before = replace(before, packets=before.packets + 1, last_s=now)
+        budget = self._budgets[key]
+        if budget.has() and self._budget.has():
+            begun = time.thread_time()  # CPU time, so that a busy machine ignores nobody
+            after = self._read(before, datagram.data)
+            spent = time.thread_time() - begun
+            budget.spend(spent)
+            self._budget.spend(spent)
+        else:
+            after = replace(before, skipped=before.skipped + 1)
+            self._ended.wait(PAUSE_S)
+        with self._lock:
+            self._publishers[key] = after
+
+    def _read(self, sender: RemotePublisher, data: bytes) -> RemotePublisher:
+        try:
+            if not data:
+                raise BadInput(say("packet.empty", "The packet is empty."), say("packet.send", "Send a packet."),
+                               reason="bad-protobuf")
+            packet = decode(GeometryPacket, data)
+            if not packet.HasField("geometry"):
+                return replace(sender, source=packet.source if packet.HasField("source") else sender.source)
+            if len(packet.geometry.calib) > MAX_CAMERAS:
+                raise BadInput(say("packet.too-many-cameras", "The packet has {cameras} cameras, which is too many.",
+                                   cameras=len(packet.geometry.calib)),
+                               say("packet.fewer-cameras", "Send fewer cameras."), reason="bad-protobuf")
+        except BadInput as refused:
+            return replace(sender, refused=sender.refused + 1, why=refused.what)
+        return replace(sender, geometries=sender.geometries + 1, geometry=packet.geometry, data=data,
+                       source=packet.source, geometry_s=time.monotonic(), geometry_at=time.time())
+
+    def _add(self, key: tuple[str, int], now: float) -> RemotePublisher:
+        """Add a sender; evict the silent, else those without geometry, else who was silent longest."""
+        with self._lock:
+            for other, publisher in list(self._publishers.items()):
+                if now - publisher.last_s > FORGET_S:
+                    self._forget(other)
+            while len(self._publishers) >= MAX_SENDERS:
+                self._forget(min(self._publishers, key=lambda k: (self._publishers[k].geometry is not None,
+                                                             self._publishers[k].last_s)))
+            self._publishers[key] = RemotePublisher(*key, now)
+            self._budgets[key] = _Budget(CPU_SHARE_PER_SENDER)
+            return self._publishers[key]
+
+    def _forget(self, key: tuple[str, int]) -> None:
+        del self._publishers[key], self._budgets[key]

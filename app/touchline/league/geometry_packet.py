@@ -1,0 +1,143 @@
+"""The league's geometry packet: which cameras are in it, which are not and why, and the field."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, replace
+from typing import Any
+
+from touchline.core.errors import Conflict, TouchlineError
+from touchline.core.field import Field
+from touchline.core.field_changes import FIELD_CHANGED_FIX, changes_in_words
+from touchline.core.field_json import field_from_json
+from touchline.core.records import Calibration
+from touchline.core.statements import say
+from touchline.formats.ssl_field import field_to_wire
+from touchline.league.config import PublishingConfig
+from touchline.league.packet_camera import PacketCamera, packet_camera
+from touchline.league.passed_on import PassedOn
+from touchline.ssl_protocol.protobuf import encode
+from touchline.ssl_protocol.ssl_vision_pb2 import (
+    GeometryParts,
+    GeometryPartsPacket,
+    SSL_GeometryCameraCalibration,
+    SSL_Source,
+)
+
+NO_FIELDS: Mapping[str, Field] = {}
+FitPacketCamera = Callable[[Calibration], PacketCamera | TouchlineError]
+
+
+@dataclass(frozen=True)
+class PublishedCamera:
+    """One camera of the packet, or the problem that keeps it out."""
+
+    calibration: Calibration
+    number: int
+    packet: PacketCamera | None = None
+    problem: TouchlineError | None = None
+
+    @property
+    def name(self) -> str:
+        return self.calibration.camera or self.calibration.id
+
+    @property
+    def sent(self) -> SSL_GeometryCameraCalibration | None:
+        """The message in the packet; None where the camera is left out."""
+        if self.packet is None or self.problem is not None:
+            return None
+        sent = deepcopy(self.packet.sent)
+        sent.camera_id = self.number
+        return sent
+
+    def to_json(self) -> dict[str, Any]:
+        c, packet = self.calibration, self.packet
+        figures = {"exact": False, "loss": None, "level": None, "expected": None, "fit_expected": None} \
+            if packet is None else packet.to_json()
+        return {"camera": self.name, "calibration": c.id, "version": c.version, "model": c.model_name,
+                "field": c.field["name"], "region": c.region, "camera_id": self.number,
+                "published": self.sent is not None, **figures,
+                "warnings": [] if packet is None else [one.to_json() for one in packet.warnings(self.name)],
+                "problem": self.problem and self.problem.to_json()}
+
+
+def published_cameras(calibrations: Sequence[Calibration], config: PublishingConfig,
+                      fit_camera: FitPacketCamera = packet_camera,
+                      fields: Mapping[str, Field] = NO_FIELDS) -> tuple[PublishedCamera, ...]:
+    """Return each camera as it would be sent, or why not: its error, number and field are checked.
+
+    fields: as they are now; a calibration made when its field was otherwise is not sent.
+    """
+    name = _field(calibrations, config)
+    field = fields[name].to_json() if name is not None and name in fields else None
+    cameras: list[PublishedCamera] = []
+    for calibration in calibrations:
+        made = fit_camera(calibration)
+        if isinstance(made, TouchlineError):
+            cameras.append(PublishedCamera(calibration, config.numbers.get(calibration.camera or "", 0), None, made))
+            continue
+        one = PublishedCamera(calibration, config.numbers.get(calibration.camera or "", made.sent.camera_id), made)
+        cameras.append(replace(one, problem=_problem(one, made.judged_mm, cameras, config, name, field)))
+    return tuple(cameras)
+
+
+def published_field(candidates: Iterable[PublishedCamera], fields: Mapping[str, Field] = NO_FIELDS) -> Field | None:
+    """Return the field of the packet, as it is now; None where no camera is sent."""
+    sent = [one.calibration for one in candidates if one.sent is not None]
+    if not sent:
+        return None
+    newest = max(sent, key=lambda one: one.created_at).field
+    return fields[newest["name"]] if newest["name"] in fields else field_from_json(newest)
+
+
+def geometry_packet(candidates: Sequence[PublishedCamera], fields: Mapping[str, Field] = NO_FIELDS,
+                    passed_on: PassedOn | None = None) -> bytes | None:
+    """Encode all cameras that are sent, with their field as it is now; None where there is none.
+
+    passed_on: another publisher's geometry. Where it is of the same field, that and its ball models are sent as they
+    came.
+    """
+    field = published_field(candidates, fields)
+    if field is None:
+        return None
+    cameras = [encode(sent) for one in candidates if (sent := one.sent) is not None]
+    if passed_on is not None and passed_on.is_of(field):
+        parts = GeometryParts(field=passed_on.field, calib=cameras, models=passed_on.models or None)
+    else:
+        parts = GeometryParts(field=encode(field_to_wire(field)), calib=cameras)
+    return encode(GeometryPartsPacket(geometry=parts, source=SSL_Source.OTHER))
+
+
+def _field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str | None:
+    """Choose the packet's one field: the configured one, else that of most cameras, the first of equals."""
+    if config.field is not None:
+        return config.field
+    names = Counter(calibration.field["name"] for calibration in calibrations)
+    return max(names, key=lambda name: names[name], default=None)
+
+
+def _problem(one: PublishedCamera, judged_mm: float, before: Iterable[PublishedCamera], config: PublishingConfig,
+             field_name: str | None, field: Mapping[str, Any] | None) -> TouchlineError | None:
+    """Return why an encoded camera is left out; None where it is sent."""
+    name = one.name
+    if one.calibration.field["name"] != field_name:
+        return Conflict(say("publishing.other-field", "{camera} covers the field {covered}, but a packet has one "
+                            "field: {field}.", camera=name, covered=one.calibration.field["name"], field=field_name),
+                        say("publishing.change-field", "Publish that field instead, or change the field of this "
+                            "camera."), reason="other-field")
+    if field is not None and (changes := one.calibration.field_changes(field)):
+        return Conflict(say("publishing.field-changed", "{camera} was calibrated before {field} was changed: "
+                            "{changes}.", camera=name, field=field_name, changes=changes_in_words(changes)),
+                        FIELD_CHANGED_FIX, reason="field-changed")
+    twin = next((other for other in before if other.sent is not None and other.number == one.number), None)
+    if twin is not None:
+        return Conflict(say("publishing.number-taken", "{camera} and {other} both have camera number {number}.",
+                            camera=name, other=twin.name, number=one.number),
+                        say("publishing.another-number", "Give {camera} another number.", camera=name),
+                        reason="number-taken")
+    if judged_mm > config.limit_mm and name not in config.approved:
+        return Conflict(say("publishing.above-limit", "Teams would receive {camera} with an error of {mm:.0f} mm; you "
+                            "are asked above {limit_mm:g} mm.", camera=name, mm=judged_mm, limit_mm=config.limit_mm),
+                        say("publishing.publish-anyway", "Publish it anyway, or use a lens with less distortion or a "
+                            "smaller area for this camera."), reason="loss-above-limit")
+    return None

@@ -1,0 +1,136 @@
+"""Send packets to a multicast group over one socket, reopened when the network has changed; and receive packets."""
+
+import contextlib
+import errno
+import socket
+import threading
+from collections import deque
+from typing import NamedTuple
+
+from touchline.core.errors import BadInput
+from touchline.core.statements import say
+from touchline.league.multicast_address import MulticastAddress, is_here
+from touchline.ssl_protocol.protobuf import MAX_BYTES
+
+OWN_PORTS = 4  # of sockets that were opened one after the other: their last packets may still be heard
+STALE = (errno.ENETUNREACH, errno.ENETDOWN, errno.EHOSTUNREACH, errno.ENODEV, errno.EADDRNOTAVAIL, errno.ENXIO)
+
+
+class MulticastSender:
+    """Sends to one multicast address. Thread-safe: geometry and detections share its socket.
+
+        with closing(MulticastSender(MulticastAddress(interface="eth1"))) as sender:
+            sender.send(encode(packet))
+    """
+
+    def __init__(self, address: MulticastAddress) -> None:
+        """The socket is opened by the first packet."""
+        self.address = address
+        self._lock = threading.Lock()
+        self._socket: socket.socket | None = None
+        self._ports: deque[int] = deque(maxlen=OWN_PORTS)
+
+    def check(self) -> None:
+        """NetworkError where a packet would not leave now; nothing is sent."""
+        with self._opened() as probe:
+            try:
+                probe.connect((self.address.group, self.address.port))  # looks up the route and sends nothing
+            except OSError as error:
+                raise self.address.network_error(error) from None
+
+    def send(self, packet: bytes) -> None:
+        """Send one datagram; NetworkError, with the remedy, where the network does not take it now.
+
+        A socket remembers its interface by number, and one that was unplugged comes back with another: what fails so is
+        tried once more with a new socket.
+        """
+        if len(packet) > MAX_BYTES:
+            raise BadInput(say("packet.too-long", "The packet has {bytes} bytes; the limit of a datagram is {most}.",
+                               bytes=len(packet), most=MAX_BYTES),
+                           say("packet.fewer-cameras-or-lines", "Send fewer cameras or lines."),
+                           reason="packet-too-long")
+        with self._lock:
+            for last in (self._socket is None, True):
+                self._socket = self._socket or self._opened()
+                try:
+                    self._socket.sendto(packet, (self.address.group, self.address.port))
+                    if (port := self._socket.getsockname()[1]) not in self._ports:
+                        self._ports.append(port)
+                    return
+                except OSError as error:
+                    self._close()
+                    if last or error.errno not in STALE:
+                        raise self.address.network_error(error) from None
+
+    def is_own_packet(self, address: str, port: int) -> bool:
+        """Tell whether a packet from this address is our own, looped back to this machine, also after it was closed."""
+        with self._lock:
+            ours = port in self._ports
+        return ours and is_here(address)
+
+    def close(self) -> None:
+        with self._lock:
+            self._close()
+
+    def _opened(self) -> socket.socket:
+        with contextlib.ExitStack() as on_error:
+            opened = on_error.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+            try:
+                opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, self.address.ttl)
+                opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 1)  # also to listeners on this machine
+                opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, self.address.request())
+                opened.bind(("", 0))  # a port of its own from now on, by which our own packets are known
+                opened.setblocking(False)  # a full queue loses a packet, as UDP may; it never holds anybody up
+            except OSError as error:
+                raise self.address.network_error(error) from None
+            on_error.pop_all()
+        return opened
+
+    def _close(self) -> None:
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+
+MAX_DATAGRAM_BYTES = 65_536  # a byte more than UDP carries
+QUEUE_BYTES = 1 << 20  # a burst of detections from eight cameras waits here
+IP_MULTICAST_ALL = 49  # Linux: 0 gives a socket only the groups that it joined itself
+
+
+class Datagram(NamedTuple):
+    data: bytes
+    address: str
+    port: int
+
+
+class MulticastReceiver:
+    """A socket that has joined a multicast group; other programs may share its port."""
+
+    def __init__(self, address: MulticastAddress) -> None:
+        """Join; NetworkError where the group cannot be joined."""
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)  # some listeners share only so
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, QUEUE_BYTES)
+            self._socket.setsockopt(socket.IPPROTO_IP, IP_MULTICAST_ALL, 0)
+            self._socket.bind((address.group, address.port))  # the group, or other groups' packets would come as well
+            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, address.request())
+        except OSError as error:
+            self._socket.close()
+            raise address.network_error(error) from None
+        except BaseException:
+            self._socket.close()
+            raise
+
+    def receive(self, timeout_s: float) -> Datagram | None:
+        """Return the next datagram, or None after the timeout. OSError when the network is gone."""
+        self._socket.settimeout(timeout_s)
+        try:
+            data, (address, port) = self._socket.recvfrom(MAX_DATAGRAM_BYTES)
+        except TimeoutError:
+            return None
+        return Datagram(data, address, port)
+
+    def close(self) -> None:
+        self._socket.close()

@@ -1,0 +1,151 @@
+"""In a camera's process: each second, whether the camera still stands as it did when it was calibrated.
+
+What the lines looked like comes from the calibration's own picture, so that a knock before it was activated, or while
+the server was off, is seen too; where there is none, or none that shows them, from the first seconds after activation.
+"""
+
+import contextlib
+import threading
+import time
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.errors import BadImage, TouchlineError
+from touchline.core.statements import say, sentence_in
+from touchline.evaluate.drift.alarm import DriftWatch
+from touchline.evaluate.drift.checked import verdict_in
+from touchline.evaluate.drift.monitor import DriftReference, DriftSample
+from touchline.images import ImageLimits, decode_in_process
+from touchline.live.capture import FrameCapture
+from touchline.live.failures import Failures
+from touchline.live.picture import AppliedCalibration
+from touchline.live.status_types import CameraDrift
+from touchline.processes.limits import give_way
+from touchline.store.files import read_checked
+
+EVERY_S = 1.0
+DOUBTFUL_S = 0.35  # an alarm comes two looks after the knock
+WAIT_S = 0.5  # for a frame
+LEARN_S = 0.5  # between the frames that are learnt from
+LEARN = 5
+RETRY_S, MAX_RETRY_S = 5.0, 60.0  # where no lines were found to follow
+NICE = 10  # niceness: the picture goes first
+
+
+class CameraDriftMonitor:
+    """The thread that looks at the lines. It gives way: it sleeps much longer than it works."""
+
+    def __init__(self, capture: FrameCapture, limits: ImageLimits, failures: Failures) -> None:
+        self._capture = capture
+        self._failures = failures
+        self._limits = limits
+        self._target: tuple[AppliedCalibration, dict[str, Any] | None] | None = None
+        self._changed = threading.Event()
+        self.newest: CameraDrift | None = None
+
+    def apply(self, calibration: AppliedCalibration | None, picture: dict[str, Any] | None) -> None:
+        """Follow this calibration's lines from now on. picture: {"name", "path", "sha256"} of the one it came from."""
+        before = self._target
+        if calibration is not None and before is not None and before[0].record.id == calibration.record.id:
+            return  # the same again, as after a cable was out: what is known of it holds
+        self._target = None if calibration is None else (calibration, picture)
+        self.newest = None
+        self._changed.set()
+
+    def run(self) -> None:
+        """Work until the process ends, on a thread of its own."""
+        give_way(NICE)
+        while True:
+            self._changed.wait()
+            self._changed.clear()
+            if (target := self._target) is not None:
+                with self._failures.surviving(say("camera-failure.drift", "The camera is not monitored for drift")):
+                    self._follow(target)
+                    continue
+                self.newest = None
+                if not self._changed.wait(RETRY_S):
+                    self._changed.set()
+
+    def _follow(self, target: tuple[AppliedCalibration, dict[str, Any] | None]) -> None:
+        """Follow the lines until something else is to be followed."""
+        applied, picture = target
+        watch, calibration, seq = DriftWatch(time.time()), applied.record, 0
+
+        def report(source: Literal["calibration", "start"] | None, took_s: float = 0.0) -> None:
+            if self._target is target:
+                self.newest = {**watch.status.to_json(), "calibration": calibration.id, "reference": source,
+                               "took_ms": round(1000 * took_s, 1)}
+        report(None)
+        reference = self._reference_of_picture(applied, picture)
+        source: Literal["calibration", "start"] = "calibration" if reference is not None else "start"
+        again_s = RETRY_S
+        while reference is None:
+            if (reference := self._learnt(applied)) is None:
+                watch.unfollowed(time.time())
+                report(None)
+                if self._changed.wait(again_s):
+                    return
+                again_s = min(2 * again_s, MAX_RETRY_S)
+        watch.misplaced(reference.misplaced, reference.doubt)
+        sample: DriftSample | None = None
+        while not self._changed.is_set():
+            taken = self._capture.after(seq, WAIT_S, in_passing=True)
+            if taken is not None and taken.frame.size == reference.lines.size:
+                seq, begun = taken.seq, time.thread_time()
+                with contextlib.suppress(BadImage):  # the next one is whole again
+                    sample = reference.lines.look(taken.frame.pixels, sample)
+                    watch.add(sample, taken.time)
+                    report(source, time.thread_time() - begun)
+            self._changed.wait(DOUBTFUL_S if watch.doubtful else EVERY_S)
+
+    def _reference_of_picture(self, applied: AppliedCalibration,
+                              picture: dict[str, Any] | None) -> "_Reference | None":
+        if picture is None:
+            return None
+        try:
+            frame = decode_in_process(read_checked(**picture), self._limits)
+        except TouchlineError:
+            return None
+        return _reference([frame.pixels], applied)
+
+    def _learnt(self, applied: AppliedCalibration) -> "_Reference | None":
+        """Return a reference from some frames, in which what moves is not in the same place."""
+        pictures: list[NDArray[np.uint8]] = []
+        seq = 0
+        while len(pictures) < LEARN:
+            if (taken := self._capture.after(seq, WAIT_S, in_passing=True)) is not None:
+                seq = taken.seq
+                if pictures and pictures[0].shape != taken.frame.pixels.shape:
+                    pictures = []
+                pictures.append(taken.frame.pixels)
+            if self._changed.wait(LEARN_S):
+                return None
+        return _reference(pictures, applied)
+
+
+class _Reference(NamedTuple):
+    """What is followed, and in a sentence how far the calibration is from it.
+
+    misplaced: where it is wrong, doubt: where it is only fair; else empty.
+    """
+
+    lines: DriftReference
+    misplaced: str
+    doubt: str
+
+
+def _reference(pictures: list[NDArray[np.uint8]], applied: AppliedCalibration) -> _Reference | None:
+    height, width = pictures[0].shape[:2]
+    if (width, height) != tuple(applied.record.image_size):
+        return None
+    where = applied.model, applied.field, applied.region
+    try:
+        if (lines := DriftReference.of(pictures, *where)) is None:
+            return None
+        verdict = verdict_in(pictures[0], applied.record)
+    except (TouchlineError, np.linalg.LinAlgError):
+        return None
+    told, level = sentence_in(verdict, "sentence"), verdict["lines_level"]
+    return _Reference(lines, told if level == "poor" else "", told if level == "fair" else "")

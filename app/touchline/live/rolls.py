@@ -1,0 +1,108 @@
+"""In a camera's process: what rolls before it, followed frame by frame, only while somebody polls.
+
+    poll → followed → a roll has ended → returned by the next poll → no poll for KEEP_S → rests
+
+Rolls are numbered within one watch; `watch` is another word whenever the following began anew: then numbers do too.
+"""
+
+import secrets
+import threading
+import time
+from collections import deque
+from typing import Any
+
+import numpy as np
+
+from touchline.core.common_sentences import SECURE_CAMERA
+from touchline.core.errors import BadImage
+from touchline.core.statements import join, say, stated
+from touchline.live.capture import CapturedFrame, FrameCapture, no_frames
+from touchline.processes.limits import give_way
+from touchline.workflows.rolling import RollRecorder
+
+KEEP_S = 3.0  # without a poll: then nobody watches any more
+WAIT_S = 2.0  # for the next frame
+MAX_ROLLS = 100  # rolls that somebody may still ask for
+NICE = 5  # niceness: the picture goes first, and yet frames should not be missed
+DRAWN_FRAMES = 240  # points of a track that are drawn, as
+MAX_DRAWN_POINTS = 40
+PICTURE_CHANGES = say("rolls.picture-changes", "Nearly the whole picture changes repeatedly.")
+MIN_MOVED_SHARE = 0.02  # of the picture's width: what has come less far stands
+
+
+class RollMonitor:
+    """Follows while it is polled. poll() may be called from any thread."""
+
+    def __init__(self, capture: FrameCapture) -> None:
+        self._capture = capture
+        self._lock = threading.Condition()
+        self._follow_until = 0.0
+        self._thread: threading.Thread | None = None
+        self._newest: dict[str, Any] | None = None
+        self._rolls: deque[dict[str, Any]] = deque(maxlen=MAX_ROLLS)
+
+    def poll(self, watch: str, after: int, seq: int) -> dict[str, Any]:
+        """Return what moves in a frame after that one, and the rolls after that number; of another watch all."""
+        with self._lock:
+            self._follow_until = time.monotonic() + KEEP_S
+            if self._thread is None:
+                self._newest = None
+                self._thread = threading.Thread(target=self._follow, name="rolls", daemon=True)
+                self._thread.start()
+            self._lock.wait_for(lambda: self._newest is not None
+                                and (self._newest["seq"] != seq or self._newest["watch"] != watch), WAIT_S)
+            if self._newest is None or self._newest["seq"] == seq:
+                raise no_frames()
+            after = after if self._newest["watch"] == watch else 0
+            return {**self._newest, "rolls": [roll for roll in self._rolls if roll["number"] > after]}
+
+    def _follow(self) -> None:
+        give_way(NICE)
+        # Watch and four digits of a roll's number are an id.
+        watch, rolling, count, seq = secrets.token_hex(6), RollRecorder(live=True), 0, 0
+        self._rolls.clear()
+        while True:
+            taken = self._capture.after(seq, WAIT_S)
+            with self._lock:
+                if time.monotonic() > self._follow_until:
+                    self._thread = None
+                    return
+            if taken is None:
+                continue
+            seq, size = taken.seq, taken.frame.size
+            try:
+                pixels = taken.frame.pixels
+            except BadImage:  # the next one is whole again
+                continue
+            if rolling.frames and rolling.size != size:
+                watch, rolling, count = secrets.token_hex(6), RollRecorder(live=True), 0
+            ended = rolling.add(taken.moment, pixels, seq)
+            rolling.rolls.clear()  # they go to whoever polls, and are stored there
+            new = []
+            for roll in ended:
+                count += 1
+                new.append({"number": count, "id": f"{watch}{count % 65536:04x}",
+                            "at": round(taken.time - (taken.moment - roll.to_s), 3), "seconds": roll.seconds,
+                            "points": roll.points.round(2).tolist(), "rms_px": roll.rms_px,
+                            "straight_px": roll.straight_px})
+            with self._lock:
+                if count == len(new):
+                    self._rolls.clear()
+                self._rolls.extend(new)
+                self._newest = stated({
+                    "watch": watch, "seq": seq, "time": taken.time, "width": size.width, "height": size.height,
+                    "tracks": _drawn_tracks(rolling, taken),
+                    "hint": "" if rolling.is_still else join(PICTURE_CHANGES, SECURE_CAMERA)})
+                self._lock.notify_all()
+
+
+def _drawn_tracks(rolling: RollRecorder, taken: CapturedFrame) -> list[list[list[float]]]:
+    """Return where things came from in the last seconds, px; what stands is not drawn."""
+    tracks = []
+    for track in rolling.now:
+        recent = track.points[-DRAWN_FRAMES:]
+        if np.ptp(recent, axis=0).max() < MIN_MOVED_SHARE * taken.frame.size.width:
+            continue
+        few = np.unique(np.linspace(0, len(recent) - 1, MAX_DRAWN_POINTS).round().astype(int))
+        tracks.append(recent[few].round(1).tolist())
+    return tracks

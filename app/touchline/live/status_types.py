@@ -1,0 +1,111 @@
+"""What a camera's process tells of itself, and what the server makes of it, as JSON."""
+
+from typing import Literal
+
+from typing_extensions import TypedDict
+
+from touchline.core.colour_profile import ProfileJson
+from touchline.core.errors import ProblemJson
+from touchline.core.statements import Stated
+from touchline.evaluate.drift.alarm import DriftJson
+from touchline.sources import IdentityJson
+from touchline.vision.quality.flicker import Flicker
+from touchline.vision.quality.light import LightJson
+from touchline.vision.quality.sharpness import SharpnessJson
+from touchline.vision.quality.stillness import Still
+from touchline.vision.quality.zones import Advice
+
+SourceState = Literal["connecting", "live", "offline"]
+CameraState = Literal["idle", "connecting", "live", "stalled", "offline", "mismatch"]
+
+
+class CaptureStatus(TypedDict, total=False):
+    """Of the source. Ages in s, on the clock of the camera's process."""
+
+    state: SourceState
+    problem: ProblemJson | None
+    since_s: float
+    seq: int
+    interval_s: float
+    identity: IdentityJson | None
+    reopened: int
+    age_s: float | None
+    size: list[int] | None
+
+
+class PictureQuality(TypedDict):
+    """still: for how long it has stayed the same. print: the newest picture, as PicturePrint.to_text() gives it."""
+
+    still: Still | None
+    print: str | None
+    light: LightJson | None
+    sharpness: SharpnessJson | None
+    flicker: Flicker | None
+    words: list[Advice]
+
+
+class CameraDrift(DriftJson):
+    """reference: the picture that is compared with, of the calibration or from the start of following."""
+
+    calibration: str
+    reference: Literal["calibration", "start"] | None
+    took_ms: float
+
+
+class Failure(Stated):
+    what: str
+    error: str
+    is_recent: bool
+
+
+class FailuresJson(TypedDict):
+    count: int
+    newest: Failure | None
+
+
+class DetectorStatus(TypedDict):
+    """learned: the colours that were found in the picture."""
+
+    learned: ProfileJson | None
+
+
+class ProcessValues(CaptureStatus, total=False):
+    """All that a camera's process reports; some entries are absent before its first report."""
+
+    encoded: int
+    quality: PictureQuality | None
+    drift: CameraDrift | None
+    detector: DetectorStatus
+    failures: FailuresJson
+
+
+class CameraStatus(TypedDict):
+    """State of a camera, what is wrong and what to do. words: on light and focus, what is wrong first.
+
+    seq, reopened, encoded: counted by its process, null before one has started.
+    """
+
+    state: CameraState
+    problem: ProblemJson | None
+    fps: float
+    width: int | None
+    height: int | None
+    frame_age_s: float | None
+    reconnects: int
+    viewers: int
+    calibration_applied: bool
+    active_calibration: str | None
+    light: LightJson | None
+    sharpness: SharpnessJson | None
+    flicker: Flicker | None
+    words: list[Advice]
+    drift: CameraDrift | None
+    drift_px: float | None
+    seq: int | None
+    identity: IdentityJson | None
+    reopened: int | None
+    encoded: int | None
+
+
+class ListedCameraStatus(CameraStatus):
+    id: str

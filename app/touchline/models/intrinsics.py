@@ -1,0 +1,94 @@
+"""A camera's intrinsics with their covariance: what a board calibration finds, without a pose."""
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from touchline.core.errors import BadInput
+from touchline.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreachable_where
+from touchline.core.reading import read
+from touchline.models import parameters_json
+from touchline.models.lenses import Lens
+from touchline.models.ray_camera import lens_model
+
+RETURNED = "Send the lens that a board calibration returned."
+PINHOLE_PARAMETERS = ("log_focal", "aspect", "centre_x", "centre_y")  # the names before those of the lens's own terms
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """pixel = centre + focal · (1, aspect) · distort(ray).
+
+    model: the camera model whose lens it is, a name in MODELS. terms: all of that lens's, in its order.
+    estimated: names of what was estimated (out of HELD and the lens's terms); covariance: theirs, n × n, in the units
+    of the parameters (the focal length as its logarithm). What is not named was held fast.
+    """
+
+    model: str
+    terms: tuple[float, ...]
+    focal_px: float
+    aspect: float
+    centre_px: tuple[float, float]
+    image_size: ImageSize
+    estimated: tuple[str, ...] = ()
+    covariance: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def lens(self) -> type[Lens]:
+        return lens_model(self.model).LENS
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Return every parameter by name, in the covariance's units."""
+        return {"log_focal": float(np.log(self.focal_px)), "aspect": self.aspect, "centre_x": self.centre_px[0],
+                "centre_y": self.centre_px[1], **dict(zip(self.lens.TERMS, self.terms, strict=True))}
+
+    @property
+    def sigma(self) -> dict[str, float]:
+        """Return σ of each estimated parameter."""
+        return {name: float(np.sqrt(max(self.covariance[i][i], 0.0))) for i, name in enumerate(self.estimated)}
+
+    def project(self, rays: Array) -> Points:
+        """Map rays (…, 3) in the camera's frame to raw pixels (…, 2); NaN beyond the lens's horizon."""
+        with np.errstate(all="ignore"):
+            pixels = self.lens.distort(np.array(self.terms), np.asarray(rays, float)) * self._focal \
+                + np.array(self.centre_px)
+            return unreachable_where(~(np.abs(pixels) < MAX_COORDINATE).all(axis=-1), pixels)
+
+    def rays(self, pixels: Points) -> Array:
+        """Map raw pixels (…, 2) to rays (…, 3) of unit length; NaN beyond the lens's horizon."""
+        with np.errstate(all="ignore"):
+            rays = self.lens.undistort(np.array(self.terms),
+                                       (np.asarray(pixels, float) - np.array(self.centre_px)) / self._focal)
+            return rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+
+    @property
+    def _focal(self) -> Array:
+        return self.focal_px * np.array([1.0, self.aspect])
+
+    def to_json(self) -> dict[str, Any]:
+        return parameters_json(self)
+
+    @classmethod
+    def from_json(cls, value: Any) -> Self:
+        """Read what to_json wrote; BadInput for anything else."""
+        lens = read(cls, value, "The lens", RETURNED, "bad-parameters")
+        ImageSize.of(lens.image_size)
+        lens._refuse_nonsense()
+        return lens
+
+    def _refuse_nonsense(self) -> None:
+        numbers = np.array([*self.terms, self.focal_px, self.aspect, *self.centre_px])
+        n = len(self.estimated)
+        fine = (len(self.terms) == len(self.lens.TERMS) and np.isfinite(numbers).all()
+                and np.abs(numbers).max() < MAX_COORDINATE
+                and 0.05 * self.image_size.width <= self.focal_px <= 100 * self.image_size.width
+                and 0.5 <= self.aspect <= 2 and len(set(self.estimated)) == n
+                and set(self.estimated) <= {*PINHOLE_PARAMETERS, *self.lens.TERMS} and len(self.covariance) == n
+                and all(len(row) == n for row in self.covariance))
+        if fine and n:
+            c = np.array(self.covariance)
+            fine = bool(np.isfinite(c).all() and np.allclose(c, c.T, rtol=1e-6, atol=0) and (np.diag(c) >= 0).all())
+        if not fine:
+            raise BadInput("These parameters do not describe a lens.", RETURNED, reason="bad-parameters")

@@ -1,0 +1,179 @@
+"""Thin-plate spline on top of another model: bends away what that model leaves.
+
+    raw = base.raw_from_corrected(q + s(q)),   q corrected px, s a thin-plate spline (thin_plate_spline.py)
+
+so the map that draws the corrected picture is explicit; the way back solves q + s(q) = p by Newton's method. s is known
+only around the field and must not fold the picture: on the box that the model reaches, I + ds/dq has a positive
+definite symmetric part, which makes q + s(q) one-to-one on a convex set. F. Bookstein, PAMI 11 (1989).
+
+It bends the picture of the carpet and has no rays: it cannot place what is above the carpet.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar, Literal, Self, get_args
+
+import numpy as np
+from typing_extensions import TypedDict
+
+from touchline.core.errors import BadInput
+from touchline.core.geometry import MAX_COORDINATE, Array, Mask, Points, as_pair, unreachable_where
+from touchline.core.reading import read
+from touchline.core.statements import named
+from touchline.models import CameraModel, model_from_json
+from touchline.models.thin_plate_spline import Spline
+from touchline.models.top_view import EXPORTED
+
+REACHES = (0.5, 0.25, 0.1, 0.05)  # of the field's extent on each side; the widest without a fold is kept
+MIN_STRETCH = 0.05  # a picture squeezed to less than this share is folding
+FOLD_GRID = 41
+NEWTON_STEPS = 40
+NEWTON_PX = 1e-11
+Pair = tuple[float, float]
+Base = Literal["homography", "division", "brown-conrady"]
+BASES = get_args(Base)
+
+
+class _Parameters(TypedDict):
+    base_name: Base
+    base: dict[str, Any]
+    knots: tuple[Pair, ...]
+    weights: tuple[Pair, ...]
+    plane: tuple[Pair, Pair, Pair]
+    reach: float
+
+
+@dataclass(frozen=True)
+class ThinPlate(CameraModel):
+    """A base model and a displacement of its corrected pixels.
+
+    knots: corrected px. weights, plane: px, of a Spline whose unit is half the corrected picture's longer side.
+    reach: how far around the field the spline is used, as a share of the field's extent.
+    """
+
+    NAME: ClassVar[str] = "thin-plate"
+    TITLE: ClassVar[str] = named("model.thin-plate", "Thin-plate spline")
+    HELP: ClassVar[str] = ("Corrects the remaining error of another model, as smoothly as the points allow. Requires "
+                           "points all over the field; elsewhere it extrapolates.")
+    INTERPOLATES: ClassVar[bool] = True
+
+    base_name: str
+    base: CameraModel
+    knots: tuple[Pair, ...]
+    weights: tuple[Pair, ...]
+    plane: tuple[Pair, Pair, Pair]
+    reach: float
+
+    width_px = property(lambda self: self.base.width_px)
+    height_px = property(lambda self: self.base.height_px)
+    n_rectangles_x = property(lambda self: self.base.n_rectangles_x)
+    n_rectangles_y = property(lambda self: self.base.n_rectangles_y)
+    region = property(lambda self: self.base.region)
+    image_size = property(lambda self: self.base.image_size)
+
+    @classmethod
+    def of(cls, base: CameraModel, spline: Spline, reach: float) -> Self:
+        middle, unit = spline_frame(base)
+
+        return cls(base.NAME, base, _pairs(spline.knots * unit + middle), _pairs(spline.weights),
+                   _plane(spline.plane), float(reach))
+
+    @cached_property
+    def _spline(self) -> Spline:
+        middle, unit = spline_frame(self.base)
+        return Spline((np.array(self.knots).reshape(-1, 2) - middle) / unit, np.array(self.weights).reshape(-1, 2),
+                      np.array(self.plane))
+
+    def field_from_corrected(self, points: Points) -> Points:
+        return self.base.field_from_corrected(points)
+
+    def corrected_from_field(self, points: Points) -> Points:
+        return self.base.corrected_from_field(points)
+
+    def raw_from_corrected(self, points: Points) -> Points:
+        """Map corrected pixels to raw ones; NaN outside the box of the spline's reach."""
+        points = np.asarray(points, float)
+        return self.base.raw_from_corrected(unreachable_where(~self._inside(points), self._bent(points)))
+
+    def corrected_from_raw(self, points: Points) -> Points:
+        """Map raw pixels to corrected ones, to 1e-9 px; NaN outside the box of the spline's reach."""
+        wanted = self.base.corrected_from_raw(points)
+        flat = wanted.reshape(-1, 2)
+        found = np.full_like(wanted, np.nan)
+        known = np.flatnonzero(np.isfinite(flat).all(axis=1))
+        found.reshape(-1, 2)[known] = self._unbent(flat[known])
+        return unreachable_where(~self._inside(found), found)
+
+    def _bent(self, points: Points) -> Points:
+        middle, unit = spline_frame(self.base)
+        with np.errstate(all="ignore"):
+            near = np.where(self._inside(points)[..., None], points, np.nan)
+            return near + self._spline(((near - middle) / unit).reshape(-1, 2)).reshape(points.shape)
+
+    def _unbent(self, wanted: Points) -> Points:
+        """Solve q + s(q) = wanted (n, 2) inside a slightly larger box; NaN where Newton's method does not end there."""
+        middle, unit = spline_frame(self.base)
+        half = np.array([self.width_px, self.height_px]) * (0.5 + self.reach) + 1.0
+        goal = (wanted - middle) / unit
+        limit = half / unit
+        q = np.clip(goal, -limit, limit)
+        todo = np.arange(len(q))
+        for _ in range(NEWTON_STEPS):
+            value, slope = self._spline.with_gradient(q[todo])
+            error = goal[todo] - q[todo] - value / unit
+            step = np.linalg.solve(np.eye(2) + slope / unit, error[..., None])[..., 0]
+            q[todo] = np.clip(q[todo] + step, -limit, limit)  # stay in the box
+            todo = todo[np.abs(error).max(axis=1) * unit > NEWTON_PX]
+            if not todo.size:
+                break
+        left = np.abs(goal - q - self._spline(q) / unit).max(axis=1, initial=0.0) * unit
+        return np.where((left < 1e-9)[:, None], q * unit + middle, np.nan)
+
+    def _inside(self, points: Points) -> Mask:
+        middle, _ = spline_frame(self.base)
+        half = np.array([self.width_px, self.height_px]) * (0.5 + self.reach)
+        return np.all(np.abs(points - middle) <= half, axis=-1)
+
+    @classmethod
+    def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
+        p = read(_Parameters, parameters, f"The parameters of the model {cls.NAME}", EXPORTED, "bad-parameters")
+        model = cls(p["base_name"], model_from_json(p["base_name"], p["base"]), p["knots"], p["weights"], p["plane"],
+                    p["reach"])
+        numbers = np.array([*model.knots, *model.weights, *model.plane])
+        if not (len(model.knots) == len(model.weights)
+                and (np.abs(numbers) < MAX_COORDINATE).all() and model.reach in REACHES):
+            raise BadInput("The numbers of the thin-plate spline do not belong together.", EXPORTED,
+                           reason="bad-parameters")
+        if unfolded_reach(model.base, model._spline) < model.reach:
+            raise BadInput("This thin-plate spline folds the image.", EXPORTED, reason="bad-parameters")
+        return model
+
+
+def _pairs(values: Iterable[Iterable[Any]]) -> tuple[Pair, ...]:
+    return tuple(map(as_pair, values))
+
+
+def _plane(values: Iterable[Iterable[Any]]) -> tuple[Pair, Pair, Pair]:
+    constant, by_x, by_y = values
+    return as_pair(constant), as_pair(by_x), as_pair(by_y)
+
+
+def spline_frame(base: CameraModel) -> tuple[Array, float]:
+    """Return origin and unit of a spline's coordinates, px: the corrected picture's middle, half its longer side."""
+    return np.array([base.width_px, base.height_px]) / 2, max(base.width_px, base.height_px) / 2
+
+
+def unfolded_reach(base: CameraModel, spline: Spline) -> float:
+    """Return the widest of REACHES in which the spline does not fold the picture; 0 if it folds at the field."""
+    _, unit = spline_frame(base)
+    extent = np.array([base.width_px, base.height_px]) / unit
+    for reach in REACHES:
+        x, y = (np.linspace(-1, 1, FOLD_GRID) * e * (0.5 + reach) for e in extent)
+        places = np.concatenate([np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2), spline.knots])
+        slope = spline.with_gradient(places)[1] / unit + np.eye(2)
+        mean, half = (slope[:, 0, 0] + slope[:, 1, 1]) / 2, (slope[:, 0, 0] - slope[:, 1, 1]) / 2
+        least = mean - np.hypot(half, (slope[:, 0, 1] + slope[:, 1, 0]) / 2)  # eigenvalue of the symmetric part
+        if least.min() > MIN_STRETCH:
+            return reach
+    return 0.0

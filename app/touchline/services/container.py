@@ -1,0 +1,204 @@
+"""The parts of a running server in one object, which every route and socket receives as `services`."""
+
+import asyncio
+import os
+import threading
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from contextlib import aclosing, asynccontextmanager, closing, suppress
+from functools import partial
+from typing import Any, ParamSpec, TypeVar
+
+import anyio
+from anyio import CapacityLimiter, to_thread
+
+from touchline.core.errors import Cancelled, TouchlineError
+from touchline.core.geometry import ImageSize
+from touchline.core.jobs import NOBODY, Caller
+from touchline.core.progress import Progress
+from touchline.core.records import Frame
+from touchline.evaluate.cameras.picture_print import PicturePrint
+from touchline.evaluate.claims.claim import Claim
+from touchline.images import ImageDecoder, ImageLimits
+from touchline.imaging.mosaic import Stitcher
+from touchline.jobs import Job, JobEngine
+from touchline.live.cameras import LiveCameras
+from touchline.live.track_fusion import TrackFusion
+from touchline.models import CameraModel
+from touchline.scene.scene_registry import SceneRegistry
+from touchline.services.answer_cache import AnswerCache
+from touchline.services.cameras import CameraService
+from touchline.services.detection import DetectionService
+from touchline.services.events import CameraEvents
+from touchline.services.fit_processes import FitProcesses, closed_request
+from touchline.services.live import start_live_cameras, take_frame
+from touchline.services.presence import Presence
+from touchline.services.publishing import PublishingService
+from touchline.services.result_savers import result_savers
+from touchline.services.rig_checks import RigChecks
+from touchline.settings import CameraSettings, Settings
+from touchline.store.backup_restore import Restoration
+from touchline.store.cache import LruCache
+from touchline.store.fields import FieldRepository
+from touchline.store.files import remove_temporary_files
+from touchline.store.snapshots import Snapshot
+from touchline.store.store import Store
+
+Given = ParamSpec("Given")
+Result = TypeVar("Result")
+MAX_FRAME_BYTES = 256 << 20  # decoded snapshots: a picture that is looked at is asked for many times in a row
+MAX_SCENE_PAGES = 4  # of 1 MB each; one takes a process and two seconds, and a version never changes
+MAX_STITCHER_BYTES = 128 << 20  # a rig's picture as the page shows it has some 20 MB
+MAX_MODELS = 100  # by their version's checksum; to restore one may take a millisecond
+MAX_CLAIMS_KEPT = 500  # of versions, by what never changes: their own pictures, and one another
+MAX_PRINTS_KEPT = 500  # of calibration images, 3 kB each
+MAX_LARGE = 2  # pictures at once
+LARGE_PX = 4e6  # of a picture that is drawn or looked through: a second, and 100 MB
+POLL_S = 0.05  # how often a job that somebody waits for is looked at
+FRAME_INTERVAL_S = 1 / 3  # between the frames of a background: who walks by needs some seconds to leave
+POLLS_PER_CHECK = 10  # and after how many looks whether its caller still waits
+
+
+class Services:
+    """Made from the settings alone; decoder, live cameras and scenes exist while it is running()."""
+
+    decoder: ImageDecoder
+    live: LiveCameras
+    scenes: SceneRegistry
+    _threads: CapacityLimiter
+    _large: CapacityLimiter
+    _quick: CapacityLimiter
+
+    def __init__(self, settings: Settings, store: Store, jobs: JobEngine, fits: FitProcesses,
+                 comparisons: FitProcesses, limits: ImageLimits) -> None:
+        self.settings, self.store, self.jobs, self.fits, self.comparisons = settings, store, jobs, fits, comparisons
+        self.started_s = time.monotonic()
+        remove_temporary_files(settings.own_fields)
+        self.fields = FieldRepository(settings.own_fields, store.failures)
+        self.cameras = CameraService(settings, store, self.fields, limits)
+        self.publishing = PublishingService(settings, store, self.cameras, self.fields)
+        self.detection = DetectionService(store, self.cameras, self.fields, self.publishing)
+        self.presence = Presence()
+        self.events = CameraEvents()
+        self.rig_checks = RigChecks()
+        self.track_fusions: dict[str, TrackFusion] = {}  # by the rig's name
+        self.stitchers: LruCache[tuple[object, ...], tuple[Stitcher, list[str]]] = LruCache(
+            MAX_STITCHER_BYTES, lambda made: made[0].nbytes)
+        self.scene_pages: LruCache[tuple[object, ...], bytes] = LruCache(MAX_SCENE_PAGES)
+        self.answers = AnswerCache()
+        self.models: LruCache[str, CameraModel] = LruCache(MAX_MODELS)
+        self.claims_kept: LruCache[tuple[str, ...], Sequence[Claim]] = LruCache(MAX_CLAIMS_KEPT)
+        self._prints: LruCache[str, tuple[PicturePrint | None]] = LruCache(MAX_PRINTS_KEPT)
+        self._frames: LruCache[str, Frame] = LruCache(MAX_FRAME_BYTES, lambda frame: frame.pixels.nbytes)
+        self._limits = limits
+        jobs.result_savers.update(result_savers(store) | {"rig-check": self.rig_checks.save})
+
+    @asynccontextmanager
+    async def running(self) -> AsyncIterator[None]:
+        """Hold the store and start what has processes; jobs that a stop has cut short go on."""
+        with self.store, ImageDecoder(self._limits) as self.decoder, self.jobs:
+            self._threads = CapacityLimiter(max(4, os.cpu_count() or 4))
+            self._large = CapacityLimiter(MAX_LARGE)
+            self._quick = CapacityLimiter(1)
+            self.jobs.open(self.store.jobs)
+            live = start_live_cameras(self.cameras, self.detection)
+            async with (self.fits.running(), self.comparisons.running(), aclosing(live) as self.live,
+                        aclosing(SceneRegistry()) as self.scenes):
+                with closing(self.publishing.publisher) as publisher:
+                    publisher.start()
+                    async with self.events.following(live):
+                        yield
+
+    def frame(self, snapshot: str) -> Frame:
+        """Return a snapshot decoded; NotFound."""
+        return self._frames.get_or_make(
+            snapshot, lambda: self.decoder.frame_from_bytes(self.store.snapshots.picture(snapshot)))
+
+    def picture_print(self, snapshot: str | None) -> PicturePrint | None:
+        """Return what a snapshot tells of which camera it is; None where there is none, or nothing in it."""
+        def made(of: str) -> tuple[PicturePrint | None]:
+            try:
+                return (PicturePrint.of(self.decoder.frame_from_bytes(self.store.snapshots.picture(of)).pixels),)
+            except TouchlineError:  # it was deleted, or is damaged
+                return (None,)
+        return None if snapshot is None else self._prints.get_or_make(snapshot, partial(made, snapshot))[0]
+
+    async def take_snapshot(self, camera: str, is_abandoned: Callable[[], Awaitable[bool]], frames: int = 1,
+                            over_s: float | None = None, purpose: str = "picture") -> Snapshot:
+        """Take and save one frame, or what most of several agree on; nothing where the caller has gone meanwhile."""
+        over_s = FRAME_INTERVAL_S * (frames - 1) if over_s is None else over_s
+        frame = await take_frame(self.live.get(camera), frames=frames, over_s=over_s)
+        if await is_abandoned():
+            raise Cancelled("The request for this image was closed.", "Take the image again.")
+        return await self.run_in_thread(frame.save, self.store, purpose)
+
+    async def restore_backup(self, seen: tuple[int, int]) -> Restoration:
+        """Put the newest good backup in the database's place, and let everything go on with what is in it."""
+        def restore() -> Restoration:
+            with self.jobs.idle():
+                done = self.store.restore_backup(seen)
+                self.jobs.open(self.store.jobs)
+            return done
+
+        before: dict[str, CameraSettings] = {}  # none can be read where the database is damaged as a whole
+        with suppress(TouchlineError):
+            before = {camera.id: camera for camera in await self.run_in_thread(self.cameras.all)}
+        done = await self.run_in_thread(restore)
+        after = {camera.id: camera for camera in await self.run_in_thread(self.cameras.all)}
+        for id in self.live.running:
+            if before.get(id) != after.get(id):
+                await self.live.forget(id)
+        for id in after:
+            self.live.refresh(id)
+        return done
+
+    async def run_in_thread(self, work: Callable[Given, Result], *args: Given.args, **kwargs: Given.kwargs) -> Result:
+        """Run work of a second or two on a worker thread; when all are busy it waits for its turn."""
+        return await to_thread.run_sync(lambda: work(*args, **kwargs), limiter=self._threads)
+
+    async def fit_quickly(self, fit: Callable[[], Result], is_abandoned: Callable[[], Awaitable[bool]]) -> Result:
+        """Run a fit of some 20 ms on a thread: one at a time, since a second would only halve the pace of the first."""
+        async with self._quick:
+            if await is_abandoned():
+                raise closed_request()
+            return await to_thread.run_sync(fit)
+
+    async def process_picture(self, size: ImageSize, work: Callable[[Progress], Result],
+                              is_abandoned: Callable[[], Awaitable[bool]]) -> Result:
+        """Do work on a picture of about that size on a worker thread while its caller waits; on large ones few at once.
+
+        work: calls its progress now and then, which raises Cancelled once the caller has gone.
+        """
+        gone = threading.Event()
+
+        def progress(_share: float, _message: str) -> None:
+            if gone.is_set():
+                raise Cancelled("The request for this image was closed.", "Request it again.")
+
+        async def watch() -> None:
+            while not await is_abandoned():
+                await anyio.sleep(POLLS_PER_CHECK * POLL_S)
+            gone.set()
+
+        watching = asyncio.create_task(watch())
+        try:
+            is_large = size.width * size.height > LARGE_PX
+            return await to_thread.run_sync(work, progress, limiter=self._large if is_large else self._threads)
+        finally:
+            watching.cancel()
+
+    async def run_as_job(self, kind: str, run: Callable[[Any, Progress], Any], spec: Any,
+                         is_abandoned: Callable[[], Awaitable[bool]], saver: str | None = None,
+                         context: Any = None, caller: Caller = NOBODY) -> Job:
+        """Run work of many seconds in a process and wait for its end; cancel it once its caller has gone."""
+        job = self.jobs.start(kind, run, spec, saver, context, durable=False, caller=caller)
+        polls = 0
+        try:
+            while not self.jobs.get(job.id).ended:
+                await anyio.sleep(POLL_S)
+                polls += 1
+                if polls % POLLS_PER_CHECK == 0 and await is_abandoned():
+                    break
+            return self.jobs.get(job.id)
+        finally:
+            self.jobs.cancel(job.id)

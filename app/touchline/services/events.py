@@ -1,0 +1,141 @@
+"""What has happened: versions that were activated, and cameras that went offline, came back or were moved.
+
+The store keeps activations. What cameras did is noted here while the server runs, and forgotten with it.
+"""
+
+import asyncio
+import heapq
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, replace
+from itertools import islice
+from operator import itemgetter
+from time import monotonic
+from typing import Any, Literal
+
+from touchline.core.statements import Sentence, say, stated
+from touchline.core.text_format import format_mm
+from touchline.live.cameras import LiveCameras
+from touchline.live.status_types import CameraStatus
+from touchline.live.supervisor import LATE_S
+from touchline.services.cameras import CameraService
+from touchline.store.repository import timestamp, utc_now
+from touchline.store.store import Store
+
+Kind = Literal["activated", "offline", "back", "moved", "cleared"]
+
+FROM_FILES = say("event.images-from-files", "the images from files")
+POLL_S = 0.25  # a camera that hangs is stalled for half a second, then its process starts anew
+MAX_NOTED = 500  # of all cameras together; a loose cable makes two a minute
+WORKS = {"live": True, "mismatch": True, "stalled": False, "offline": False}  # other states tell nothing new
+ALARMS = {  # codes and templates
+    "knocked": ("event.moved", "{camera} moved by {distance}."),
+    "replaced": ("event.replaced", "{camera} was rotated far, or replaced."),
+    "out-of-focus": ("event.out-of-focus", "The focus of {camera} has changed."),
+    "misplaced": ("event.misplaced", "The calibration of {camera} does not match the field lines."),
+}
+BACK = "event.back", "{camera} is back."
+OFFLINE = "event.offline", "{camera} went offline."
+CLEARED = "event.cleared", "{camera} is in its calibrated position again."
+
+
+@dataclass(frozen=True)
+class _Known:
+    """What was noted last of a camera: whether it works, by which calibration it is followed, and its alarm."""
+
+    works: bool | None = None
+    calibration: str | None = None
+    alarm: str | None = None
+
+
+@dataclass(frozen=True)
+class _Event:
+    """moment: monotonic; said: a code, and a template with places for the camera's name and how far it moved."""
+
+    moment: float
+    at: str
+    kind: Kind
+    camera: str
+    said: tuple[str, str]
+    distance: str = ""
+
+    def text(self, camera: str) -> Sentence:
+        """Return it in words. camera: its name."""
+        moved = {"distance": self.distance} if self.distance else {}
+        return say(*self.said, camera=camera, **moved)
+
+
+class CameraEvents:
+    """What cameras have done since the server was started. Written by the event loop's thread, read by any."""
+
+    def __init__(self) -> None:
+        self.noted: tuple[_Event, ...] = ()  # newest first
+        self._known: dict[str, _Known] = {}
+
+    @asynccontextmanager
+    async def following(self, live: LiveCameras) -> AsyncIterator[None]:
+        """Note what the running cameras do as long as the context lasts."""
+        task = asyncio.create_task(self._follow(live), name="camera events")
+        try:
+            yield
+        finally:
+            task.cancel()
+
+    def note(self, statuses: Mapping[str, CameraStatus]) -> None:
+        """Note what has changed since the last call. statuses: of every camera that runs; others are forgotten."""
+        self._known = {id: self._compare(id, self._known.get(id, _Known()), status) for id, status in statuses.items()}
+
+    async def _follow(self, live: LiveCameras) -> None:
+        loop = asyncio.get_running_loop()
+        while True:
+            slept = loop.time()
+            await asyncio.sleep(POLL_S)
+            if loop.time() - slept < POLL_S + LATE_S:  # else we were held up, and what cameras have sent lies unread
+                self.note({id: live.status(id) for id in live.running})
+
+    def _compare(self, id: str, known: _Known, status: CameraStatus) -> _Known:
+        works = WORKS.get(status["state"], known.works)
+        if works is not known.works and (works is False or known.works is False):
+            self._add(id, "back" if works else "offline", BACK if works else OFFLINE)
+        known = replace(known, works=works)
+        drift = status["drift"]
+        if drift is None:
+            return known
+        if drift["calibration"] != known.calibration:  # an alarm about the one before says nothing of this one
+            known = replace(known, calibration=drift["calibration"], alarm=None)
+        alarm = drift["state"] if drift["alarm"] else None
+        if alarm is not None and alarm != known.alarm:
+            self._add(id, "moved", ALARMS[alarm], format_mm(drift["mm"] or 0.0) if alarm == "knocked" else "")
+        elif alarm is None and known.alarm is not None:
+            if drift["state"] != "steady":  # whoever covers the lines does not put the camera back
+                return known
+            self._add(id, "cleared", CLEARED)
+        return replace(known, alarm=alarm)
+
+    def _add(self, camera: str, kind: Kind, said: tuple[str, str], distance: str = "") -> None:
+        self.noted = (_Event(monotonic(), timestamp(utc_now), kind, camera, said, distance), *self.noted)[:MAX_NOTED]
+
+
+def newest_events(noted: tuple[_Event, ...], store: Store, cameras: CameraService, limit: int) -> list[dict[str, Any]]:
+    """Return the newest activations and what cameras did, as plain JSON, newest first, even if the clock was set."""
+    titles = {camera.id: camera.title for camera in cameras.all()}
+
+    def title(camera: str | None) -> str:
+        return FROM_FILES if camera is None else titles.get(camera, camera)
+
+    activated = [(row["moment"], {"at": row["at"], "kind": "activated", "camera": row["camera"],
+                                  "version": row["version"], "by": row["by"] or None, "despite": row["despite"],
+                                  "text": _activated(row["version"], title(row["camera"]), len(row["despite"]))})
+                 for row in store.calibrations.activations(limit)]
+    did: list[tuple[float, dict[str, Any]]] = [
+        (event.moment, {"at": event.at, "kind": event.kind, "camera": event.camera, "version": None, "by": None,
+                        "despite": [], "text": event.text(title(event.camera))}) for event in noted[:limit]]
+    newest_first = heapq.merge(activated, did, key=itemgetter(0), reverse=True)
+    return [stated(event) for _, event in islice(newest_first, limit)]
+
+
+def _activated(version: int, camera: str, problems: int) -> Sentence:
+    if not problems:
+        return say("event.activated", "Version {version} of {camera} was activated.", version=version, camera=camera)
+    return say("event.activated-despite", "Version {version} of {camera} was activated. Known problems: {problems}.",
+               version=version, camera=camera, problems=problems)

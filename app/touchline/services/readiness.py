@@ -1,0 +1,60 @@
+"""Whether a match could begin: the claims of all cameras, rigs and of publishing, from what is known now."""
+
+from dataclasses import replace
+from typing import Any
+
+from touchline.core.json_values import number
+from touchline.core.statements import join, sentence_in
+from touchline.evaluate.cameras.picture_print import PicturePrint
+from touchline.evaluate.claims.claim import Claim
+from touchline.evaluate.claims.own_images import CameraImage
+from touchline.evaluate.claims.own_report import field_claims
+from touchline.evaluate.claims.readiness import SiteCamera, SitePublishing, SiteRig, site_claims
+from touchline.live.status_types import CameraStatus
+from touchline.services.container import Services
+from touchline.services.rigs import rig_json
+from touchline.settings import CameraSettings
+from touchline.sources import device_of
+
+OF_RIG = ("other-field", "other-region", "other-rectangles")  # other troubles of its cameras are claims of their own
+
+
+async def readiness(services: Services) -> list[Claim]:
+    """Return the site's claims. Cameras are judged by their status; none is started."""
+    cameras = await services.run_in_thread(services.cameras.all)
+    statuses = {camera.id: services.live.status(camera.id) for camera in cameras}
+    running = {camera.id: services.live.get_running(camera.id) for camera in cameras}
+    prints = {id: None if camera is None else camera.picture_print for id, camera in running.items()}
+    return await services.run_in_thread(_claims, services, cameras, statuses, prints)
+
+
+def _claims(services: Services, cameras: list[CameraSettings], statuses: dict[str, CameraStatus],
+            prints: dict[str, PicturePrint | None]) -> list[Claim]:
+    return site_claims([_camera(services, camera, statuses[camera.id], prints[camera.id]) for camera in cameras],
+                       [_rig(services, rig) for rig in services.store.rigs.all()],
+                       SitePublishing(services.publishing.publisher.status()["state"], services.publishing.warnings))
+
+
+def _camera(services: Services, camera: CameraSettings, status: CameraStatus, now: PicturePrint | None) -> SiteCamera:
+    active = services.store.calibrations.active(camera.id)
+    verdict: Any = {} if active is None else active.report.get("verdict") or {}
+    against = () if active is None else tuple(claim for claim in field_claims(
+        active, services.cameras.field_changes(active), camera.field, camera.region, None) if claim.is_problem)
+    image = CameraImage(device_of(camera.source), now, None, None, (camera.field, camera.region))
+    if active is not None:
+        image = replace(image, then=services.picture_print(active.snapshot), size=active.image_size,
+                        area=(active.field["name"], active.region))
+    return SiteCamera(camera.id, camera.title, status["state"], status["problem"],
+                      active is not None, verdict.get("level") or "unknown", number(verdict.get("mm")), against,
+                      status["drift"], image)
+
+
+def _rig(services: Services, rig: Any) -> SiteRig:
+    found = rig_json(services, rig)
+    known = SiteRig(rig.name, found["title"] or rig.name, False, None, None, troubles=[
+        one for camera in found["cameras"] for one in camera["troubles"] if one["reason"] in OF_RIG])
+    if (checked := found["checked"]) is None:
+        return known
+    outdated = join(*(sentence_in(one, "text") for one in checked["outdated"][:1]))
+    return replace(known, is_checked=True, level=checked["verdict"]["level"], p95_mm=checked["p95_mm"],
+                   outdated=outdated)

@@ -1,0 +1,9 @@
+"""What Alembic runs: every missing step, on the connection that schema.py gives it."""
+
+from alembic import context
+
+from touchline.store.tables import Base
+
+context.configure(connection=context.config.attributes["connection"], target_metadata=Base.metadata)
+with context.begin_transaction():
+    context.run_migrations()

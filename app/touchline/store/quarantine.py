@@ -1,0 +1,142 @@
+"""Damaged files and rows are moved to the quarantine and named, never read as something else or silently missing."""
+
+import json
+import logging
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from touchline.core.errors import Unavailable
+from touchline.core.statements import Sentence, say, stated
+from touchline.store.files import (
+    TEMPORARY,
+    make_folder,
+    move_durably,
+    remove_temporary_files,
+    write_atomically,
+)
+from touchline.store.sqlite_files import ENDINGS
+
+log = logging.getLogger("touchline")
+ROW = ".json"  # in the names of what is left of rows
+RESTORE_BACKUP = say("quarantine.restore-backup",
+                     "Restore the newest good backup of the database, or create again what was damaged.")
+RESTORE_OR_CREATE = say("quarantine.restore", "Restore it from a backup, or create it again.")
+NOTE = ".note"
+MISSING = "missing"  # kind of what is not damaged but gone
+COMPANIONS = (NOTE, *ENDINGS)  # endings of files that belong to a damaged one
+
+
+@dataclass(frozen=True)
+class Damage:
+    """Something in the quarantine: its kind (the folder or table that it was in), its file, what became of it."""
+
+    kind: str
+    name: str
+    note: str | None = None
+
+    @property
+    def file(self) -> str:
+        """Its path in the data folder."""
+        return f"quarantine/{self.kind}/{self.name}"
+
+    @property
+    def restorable(self) -> bool:
+        """Whether it was a row of the database as it is now, which a backup may have intact."""
+        return self.note is None and ROW in self.name
+
+    @property
+    def fix(self) -> Sentence:
+        return RESTORE_BACKUP if self.restorable else RESTORE_OR_CREATE
+
+    def to_json(self) -> dict[str, Any]:
+        return stated({"kind": self.kind, "file": self.file, "note": self.note, "fix": self.fix,
+                       "restorable": self.restorable})
+
+
+class DamagedFile(Unavailable):
+    reason = "damaged-file"
+
+    def __init__(self, damage: Damage) -> None:
+        super().__init__(say("quarantine.moved", "A file of the data folder is damaged and was moved to {place}.",
+                             place=damage.file), damage.fix, file=damage.file)
+        self.damage = damage
+
+
+class Quarantine:
+    """The folder of what was damaged, with a folder for each kind."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def sweep(self) -> None:
+        """Remove what writers that were killed have left; only while there is no other writer."""
+        for folder in self._folder.glob("*/"):
+            remove_temporary_files(folder)
+
+    def move(self, path: Path, why: str, kind: str | None = None, note: str | None = None) -> DamagedFile:
+        """Move a damaged file here; return the error to raise, which says where it is now."""
+        kind = kind or path.parent.name
+        target = self._free_name(kind, path.name)
+        if note is not None:
+            write_atomically(target.with_name(target.name + NOTE), note.encode())
+        with suppress(FileNotFoundError):  # another thread has moved it
+            move_durably(path, target)
+        log.error("%s/%s is damaged (%s); it was moved to %s", kind, path.name, why, target)
+        return DamagedFile(Damage(kind, target.name, note))
+
+    def add_row(self, kind: str, name: str, body: str, note: str | None = None) -> DamagedFile:
+        """Write what is left of a damaged row; return the error to raise, which says where that is."""
+        data = body.encode("utf-8", "surrogatepass")
+        target = self._free_name(kind, name + ROW, data)
+        with suppress(OSError):  # a full disk must not hide the damage
+            write_atomically(target, data)
+            if note is not None:
+                write_atomically(target.with_name(target.name + NOTE), note.encode())
+        log.error("%s %s in the database is damaged (%s); what is left of it is %s. %s", kind, name,
+                  note or "its checksum is wrong", target, "" if note else RESTORE_BACKUP)
+        return DamagedFile(Damage(kind, target.name, note))
+
+    def add_missing(self, missing: Mapping[str, int]) -> Damage:
+        """Write down how many rows of which tables vanished while nobody looked."""
+        data = json.dumps(missing).encode()
+        target = self._free_name(MISSING, f"rows{ROW}", data)
+        with suppress(OSError):  # a full disk must not hide it
+            write_atomically(target, data)
+        log.error("rows of the database have vanished (%s). %s", missing, RESTORE_BACKUP)
+        return Damage(MISSING, target.name)
+
+    def has(self, kind: str, name: str) -> bool:
+        """Tell whether it is still here."""
+        return (self._folder / kind / name).exists()
+
+    def move_rows(self, folder: Path) -> None:
+        """Move what is left of damaged rows beside a copy of the database that had them, which another one replaces."""
+        for damage in self.all():
+            if damage.restorable:
+                source = self._folder / damage.kind / damage.name
+                with suppress(OSError):  # it stays, and is told until somebody removes it
+                    move_durably(source, make_folder(folder / damage.kind) / damage.name)
+
+    def all(self) -> tuple[Damage, ...]:
+        """Return everything that was moved here and is still here."""
+        kinds = sorted(path.name for path in self._folder.glob("*") if path.is_dir())
+        return tuple(Damage(kind, name, self._note(kind, name)) for kind in kinds
+                     for name in sorted(path.name for path in (self._folder / kind).glob("*"))
+                     if not name.endswith((*COMPANIONS, TEMPORARY)))
+
+    def _note(self, kind: str, name: str) -> str | None:
+        with suppress(OSError):
+            return (self._folder / kind / (name + NOTE)).read_text(errors="replace")
+        return None
+
+    def _free_name(self, kind: str, name: str, data: bytes | None = None) -> Path:
+        """Return a name that is free, or of a file with these bytes: a kill came before that was noted."""
+        target = make_folder(self._folder / kind) / name
+        count = 0
+        while target.exists() and (data is None or target.read_bytes() != data):
+            count += 1
+            target = target.with_name(f"{name}.{count}")
+        return target

@@ -1,0 +1,140 @@
+"""What the repositories share: ids, dates, rows that may be damaged, pages in order, and preconditions of changes."""
+
+import re
+import secrets
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from datetime import UTC, datetime
+from hashlib import sha256
+from typing import Any, Generic, NamedTuple, TypeVar
+
+from sqlalchemy import ColumnElement, Select, select
+from sqlalchemy.orm import Session
+
+from touchline.core.errors import BadInput, NotFound, Stale
+from touchline.core.statements import say
+from touchline.store.checksummed import is_intact, json_text, update_checksum
+from touchline.store.database import Database
+from touchline.store.integrity import mark_damaged
+from touchline.store.quarantine import Damage, DamagedFile, Quarantine
+
+T = TypeVar("T")
+MAX_PAGE = 200
+Clock = Callable[[], datetime]
+LOOK_AGAIN = say("stale.look-again", "Check the current version, then repeat your change.")
+
+
+def utc_now() -> datetime:
+    return datetime.now(UTC)
+
+
+def timestamp(clock: Clock) -> str:
+    """Return the time as records have it: ISO 8601, UTC, milliseconds. For people; order never rests on it."""
+    return clock().astimezone(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
+def new_id() -> str:
+    return secrets.token_hex(8)
+
+
+def is_id(id: str) -> bool:
+    """Check that it could be one of new_id's; PostgreSQL would trip over a few others."""
+    return re.fullmatch(r"[0-9a-f]{16}", id) is not None
+
+
+def column_text(text: str | None) -> str | None:
+    """Return a text as any database can hold it: without NUL and half surrogates, which only the JSON body keeps."""
+    return None if text is None else text.replace("\0", "").encode("utf-8", "replace").decode()
+
+
+class Page(NamedTuple, Generic[T]):
+    """Some of the items, newest first; next_cursor asks for the ones after them, None at the end."""
+
+    items: tuple[T, ...]
+    next_cursor: str | None
+
+
+class Repository:
+    """The checksummed rows of one table. Thread-safe.
+
+    table: the ORM class. noun, listing: how errors call one item and say where they are listed.
+    """
+
+    table: Any
+    noun: str
+    listing: str
+
+    def __init__(self, database: Database, quarantine: Quarantine, clock: Clock) -> None:
+        self._database = database
+        self._quarantine = quarantine
+        self._clock = clock
+
+    def _unknown(self, id: str) -> NotFound:
+        return NotFound(say(f"{self.noun}.unknown", f"There is no {self.noun} {{id!r}}.", id=id), self.listing,
+                        reason=f"unknown-{self.noun}")
+
+    def _checked(self, row: Any) -> Any:
+        """Return the row if it is intact; raise DamagedFile otherwise, also when it is read again."""
+        if row.damaged is not None:
+            raise DamagedFile(Damage(row.__tablename__, row.damaged))
+        if is_intact(row):
+            return row
+        raise mark_damaged(self._database, self._quarantine, type(row), row)
+
+    def _row(self, id: str, *where: ColumnElement[bool]) -> Any:
+        if not is_id(id):
+            raise self._unknown(id)
+        with self._database.reading() as rows:
+            row = rows.scalar(select(self.table).where(self.table.id == id, *where))
+        if row is None:
+            raise self._unknown(id)
+        return self._checked(row)
+
+    @contextmanager
+    def _changing(self, what: str, id: str, *where: ColumnElement[bool]) -> Iterator[tuple[Session, Any]]:
+        """Let the block change the intact row with that id, and save it with its new checksum."""
+        self._row(id, *where)
+        with self._database.writing(what) as rows:
+            row = rows.scalar(select(self.table).where(self.table.id == id, *where))
+            if row is None:
+                raise self._unknown(id)  # deleted a moment ago
+            yield rows, row
+            update_checksum(row)  # of one that the block has deleted, to no effect
+
+    def _find(self, query: Select[Any]) -> list[Any]:
+        with self._database.reading() as rows:
+            return list(rows.scalars(query))
+
+    def _intact(self, rows: Iterable[Any], read: Callable[[Any], T]) -> tuple[T, ...]:
+        """Read every row but the damaged ones, which do not hide the others; Store.damaged names them."""
+        items = []
+        for row in rows:
+            with suppress(DamagedFile):
+                items.append(read(row))
+        return tuple(items)
+
+    def _page(self, limit: int, cursor: str | None, read: Callable[[Any], T], *where: ColumnElement[bool]) -> Page[T]:
+        """Return a page, newest first. Nothing is shown twice or missed while others come and go."""
+        if not 1 <= limit <= MAX_PAGE:
+            raise BadInput(f"A page cannot have {limit} entries.", f"Request 1 to {MAX_PAGE} entries.",
+                           reason="bad-limit")
+        if cursor is not None and not (isinstance(cursor, str) and re.fullmatch(r"[0-9]{1,12}", cursor)):
+            raise BadInput("The cursor is not valid.", "Send the next_cursor of the previous page, or none.",
+                           reason="bad-cursor")
+        query = select(self.table).where(self.table.damaged.is_(None), *where)
+        if cursor is not None:
+            query = query.where(self.table.sequence < int(cursor))
+        found = self._find(query.order_by(self.table.sequence.desc()).limit(limit + 1))
+        items = self._intact(found[:limit], lambda row: read(self._checked(row)))
+        return Page(items, str(found[limit - 1].sequence) if len(found) > limit else None)
+
+
+def content_etag(content: Any) -> str:
+    """Return the ETag of plain JSON that has no counter of its own."""
+    return sha256(json_text(content, "This").encode()).hexdigest()[:16]
+
+
+def check_etag(given: str | None, etag: str, what: str, reason: str, current: Any, fix: str = LOOK_AGAIN) -> None:
+    """Raise Stale, with the current state and its ETag, unless the given one is that or none. what: has happened."""
+    if given is not None and given != etag:
+        raise Stale(what, fix, reason=reason, current=current, etag=etag)
