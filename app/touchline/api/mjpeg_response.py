@@ -36,8 +36,8 @@ class MjpegResponse(Response):
             with suppress(Unavailable):  # the camera was changed or removed
                 async for body in viewer:
                     try:
-                        await asyncio.wait_for(send({"type": "http.response.body", "body": _part(body),
-                                                     "more_body": True}), SEND_TIMEOUT_S)
+                        async with asyncio.timeout(SEND_TIMEOUT_S):
+                            await send({"type": "http.response.body", "body": _part(body), "more_body": True})
                     except TimeoutError:
                         scope.get("state", {}).get(ABORT, lambda: None)()
                         return

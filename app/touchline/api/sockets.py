@@ -33,7 +33,8 @@ async def websocket_session(socket: WebSocket) -> AsyncIterator[None]:
             await socket.close(4000 + error.status, error.reason[:100])
             return
     with suppress(TimeoutError, WebSocketDisconnect, RuntimeError):
-        await asyncio.wait_for(socket.close(), CLOSE_TIMEOUT_S)
+        async with asyncio.timeout(CLOSE_TIMEOUT_S):
+            await socket.close()
 
 
 async def run_until_first(*coroutines: Coroutine[Any, Any, None]) -> None:
@@ -64,7 +65,8 @@ async def send_json(socket: WebSocket, value: Any) -> None:
 
 
 async def send_text(socket: WebSocket, text: str) -> None:
-    await asyncio.wait_for(socket.send_text(text), SEND_TIMEOUT_S)
+    async with asyncio.timeout(SEND_TIMEOUT_S):
+        await socket.send_text(text)
 
 
 async def receive_json(socket: WebSocket, schema: type[Told], max_length: int, fix: str) -> Told:

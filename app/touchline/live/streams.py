@@ -51,7 +51,8 @@ class Viewer:
         while self._newest is None:
             if self._ended is not None:
                 raise self._ended
-            await asyncio.wait_for(self._came.wait(), timeout_s)
+            async with asyncio.timeout(timeout_s):
+                await self._came.wait()
         message, self._newest = self._newest, None
         if self._ended is None:
             self._came.clear()

@@ -1,7 +1,6 @@
 """In the server: a camera's process kept alive; one from which no frame comes is killed and started anew, for ever."""
 
 import asyncio
-import contextlib
 from collections.abc import Callable
 from typing import Any
 
@@ -59,8 +58,9 @@ class CameraSupervisor:
     async def stop(self) -> None:
         if self._task is not None:
             self._task.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await self._task
+            await asyncio.wait([self._task])
+            if not self._task.cancelled():
+                self._task.result()
 
     def send(self, kind: int, head: dict[str, Any]) -> None:
         """Send a message if there is a process; one that is started later learns it from on_start."""

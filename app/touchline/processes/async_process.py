@@ -50,7 +50,8 @@ class AsyncProcess:
         made = cls(process, reader, writer)
         try:
             made.send(START, arguments)
-            message = await asyncio.wait_for(made.receive(), cls.START_S)
+            async with asyncio.timeout(cls.START_S):
+                message = await made.receive()
             if message.kind != START:
                 raise ConnectionResetError
             made.start_head, _ = decode_body(message.body)
@@ -98,7 +99,8 @@ class AsyncProcess:
         self._requests[number] = asyncio.get_running_loop().create_future()
         try:
             self.send(kind, head, number=number)
-            return await asyncio.wait_for(self._requests[number], timeout_s)
+            async with asyncio.timeout(timeout_s):
+                return await self._requests[number]
         except TimeoutError:
             raise _unavailable(self.SILENT) from None
         finally:

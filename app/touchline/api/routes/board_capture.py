@@ -53,7 +53,8 @@ async def watch_board(socket: WebSocket, services: ServicesDep, id: str) -> None
     async with websocket_session(socket):
         with SESSIONS.session(id):
             camera = services.live.get(id)
-            first = await asyncio.wait_for(_receive(socket), FIRST_MESSAGE_S)
+            async with asyncio.timeout(FIRST_MESSAGE_S):
+                first = await _receive(socket)
             session = BoardSession(socket, services, camera, Board.from_json(first.board), first)
             await run_until_first(session.receive(), session.send())
 

@@ -120,10 +120,12 @@ async def stream_frames(socket: WebSocket, services: ServicesDep, id: str, view:
 async def _send_frames(socket: WebSocket, viewer: Any, acks: asyncio.Semaphore | None) -> None:
     async for body in viewer:
         if acks is not None:
-            await asyncio.wait_for(acks.acquire(), SEND_TIMEOUT_S)
+            async with asyncio.timeout(SEND_TIMEOUT_S):
+                await acks.acquire()
             newer = viewer.take()  # while we waited for it
             body = newer if newer is not None else body
-        await asyncio.wait_for(socket.send_bytes(body), SEND_TIMEOUT_S)
+        async with asyncio.timeout(SEND_TIMEOUT_S):
+            await socket.send_bytes(body)
 
 
 async def _receive_acks(socket: WebSocket, acks: asyncio.Semaphore) -> None:
