@@ -83,7 +83,7 @@ def touchline(monkeypatch, capsys, tmp_path):
 
     def run(*words, stdin=""):
         monkeypatch.setattr(sys, "argv", ["touchline", *map(str, words)])
-        monkeypatch.setattr(sys, "stdin", io.StringIO(stdin))
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(stdin.encode())))
         with monkeypatch.context() as apart, pytest.raises(SystemExit) as ended:
             for name in ("TOUCHLINE_TESTS", "TOUCHLINE_CHROMIUM"):  # the server would say that they are no settings
                 apart.delenv(name, raising=False)

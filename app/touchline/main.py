@@ -9,7 +9,6 @@ from threading import Thread
 
 from fastapi import APIRouter, FastAPI
 
-from touchline import __version__, shipped
 from touchline.api import server
 from touchline.api.middleware import headers, problems
 from touchline.api.middleware.access import AccessControl, has_token, login_router
@@ -20,6 +19,7 @@ from touchline.api.responses import API
 from touchline.api.routes import docs, resources, scene_proxy
 from touchline.api.schemas.requests import PROBLEMS
 from touchline.images import ImageLimits
+from touchline.installation import __version__, shipped
 from touchline.jobs import JobEngine
 from touchline.services.container import Services
 from touchline.services.fit_processes import FitProcesses
@@ -44,14 +44,18 @@ Pixels are [x, y] from the centre of the top-left pixel; field positions are [x,
 A point that cannot be converted is null. Every refusal states the remedy in `fix`."""
 
 
-def create_app(settings: Settings) -> FastAPI:
-    """Make the whole application from settings alone. It holds the data folder until it has been served and stopped."""
+def create_app(settings: Settings, *, serves: bool = True) -> FastAPI:
+    """Make the whole application from settings alone. It holds the data folder until it has been served and stopped.
+
+    serves: False where it answers a script's calls and ends: cameras sleep until they are asked for, nothing is sent to
+    the league's network or heard from it, and jobs of the server before wait for the next one.
+    """
     jobs = JobEngine(settings.jobs.workers, engine=settings.jobs.engine, wall_s=settings.jobs.time_limit_s,
                      kept=settings.jobs.kept, modules=MODULES)  # refused before anything is held
     fits = FitProcesses(settings.jobs.time_limit_s, MODULES[:1])
     # A comparison of all models takes some seconds, for which no preview is to wait.
     comparisons = FitProcesses(settings.jobs.time_limit_s, MODULES[:1], processes=1, at_once=False)
-    services = Services(settings, open_store(settings), jobs, fits, comparisons, image_limits(settings))
+    services = Services(settings, open_store(settings), jobs, fits, comparisons, image_limits(settings), serves)
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:

@@ -15,8 +15,8 @@ from pydantic import BaseModel, ConfigDict, Field, SecretStr, ValidationError, m
 from pydantic_settings import BaseSettings, InitSettingsSource, SettingsConfigDict
 from pydantic_settings import PydanticBaseSettingsSource as Source
 
-from touchline import shipped
 from touchline.core.errors import BadInput, NotFound
+from touchline.installation import shipped
 from touchline.league.config import NetworkConfig
 
 Port = Annotated[int, Field(ge=0, le=65535)]

@@ -12,7 +12,7 @@ from tests.support.activation import activate_despite
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, refusal, without_size
 from tests.support.tiers import long
-from touchline import __version__
+from touchline.installation import __version__
 
 CAL = f"{API}/calibrations"
 BINARY = {"Content-Type": "application/octet-stream"}

@@ -11,8 +11,8 @@ from starlette.routing import Route
 from starlette.testclient import TestClient
 
 from tests.support.paths import NOT_OURS
-from touchline import shipped
 from touchline.api.middleware.page_files import PageFiles, modules_of
+from touchline.installation import shipped
 
 STATIC = shipped("static")
 

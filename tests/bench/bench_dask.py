@@ -4,29 +4,21 @@ Scheduler and workers are processes of this machine, one thread each; boards are
 """
 
 import os
-import shutil
 import signal
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.support import batch_pictures, sample_jobs
-from tests.support.batch_pictures import folder_of
+from tests.support import sample_jobs
 from tests.support.board_views import SIZE, TRUTH, picture_of, views_of
 from tests.support.dask_cluster import dask_cluster
 from tests.support.pictures import encoded
-from touchline.batch import BatchPlan, pictures_in, run_requests
-from touchline.cli.files import read_points_file
 from touchline.core.board import Board
-from touchline.core.records import observations_from_json
 from touchline.jobs import JobEngine
 from touchline.workflows.board_request import BoardCalibrationRequest, run_pictures, run_views
-from touchline.workflows.calibration_request import CalibrationRequest
 
 SMALL, LENSES, PICTURES = 200, 16, 200
-DISTINCT = 10  # of the archive's pictures; the others are copies of them
 
 
 @pytest.fixture(scope="module", params=[1, 2])
@@ -91,23 +83,6 @@ def test_pictures_of_boards(jobs, tmp_path):
     spec = {"task": BoardCalibrationRequest(board).to_json(), "pictures": pictures[:10]}
     specs = [{**spec, "pictures": [pictures[(job + k) % len(pictures)] for k in range(10)]} for job in range(20)]
     told(f"{PICTURES} pictures in 20 jobs", jobs, all_done(jobs, run_pictures, specs)[1])
-
-
-def test_an_archive_of_two_hundred_pictures(jobs, tmp_path):
-    """Each is asked how well a calibration holds, by its clicks and by its edges, as touchline batch asks."""
-    folder = folder_of(tmp_path / "archive", DISTINCT)
-    for number in range(DISTINCT, PICTURES):
-        for suffix in (".png", ".json"):
-            shutil.copy(folder / f"north-{number % DISTINCT + 1}{suffix}", folder / f"more-{number}{suffix}")
-    given = read_points_file(folder / "north-1.json")
-    task = CalibrationRequest(observations_from_json(given["observations"]), batch_pictures.FIELD,
-                              batch_pictures.REGION, batch_pictures.SIZE, "brown-conrady")
-    batch = BatchPlan(Path.read_bytes, read_points_file, None, calibration=task.record(task.run()))
-    start = time.perf_counter()
-    rows = list(run_requests(jobs, 2 * jobs.count, batch.requests(pictures_in(folder))))
-    took = time.perf_counter() - start
-    assert len(rows) == PICTURES and all(row["judged_by"] == "clicks and edges" for row in rows)
-    told(f"{PICTURES} pictures of a batch", jobs, took)
 
 
 def test_one_job_of_three_hundred_views(jobs):

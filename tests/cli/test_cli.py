@@ -16,10 +16,10 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from tests.support.paths import CLICKS as CLICKS_FOLDER
-from tests.support.paths import HELP, ROOT
+from tests.support.paths import HELP, PACKAGE, ROOT
 from tests.support.servers import served
 from tests.support.waiting import LONG_S
-from touchline import __version__
+from touchline.installation import __version__
 
 CLICKS = CLICKS_FOLDER / "ssl_2008_half.json"
 MANUAL = HELP / "cli.md"
@@ -168,7 +168,7 @@ def test_the_manuals_commands_do_what_they_say(commands, picture, tmp_path):
     shim = tmp_path / "touchline"
     shim.write_text(f"#!/bin/sh\nexec '{sys.executable}' -c 'from touchline.cli import main; main()' \"$@\"\n")
     shim.chmod(0o755)
-    environment = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
+    environment = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "PYTHONPATH": str(PACKAGE.parent)}
     for command in commands:
         done = subprocess.run(f"set -e\n{command}", shell=True, cwd=tmp_path, env=environment, capture_output=True,
                               text=True)

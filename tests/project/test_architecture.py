@@ -29,7 +29,8 @@ CATALOGUES = STATIC / "core" / "words"  # one message a line, as long as its sen
 MAX_LOOSE = {"app/touchline/*.py": 3, "tests/*.py": 3}
 
 # Each member of these families may name its own Item, Lens or Row.
-FAMILIES = ("touchline.api.schemas.", "touchline.sources.sim.", "touchline.store.migrations.")
+FAMILIES = ("touchline.api.schemas.", "touchline.client.answers", "touchline.sources.sim.",
+            "touchline.store.migrations.")
 PRIVATE_FUNCTIONS = {"told", "tell", "heard", "kept", "asked", "held", "spoken", "deed"}
 PRIVATE_CLASSES = {"Ear", "Hung", "Lying", "Standing", "Told", "Heard", "Sighted", "Theatre", "Room", "Wanted", "Shown",
                    "Seen", "Asked"}
@@ -59,6 +60,15 @@ def test_no_import_is_excepted_from_the_layers():
 
 def test_no_modules_import_each_other_in_a_circle():
     assert circles(python_graph(modules())) == []
+
+
+def test_no_module_imports_the_package_that_scripts_import():
+    """It names the client, which stands on everything: whoever imported it would stand on everything, too."""
+    members = {module.split(".")[1] for module in modules() if "." in module}
+    found = [f"{module}:{line} {name}" for module, tree in modules().items() if module != "touchline"
+             for name, line in imported_names(tree) if name.split(".")[0] == "touchline"
+             and name.split(".")[1] not in members]
+    assert found == []
 
 
 def test_a_circle_would_be_found():
@@ -92,6 +102,14 @@ def test_no_model_is_asked_for_a_contract_by_an_attribute():
              if isinstance(call.func, ast.Name) and call.func.id in ("hasattr", "getattr") and len(call.args) > 1
              and isinstance(call.args[1], ast.Constant) and "project" in str(call.args[1].value)]
     assert found == []
+
+
+def test_nothing_waits_in_a_way_that_swallows_a_cancellation():
+    """Before Python 3.12, asyncio.wait_for returns what comes in the moment of a cancellation, which is then lost."""
+    found = [f"{module}:{call.lineno}" for module, call in definitions(ast.Call)
+             if isinstance(call.func, ast.Attribute) and call.func.attr == "wait_for"
+             and isinstance(call.func.value, ast.Name) and call.func.value.id == "asyncio"]
+    assert found == [], "use async with asyncio.timeout(…)"
 
 
 def test_no_public_class_name_is_defined_twice():

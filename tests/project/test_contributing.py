@@ -47,8 +47,8 @@ def copy(tmp_path) -> Path:
 def done(copy):
     """Runs a command of a contributor."""
     def run(*words: str) -> str:
-        done = subprocess.run(words, cwd=copy, env={**os.environ, "PYTHONPATH": str(copy)}, text=True,
-                              capture_output=True)
+        environment = {**os.environ, "PYTHONPATH": f"{copy}{os.pathsep}{copy / 'app'}"}
+        done = subprocess.run(words, cwd=copy, env=environment, text=True, capture_output=True)
         assert done.returncode == 0, f"{words}\n{done.stdout[-4000:]}\n{done.stderr[-2000:]}"
         return done.stdout
     return run
@@ -75,7 +75,7 @@ def test_what_the_recipes_add_is_found_in_its_table(copy, done):
     script = ""
     for title, text in recipes().items():
         for table, name, line in follow(copy, text):
-            module = name.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+            module = name.removeprefix("app/").removesuffix(".py").removesuffix("/__init__").replace("/", ".")
             script += f"from {module} import {table}; print({title!r}, {table}[{line.split(chr(34))[1]!r}])\n"
     found = done(sys.executable, "-c", script)
     for added in ("InverseDivision'", "InverseDivisionFitter'", "GreySource'", "grey://128", "Corners (text)", "Dim'"):

@@ -11,14 +11,15 @@ from tests.support.paths import PACKAGE, ROOT
 # By package, a wrong call: points for a size, millimetres for a name, or what may be missing handed on unguarded.
 PLANTED = {
     "api.responses": "created({}, mm)",
-    "batch.requests": "clicks_of(folder, size)",
     "cli.files": "read_bytes(maybe_folder)",
+    "client.connection": "to_server(mm)",
     "core.geometry": "inside_picture(points, points)",
     "evaluate.board.coverage": "cell_counts(points, maybe_size)",
     "fitting": "sensitivity_of(points)",
     "formats.ssl_field": "field_to_wire(name)",
     "images.limits": "checked_size(1280, mm, touchline.images.limits.ImageLimits())",
     "imaging.correction": "CorrectedView().size(size)",
+    "installation": "shipped(mm)",
     "jobs.execute": "current_name(mm)",
     "league.multicast_address": "MulticastAddress(mm)",
     "live.picture": "scaled_down(points, 640)",

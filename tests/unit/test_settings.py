@@ -7,9 +7,9 @@ from itertools import pairwise
 import pytest
 import yaml
 
-from touchline import shipped
 from touchline.api.server import with_token
 from touchline.core.errors import BadInput, NotFound
+from touchline.installation import shipped
 from touchline.settings import Settings, load_settings, unknown_variables
 
 FILE = shipped("configs") / "touchline.yaml"

@@ -18,44 +18,28 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
-from touchline import __version__
 from touchline.cli.console import EXIT_CODES, exit_code_of
+from touchline.cli.removed_commands import REMOVED, removed_command
+from touchline.installation import __version__
 
 COMMANDS = {  # name: (module:function in this package, the first line of its help)
     "serve": ("server:serve", "Serve the dashboard and REST."),
     "demo": ("server:demo", "Serve a simulated field camera behind a real lens model, ready to calibrate."),
+    "call": ("call:call", "Make calls of the REST interface, in this process or to a running server."),
     "archive": ("archive:archive", "Write all saved data to one zip file."),
     "restore": ("archive:restore", "Restore an archive to an empty folder and an empty database."),
     "restore-backup": ("archive:restore_backup", "Restore the newest backup without damage. The current database "
                                                  "moves to quarantine."),
     "calibrate": ("calibration:calibrate", "Calibrate one image from points."),
+    "auto": ("auto:auto", "Detect the field lines in an image and calibrate from them, if all checks pass."),
+    "check": ("checking:check", "Compare the field lines with a calibration. Exit code 5 if it is below --enough."),
     "correct": ("calibration:correct", "Correct one image."),
-    "compare": ("evaluation:compare", "Fit every camera model to the same points and recommend one."),
-    "difference": ("evaluation:difference", "Difference of two calibrations over the region, in mm on the carpet and "
-                                            "in px in the image."),
-    "uncertainty": ("evaluation:uncertainty", "Expected error over the region, in the plane at a height: the effect "
-                                              "of the noise of the points."),
-    "report": ("reports:report", "Show or write the report of one calibration. Exit code 0 if it is good enough."),
-    "scene": ("reports:scene", "Write the 3-D scene of one calibration as an HTML page."),
+    "transform": ("calibration:transform", "Convert pixels to field millimetres, or back."),
+    "board": ("lenses:board", "Calibrate a lens from images of a board, for calibrate --lens."),
     "export": ("exports:export", "Write a calibration in the format of another program."),
     "import": ("exports:import_file", "Read a file of another program."),
-    "publish": ("network:publish", "Send field and cameras to the multicast group of the league."),
-    "absorb": ("network:absorb", "Listen to the group and list the senders of geometry."),
-    "board": ("lenses:board", "Calibrate a lens from images of a board, for calibrate --lens."),
-    "pair": ("rigs:pair", "Compare two cameras by matched points, by their calibrations, or by both."),
-    "straight": ("lenses:straight", "Measure how straight the edges in images are, and fit the lens that "
-                                      "straightens them."),
-    "motion": ("motion:motion", "Track a ball or robot through a video and measure the curvature of its straight "
-                                "rolls."),
-    "auto": ("auto:auto", "Detect the field lines in an image and calibrate from them, if all checks pass."),
-    "detect": ("detection:detect", "Detect the ball and the robots in an image, with numbers, orientations and "
-                                   "positions."),
-    "check": ("checking:check", "Compare the field lines with a calibration. Exit code 5 if it is below --enough."),
-    "batch": ("batch:batch", "Calibrate or check every image of a folder."),
-    "transform": ("calibration:transform", "Convert pixels to field millimetres, or back."),
-    "rig": ("rigs:rig", "Cameras that share a field: compare them, or join their images."),
+    "report": ("reports:report", "Show or write the report of one calibration. Exit code 0 if it is good enough."),
 }
-
 
 class LazyGroup(TyperGroup):
     """The commands of COMMANDS."""
@@ -66,6 +50,8 @@ class LazyGroup(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Import the command's module and return its command; None for an unknown one."""
+        if cmd_name in REMOVED:
+            return removed_command(cmd_name)
         if cmd_name not in COMMANDS:
             return None
         module, _, name = COMMANDS[cmd_name][0].partition(":")

@@ -15,9 +15,8 @@ FILE_REASONS = ("port-taken", "data-folder", "data-folder-in-use", "not-saved", 
                 "database-not-empty", "restore-unfinished", "no-archive", "no-good-backup", "no-own-backups",
                 "no-interface", "no-route", "forbidden", "network")
 EXIT_CODES = ("Exit codes: 0 done; 1 internal error; 2 wrong command line; 3 the input was refused (points, image, "
-              "field, settings); 4 a file, folder, port or network cannot be used; 5 report, check, rig check: the "
-              "verdict is below --enough. batch: 1 some images have a bad verdict or failed; "
-              "130 stopped by Ctrl-C.")
+              "field, settings); 4 a file, folder, port or network cannot be used; 5 report, check, call: the "
+              "verdict is below --enough.")
 
 
 class FileTrouble(TouchlineError):

@@ -101,33 +101,6 @@ def write_lens(path: Path, found: Mapping[str, Any]) -> None:
     write_bytes(path, json.dumps(record, indent=1, allow_nan=False, ensure_ascii=False).encode())
 
 
-def read_matches(path: Path) -> dict[str, Any]:
-    """{"points_a": …, "points_b": …}, perhaps with "z_mm", a height each; or rows of four numbers, as those lists."""
-    value = strict_json(read_bytes(path, MAX_JSON_BYTES), str(path))
-    if isinstance(value, list) and value and all(isinstance(row, list) and len(row) == 4 for row in value):
-        value = {"points_a": [row[:2] for row in value], "points_b": [row[2:] for row in value]}
-    if not isinstance(value, Mapping) or set(value) - {"z_mm"} != {"points_a", "points_b"}:
-        raise BadInput(f"{path} contains no matches.", 'Use {"points_a": [[x, y], …], "points_b": [[x, y], …]}, or '
-                                                       'rows '
-                       "[xa, ya, xb, yb].", reason="bad-matches")
-    z = value.get("z_mm", [])
-    if not isinstance(z, list) or not all(h is None or (type(h) in (int, float) and 0 <= h <= 5000) for h in z):
-        raise BadInput(f"{path} contains invalid heights.", 'Use "z_mm" as a list: 0 to 5000 mm, null where the '
-                       "height is unknown.", reason="bad-matches")
-    return dict(value)
-
-
-def read_lines(path: Path) -> dict[str, Any]:
-    """{"lines": [[[x, y], …], …]} and perhaps "image_size"; a bare list is the lines."""
-    value = strict_json(read_bytes(path, MAX_JSON_BYTES), str(path))
-    value = {"lines": value} if isinstance(value, list) else value
-    if (not isinstance(value, Mapping) or not {"lines"} <= set(value) <= {"lines", "image_size"}
-            or not isinstance(value["lines"], list)):
-        raise BadInput(f"{path} contains no lines.", 'Use {"lines": [[[x, y], …], …], "image_size": [width, height]}.',
-                       reason="bad-lines")
-    return dict(value)
-
-
 def read_points_file(path: Path) -> dict[str, Any]:
     """{"observations": […]} and whatever else of POINTS_KEYS the file says."""
     value = strict_json(read_bytes(path, MAX_JSON_BYTES), str(path))

@@ -1,9 +1,7 @@
-"""report and scene: one calibration as a page to print or keep, with an exit code for scripts; and as a page in 3-D."""
+"""report: one calibration as a page to print or keep, with an exit code for scripts."""
 
-import io
 import json
 import re
-from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,8 +14,6 @@ from touchline.cli.console import Enough, EnoughOption, exit_below
 from touchline.core.errors import Conflict
 from touchline.images import frame_from_bytes
 from touchline.report.contents import HEAD, outcome, what_is_missing
-from touchline.scene.cameras import shrink
-from touchline.scene.export import scene_html
 
 ID = re.compile(r"[0-9a-f]{16}")
 
@@ -84,18 +80,3 @@ def _summary(contents: dict[str, Any], output: Path | None) -> str:
     if contents["picture"]["same"] is False:
         lines.append("Warning: This is not the calibration image: its sha256 differs.")
     return "\n".join([*lines, *([f"Saved as {output}."] if output else [])])
-
-
-def scene(calibration: CalibrationOrId, output: SceneFile, picture: PictureFile = None, before: Before = None,
-          dark: Dark = False, data: DataFolder = None, config: ConfigOption = None) -> None:
-    """Write the 3-D scene of one calibration as an HTML page."""
-    known, clicked = calibration_and_picture(calibration, picture, data, config)
-    older = files.read_calibration(before) if before is not None else None
-    name = clicked.camera_name or known.camera or known.field["name"]
-    given = {"cameras": [{"key": known.id or "camera", "title": name, "calibration": known.to_json(),
-                          "before": older.to_json() if older is not None else None}]}
-    pictures = {known.id or "camera": shrink(clicked.frame.pixels)} if clicked.frame is not None else {}
-    with redirect_stdout(io.StringIO()):  # viser says where it listens; it is for nobody
-        html = scene_html(given, pictures, dark=dark, title=f"Scene of {name}, version {known.version}")
-    files.write_bytes(output, html.encode("utf-8", "replace"))
-    print(f"Saved as {output}.")

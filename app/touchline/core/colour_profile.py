@@ -100,7 +100,7 @@ class ColourProfile:
     def from_json(cls, value: Any) -> Self:
         """Read a profile written by to_json or by hand; BadInput for anything else."""
         given = read(_Profile, value, "The colour profile",
-                     "Give a profile that touchline detect --save-colours wrote.", "bad-colours")
+                     "Give a profile as POST /detections answers it under colours.", "bad-colours")
         for colour in given["colours"]:
             if colour not in NAMES:
                 raise BadInput(f"Unknown colour: {colour[:40]!r}.", f"Use one of: {', '.join(NAMES)}.",

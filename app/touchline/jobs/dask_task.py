@@ -8,10 +8,10 @@ Touchline and another version can still say that it is one. Events of a job, all
 import json
 import time
 
-from touchline import __version__
 from touchline.core.errors import Cancelled
 from touchline.core.json_values import finite_json
 from touchline.core.statements import stated
+from touchline.installation import __version__
 from touchline.jobs.execute import execute
 
 MIN_INTERVAL_S = 0.05  # between two reports of progress; more often nobody sees

@@ -55,13 +55,14 @@ class JobEngine:
         self._lock = RLock()
         self.closed = False  # then nothing will change any more
 
-    def open(self, table: JobTable) -> None:
-        """Store jobs in this table from now on, and go on with those in it that have not ended.
+    def open(self, table: JobTable, *, resume: bool = True) -> None:
+        """Store jobs in this table from now on. Those of a table before are forgotten.
 
-        Those of a table before are forgotten.
+        resume: whether those in it that have not ended go on; if not, they wait until it is opened with resume.
         """
         with self._lock:
-            for job, spec in self._registry.open(table):
+            unfinished = self._registry.open(table)
+            for job, spec in unfinished if resume else ():
                 if job.attempt > MAX_ATTEMPTS:
                     self._fail(job.id, WorkerDied())
                 elif spec is None or not self._is_known(spec):

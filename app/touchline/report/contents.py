@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
 
-from touchline import __version__
 from touchline.core.errors import BadImage, NotFound, TouchlineError
 from touchline.core.field import BORDERS
 from touchline.core.json_values import finite_json, number
@@ -18,6 +17,7 @@ from touchline.core.report_json import MAX_NAME, text
 from touchline.evaluate.claims.claim import Claim
 from touchline.evaluate.claims.own_report import report_claims
 from touchline.evaluate.fit.uncertainty import GRID
+from touchline.installation import __version__
 from touchline.models import RayModel
 from touchline.models.restored import Restored
 from touchline.store.quarantine import DamagedFile

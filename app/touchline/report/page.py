@@ -13,7 +13,7 @@ from touchline.report.drawing import ReportDrawings
 
 # also in the file itself: once downloaded it has no server that could say so
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
-SCENE = "scene.html"  # as REST and `touchline scene` call it
+SCENE = "scene.html"  # as REST calls it
 LEVEL = {"good": "Good", "fair": "Fair", "poor": "Poor", "unknown": "Accuracy unknown"}
 BENDS = {"barrel": "Barrel distortion: borders bow outwards.", "none": "No clear distortion.",
          "pincushion": "Pincushion distortion: borders bow inwards."}

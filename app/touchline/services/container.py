@@ -70,7 +70,7 @@ class Services:
     _quick: CapacityLimiter
 
     def __init__(self, settings: Settings, store: Store, jobs: JobEngine, fits: FitProcesses,
-                 comparisons: FitProcesses, limits: ImageLimits) -> None:
+                 comparisons: FitProcesses, limits: ImageLimits, serves: bool = True) -> None:
         self.settings, self.store, self.jobs, self.fits, self.comparisons = settings, store, jobs, fits, comparisons
         self.started_s = time.monotonic()
         remove_temporary_files(settings.own_fields)
@@ -90,7 +90,7 @@ class Services:
         self.claims_kept: LruCache[tuple[str, ...], Sequence[Claim]] = LruCache(MAX_CLAIMS_KEPT)
         self._prints: LruCache[str, tuple[PicturePrint | None]] = LruCache(MAX_PRINTS_KEPT)
         self._frames: LruCache[str, Frame] = LruCache(MAX_FRAME_BYTES, lambda frame: frame.pixels.nbytes)
-        self._limits = limits
+        self._limits, self._serves = limits, serves
         jobs.result_savers.update(result_savers(store) | {"rig-check": self.rig_checks.save})
 
     @asynccontextmanager
@@ -100,12 +100,13 @@ class Services:
             self._threads = CapacityLimiter(max(4, os.cpu_count() or 4))
             self._large = CapacityLimiter(MAX_LARGE)
             self._quick = CapacityLimiter(1)
-            self.jobs.open(self.store.jobs)
-            live = start_live_cameras(self.cameras, self.detection)
+            self.jobs.open(self.store.jobs, resume=self._serves)
+            live = start_live_cameras(self.cameras, self.detection, wake=self._serves)
             async with (self.fits.running(), self.comparisons.running(), aclosing(live) as self.live,
                         aclosing(SceneRegistry()) as self.scenes):
                 with closing(self.publishing.publisher) as publisher:
-                    publisher.start()
+                    if self._serves:
+                        publisher.start()
                     async with self.events.following(live):
                         yield
 
@@ -137,7 +138,7 @@ class Services:
         def restore() -> Restoration:
             with self.jobs.idle():
                 done = self.store.restore_backup(seen)
-                self.jobs.open(self.store.jobs)
+                self.jobs.open(self.store.jobs, resume=self._serves)
             return done
 
         before: dict[str, CameraSettings] = {}  # none can be read where the database is damaged as a whole

@@ -81,8 +81,8 @@ def _silent(camera: LiveCamera) -> Unavailable:
     return Unavailable(sentence_in(problem, "what"), sentence_in(problem, "fix"), reason=problem["reason"])
 
 
-def start_live_cameras(cameras: CameraService, detection: DetectionService) -> LiveCameras:
-    """Make the live cameras; those with an active calibration are woken at once."""
+def start_live_cameras(cameras: CameraService, detection: DetectionService, wake: bool = True) -> LiveCameras:
+    """Make the live cameras. wake: those with an active calibration at once, not only when they are asked for."""
     tasks: set[asyncio.Task[None]] = set()
 
     async def save_identity(calibration: Calibration, identity: Identity) -> None:
@@ -98,6 +98,6 @@ def start_live_cameras(cameras: CameraService, detection: DetectionService) -> L
 
     live = LiveCameras(cameras.process_spec, cameras.active_calibration, trust, cameras.calibration_picture,
                        detection.process_settings, detection.publish)
-    for camera in cameras.all():
+    for camera in cameras.all() if wake else ():
         live.refresh(camera.id)
     return live

@@ -26,8 +26,8 @@ from typing import IO, Any
 from sqlalchemy import insert, select, text
 from sqlalchemy.orm import Session
 
-from touchline import __version__
 from touchline.core.errors import BadInput, Conflict
+from touchline.installation import __version__
 from touchline.store.checksummed import is_intact
 from touchline.store.database import Database
 from touchline.store.files import make_folder, write_atomically

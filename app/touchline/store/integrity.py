@@ -9,8 +9,8 @@ from typing import Any
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from touchline import __version__
 from touchline.core.errors import TouchlineError
+from touchline.installation import __version__
 from touchline.store.checksummed import is_intact
 from touchline.store.database import Database
 from touchline.store.quarantine import MISSING, DamagedFile, Quarantine

@@ -47,7 +47,8 @@ class FolderLock:
             os.close(self._handle)
             raise Unavailable(f"The data folder {folder} is in use by another Touchline (process "
                               f"{owner or 'unknown'}).",
-                              "Stop that process, or choose another folder with --data.",
+                              "Stop that process, or choose another folder with --data. If it is a server, "
+                              "touchline call --server URL makes calls to it.",
                               reason="data-folder-in-use") from None
         os.ftruncate(self._handle, 0)
         os.pwrite(self._handle, f"{os.getpid()}\n".encode(), 0)

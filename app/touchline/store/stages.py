@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from touchline import shipped
 from touchline.core.common_sentences import use_one_of
 from touchline.core.errors import NotFound
 from touchline.core.statements import say
+from touchline.installation import shipped
 from touchline.store.files import read_yaml
 from touchline.vision.stage_pipeline import StageConfig
 

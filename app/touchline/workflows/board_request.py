@@ -13,7 +13,6 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline import __version__
 from touchline.core.board import Board, BoardView, views_from_json
 from touchline.core.common_sentences import PROGRESS_DONE, image_name, previous_images_differ
 from touchline.core.errors import BadInput, Conflict, FitFailed
@@ -25,6 +24,7 @@ from touchline.core.statements import say
 from touchline.core.text_format import sentence
 from touchline.evaluate.board.report import board_report
 from touchline.fitting.board.fit import board_model, board_options, fit_board
+from touchline.installation import __version__
 from touchline.vision.board.detection import find_board
 from touchline.workflows.job_pictures import Pictures, job_pictures
 

@@ -8,7 +8,6 @@ from dataclasses import field as member
 from datetime import UTC, datetime
 from typing import Any, Self
 
-from touchline import __version__
 from touchline.core.errors import BadInput, FitFailed
 from touchline.core.field import Field, Region
 from touchline.core.field_json import field_from_json
@@ -18,6 +17,7 @@ from touchline.core.records import Calibration, Observations, observations_from_
 from touchline.core.statements import say
 from touchline.fitting import known_options
 from touchline.imaging.correction_mesh import correction_mesh
+from touchline.installation import __version__
 from touchline.models import MODELS, CameraModel, parameters_json
 from touchline.workflows import calibration, model_choice
 from touchline.workflows.calibration import CalibrationResult

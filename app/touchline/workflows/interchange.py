@@ -12,7 +12,6 @@ from typing import Any, TypeGuard
 
 import numpy as np
 
-from touchline import __version__
 from touchline.core.common_sentences import use_one_of
 from touchline.core.errors import BadInput, NotFound, TouchlineError
 from touchline.core.field import QUARTER_TURNS, Field, Region
@@ -29,6 +28,7 @@ from touchline.formats import FORMATS
 from touchline.formats.approximation import exact_camera, export_camera
 from touchline.formats.camera_file import CameraFile
 from touchline.formats.ssl_field import field_from_wire, field_to_wire
+from touchline.installation import __version__
 from touchline.models import parameters_json
 from touchline.models.restored import model_of
 from touchline.models.top_view import RECTANGLE_FIELDS

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from touchline import __version__
 from touchline.core.common_sentences import PROGRESS_DONE
 from touchline.core.errors import BadInput, Conflict, FitFailed, NotFound, Unavailable
 from touchline.core.geometry import ImageSize
@@ -22,6 +21,7 @@ from touchline.core.statements import say, stated
 from touchline.evaluate.motion.roll_report import RecordedRoll, roll_report
 from touchline.fitting.ray_camera.distortion_prior import DistortionEstimate
 from touchline.images import frame_from_bytes
+from touchline.installation import __version__
 from touchline.models import CameraModel
 from touchline.models.distortion import LINE_LENSES, Distortion
 from touchline.models.restored import model_of
@@ -65,18 +65,12 @@ def run_motion(spec: Any, progress: Progress) -> dict[str, Any]:
     return {"report": report, "lens": lens, "calibration": made}
 
 
-class FilmRecorder(RollRecorder):
-    """A film's rolls, and its last frame, on which they can be drawn."""
-
-    last: Any = None
-
-
-def track_film(path: Path, progress: Progress = no_progress, calibration: Calibration | None = None) -> FilmRecorder:
+def track_film(path: Path, progress: Progress = no_progress, calibration: Calibration | None = None) -> RollRecorder:
     """Record the rolls of a film, which is read once. calibration: refused early where its picture size differs."""
     if not path.is_file():
         raise NotFound(say("rolls.unknown-video", "There is no video {name!r}.", name=path.name),
                        say("rolls.check-path", "Check the path."), reason="unknown-video")
-    rolling = FilmRecorder()
+    rolling = RollRecorder()
     with closing(VideoSource.open(path.name, OPTIONS, SourceContext(decode=frame_from_bytes,
                                                                     pictures=path.parent))) as film:
         for number in range(MAX_FRAMES):
@@ -89,7 +83,6 @@ def track_film(path: Path, progress: Progress = no_progress, calibration: Calibr
             if number == 0:
                 model_for_size(calibration, frame.size)
             rolling.add(film.moment_s, frame.pixels)
-            rolling.last = frame.pixels
             if number % PROGRESS_EVERY == 0:
                 progress(number / (number + 200),
                          say("progress.tracking", "Tracking motion: {seconds:.1f} s, {rolls} rolls",

@@ -31,7 +31,6 @@ export const KINDS = {
   "field-refit": t("jobs.kind.field-refit"),
   "rig-check": t("jobs.kind.rig-check"),
   "rig-refit": t("jobs.kind.rig-refit"),
-  batch: t("jobs.kind.batch"),
 };
 
 /** Hear of all jobs from now on. */

@@ -14,7 +14,7 @@ from tests.support.rig_over_field import sim_task
 from touchline.core.detections import Detection, Detections
 from touchline.core.errors import BadInput
 from touchline.core.geometry import ImageSize
-from touchline.scene.export import scene_html
+from touchline.scene.export import whole_page
 from touchline.scene.messages import KEY_HEADER
 from touchline.scene.scene_view import LAYERS, SceneView, ViewState
 from touchline.scene.secured_viser import SecuredViser
@@ -169,8 +169,9 @@ def test_a_look_changes_only_what_it_is_told():
     assert (look.sheet, look.layers, look.view) == ("hat", frozenset({"rays"}), "free")
 
 
-def test_the_file_needs_nobody(kept):
-    html = scene_html(shown(kept), {}, title="<North>")
+def test_the_file_needs_nobody(kept, room):
+    room.show(shown(kept))
+    html = whole_page(room.server.scene.as_html(dark_mode=False), "<North>")
     assert "<title>&lt;North&gt;</title>" in html and "__VISER_EMBED_DATA__" in html
     assert re.search(r"Content-Security-Policy\" content=\"default-src 'none'", html)
     assert not re.search(r"""(?:src|href)=["']https?:""", html)

@@ -69,7 +69,7 @@ def test_nothing_is_restored_over_something(filled, tmp_path, opener):
 
 
 def test_the_operators_fields_come_with_it(filled, tmp_path):
-    from touchline import shipped
+    from touchline.installation import shipped
     (tmp_path / "fields").mkdir()
     text = (shipped("configs") / "fields" / "table.yaml").read_text().replace("name: table", "name: mine")
     (tmp_path / "fields" / "mine.yaml").write_text(text)

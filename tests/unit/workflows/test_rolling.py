@@ -13,12 +13,11 @@ from tests.support.rolling_balls import FPS, SIZE, chords, film, lens_of
 from tests.support.sim_clicks import border_observations, known_grid, rms_mm
 from tests.support.tiers import long, rounds
 from tests.support.waiting import LONG_S, until
-from touchline.cli.files import read_lens_option
-from touchline.core.errors import BadInput, Conflict, FitFailed
+from touchline.core.errors import BadInput, Conflict, FitFailed, NotFound
 from touchline.core.geometry import ImageSize
+from touchline.core.progress import no_progress
 from touchline.evaluate.motion.roll_report import RecordedRoll, roll_report
 from touchline.evaluate.motion.rolls import analyse_rolls, border_pct
-from touchline.formats import FORMATS
 from touchline.imaging.undistorted_view import UndistortedView
 from touchline.live import capture as live_capture
 from touchline.live import rolls as live_rolls
@@ -33,7 +32,14 @@ from touchline.vision.motion.tracks import Tracker
 from touchline.workflows import rolling as recording
 from touchline.workflows.calibration_request import CalibrationRequest
 from touchline.workflows.rolling import RollRecorder
-from touchline.workflows.rolling_request import check_refinable, lens_record, refine, stored_rolls_json, track_film
+from touchline.workflows.rolling_request import (
+    check_refinable,
+    lens_record,
+    refine,
+    run_motion,
+    stored_rolls_json,
+    track_film,
+)
 
 LARGE = ImageSize(1224, 1024)
 CHORDS = [((60, 60), (580, 70), 40), ((590, 90), (560, 430), 30), ((540, 440), (60, 430), 40),
@@ -234,27 +240,17 @@ def calibrated_over_rolls(clicks=4, count=20, seed=1, lens="strong", size=LARGE)
     return (camera, rolls), task.record(task.run(cross_validate=False))
 
 
-def test_a_film_from_the_shell(touchline, filmed, tmp_path):
-    film_file = filmed(-0.25)[1]
-    _, made = calibrated_over_rolls(size=SIZE)
-    (tmp_path / "cal.json").write_bytes(FORMATS["json"].write(made))
-    code, out, err = touchline("motion", film_file, "--json", "--drawn", "drawn.png", "--lens", "lens.json", "--kind",
-                               "division", "--calibration", "cal.json", "--refined", "better.json")
-    assert code == 0, err
-    told = json.loads(out)
-    assert told["rolls"] == 5 and told["raw"]["border_pct"] < -1
-    drawn = cv2.imread(str(tmp_path / "drawn.png"))
-    x, y = np.round(told["runs"][0]["points"][5]).astype(int)
-    assert drawn.shape == (480, 640, 3) and drawn[y, x, 2] > 200
-    code, out, _ = touchline("motion", film_file)
-    assert code == 0 and "barrel" in out and "roll 5" in out and "edges are straight within" in out
-    lens = read_lens_option(tmp_path / "lens.json")
-    assert lens["name"] == "division" and abs(lens["lens"]["terms"]["k"] + 0.25) < 0.05
-    assert FORMATS["json"].read((tmp_path / "better.json").read_bytes()).options["lens_sigma"] == "own"
-    code, _, err = touchline("motion", film_file, "--refined", "better.json")
-    assert code != 0 and "--calibration" in err
-    code, _, err = touchline("motion", "nothing.mp4")
-    assert code != 0 and "nothing.mp4" in err
+def test_a_job_makes_a_report_a_lens_or_a_better_calibration_of_a_film(filmed):
+    spec = {"film": str(filmed(-0.25)[1]), "rolls": [], "image_size": None, "calibration": None, "make": "lens",
+            "lens": "division", "centre_sigma_px": 0.0, "note": "", "camera": None}
+    made = run_motion(spec, no_progress)
+    assert made["report"]["rolls"] == 5 and made["report"]["raw"]["border_pct"] < -1 and made["calibration"] is None
+    assert made["lens"]["lens"]["name"] == "division" and abs(made["lens"]["lens"]["terms"]["k"] + 0.25) < 0.05
+    _, calibration = calibrated_over_rolls(size=SIZE)
+    better = run_motion({**spec, "make": "refined", "calibration": calibration.to_json()}, no_progress)["calibration"]
+    assert better["options"]["lens_sigma"] == "own"
+    with pytest.raises(NotFound, match=r"nothing\.mp4"):
+        run_motion({**spec, "film": "nothing.mp4"}, no_progress)
 
 
 def test_a_calibration_for_another_size_is_refused(filmed):

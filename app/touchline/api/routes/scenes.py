@@ -187,13 +187,16 @@ class SceneSession:
 
 
 @router.get("/calibrations/{id}/scene.html", response_class=HTMLResponse, responses=HTML)
-async def scene_page(services: ServicesDep, id: Id, dark: Dark = False) -> HTMLResponse:
-    """Return the scene as one HTML file of about 1 MB that loads nothing else: to save next to the report."""
-    content = await services.run_in_thread(scene_content, services, [id])
+async def scene_page(services: ServicesDep, id: Id, dark: Dark = False, before: Id | None = None) -> HTMLResponse:
+    """Return the scene as one HTML file of about 1 MB that loads nothing else: to save next to the report.
+
+    before: an older version of the same camera, to show the changes.
+    """
+    content = await services.run_in_thread(scene_content, services, [id], before=before)
     calibration = content.calibrations[id]
     title = f"{title_of(services, calibration)}, version {calibration.version}"
     jpeg = await services.run_in_thread(calibration_jpeg, services, calibration)
-    key = (id, dark, title, jpeg)
+    key = (id, before, dark, title, jpeg)
     html = services.scene_pages.get(key)
     if html is None:
         async with services.scenes.scene() as (_, process):

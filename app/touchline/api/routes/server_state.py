@@ -12,13 +12,13 @@ from fastapi import APIRouter, Request
 from pydantic import BaseModel, SecretStr
 from starlette.responses import StreamingResponse
 
-from touchline import __version__, shipped
 from touchline.api.dependencies import ServicesDep
 from touchline.api.middleware.access import has_token
 from touchline.api.responses import NO_STORE, Json, attachment
 from touchline.api.schemas import requests, responses
 from touchline.api.schemas.media import files
 from touchline.core.statements import named, stated
+from touchline.installation import __version__, shipped
 from touchline.league.config import NetworkConfig
 from touchline.settings import Settings
 

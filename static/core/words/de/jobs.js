@@ -8,7 +8,6 @@ export default /** @type {const} */ ({
   "jobs.ended.none": "Noch kein Auftrag ist beendet.",
   "jobs.ended.title": "Beendet",
   "jobs.kind.auto": "Automatische Kalibrierung",
-  "jobs.kind.batch": "Stapelverarbeitung von Bildern",
   "jobs.kind.board": "Objektivkalibrierung mit Kalibriertafel",
   "jobs.kind.calibration": "Anpassung einer Kalibrierung",
   "jobs.kind.check": "Prüfung einer Kalibrierung",

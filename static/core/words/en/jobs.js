@@ -8,7 +8,6 @@ export default /** @type {const} */ ({
   "jobs.ended.none": "No jobs have ended yet.",
   "jobs.ended.title": "Ended",
   "jobs.kind.auto": "Calibrating automatically",
-  "jobs.kind.batch": "Processing a batch of images",
   "jobs.kind.board": "Calibrating a lens with a board",
   "jobs.kind.calibration": "Fitting a calibration",
   "jobs.kind.check": "Checking a calibration",

@@ -1,4 +1,4 @@
-"""The shell judges: models compared, calibrations held against each other, errors expected, lenses from boards."""
+"""Lenses in the shell: from boards, and held by calibrate."""
 
 import json
 import re
@@ -10,73 +10,14 @@ import yaml
 
 from tests.support.board_views import BOARD, SIZE, TRUTH, picture_of, views_of
 from tests.support.lens_over_field import FIELD, clicks_through_the_lens
-from tests.support.pair_over_field import calibrations, matches
 from tests.support.paths import CLICKS as CLICKS_FOLDER
-from touchline.cli.files import write_calibration, write_lens
+from touchline.cli.files import write_lens
 from touchline.core.board import Board
 from touchline.workflows.board_request import BoardCalibrationRequest
-from touchline.workflows.pair import evaluate_pair
 
 CLICKS = CLICKS_FOLDER / "ssl_2008_half.json"
 SMALL = Board("chessboard", 8, 6, 30.0)
 SIDES = ("--columns", 8, "--rows", 6, "--square-mm", 30)
-
-
-@pytest.fixture
-def picture(tmp_path):
-    """A picture of the clicks' size."""
-    path = tmp_path / "field.png"
-    cv2.imwrite(str(path), np.zeros((580, 780), np.uint8))
-    return path
-
-
-def test_compare_ranks_the_models_and_says_why_in_a_sentence(touchline, picture):
-    words = ("compare", picture, "--points", CLICKS, "--models", "polynomial,division")
-    code, out, err = touchline(*words)
-    assert (code, err) == (0, "")
-    found = json.loads(touchline(*words, "--json")[1])
-    assert [row["model"] for row in found["ranking"]] == re.findall(r"^\W*([a-z][a-z-]+)  .*\d", out, re.MULTILINE)
-    (chosen,) = re.findall(r"→\s+([a-z-]+)", out)
-    assert chosen == found["recommended"] and found["reason"] in out
-    for row in found["ranking"]:
-        assert f"{row['field_mm']:.2f}" in out
-
-
-def test_compare_says_which_models_could_not_be_fitted(touchline, picture, tmp_path):
-    task = json.loads(CLICKS.read_text())
-    for observation in task["observations"]:
-        observation["points"] = observation["points"][:2]
-    (tmp_path / "few.json").write_text(json.dumps(task))
-    code, out, _ = touchline("compare", picture, "--points", "few.json", "--models", "polynomial,homography",
-                             "--option", "degree=3")
-    assert code == 0 and "homography" in out and "cannot be fitted: " in out
-    code, _, err = touchline("compare", picture, "--points", "few.json", "--models", "polynomial,no-such")
-    assert code == 3 and "no-such" in err
-
-
-def test_the_difference_between_two_calibrations_in_words_numbers_and_as_a_picture(
-        touchline, picture, calibration, tmp_path):
-    assert touchline("calibrate", picture, "--points", CLICKS, "--model", "homography", "-o", "h.json")[0] == 0
-    code, out, err = touchline("difference", calibration, "h.json", "--png", "map.png")
-    assert (code, err) == (0, "") and "mm at most" in out and "px rms" in out
-    assert cv2.imread(str(tmp_path / "map.png")).shape[1] > 600
-    found = json.loads(touchline("difference", calibration, "h.json", "--json")[1])
-    assert f"{found['max_mm']:.2f} mm at most" in out
-    same = json.loads(touchline("difference", calibration, calibration, "--json")[1])
-    assert same["max_mm"] < 1e-6
-
-
-def test_the_expected_error_at_a_height_in_words_numbers_and_as_a_picture(touchline, picture, calibration, tmp_path):
-    assert touchline("calibrate", picture, "--points", CLICKS, "--model", "brown-conrady", "--height-mm", 4000,
-                     "--height-sigma-mm", 40, "-o", "b.json")[0] == 0
-    assert json.loads((tmp_path / "b.json").read_text())["options"] == {"height_mm": {"value": 4000.0, "sigma": 40.0}}
-    code, out, err = touchline("uncertainty", "b.json", "--z", 150, "--png", "map.png")
-    assert (code, err) == (0, "") and "z = 150 mm" in out
-    assert cv2.imread(str(tmp_path / "map.png")).shape[1] > 600
-    found = json.loads(touchline("uncertainty", "b.json", "--z", 150, "--json")[1])
-    assert found["z_mm"] == 150 and f"{found['rms']:.2f} mm rms" in out
-    code, _, err = touchline("uncertainty", calibration)  # polynomials know none
-    assert code == 3 and "fix: " in err
 
 
 @pytest.fixture
@@ -194,28 +135,3 @@ def test_the_classic_left_camera_from_its_own_pictures(touchline, real_data, tmp
     code, out, _ = touchline("board", *pictures, "--columns", 9, "--rows", 6, "--square-mm", 25, "-o", "lens.json")
     assert code == 0 and "13 of 13 views" in out
     assert json.loads((tmp_path / "lens.json").read_text())["report"]["rms_px"] < 0.25
-
-
-def test_pair_says_in_millimetres_whether_two_cameras_agree(touchline, tmp_path):
-    a, b = calibrations()
-    write_calibration(tmp_path / "a.json", a)
-    write_calibration(tmp_path / "b.json", b)
-    seen = matches(40, heights_mm=(0, 800))
-    (tmp_path / "m.json").write_text(json.dumps(dict(zip(("points_a", "points_b"), seen, strict=True))))
-    (tmp_path / "rows.json").write_text(json.dumps([[*p, *q] for p, q in zip(*seen, strict=True)]))
-    both = ("--a", "a.json", "--b", "b.json")
-    code, out, err = touchline("pair", *both)
-    assert (code, err) == (0, "") and re.search(r"agree within \d\.\d mm \(median\)", out)
-    assert "Good. The two cameras agree." in out
-    code, out, _ = touchline("pair", "m.json")
-    assert code == 0 and re.search(r"Fundamental matrix from \d\d of 40 matches", out) and "agree within" not in out
-    as_rows = touchline("pair", "rows.json", *both, "--json")[1]
-    assert json.loads(as_rows) == evaluate_pair(*seen, a, b)
-    one_each = {**json.loads((tmp_path / "m.json").read_text()), "z_mm": [None] * 40}
-    (tmp_path / "heights.json").write_text(json.dumps(one_each))
-    assert json.loads(touchline("pair", "heights.json", *both, "--json")[1])["agreement"]["from"] == "clicks"
-    (tmp_path / "bad.json").write_text(json.dumps({**one_each, "z_mm": ["high"] * 40}))
-    for wanted, words in ((3, ()), (3, ("--a", "a.json")), (3, (CLICKS,)), (4, ("nowhere.json",)), (4, ("--a", "no")),
-                          (3, ("bad.json", *both))):
-        code, out, err = touchline("pair", *words)
-        assert (code, out) == (wanted, "") and re.fullmatch(r"error: .+\nfix: .+\n", err), (words, err)
