@@ -6,7 +6,7 @@ knows is an error, so a typing mistake is reported and not ignored.
 """
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -56,15 +56,12 @@ class ImageSettings(_Section):
 
 class SourceSettings(_Section):
     allowed_hosts: tuple[str, ...] = ()
-    producers: tuple[Path, ...] | None = None
 
-    @property
-    def known_producers(self) -> tuple[Path, ...]:
-        """Files and folders of GenTL producers; where none are set, those in the variable that their makers set."""
-        if self.producers is not None:
-            return self.producers
-        named = os.environ.get("GENICAM_GENTL64_PATH", "").split(os.pathsep)
-        return tuple(Path(place) for place in named if Path(place).is_absolute())
+    @model_validator(mode="before")
+    @classmethod
+    def _without_removed(cls, given: Any) -> Any:
+        """Ignore what earlier versions had: their settings files still start a server."""
+        return {k: v for k, v in given.items() if k != "producers"} if isinstance(given, Mapping) else given
 
 
 class StorageSettings(_Section):

@@ -222,7 +222,7 @@ def asked(world: World, route: str) -> tuple[str, str, dict[str, Any], dict[str,
 def test_a_good_request_is_answered_as_the_documentation_promises(world, promised, route):
     method, path, values, rest = asked(world, route)
     if route == STREAM:
-        world.remove_soon(values["id"])  # then the stream ends
+        world.remove_soon(world.wait_for(values["id"]))  # then the stream ends
     asking = world.change if method in ("PUT", "PATCH") else world.ask
     answer = asking(method, path.format_map(values), **rest)
     promised[API + path][method].validate_response(answer)

@@ -8,11 +8,11 @@ from tests.support.pictures import encoded, gradient
 from tests.support.point_sets import REGIONS, SETS, SIZE, TURNS, View, bodies
 from tests.support.refusals import API
 from tests.support.tiers import long
-from touchline.models import MODELS
+from touchline.fitting import FITTERS
 from touchline.workflows.model_choice import AUTO
 
 EXAMPLES = 150
-ALL = (*MODELS, AUTO)
+ALL = (*FITTERS, AUTO)
 FEW = ("four corners", "three borders", "one point", "corners at one pixel", "corners above the carpet")
 HALF = View("half", 90)
 READ = (("four corners", "homography"), ("four borders", "polynomial"))

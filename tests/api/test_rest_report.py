@@ -15,7 +15,7 @@ from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, refusal
 from tests.support.sim_clicks import border_observations
 from tests.support.tiers import rounds
-from touchline.models import MODELS
+from touchline.fitting import FITTERS
 
 NAUGHTY = "<script>alert(1)</script>\"'><img src=http://evil.example/x onerror=alert(2)> & {{7*7}} \u202e \U0001f600"
 MB = 1_000_000
@@ -125,8 +125,7 @@ def numbers_of(said: dict) -> list[float]:
     return [float(number) for number in parts if number is not None]
 
 
-@pytest.mark.parametrize("model", [pytest.param(model, marks=[pytest.mark.long] if model == "thin-plate" else [])
-                                   for model in MODELS])
+@pytest.mark.parametrize("model", FITTERS)
 def test_every_model_has_a_report_whose_page_and_json_say_the_same_numbers(standing, standing_kept, model):
     calibration = standing_kept(model)
     html, said = both(standing, calibration["id"])
@@ -141,7 +140,7 @@ def test_every_model_has_a_report_whose_page_and_json_say_the_same_numbers(stand
         assert told in page.text
     for warning in calibration["report"]["warnings"]:
         assert warning["text"] in page.text and warning["fix"] in page.text
-    if model in ("polynomial", "thin-plate"):
+    if model == "polynomial":
         assert "only on the carpet" in said["uncertainty"]["hat"]["why"]
     sigma = calibration["report"]["sigma_mm"]
     assert html.count("data:image/png") == (0 if sigma is None else 1 + ("hat" in sigma))

@@ -7,8 +7,8 @@ import pytest
 
 from tests.support.operator import REGION, reference_camera
 from tests.support.sim_clicks import border_observations
-from tests.support.tiers import long
 from touchline.core.records import Observation
+from touchline.fitting import FITTERS
 from touchline.models import MODELS, RayModel
 
 FIELD = {"name": "round-4x3", "title": "With a circle", "length_mm": 4000, "width_mm": 3000, "line_sigma_mm": 0,
@@ -67,10 +67,7 @@ def off_its_place(feature, places):
     return np.hypot(*(places - ([-900, 400] if feature == "spot" else feature)).T)
 
 
-THIN_PLATE = long("thin-plate")
-
-
-@pytest.mark.parametrize("model", [*(model for model in MODELS if model != "thin-plate"), THIN_PLATE])
+@pytest.mark.parametrize("model", FITTERS)
 def test_an_arrow_ends_where_the_model_puts_the_nearest_place_of_the_line(standing, made, model):
     id = made(model)["id"]
     found = standing.get(f"/api/v1/calibrations/{id}/residuals.json").json()
@@ -88,7 +85,7 @@ def test_an_arrow_ends_where_the_model_puts_the_nearest_place_of_the_line(standi
         assert [a["px"] for a in arrows] == pytest.approx(np.hypot(*(feet - points).T))
 
 
-@pytest.mark.parametrize("model", ["polynomial", "homography", THIN_PLATE, "brown-conrady"])
+@pytest.mark.parametrize("model", ["polynomial", "homography", "brown-conrady"])
 def test_in_the_corrected_picture_both_ends_are_where_the_picture_shows_them(standing, made, model):
     id = made(model)["id"]
     raw, corrected = (standing.get(f"/api/v1/calibrations/{id}/residuals.json?frame={frame}&margin_px={margin}").json()

@@ -11,12 +11,12 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from tests.support.industrial import GvCamera, held, opened, with_viky  # noqa: E402
+from tests.support.industrial import GvCamera, held, opened  # noqa: E402
 from touchline.sources.discover import discover_cameras  # noqa: E402
 from touchline.sources.industrial.pixel_formats import PIXEL_FORMATS, bgr_from_raw  # noqa: E402
 
 CYCLES = 100
-VIKY, FAKE, WIRE = "genicam://1?producer=viky&fps=200", "aravis://Fake_1?fps=200", "aravis://127.0.0.1?fps=100"
+FAKE, WIRE = "aravis://Fake_1?fps=200", "aravis://127.0.0.1?fps=100"
 
 
 def memory_mb() -> float:
@@ -26,7 +26,7 @@ def memory_mb() -> float:
 
 def cycles(url: str) -> None:
     def once() -> None:
-        with closing(opened(url, with_viky())) as camera:
+        with closing(opened(url)) as camera:
             camera.read()
 
     for _ in range(CYCLES):  # allocators and libraries settle
@@ -40,7 +40,7 @@ def cycles(url: str) -> None:
 
 
 def rate(url: str, fps: float, **size: int) -> None:
-    with closing(opened(url, with_viky())) as camera:
+    with closing(opened(url)) as camera:
         for name, value in (*size.items(), ("frame_rate", fps)):
             camera.set_control(name, value)
         for _ in range(150):
@@ -72,11 +72,9 @@ def main() -> None:
     conversion()
     for _ in range(3):
         start = time.perf_counter()
-        cameras = discover_cameras(with_viky())
+        cameras = discover_cameras()
         print(f"finding: {len(cameras)} cameras in {time.perf_counter() - start:.1f} s")
-    rate(VIKY, 60, width=800, height=800)
     rate(FAKE, 30, width=1920, height=1080)
-    cycles(VIKY)
     cycles(FAKE)
     with closing(GvCamera()):
         rate(WIRE, 100)

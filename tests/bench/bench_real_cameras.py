@@ -35,7 +35,7 @@ from touchline.core.records import Calibration, Fit, Frame, Observation
 from touchline.evaluate.fit.comparison import FittedModel, compare_models, parameter_count
 from touchline.evaluate.fit.uncertainty import expected_error, grid_over, knows_its_error
 from touchline.fitting import FITTERS
-from touchline.models import MODELS, RayModel, field_from_raw
+from touchline.models import RayModel, field_from_raw
 from touchline.workflows import automatic
 from touchline.workflows.calibration import CalibrationResult, calibrate
 from touchline.workflows.calibration_request import CalibrationRequest
@@ -158,7 +158,7 @@ def click_rows(seed: int, options: Mapping[str, Any], scene: Mapping[str, Any], 
     camera, region, field = camera_of(spec), region_of(spec), fields()[spec.field]
     observations = (*clicks(spec.paint, camera, region, rng), *clicks_inside(spec.paint, camera, field, inside, rng))
     known = {"click_sigma_px": CLICK_PX, "line_sigma_mm": spec.paint.line_sigma_mm}
-    tried = [(model, model, {}) for model in MODELS]
+    tried = [(model, model, {}) for model in FITTERS]
     tried.append(("bound", "fisheye" if camera.fisheye else "brown-conrady", known))
     height = by_tape(camera, rng)
     rows, fitted = [], []
@@ -282,7 +282,7 @@ if __name__ == "__main__":
         for row in new if verbose else ():
             print(json.dumps(row, default=float), flush=True)
     if kind == "clicks":
-        for title in (*MODELS, "recommended", "bound"):
+        for title in (*FITTERS, "recommended", "bound"):
             summarise(title, [row for row in every if row["model"] == title])
         compare_clicks(every)
     else:

@@ -7,12 +7,12 @@ import pytest
 from tests.support.calibration_surfaces import finite
 from tests.support.pictures import encoded, gradient
 from tests.support.point_sets import REGIONS, SETS, SIZE, TURNS, View
+from touchline.fitting import FITTERS
 from touchline.formats import FORMATS
-from touchline.models import MODELS
 from touchline.workflows.model_choice import AUTO
 
 DONE, REFUSED, POOR = 0, 3, 5
-ALL = (*MODELS, AUTO)
+ALL = (*FITTERS, AUTO)
 
 
 @pytest.fixture

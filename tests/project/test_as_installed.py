@@ -137,8 +137,6 @@ def test_every_module_can_be_imported(python, tmp_path):
 
 
 @pytest.mark.parametrize("package, script", [
-    ("harvesters", "from touchline.sources.industrial.genicam_producers import open_harvester\n"
-     "open_harvester([])"),
     ("distributed", "from touchline.jobs.dask_cluster import DaskCluster\nDaskCluster('dask://host:8786')"),
     ("psycopg[binary]", "from sqlalchemy import make_url\nfrom touchline.store.database import postgresql_engine\n"
      "postgresql_engine(make_url('postgresql+psycopg://touchline@127.0.0.1/touchline'), 1)")])

@@ -15,12 +15,12 @@ FITS = ["fitting/border.py", "fitting/clicks.py", "fitting/linear.py", "fitting/
         "fitting/polynomial/relation.py", "fitting/homography/fit.py", "fitting/ray_camera/fit.py",
         "fitting/ray_camera/setup.py", "fitting/ray_camera/search.py", "fitting/ray_camera/lens_prior.py",
         "fitting/ray_camera/camera_prior.py", "fitting/ray_camera/height_check.py", "fitting/ray_camera/misfit.py",
-        "fitting/thin_plate/fit.py", "fitting/thin_plate/smoothing.py", "evaluate/fit/report.py",
-        "evaluate/fit/observability.py", "evaluate/fit/uncertainty.py", "evaluate/fit/verification.py",
+        "evaluate/fit/report.py", "evaluate/fit/observability.py", "evaluate/fit/uncertainty.py",
+        "evaluate/fit/verification.py", "workflows/calibration_request.py",
         "fitting/field_lines/pattern.py", "workflows/automatic.py", "workflows/automatic_request.py",
         "workflows/recognition.py"]
 # Of callers of REST and the shell alone: the page sends none of it.
-NOT_OF_THE_PAGE = {"bad-axis", "bad-parameters", "bad-corners"}
+NOT_OF_THE_PAGE = {"bad-axis", "bad-parameters", "bad-corners", "too-many-points"}
 
 
 def called(tree: ast.AST, names: set[str]):

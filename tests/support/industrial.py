@@ -1,11 +1,10 @@
-"""Industrial cameras for tests: the simulated ones of the genicam package, and a real GigE Vision one on this machine.
+"""Industrial cameras for tests: the simulated ones of Aravis, and a real GigE Vision one on this machine.
 
 What is not installed is said and left out; where TOUCHLINE_TESTS is "all" (.ci/run sets it), it fails instead.
 """
 
 import ctypes
 import fcntl
-import importlib.util
 import os
 import shutil
 import signal
@@ -35,23 +34,6 @@ def missing(what: str, fix: str) -> NoReturn:
     pytest.skip(text)
 
 
-def simulated_producers() -> tuple[Path, ...]:
-    """The folder of the simulated producer; none where it is not installed."""
-    spec = importlib.util.find_spec("genicam")
-    if spec is None or spec.origin is None or importlib.util.find_spec("harvesters") is None:
-        return ()
-    return (Path(spec.origin).parent,)
-
-
-def viky() -> tuple[Path, ...]:
-    """The same, for a test that needs it."""
-    return simulated_producers() or missing("harvesters", "pip install harvesters")
-
-
-def with_viky() -> SourceContext:
-    return SourceContext(producers=viky())
-
-
 def need_aravis() -> None:
     try:
         aravis()
@@ -59,12 +41,12 @@ def need_aravis() -> None:
         missing("libaravis-0.8", gone.fix)
 
 
-def opened(url: str, around: SourceContext | None = None, patience_s: float = 20.0):
+def opened(url: str, patience_s: float = 20.0):
     """The camera, as soon as whoever had it before lets go of it: a camera notices that only after some seconds."""
     until = time.monotonic() + patience_s
     while True:
         try:
-            return source_from_url(url, around or SourceContext())
+            return source_from_url(url, SourceContext())
         except TouchlineError:
             if time.monotonic() > until:
                 raise

@@ -26,7 +26,7 @@ SIM = "sim://table?size=320x256&fps=25&robots=2"
 
 def spec(url: str, pictures=None, hosts=("127.0.0.1",)) -> dict:
     return {"source": url, "fields": FIELD_JSON, "pictures": str(pictures) if pictures else None, "hosts": list(hosts),
-            "producers": [], "limits": asdict(ImageLimits())}
+            "limits": asdict(ImageLimits())}
 
 
 def pid_of(camera: LiveCamera) -> int | None:

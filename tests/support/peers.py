@@ -8,7 +8,7 @@ from unittest import mock
 import cv2
 import numpy as np
 
-from tests.support.industrial import need_aravis, simulated_producers, viky
+from tests.support.industrial import need_aravis
 from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.plugged_cameras import Webcam, plug_in
 from tests.support.rtsp_camera import RtspCamera
@@ -22,10 +22,8 @@ ADDRESSES = {  # of the sources that need no other end of their own
     "folder": "folder://shots?fps=200",
     "video": "video://film.avi?fps=200",
     "v4l2": "v4l2://0?fps=200",
-    "genicam": "genicam://VikyTL_DEV_red?producer=viky&fps=200",  # simulated by the package genicam
     "aravis": "aravis://Fake_1?fps=200",  # simulated by the library
 }
-PRODUCERS = simulated_producers()  # through which they are reached, for SourceContext.producers
 
 
 @contextlib.contextmanager
@@ -81,18 +79,10 @@ def _v4l2(name: str, pictures: Path, fps: float) -> Iterator[str]:
 
 
 @contextlib.contextmanager
-def _genicam(name: str, pictures: Path, fps: float) -> Iterator[str]:
-    viky()  # says what to install where it is not there
-    with _alone(name, pictures, fps) as url:
-        yield url
-
-
-@contextlib.contextmanager
 def _aravis(name: str, pictures: Path, fps: float) -> Iterator[str]:
     need_aravis()
     with _alone(name, pictures, fps) as url:
         yield url
 
 
-FAR_ENDS = {"rtsp": _rtsp, "http": _http, "https": _http, "v4l2": _v4l2,
-            "genicam": _genicam, "aravis": _aravis}
+FAR_ENDS = {"rtsp": _rtsp, "http": _http, "https": _http, "v4l2": _v4l2, "aravis": _aravis}

@@ -88,6 +88,13 @@ def test_a_mistake_in_the_file_is_named(tmp_path, text, said):
     assert refused.value.fix and refused.value.reason == "bad-settings"
 
 
+def test_a_setting_that_was_removed_does_not_stop_a_server(tmp_path, monkeypatch):
+    (tmp_path / "own.yaml").write_text("sources: {producers: [/opt/mv], allowed_hosts: [sim.local]}\n")
+    assert load_settings(tmp_path / "own.yaml").sources.allowed_hosts == ("sim.local",)
+    monkeypatch.setenv("TOUCHLINE_SOURCES__PRODUCERS", '["/opt/mv"]')
+    assert load_settings(tmp_path / "own.yaml").sources.allowed_hosts == ("sim.local",)
+
+
 def test_a_missing_file_is_said_to_be_missing(tmp_path):
     with pytest.raises(NotFound, match=r"nowhere\.yaml"):
         load_settings(tmp_path / "nowhere.yaml")

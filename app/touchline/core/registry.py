@@ -33,6 +33,12 @@ class Registry(Mapping[str, Member], Generic[Member]):
         member: Member = getattr(import_module(module), attribute)
         return member
 
+    def find(self, name: str) -> Member | None:
+        """Return a member; None where there is none of that name."""
+        if name in self:
+            return self[name]
+        return None
+
     def __contains__(self, name: object) -> bool:
         return name in self._table
 

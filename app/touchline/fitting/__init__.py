@@ -1,4 +1,4 @@
-"""Fitting: from observations to a camera model, and the table of fitters, one for each entry of models.MODELS.
+"""Fitting: from observations to a camera model, and the table of fitters, by the model's name in models.MODELS.
 
 A fitter (contract.Fitter) takes observations, a field, a region and options, and returns a Fit: the model, which points
 it rests on, warnings, and the covariance of its parameters. To add one for a model with a lens: a subclass of RayFitter
@@ -20,7 +20,6 @@ __all__ = ["FITTERS", "Fitter", "Sensitivity", "known_options", "sensitivity_of"
 FITTERS: Registry[type[Fitter]] = Registry("camera model", {
     "polynomial": "touchline.fitting.polynomial.fit:PolynomialFitter",  # four border curves, then the relation to mm
     "homography": "touchline.fitting.homography.fit:HomographyFitter",  # normalised DLT, then distances in pixels
-    "thin-plate": "touchline.fitting.thin_plate.fit:ThinPlateFitter",  # another model, and a spline on its residuals
     "division": "touchline.fitting.ray_camera.fitters:DivisionFitter",  # ray cameras: linear start, robust refinement
     "brown-conrady": "touchline.fitting.ray_camera.fitters:BrownConradyFitter",
     "fisheye": "touchline.fitting.ray_camera.fitters:FisheyeFitter",
@@ -29,8 +28,9 @@ FITTERS: Registry[type[Fitter]] = Registry("camera model", {
 
 
 def sensitivity_of(model: CameraModel) -> Sensitivity | None:
-    """Return how the model's view moves with its parameters; None where it has no common parameters."""
-    return FITTERS[model.NAME].sensitivity(model)
+    """Return how the model's view moves with its parameters; None where it has no common ones, or is fitted no more."""
+    fitter = FITTERS.find(model.NAME)
+    return None if fitter is None else fitter.sensitivity(model)
 
 
 def known_options(name: str, options: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -34,7 +34,7 @@ STATUS_S = 0.2
 
 
 def main(connection: Connection, arguments: dict[str, Any]) -> None:
-    """Serve until the server goes. arguments: {"source", "fields", "pictures", "hosts", "producers", "limits"}."""
+    """Serve until the server goes. arguments: {"source", "fields", "pictures", "hosts", "limits"}."""
     connection.send(START, 0, encode_body({}))
     CameraWorker(connection, arguments).run()
 
@@ -47,8 +47,7 @@ class CameraWorker:
         context = SourceContext({name: field_from_json(one) for name, one in arguments["fields"].items()},
                                 lambda data: decode_in_process(data, limits),
                                 Path(arguments["pictures"]) if arguments["pictures"] else None,
-                                tuple(arguments["hosts"]), tuple(map(Path, arguments["producers"])),
-                                lambda data: read_in_process(data, limits))
+                                tuple(arguments["hosts"]), lambda data: read_in_process(data, limits))
         self._connection = connection
         self._capture = FrameCapture(arguments["source"], context)
         self._failures = Failures()

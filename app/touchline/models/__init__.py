@@ -1,7 +1,8 @@
 """Camera models: how a camera maps points, and the table of those there are.
 
 A model is a frozen dataclass whose fields are its parameters. It maps between the four frames of core/geometry.py and
-knows nothing of how it is fitted: that is touchline/fitting, which has a fitter of the same name for each.
+knows nothing of how it is fitted: that is touchline/fitting, which has a fitter of the same name for each that
+is still fitted.
 
 To add one: write models/NAME.py with a class that follows contract.CameraModel (for a camera with rays, a subclass
 of RayCamera in lens_models.py that names its lens from lenses/), add its line to MODELS and a fitter to fitting/.
@@ -26,7 +27,7 @@ __all__ = ["MODELS", "CameraModel", "RayModel", "field_from_raw", "model_from_js
 MODELS: Registry[type[CameraModel]] = Registry("camera model", {
     "polynomial": "touchline.models.polynomial:Polynomial",  # the paper's: two 1-D corrections from four borders
     "homography": "touchline.models.homography:Homography",  # no lens at all: eight numbers from four lines
-    "thin-plate": "touchline.models.thin_plate:ThinPlate",  # bends away what another model leaves, without a reason
+    "thin-plate": "touchline.models.thin_plate:ThinPlate",  # of earlier versions, read and no longer fitted
     "division": "touchline.models.lens_models:Division",  # a pinhole with one distortion number
     "brown-conrady": "touchline.models.lens_models:BrownConrady",  # radial and tangential: nearly every field camera
     "fisheye": "touchline.models.lens_models:Fisheye",  # Kannala–Brandt, for very wide lenses

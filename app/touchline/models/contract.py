@@ -47,7 +47,6 @@ class CameraModel(Rectification):
     NAME: ClassVar[str]
     TITLE: ClassVar[str]
     HELP: ClassVar[str]
-    INTERPOLATES: ClassVar[bool] = False  # a fit at the clicks says nothing of the places between them
 
     __dataclass_fields__: ClassVar[dict[str, DataclassField[Any]]]  # each model is a dataclass
 

@@ -9,16 +9,16 @@ definite symmetric part, which makes q + s(q) one-to-one on a convex set. F. Boo
 It bends the picture of the carpet and has no rays: it cannot place what is above the carpet.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Literal, Self, get_args
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from typing_extensions import TypedDict
 
 from touchline.core.errors import BadInput
-from touchline.core.geometry import MAX_COORDINATE, Array, Mask, Points, as_pair, unreachable_where
+from touchline.core.geometry import MAX_COORDINATE, Array, Mask, Points, unreachable_where
 from touchline.core.reading import read
 from touchline.core.statements import named
 from touchline.models import CameraModel, model_from_json
@@ -32,7 +32,6 @@ NEWTON_STEPS = 40
 NEWTON_PX = 1e-11
 Pair = tuple[float, float]
 Base = Literal["homography", "division", "brown-conrady"]
-BASES = get_args(Base)
 
 
 class _Parameters(TypedDict):
@@ -54,9 +53,7 @@ class ThinPlate(CameraModel):
 
     NAME: ClassVar[str] = "thin-plate"
     TITLE: ClassVar[str] = named("model.thin-plate", "Thin-plate spline")
-    HELP: ClassVar[str] = ("Corrects the remaining error of another model, as smoothly as the points allow. Requires "
-                           "points all over the field; elsewhere it extrapolates.")
-    INTERPOLATES: ClassVar[bool] = True
+    HELP: ClassVar[str] = "A model of earlier versions, which can be used and is no longer fitted."
 
     base_name: str
     base: CameraModel
@@ -71,13 +68,6 @@ class ThinPlate(CameraModel):
     n_rectangles_y = property(lambda self: self.base.n_rectangles_y)
     region = property(lambda self: self.base.region)
     image_size = property(lambda self: self.base.image_size)
-
-    @classmethod
-    def of(cls, base: CameraModel, spline: Spline, reach: float) -> Self:
-        middle, unit = spline_frame(base)
-
-        return cls(base.NAME, base, _pairs(spline.knots * unit + middle), _pairs(spline.weights),
-                   _plane(spline.plane), float(reach))
 
     @cached_property
     def _spline(self) -> Spline:
@@ -148,15 +138,6 @@ class ThinPlate(CameraModel):
         if unfolded_reach(model.base, model._spline) < model.reach:
             raise BadInput("This thin-plate spline folds the image.", EXPORTED, reason="bad-parameters")
         return model
-
-
-def _pairs(values: Iterable[Iterable[Any]]) -> tuple[Pair, ...]:
-    return tuple(map(as_pair, values))
-
-
-def _plane(values: Iterable[Iterable[Any]]) -> tuple[Pair, Pair, Pair]:
-    constant, by_x, by_y = values
-    return as_pair(constant), as_pair(by_x), as_pair(by_y)
 
 
 def spline_frame(base: CameraModel) -> tuple[Array, float]:

@@ -2,7 +2,7 @@
 
     s(q) = a0 + a1 X + a2 Y + Σ w_i U(|Q - K_i|),   U(r) = r² log r,   Q = (X, Y) = (q - middle) / unit
 
-F. Bookstein, "Principal Warps", PAMI 11 (1989). How it is fitted: touchline/fitting/thin_plate/smoothing.py.
+F. Bookstein, "Principal Warps", PAMI 11 (1989). It is read, and no longer fitted.
 """
 
 from dataclasses import dataclass
@@ -45,12 +45,6 @@ class Spline:
                     by = log * self.weights[:, c]
                     slope[begin:begin + step, c] += some * by.sum(axis=1, keepdims=True) - by @ self.knots
         return value, slope
-
-
-def kernel(places: Array, others: Array) -> Array:
-    """Return U (m, n) of the distances between places and others."""
-    square = _squares(places, others)
-    return 0.5 * square * np.log(square)
 
 
 def _squares(places: Array, knots: Array) -> Array:

@@ -15,7 +15,7 @@ from touchline.images import ImageLimits
 from touchline.live.camera import LiveCamera
 from touchline.live.status_types import CameraStatus
 from touchline.settings import CameraSettings, Settings
-from touchline.sources import SOURCES, Identity, SourceContext, read_query, split_address, without_password
+from touchline.sources import Identity, read_query, source_class, split_address, without_password
 from touchline.store.documents import Document
 from touchline.store.fields import FieldRepository
 from touchline.store.store import Store
@@ -122,12 +122,6 @@ class CameraService:
         finally:
             await camera.stop()
 
-    def source_context(self) -> SourceContext:
-        """Return what a search for cameras needs; it decodes nothing."""
-        settings = self._settings
-        return SourceContext(self._fields, None, settings.shown_pictures, settings.sources.allowed_hosts,
-                             settings.sources.known_producers)
-
     def active_calibrations(self) -> list[Calibration]:
         """Return the active versions of the cameras that have one, in their order."""
         return list(self._store.calibrations.active_of([camera.id for camera in self.all()]).values())
@@ -157,7 +151,6 @@ class CameraService:
     def _process_spec(self, source: str) -> dict[str, Any]:
         return {"source": source, "fields": {name: self._fields[name].to_json() for name in self._fields},
                 "pictures": str(self._settings.shown_pictures), "hosts": list(self._settings.sources.allowed_hosts),
-                "producers": [str(place) for place in self._settings.sources.known_producers],
                 "limits": asdict(self._limits)}
 
     def field_changes(self, calibration: Calibration) -> list[str]:
@@ -176,7 +169,7 @@ class CameraService:
     def _check(self, camera: CameraSettings) -> None:
         """Refuse what can be known to be wrong without opening it: address, source kind, options, field, region."""
         scheme, _, given = split_address(camera.source)
-        read_query(SOURCES[scheme].OPTIONS, given)
+        read_query(source_class(scheme).OPTIONS, given)
         if camera.field is not None:
             field = self._fields[camera.field]
             if camera.region is not None:

@@ -8,7 +8,7 @@ the table, by an address of each (tests/support/peers.py). Derive from BaseSourc
 runs. OPTIONS describe what follows the ?: the text is checked against them before open(), and the forms in the browser
 are made of them. lifecycle.py keeps a frame rate
 and refuses to read after close(), control_errors.py words the refusals of set_control(), industrial/camera.py does all
-but the driver of a GenICam camera, network/endpoint.py connects to addresses that an untrusted user may name.
+but the driver of an industrial camera, network/endpoint.py connects to addresses that an untrusted user may name.
 
 read() may block, and a bad source may hang or crash: live pictures are read in a process per camera, which keeps only
 the newest frame.
@@ -32,7 +32,7 @@ from touchline.core.statements import Sentence, say
 from touchline.sources.address import device_of, read_query, split_address, without_password
 
 __all__ = ["SOURCES", "BaseSource", "Control", "Identity", "Source", "SourceContext", "device_of", "named_field",
-           "source_from_url", "split_address", "without_password"]
+           "source_class", "source_from_url", "split_address", "without_password"]
 
 UNKNOWN = say("camera-differs.unknown", "unknown")
 UNKNOWN_PORT = say("camera-differs.unknown-port", "an unknown port")
@@ -45,7 +45,6 @@ class SourceContext:
     fields: every known field by name. decode: safely turns an image file's bytes into a Frame. pictures: the only
     folder from which pictures, folders of them and videos are read. hosts: names and addresses of network cameras that
     the operator's settings allow although they lie where no camera should (this machine, link-local, multicast).
-    producers: files (*.cti) and folders of them through which industrial cameras are reached; never from an address.
     read: as decode, for a camera's picture, but a JPEG is decoded when its pixels are wanted, and may be refused then.
     """
 
@@ -53,7 +52,6 @@ class SourceContext:
     decode: Callable[[bytes], Frame] | None = None
     pictures: Path | None = None
     hosts: tuple[str, ...] = ()
-    producers: tuple[Path, ...] = ()
     read: Callable[[bytes], Frame] | None = None
 
 
@@ -187,15 +185,24 @@ SOURCES: Registry[type[Source]] = Registry("source", {
     "rtsp": "touchline.sources.network.rtsp:RtspSource",  # a network camera: H.264, H.265, MJPEG
     "http": "touchline.sources.network.http_mjpeg:HttpSource",  # a network camera: MJPEG, or single pictures
     "https": "touchline.sources.network.http_mjpeg:HttpsSource",
-    "genicam": "touchline.sources.industrial.genicam:GenicamSource",  # industrial, through its maker's software
     "aravis": "touchline.sources.industrial.aravis:AravisSource",  # industrial, through Aravis
 })
+
+
+def source_class(scheme: str) -> type[Source]:
+    """Return the class that opens addresses of a scheme; NotFound, which says what took the place of a former one."""
+    if scheme == "genicam":  # in data folders and archives of earlier versions
+        raise NotFound(say("source.genicam-removed", "Cameras are no longer read through their vendors' GenTL "
+                           "producers."),
+                       say("source.use-aravis", "If it is a GigE Vision or USB3 Vision camera, enter aravis:// and its "
+                           "serial number."), reason="genicam-removed")
+    return SOURCES[scheme]
 
 
 def source_from_url(url: str, context: SourceContext) -> Source:
     """Open the source that an address names."""
     scheme, target, given = split_address(url)
-    source = SOURCES[scheme]
+    source = source_class(scheme)
     opened = source.open(target, read_query(source.OPTIONS, given), context)
     if isinstance(opened, BaseSource):
         opened._address = without_password(f"{scheme}://{target}")

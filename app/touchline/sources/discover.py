@@ -1,7 +1,7 @@
 """Discover every camera that can be found without its address.
 
-This runs the camera makers' own libraries, which may hang or crash; so each runs in a process of its own, all at once,
-and what has not answered by the deadline is left out.
+The library for industrial cameras may hang or crash; so it runs in a process of its own, and where it has not answered
+by the deadline, its cameras are left out.
 """
 
 import os
@@ -10,39 +10,24 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from functools import wraps
-from pathlib import Path
 from typing import Any
 
 from touchline.core.errors import Unavailable
 from touchline.processes.framing import ANSWER, Connection, decode_body, encode_body
 from touchline.processes.start import ChildProcess, Program
-from touchline.sources import Identity, SourceContext
+from touchline.sources import Identity
 from touchline.sources.industrial.camera import DiscoveredCamera
 
 DEADLINE_S = 5.0  # starting Python, then the second in which a network camera may answer; on a busy small machine
 Discovered = dict[str, Any]  # {"address", "title", "identity"}
 
 
-def discover_cameras(context: SourceContext, deadline_s: float = DEADLINE_S) -> list[Discovered]:
-    """Return every camera found: its address as a source, a title for people, its identity as JSON.
-
-    A camera that two libraries reach is listed twice, once with each address.
-    """
-    from touchline.sources.industrial.genicam_producers import producers_in
-    until = time.monotonic() + deadline_s
-    genicam, aravis = (Program(f"{__name__}:{main.__name__}") for main in (genicam_cameras, aravis_cameras))
-    finders = _started([*((genicam, {"path": str(path)}) for path in producers_in(context.producers).values()),
-                        (aravis, {})])
-    return [*v4l2_cameras(), *(one for finder in finders for one in answer_of(finder, until))]
-
-
-def _started(programs: Iterable[tuple[Program, dict[str, Any]]]) -> list[ChildProcess]:
-    """Start every program with its arguments, and leave out what dies, or cannot be started, at once."""
-    finders = []
-    for program, arguments in programs:
-        with suppress(OSError):
-            finders.append(ChildProcess(program, arguments))
-    return finders
+def discover_cameras(deadline_s: float = DEADLINE_S) -> list[Discovered]:
+    """Return every camera found: its address as a source, a title for people, its identity as JSON."""
+    until, found = time.monotonic() + deadline_s, []
+    with suppress(OSError):  # it dies, or cannot be started, at once
+        found = answer_of(ChildProcess(Program(f"{__name__}:{aravis_cameras.__name__}"), {}), until)
+    return [*v4l2_cameras(), *found]
 
 
 def answer_of(finder: ChildProcess, until: float) -> list[Discovered]:
@@ -75,19 +60,6 @@ def v4l2_cameras() -> Iterable[Discovered]:
     from touchline.sources.local.v4l2_devices import list_devices
     for camera in list_devices(V4l2Source.root):
         yield _discovered(camera.address, f"{camera.model}, {camera.node}", camera.identity)
-
-
-@in_child
-def genicam_cameras(path: str) -> list[Discovered]:
-    """Return the GenICam cameras behind one producer."""
-    from touchline.sources.industrial.genicam import address_of
-    from touchline.sources.industrial.genicam_producers import close_harvester, list_cameras, open_harvester
-    producer = Path(path)
-    harvester = open_harvester([producer])
-    cameras = list_cameras(harvester)
-    close_harvester(harvester)
-    titles = [f"{camera.title} {camera.serial}, through {producer.name}" for camera in cameras]
-    return _named(cameras, titles, lambda name: address_of(name, producer.stem))
 
 
 @in_child

@@ -33,12 +33,13 @@ from touchline.evaluate.fit.areas import (
 )
 from touchline.evaluate.fit.report_types import FitReport
 from touchline.evaluate.fit.verification import AutomaticVerdict, Proof, Verification, verdict_of
+from touchline.fitting import FITTERS
 from touchline.fitting.field_lines.given_corners import check_corners
 from touchline.fitting.field_lines.pattern import is_half_turn_symmetric
 from touchline.fitting.field_lines.recognition import recognise
 from touchline.fitting.field_lines.search import PosePrior, SearchResult, is_near_height, search
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
-from touchline.models import MODELS, CameraModel
+from touchline.models import CameraModel
 from touchline.models.ray_camera import RayCamera
 from touchline.vision.motion.background import Background
 from touchline.workflows import automatic
@@ -110,7 +111,7 @@ class AutomaticRequest:
 
     def __post_init__(self) -> None:
         for name in chain(*self.models):
-            MODELS[name]
+            FITTERS[name]
         pose_prior_from_json(self.rough)
 
     @property

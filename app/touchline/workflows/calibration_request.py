@@ -13,16 +13,16 @@ from touchline.core.field import Field, Region
 from touchline.core.field_json import field_from_json
 from touchline.core.geometry import ImageSize
 from touchline.core.progress import Progress, no_progress
-from touchline.core.records import Calibration, Observations, observations_from_json
+from touchline.core.records import Calibration, Observations, Warning, observations_from_json
 from touchline.core.statements import say
-from touchline.fitting import known_options
+from touchline.fitting import FITTERS, known_options
 from touchline.imaging.correction_mesh import correction_mesh
 from touchline.installation import __version__
 from touchline.models import MODELS, CameraModel, parameters_json
 from touchline.workflows import calibration, model_choice
 from touchline.workflows.calibration import CalibrationResult
 from touchline.workflows.calibration_types import Attempt, Preview, PreviewMesh
-from touchline.workflows.model_choice import AUTO
+from touchline.workflows.model_choice import AUTO, is_removed
 
 MAX_POINTS = 20_000  # of all observations together: a minute or two
 
@@ -87,8 +87,8 @@ class CalibrationRequest:
     def check_names(self, models: Iterable[str]) -> None:
         """Refuse models and features that do not exist, before a job starts."""
         for name in models:
-            if name != AUTO:
-                MODELS[name]
+            if name != AUTO and not is_removed(name):
+                FITTERS[name]
         for observation in self.observations:
             self.field.feature(observation.feature, self.region)
 
@@ -109,18 +109,34 @@ class CalibrationRequest:
 
     def run(self, progress: Progress = no_progress, *, cross_validate: bool = True) -> CalibrationResult:
         """Fit and evaluate; nothing is stored. The model "auto" is the one that a comparison of all recommends."""
-        if self.model != AUTO or not cross_validate:
+        if not self.chooses or not cross_validate:
             return self.preview(progress, cross_validate=cross_validate)
-        return model_choice.calibrate_recommended(self.observations, self.field, self.region, self.image_size,
-                                                  self.options, progress)
+        return self._told(model_choice.calibrate_recommended(self.observations, self.field, self.region,
+                                                             self.image_size, self.options, progress))
 
     def preview(self, progress: Progress = no_progress, *, cross_validate: bool = True) -> CalibrationResult:
         """Fit and evaluate while points are moved: the model "auto" is the most probable lens, at once."""
-        if self.model == AUTO:
-            return model_choice.calibrate_most_probable(self.observations, self.field, self.region, self.image_size,
-                                                        self.options, progress, cross_validate=cross_validate)
+        if self.chooses:
+            return self._told(model_choice.calibrate_most_probable(
+                self.observations, self.field, self.region, self.image_size, self.options, progress,
+                cross_validate=cross_validate))
         return calibration.calibrate(self.observations, self.field, self.region, self.image_size, self.model,
                                      self.options, progress, cross_validate=cross_validate)
+
+    @property
+    def chooses(self) -> bool:
+        """Whether the model is chosen: asked for as "auto", or in place of one that is fitted no more."""
+        return self.model == AUTO or is_removed(self.model)
+
+    def _told(self, done: CalibrationResult) -> CalibrationResult:
+        """Return a result that says so where its model was chosen in place of one that is fitted no more."""
+        if self.model == AUTO:
+            return done
+        note = Warning("model-removed",
+                       say("warning.model-removed", "{model} is no longer fitted. The automatic choice was fitted "
+                           "instead.", model=MODELS[self.model].TITLE),
+                       say("warning.model-removed.fix", "Choose a lens model, or keep the automatic choice."))
+        return replace(done, report={**done.report, "warnings": [note.to_json(), *done.report["warnings"]]})
 
     def preview_json(self, quick: bool, mesh_margin_px: int | None = None,
                      progress: Progress = no_progress) -> Preview:
@@ -160,7 +176,7 @@ class CalibrationRequest:
             region=self.region.name, rotate=self.region.rotate_deg, model_name=done.model.NAME,
             model_parameters=parameters_json(done.model), image_size=self.image_size,
             corrected_size=done.model.corrected_size, observations=tuple(o.to_json() for o in self.observations),
-            options=dict(self.options) if self.model != AUTO else known_options(
+            options=dict(self.options) if not self.chooses else known_options(
                 done.model.NAME, self.options), report=done.report, created_at="",
             software=f"touchline {__version__}", snapshot=self.snapshot, image_sha256=self.image_sha256,
             parent=parent, note=self.note))

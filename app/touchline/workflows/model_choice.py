@@ -15,7 +15,7 @@ from touchline.core.statements import say
 from touchline.evaluate.fit.comparison import Comparison, FittedModel, compare_models, parameter_count
 from touchline.evaluate.fit.contradiction import OWN, freer_lens
 from touchline.evaluate.fit.report_types import ModelChoice, SavedReport
-from touchline.fitting import known_options
+from touchline.fitting import FITTERS, known_options
 from touchline.models import MODELS
 from touchline.workflows.calibration import CalibrationResult, calibrate
 
@@ -39,6 +39,19 @@ class Ranked(NamedTuple):
     calibrations: Mapping[str, CalibrationResult]
 
 
+def is_removed(name: str) -> bool:
+    """Whether a model can be read and is fitted no more."""
+    return name in MODELS and name not in FITTERS
+
+
+def refuse_removed(name: str) -> None:
+    """FitFailed for a model that is fitted no more."""
+    if is_removed(name):
+        raise FitFailed(say("models.removed", "{model} is no longer fitted.", model=MODELS[name].TITLE),
+                        say("models.removed.fix", "Use another model, or the automatic choice."),
+                        reason="model-removed")
+
+
 def compare(observations: Observations, field: Field, region: Region, image_size: ImageSize,
             models: tuple[str, ...] | None = None, options: Mapping[str, Any] | None = None,
             progress: Progress = no_progress) -> Ranked:
@@ -47,7 +60,7 @@ def compare(observations: Observations, field: Field, region: Region, image_size
     options: those that a model does not know are not given to it. A model that cannot be fitted is listed under
     "failed" with its reason and fix; FitFailed where none can.
     """
-    names = tuple(models or MODELS)
+    names = tuple(models or FITTERS)
     freer = cache(lambda: freer_lens(observations, field, region, image_size, options))
     fitted: list[FittedModel] = []
     failed: list[Refused] = []
@@ -55,6 +68,7 @@ def compare(observations: Observations, field: Field, region: Region, image_size
         title = MODELS[name].TITLE
         part = subprogress(progress, index / len(names), (index + 1) / len(names), f"{title}:")
         try:
+            refuse_removed(name)
             made = calibrate(observations, field, region, image_size, name, known_options(name, options), part,
                              freer=freer)
         except FitFailed as refusal:

@@ -28,6 +28,7 @@ export const FIXES = {
   "stray-click": (trouble) => point(trouble),
   "border-extrapolated": ({ feature }) => [click(feature)],
   "inside-not-checked": () => [click(insideLine())],
+  "model-removed": () => [recommended()],
   "height-unknown": () => [enterHeight(), board()],
   "height-contradicted": () => [enterHeight(), checkField()],
   "residuals-too-large": () => [checkField(), options()],

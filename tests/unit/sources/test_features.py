@@ -10,7 +10,7 @@ from touchline.sources.industrial.features import FEATURES, controls_of, write_c
 try:
     from genicam.genapi import NodeMap
 
-    from touchline.sources.industrial.genicam_producers import GenApiNodes
+    from tests.support.genapi_nodes import GenApiNodes
 except ImportError:
     NodeMap = None
 
@@ -74,7 +74,7 @@ OLD = "".join((number("ExposureTimeAbs", 700, 10, 10000), number("GainRaw", 3, 0
 
 def nodes(features: str):
     if NodeMap is None:
-        missing("genicam", "pip install harvesters")
+        missing("genicam", "pip install genicam")
     node_map = NodeMap()
     node_map.load_xml_from_string(
         '<?xml version="1.0" encoding="utf-8"?><RegisterDescription ModelName="Camera" VendorName="Maker" ToolTip=""'

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.support.peers import HOSTS, PRODUCERS, address_of, with_option
+from tests.support.peers import HOSTS, address_of, with_option
 from touchline.core.errors import BadInput, NotFound, TouchlineError, Unavailable
 from touchline.core.options import Option
 from touchline.images.in_process import decode_in_process, read_in_process
@@ -22,7 +22,7 @@ every_source = pytest.mark.parametrize("name", list(SOURCES))
 def around(tmp_path) -> SourceContext:
     folder = tmp_path / "pictures"
     folder.mkdir()
-    return SourceContext(FIELDS, decode_in_process, folder, HOSTS, PRODUCERS, read_in_process)
+    return SourceContext(FIELDS, decode_in_process, folder, HOSTS, read_in_process)
 
 
 @pytest.fixture
@@ -193,3 +193,9 @@ def test_the_numbered_cameras_see_the_leagues_regions(around):
     names = [source_from_url(f"sim://table?cameras=4&camera={i}&size=64x48", around).rendering.region.name
              for i in range(4)]
     assert names == ["quarter-bottom-left", "quarter-top-left", "quarter-bottom-right", "quarter-top-right"]
+
+
+def test_an_address_of_an_earlier_versions_kind_says_what_took_its_place(around):
+    with pytest.raises(NotFound, match="GenTL") as refused:
+        source_from_url("genicam://4711?producer=mvGenTLProducer", around)
+    assert "aravis:// and its serial number" in refused.value.fix and refused.value.reason == "genicam-removed"

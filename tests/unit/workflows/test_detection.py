@@ -1,17 +1,13 @@
-"""From a picture to what plays on it, by a calibration that was fitted to clicks; the shell says what REST says."""
+"""From a picture to what plays on it, by a calibration that was fitted to clicks."""
 
-import json
 
-import cv2
 import numpy as np
 import pytest
-import yaml
 
 from tests.support.sim_truth import truth_at
 from tests.support.watched_field import calibration_of, colour_clicks, world
 from touchline.core.errors import Cancelled, TouchlineError
-from touchline.formats import FORMATS
-from touchline.store.stages import load_plans
+from touchline.store.stages import load_plan, load_plans
 from touchline.vision.stage_pipeline import StageConfig
 from touchline.workflows.detection import context_for, detect, detections_image
 
@@ -119,46 +115,15 @@ def test_noise_without_end_is_answered_in_time():
         assert sum(found.seen.took_ms.values()) < 20_000, name
 
 
-@pytest.fixture
-def here(tmp_path, pixels, calibration):
-    cv2.imwrite(str(tmp_path / "match.png"), pixels)
-    (tmp_path / "cal.json").write_bytes(FORMATS["json"].write(calibration))
-    return tmp_path
-
-
-def test_the_shell_tells_a_line_a_thing_and_writes_pictures_and_colours(touchline, here, match):
-    words = [f"--click={colour}={x:.1f},{y:.1f}" for colour, places in colour_clicks(match).items() for x, y in places]
-    code, out, err = touchline("detect", "match.png", "--calibration", "cal.json", *words, "--drawn", "found.png",
-                               "--stage-pictures", ".", "--save-colours", "hall.yaml")
-    assert (code, err) == (0, "")
-    robots = [line for line in out.splitlines() if line.startswith(("yellow ", "blue "))]
-    assert len(robots) == 16 and out.splitlines()[1].startswith("ball") and " ms: noise" in out
-    assert (cv2.imread("found.png") != cv2.imread("match.png")).any(axis=-1).mean() > 0.001
-    assert cv2.imread("2-colours.png").shape == (1080, 1920, 3)
-    assert set(yaml.safe_load((here / "hall.yaml").read_text())["colours"]) == set(colour_clicks(match))
-    code, out, _ = touchline("detect", "match.png", "--calibration", "cal.json", "--colours", "hall.yaml", "--json")
-    told = json.loads(out)
-    assert code == 0 and len([d for d in told["detections"] if d["kind"] == "robot"]) == 16
-    assert {"stages", "took_ms", "notes", "colours", "health", "image_size"} <= told.keys()
-
-
-def test_the_shell_refuses_what_makes_no_sense(touchline, here):
-    (here / "bad.yaml").write_text("name: x\ntitle: X\nstages: [{stage: dreams}]\n")
-    (here / "bad_colours.yaml").write_text("name: x\ncolours: {mauve: []}\n")
-    for words in (("--stages", "cricket"), ("--stages", "bad.yaml"), ("--colours", "bad_colours.yaml"),
-                  ("--click", "blue"), ("--click", "blue=1,x"), ("--eye", "1,2"), ("--eye", "1,2,-5")):
-        code, _, err = touchline("detect", "match.png", "--calibration", "cal.json", *words)
-        assert code == 3 and "fix: " in err, words
-    assert touchline("detect", "match.png")[0] == 3
-
-
-def test_a_plan_of_ones_own_is_read_from_a_file(touchline, here):
-    (here / "mine.yaml").write_text("name: mine\ntitle: Ball only\nstages:\n"
-                                    "  - {stage: colours, everywhere: [orange]}\n  - {stage: blobs}\n"
-                                    "  - {stage: ball}\n  - {stage: places}\n")
-    code, out, _ = touchline("detect", "match.png", "--calibration", "cal.json", "--stages", "mine.yaml", "--json")
-    told = json.loads(out)
-    assert code == 0 and {d["kind"] for d in told["detections"]} == {"ball"} and told["stages"] == "mine"
+def test_a_plan_of_ones_own_is_read_from_a_file(tmp_path, pixels, calibration):
+    (tmp_path / "mine.yaml").write_text("name: mine\ntitle: Ball only\nstages:\n"
+                                        "  - {stage: colours, everywhere: [orange]}\n  - {stage: blobs}\n"
+                                        "  - {stage: ball}\n  - {stage: places}\n")
+    found = detect(pixels, load_plan(tmp_path / "mine.yaml"), calibration=calibration).to_json()
+    assert {d["kind"] for d in found["detections"]} == {"ball"} and found["stages"] == "mine"
+    (tmp_path / "bad.yaml").write_text("name: x\ntitle: X\nstages: [{stage: dreams}]\n")
+    with pytest.raises(TouchlineError):
+        load_plan(tmp_path / "bad.yaml")
 
 
 def test_what_is_drawn_is_drawn_where_it_was_found(match, pixels, calibration):

@@ -39,7 +39,7 @@ from touchline.store.calibrations import NOTHING_ACTIVE, FoundVersion, version_e
 from touchline.store.store import Store
 from touchline.workflows.calibration_request import run_compare, run_fit
 from touchline.workflows.interchange import export, formats
-from touchline.workflows.model_choice import AUTO, Ranking
+from touchline.workflows.model_choice import Ranking
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 
@@ -112,7 +112,7 @@ async def make_calibration(request: Request, services: ServicesDep, by: Operator
     task = await services.run_in_thread(fit_task, services, body, (body.model,))
     spec = {"task": task.to_json()}
     if not job and task.n_points <= FEW_POINTS:
-        processes = services.comparisons if body.model == AUTO else services.fits
+        processes = services.comparisons if task.chooses else services.fits
         made = await processes.run(run_fit, spec, (await caller_of(request)).address, request.is_disconnected)
         return _created(await services.run_in_thread(
             save_new_version, services.store, Calibration.from_json(json.loads(made)), by))

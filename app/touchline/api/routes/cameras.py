@@ -63,7 +63,7 @@ async def find_cameras(services: ServicesDep) -> Json:
         raise Busy(say("camera.search-running", "A camera search is already running."), WAIT_SECONDS,
                    reason="already-looking")
     async with SEARCHES:
-        return Json({"items": await services.run_in_thread(discover_cameras, services.cameras.source_context())})
+        return Json({"items": await services.run_in_thread(discover_cameras)})
 
 
 @router.get("/sources", response_model=responses.Sources)

@@ -38,15 +38,19 @@ FEW_POINTS = 100  # as many fit in a millisecond or two: quicker done at once th
 
 @router.get("/models", tags=["models"], response_model=responses.Models)
 def list_models() -> Json:
-    """List every model with its options (name, type, default, range, unit, help) and how few points it needs."""
+    """List every model with its options (name, type, default, range, unit, help) and how few points it needs.
+
+    is_fitted: false for one that versions of earlier software have, and that no fit makes any more.
+    """
     return page(map(_model_json, MODELS))
 
 
 def _model_json(name: str) -> dict[str, Any]:
-    model, fitter = MODELS[name], FITTERS[name]
+    model, fitter = MODELS[name], FITTERS.find(name)
     return stated({"name": name, "title": model.TITLE, "help": named(f"model.{name}.help", model.HELP),
-                   "points_needed": named(f"model.{name}.points", fitter.points_needed()),
-                   "options": [option.to_json("model") for option in fitter.OPTIONS]})
+                   "points_needed": "" if fitter is None else named(f"model.{name}.points", fitter.points_needed()),
+                   "options": [option.to_json("model") for option in (fitter.OPTIONS if fitter else ())],
+                   "is_fitted": fitter is not None})
 
 
 @router.post("/fit/border", tags=["fit"], response_model=BorderFit)

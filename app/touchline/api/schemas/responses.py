@@ -39,7 +39,8 @@ SettingsView = response("SettingsView", version=str, items=list_of(SettingView),
 
 # --- what a fit starts from, and what it finds
 PlayingFields = response("PlayingFields", page_of("PlayingFieldsPage", PlayingField), revision=str)
-Model = response("Model", name=str, title=str, help=str, points_needed=str, options=list[OptionJson])
+Model = response("Model", name=str, title=str, help=str, points_needed=str, options=list[OptionJson],
+    is_fitted=bool)
 Models = page_of("Models", Model)
 Draft = response("Draft", says=True, field=str | None, region=str | None, rotate=int | None, model=str | None,
     options=JsonObject, observations=list[ObservationJson], updated_at=str | None)

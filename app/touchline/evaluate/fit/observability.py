@@ -23,7 +23,7 @@ GROUPS = {"log_focal": "focal length", "aspect": "pixel aspect", "centre_x": "le
           "centre_y": "lens centre", "turn_x": "tilt", "turn_y": "tilt", "turn_z": "rotation", "x": "position",
           "y": "position", "height": "height"}
 NAMES = {part: say(f"parameter.{part.replace(' ', '-')}", part) for part in (
-    *GROUPS.values(), "lens", "perspective", "the distortion between the points")}
+    *GROUPS.values(), "lens", "perspective")}
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,7 @@ def weakest_direction(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -
     strong = np.argsort(share)[::-1]
     parts: list[str] = []
     for index in strong[share[strong] > 0.3 * share.max()]:
-        part = ("the distortion between the points" if fit.model.INTERPOLATES else
-                GROUPS.get(fit.parameter_names[index], "lens" if isinstance(fit.model, RayModel) else "perspective"))
+        part = GROUPS.get(fit.parameter_names[index], "lens" if isinstance(fit.model, RayModel) else "perspective")
         if part not in parts:
             parts.append(part)
     taped = _with_taped_height(fit.covariance, fit.parameter_names)

@@ -66,8 +66,8 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
     hat_mm = field.hat_height_mm
     ends = reach_warnings(fit.model, region, hat_mm)
     warnings = [*fit.warnings, *observability_warnings(fit, region, hat_mm), *ends]
-    # a lens bends the inside as it bends the borders; curves of their own and splines know nothing between them
-    knows_inside = (knows_its_error(fit) and not fit.model.INTERPOLATES) or any(
+    # a lens bends the inside as it bends the borders; curves of their own know nothing between them
+    knows_inside = knows_its_error(fit) or any(
         o.feature not in BORDERS and len(o.points) for o in observations)
     if not knows_inside:  # what these figures cannot see
         warnings.append(Warning(

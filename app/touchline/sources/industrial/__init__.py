@@ -1,1 +1,1 @@
-"""Industrial cameras: GenICam producers and Aravis."""
+"""Industrial cameras, GigE Vision and USB3 Vision, through Aravis."""

@@ -83,7 +83,7 @@ class Aravis:
             function = getattr(self._aravis, f"arv_{name}")
             function.restype = result
             function.argtypes = (*arguments, POINTER(POINTER(_GError))) if fails else arguments
-        # Newer ones speak to makers' producers as well; those cameras are genicam://, and none is to be listed twice.
+        # Newer ones speak to makers' producers as well, which are others' code.
         for i in range(self.call("get_n_interfaces")):
             if self.call("get_interface_id", i) == b"GenTL":
                 self.call("disable_interface", b"GenTL")

@@ -1,6 +1,6 @@
-"""What GenICam cameras share, whichever driver talks to them: options, reading with a time limit, controls.
+"""What a GenICam camera needs beside its driver: options, reading with a time limit, controls.
 
-A driver (harvesters, Aravis) provides an IndustrialDevice; everything else about the source is here.
+The driver (Aravis) provides an IndustrialDevice; everything else about the source is here.
 """
 
 import time
@@ -42,10 +42,6 @@ class DiscoveredCamera:
     vendor: str
     model: str
     handle: Any
-
-    @property
-    def title(self) -> str:
-        return " ".join(part for part in (self.vendor, self.model, self.name) if part) or self.id
 
     def identity(self, address: str) -> Identity:
         return Identity(address, self.serial, self.id, f"{self.vendor} {self.model}".strip())

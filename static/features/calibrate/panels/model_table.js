@@ -39,7 +39,8 @@ const order = signal(/** @type {{ by: Column, up: boolean }} */ ({ by: "field_mm
 const rows = computed(() => {
   const known = new Map(ranking.value?.ranking.map((r) => [r.model, r]) ?? []),
     { by, up } = order.value;
-  const all = models.value.map((m) => ({
+  const fitted = models.value.filter((m) => m.is_fitted);
+  const all = fitted.map((m) => ({
     name: m.name,
     title: m.title,
     it: known.get(m.name),

@@ -145,6 +145,8 @@ export default {
   "warning.halves-disagree.fix": "Fügen Sie gekippte Ansichten im ganzen Bild hinzu. Sichern Sie Fokus und Zoom, und halten Sie die Tafel eben.",
   "warning.lens-uncertain": "Das Objektiv ist im ganzen Bild um {px} px unsicher, das {times}-Fache des Eckenrauschens.",
   "warning.lens-uncertain.fix": "Fügen Sie Ansichten hinzu. Der Bericht nennt die Ansicht, die am meisten hilft.",
+  "warning.model-removed": "{model} wird nicht mehr angepasst. Stattdessen wurde die automatische Wahl angepasst.",
+  "warning.model-removed.fix": "Wählen Sie ein Objektivmodell, oder behalten Sie die automatische Wahl.",
   "warning.noisy-corners": "Die Ecken liegen {px} px neben ihrer vorhergesagten Position. In scharfen Bildern sind es 0,1 bis 0,3 px.",
   "warning.noisy-corners.fix": "Halten Sie die Tafel ruhig und im Fokus. Prüfen Sie Spalten, Zeilen und Feldgröße der Tafel.",
   "warning.picture-not-covered": "Die Ecken bedecken {share} % des Bildes. Anderswo ist das Objektiv extrapoliert.",

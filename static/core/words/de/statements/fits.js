@@ -34,7 +34,6 @@ export default {
   "parameter.pixel-aspect": "Seitenverhältnis der Pixel",
   "parameter.position": "Position",
   "parameter.rotation": "Drehung",
-  "parameter.the-distortion-between-the-points": "Verzeichnung zwischen den Punkten",
   "parameter.tilt": "Neigung",
   "seen-area.either": "Das Bild zeigt nur einen Teil des abgedeckten Bereichs: {area} oder {other}. Zu den Linien passen beide.",
   "seen-area.either.fix": "Wählen Sie den, über dem die Kamera hängt.",

@@ -11,8 +11,6 @@ export default {
   "outlier.others": "liegt {px} px neben der Position, die die anderen Punkte vorhersagen",
   "outlier.predicted": "liegt {px} px neben seiner vorhergesagten Position",
   "refused.behind": "Keine Kameraposition passt zu den markierten Linien: Einige lägen hinter der Kamera.",
-  "refused.beyond-base": "Punkte liegen jenseits des Horizonts des Grundmodells.",
-  "refused.beyond-base.fix": "Prüfen Sie die Linie jedes Punkts, oder wählen Sie ein anderes Grundmodell.",
   "refused.board-model": "Kein Objektivmodell gibt die Kalibriertafel in diesen Ansichten wieder.",
   "refused.board-model.fix": "Prüfen Sie Spalten und Zeilen der Tafel, und ob Ecken und Orte in derselben Reihenfolge stehen.",
   "refused.border-few-points": "Zu wenige Punkte: {line}, {n} Punkte; {what} erfordert {least}.",
@@ -35,8 +33,6 @@ export default {
   "refused.few-edges.fix": "Markieren Sie mehr gerade Kanten: lange, und einige nahe dem Bildrand.",
   "refused.few-views": "{n} Ansichten sind verwendbar; eine Objektivkalibrierung erfordert {least}.",
   "refused.few-views.fix": "Nehmen Sie etwa 20 Bilder der Kalibriertafel auf, in alle Richtungen gekippt und im ganzen Bild verteilt.",
-  "refused.folds": "Der Spline faltet das Bild.",
-  "refused.folds.fix": "Erhöhen Sie die Glättung, prüfen Sie die Punkte auf Ausreißer, oder wählen Sie ein besser passendes Grundmodell.",
   "refused.height": "Eine senkrecht nach unten blickende Kamera kann Brennweite und Höhe nicht trennen.",
   "refused.height.fix": "Geben Sie die Kamerahöhe ein.",
   "refused.implausible": "Die Punkte ergeben eine unmögliche Kamera: {m} m über dem Teppich mit einer Brennweite von {px} px.",
@@ -114,5 +110,4 @@ export default {
   "warning.unusual-principal-point": "Der angepasste Bildhauptpunkt liegt {px} px neben der Bildmitte.",
   "warning.unusual-principal-point.fix": "Wurde das Bild beschnitten, setzen Sie centre_sigma_px auf die Breite des Beschnitts. Prüfen Sie sonst die Linie jedes Punkts.",
   "who.homography": "Eine Homographie",
-  "who.thin-plate": "Ein Thin-Plate-Spline",
 };

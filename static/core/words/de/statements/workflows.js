@@ -166,6 +166,8 @@ export default {
   "lines.elsewhere.fix": "Bearbeiten Sie eine Kopie dieses Felds mit diesen Abständen und erkennen Sie dann erneut.",
   "lines.elsewhere.one": "{line} um {mm} mm",
   "models.none-fits": "An diese Punkte ließ sich kein Modell anpassen.",
+  "models.removed": "{model} wird nicht mehr angepasst.",
+  "models.removed.fix": "Verwenden Sie ein anderes Modell, oder die automatische Wahl.",
   "pair.check-points": "Prüfen Sie, ob die Punkte zu diesen Kameras gehören.",
   "pair.nothing-shared": "Keine der Zuordnungen liegt im Bereich beider Objektive.",
   "pair.other-fields": "Die beiden Kalibrierungen gelten für verschiedene Felder.",

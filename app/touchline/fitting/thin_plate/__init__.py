@@ -1,1 +1,0 @@
-"""Fit a thin-plate spline on top of another model."""
