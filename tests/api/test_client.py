@@ -67,15 +67,23 @@ def test_what_a_job_finds_is_waited_for_with_its_progress(client, shown):
     assert seen and all(0 <= share <= 1 for share, _ in seen) and len({*seen}) == len(seen)
 
 
-def test_ctrl_c_and_a_progress_that_raises_cancel_the_job(client, shown):
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), Cancelled("Enough.", "Start it again.")])
+def test_ctrl_c_and_a_progress_that_raises_cancel_the_job(client, shown, error):
     job = client.auto(client.upload(shown[0]))
 
     def stop(share, message):
-        raise KeyboardInterrupt
-    with pytest.raises(KeyboardInterrupt):
+        raise error
+    with pytest.raises(type(error)):
         client.wait(job, stop)
-    with pytest.raises(Cancelled):
+    with pytest.raises(Cancelled, match="was cancelled"):
         client.wait(job)
+
+
+def test_who_waits_no_longer_leaves_the_job_as_it_is(client, shown):
+    job = client.auto(client.upload(shown[0]), field="ssl-div-b", region="full", keep=False)
+    with pytest.raises(Unavailable, match="still"):
+        client.wait(job, timeout_s=0.0)
+    assert client.wait(job)["observations"]
 
 
 def test_lists_are_read_page_by_page(client):

@@ -31,13 +31,14 @@ def test_lines_name_their_answers_and_write_to_files(tmp_path):
         GET /calibrations/${made.id}/uncertainty.json z_mm=150 > error.json
         PUT /rigs/hall {"title": "Hall > all", "cameras": ["a", "b"]}
         put /rigs/hall {"title": "b = POST /c"} > rig.json
+        PUT /rigs/hall {"title": "a > b"}
     """)
     assert [(one.method, one.path, one.name, one.output and one.output.name) for one in read] == [
         ("POST", "/calibrations/import", "made", None),
         ("GET", "/calibrations/${made.id}/uncertainty.json", None, "error.json"),
-        ("PUT", "/rigs/hall", None, None), ("PUT", "/rigs/hall", None, "rig.json")]
+        ("PUT", "/rigs/hall", None, None), ("PUT", "/rigs/hall", None, "rig.json"), ("PUT", "/rigs/hall", None, None)]
     assert read[2].body == ('{"title": "Hall > all", "cameras": ["a", "b"]}',)
-    assert read[3].body == ('{"title": "b = POST /c"}',)
+    assert read[3].body == ('{"title": "b = POST /c"}',) and read[4].body == ('{"title": "a > b"}',)
 
 
 @pytest.mark.parametrize(("line", "says"), [

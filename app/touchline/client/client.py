@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from touchline.client import connection
 from touchline.client.answers import Calibration, Job, Snapshot
-from touchline.core.errors import BadInput, Cancelled, TouchlineError, Unavailable
+from touchline.core.errors import BadInput, Cancelled, NotFound, Unavailable
 from touchline.core.progress import Progress, no_progress
 
 API = "/api/v1"
@@ -149,7 +149,7 @@ class Client:
                                       "Wait for it again, or cancel it.", reason="still-running")
                 time.sleep(delay_s)
                 delay_s = min(MAX_POLL_S, SLOWER * delay_s)
-        except TouchlineError:
+        except (Unavailable, NotFound):  # nobody answers, or it is still running: it goes on
             raise
         except BaseException:
             self.cancel(id)
