@@ -111,13 +111,13 @@ class CalibrationRequest:
         """Fit and evaluate; nothing is stored. The model "auto" is the one that a comparison of all recommends."""
         if not self.chooses or not cross_validate:
             return self.preview(progress, cross_validate=cross_validate)
-        return self._told(model_choice.calibrate_recommended(self.observations, self.field, self.region,
+        return self._with_note(model_choice.calibrate_recommended(self.observations, self.field, self.region,
                                                              self.image_size, self.options, progress))
 
     def preview(self, progress: Progress = no_progress, *, cross_validate: bool = True) -> CalibrationResult:
         """Fit and evaluate while points are moved: the model "auto" is the most probable lens, at once."""
         if self.chooses:
-            return self._told(model_choice.calibrate_most_probable(
+            return self._with_note(model_choice.calibrate_most_probable(
                 self.observations, self.field, self.region, self.image_size, self.options, progress,
                 cross_validate=cross_validate))
         return calibration.calibrate(self.observations, self.field, self.region, self.image_size, self.model,
@@ -128,7 +128,7 @@ class CalibrationRequest:
         """Whether the model is chosen: asked for as "auto", or in place of one that is fitted no more."""
         return self.model == AUTO or is_removed(self.model)
 
-    def _told(self, done: CalibrationResult) -> CalibrationResult:
+    def _with_note(self, done: CalibrationResult) -> CalibrationResult:
         """Return a result that says so where its model was chosen in place of one that is fitted no more."""
         if self.model == AUTO:
             return done

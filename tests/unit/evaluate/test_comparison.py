@@ -159,7 +159,7 @@ def test_every_model_is_fitted_to_real_clicks_ranked_and_the_choice_explained(na
                              ImageSize.of(given["image_size"])).ranking
     assert found["failed"] == []
     rows = {row["model"]: row for row in found["ranking"]}
-    assert set(rows) == set(MODELS)
+    assert set(rows) == set(FITTERS)
     assert all(row["parameters"] >= 7 for row in rows.values())
     assert issubclass(MODELS[found["recommended"]], RayModel)
     assert all(rows[model]["field_mm"] > 2 * rows[found["recommended"]]["field_mm"] for model in worse)

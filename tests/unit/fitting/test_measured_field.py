@@ -100,7 +100,7 @@ def test_a_calibration_of_another_content_or_without_offsets_has_nothing_to_adop
         as_found(calibration, truth)
     assert refused.value.reason == "field-changed"
     task = CalibrationRequest.of(calibration, {}, "")
-    flat = CalibrationRequest(task.observations, FIELD, FIELD.region("full"), task.image_size, "homography")
+    flat = CalibrationRequest(task.observations, FIELD, FIELD.region("full"), task.image_size, "polynomial")
     with pytest.raises(Conflict) as refused:
         as_found(flat.record(flat.run(cross_validate=False)), FIELD)
     assert refused.value.reason == "no-offsets"
