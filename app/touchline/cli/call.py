@@ -73,7 +73,7 @@ def _make(client: Client, one: Call, headers: dict[str, str], wait: bool, output
     """Make one call, wait for its job and write what it answers; return that where it is JSON."""
     path, body = request_of(one)
     body["headers"] = {**body.get("headers", {}), **headers}
-    with closing(client.stream(client.request(one.method, path, **body))) as response:
+    with closing(client.call(one.method, path, **body, stream=True)) as response:
         if "json" not in response.headers.get("content-type", ""):
             if is_shown or output is not None:
                 _write(output, response.iter_bytes())

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
-from touchline.cli.files import read_bytes
+from touchline.cli.files import json_or_text, read_bytes
 from touchline.core.errors import BadInput
 
 METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
@@ -87,7 +87,7 @@ def filled(call: Call, answers: Mapping[str, Any]) -> Call:
 
 
 def request_of(call: Call) -> tuple[str, dict[str, Any]]:
-    """Return the path, with its query, and the body as touchline.Client.request takes it; BadInput, FileTrouble."""
+    """Return the path, with its query, and the body as touchline.Client.call takes it; BadInput, FileTrouble."""
     if call.method in IN_QUERY:
         query = urlencode([_entry(word) for word in call.body])
         return call.path + (("&" if "?" in call.path else "?") + query if query else ""), {}
@@ -102,10 +102,10 @@ def request_of(call: Call) -> tuple[str, dict[str, Any]]:
     if len(entries) < len(words):
         raise BadInput("An entry of the body is given twice.", "Give it once, or the body as JSON.", reason="bad-call")
     if whole is not None:
-        return call.path, {"json": _object(whole) | {name: _json_or_text(value) for name, value in entries.items()}}
+        return call.path, {"json": _object(whole) | {name: json_or_text(value) for name, value in entries.items()}}
     files = {name: Path(value[1:]) for name, value in entries.items() if value.startswith("@")}
     if not files:
-        return call.path, {"json": {name: _json_or_text(value) for name, value in entries.items()}}
+        return call.path, {"json": {name: json_or_text(value) for name, value in entries.items()}}
     fields = {name: value for name, value in entries.items() if name not in files}
     return call.path, {"files": {name: (path.name, read_bytes(path, MAX_BYTES)) for name, path in files.items()},
                        "data": fields or None}
@@ -138,13 +138,6 @@ def _entry(word: str) -> tuple[str, str]:
         raise BadInput(f"{word[:80]!r} is no part of a body.", "Use @FILE, -, JSON, or entries as NAME=VALUE.",
                        reason="bad-call")
     return name, value
-
-
-def _json_or_text(value: str) -> Any:
-    try:
-        return json.loads(value)
-    except ValueError:
-        return value
 
 
 def _content_type(body: bytes) -> str:

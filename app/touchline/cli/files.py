@@ -126,6 +126,14 @@ def strict_json(data: bytes | str, name: str) -> Any:
         raise BadInput(f"{name} is not JSON: {error}.", "Correct the file.", reason="bad-json") from None
 
 
+def json_or_text(word: str) -> Any:
+    """Read the VALUE of NAME=VALUE: JSON, or else a text."""
+    try:
+        return json.loads(word)
+    except (ValueError, RecursionError):
+        return word
+
+
 def points_from_text(text: str) -> Points:
     """(n, 2) points from JSON ([[x, y], …]) or from lines of x,y."""
     if text.lstrip().startswith(("[", "{")):

@@ -1,6 +1,5 @@
 """Options that several commands share, and the fit that a picture, a file of points and these options ask for."""
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -84,10 +83,7 @@ def options_from(words: list[str] | None, lens: Path | None = None, lens_sigma: 
         name, equals, value = word.partition("=")
         if not equals:
             raise typer.BadParameter(f"{word!r} is not NAME=VALUE", param_hint="--option")
-        try:
-            options[name] = json.loads(value)
-        except ValueError:
-            options[name] = value
+        options[name] = files.json_or_text(value)
     if lens is not None:
         options["lens"] = files.read_lens_option(lens)
     if lens_sigma is not None:

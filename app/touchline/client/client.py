@@ -68,26 +68,20 @@ class Client:
     # --- any call
 
     def call(self, method: str, path: str, *, json: Any = None, params: Mapping[str, Any] | None = None,
-             files: Mapping[str, tuple[str, bytes]] | None = None, fields: Mapping[str, str] | None = None,
-             content: bytes | None = None, headers: Mapping[str, str] | None = None) -> httpx2.Response:
+             files: Mapping[str, tuple[str, bytes]] | None = None, data: Mapping[str, str] | None = None,
+             content: bytes | None = None, headers: Mapping[str, str] | None = None,
+             stream: bool = False) -> httpx2.Response:
         """Make one call and return the response; a TouchlineError for every refusal.
 
         path: with or without /api/v1, as "/cameras". Of the body one is given: json; content, as it is; or files as
-        {name: (file name, bytes)} with the other fields of their form.
+        {name: (file name, bytes)} with data, the other fields of their form. stream: the answer is read piece by piece,
+        by iter_bytes(), and the caller closes it.
         """
-        request = self.request(method, path, json=json, params=params, files=files, data=fields, content=content,
-                               headers=headers)
-        return connection.send(self._http, request)
-
-    def request(self, method: str, path: str, **given: Any) -> httpx2.Request:
-        """Return a request as httpx2 builds it, for `stream`; the same arguments as `call`, but `data` for fields."""
-        given = {name: value for name, value in given.items() if value is not None}
+        given = {"json": json, "params": params, "files": files, "data": data, "content": content, "headers": headers}
         full = path if path.startswith(f"{API}/") else f"{API}/{path.lstrip('/')}"
-        return self._http.build_request(method.upper(), full, **given)
-
-    def stream(self, request: httpx2.Request) -> httpx2.Response:
-        """Send a request whose answer is read piece by piece, by iter_bytes(); the caller closes the response."""
-        return connection.send(self._http, request, stream=True)
+        request = self._http.build_request(method.upper(), full, **{
+            name: value for name, value in given.items() if value is not None})
+        return connection.send(self._http, request, stream)
 
     def items(self, path: str, **params: Any) -> Iterator[dict[str, Any]]:
         """Yield what a list holds, newest first, page by page: items("/calibrations", camera="north")."""
@@ -102,9 +96,8 @@ class Client:
 
     def upload(self, image: Path | str | bytes, *, camera: str | None = None) -> Snapshot:
         """Save an image, PNG, JPEG, BMP or WebP, as a file's path or as its bytes. camera: the one that took it."""
-        name, data = ("image", image) if isinstance(image, bytes) else (Path(image).name, Path(image).read_bytes())
-        answer = self.call("POST", "/snapshots", files={"file": (name, data)},
-                           fields=None if camera is None else {"camera": camera})
+        answer = self.call("POST", "/snapshots", files={"file": _file_of(image)},
+                           data=None if camera is None else {"camera": camera})
         return cast(Snapshot, answer.json())
 
     def auto(self, snapshot: Snapshot | str, **request: Any) -> Job:
@@ -185,10 +178,9 @@ class Client:
 
         margin_px: carpet shown around the region. width: of the result, px; its natural one where it is None.
         """
-        name, data = ("image", image) if isinstance(image, bytes) else (Path(image).name, Path(image).read_bytes())
         params = {"format": format, "margin_px": margin_px, **({} if width is None else {"width": width})}
         return self.call("POST", f"/calibrations/{_path(_id(calibration))}/correct", params=params,
-                         files={"file": (name, data)}).content
+                         files={"file": _file_of(image)}).content
 
     def export(self, calibration: Calibration | str, format: str = "json", *, approximate: bool = False,
                camera_id: int | None = None) -> bytes:
@@ -199,6 +191,11 @@ class Client:
         params = {"approximate": approximate, **({} if camera_id is None else {"camera_id": camera_id})}
         return self.call("GET", f"/calibrations/{_path(_id(calibration))}/export/{_path(format)}",
                          params=params).content
+
+
+def _file_of(image: Path | str | bytes) -> tuple[str, bytes]:
+    """Return an image's file name and bytes."""
+    return ("image", image) if isinstance(image, bytes) else (Path(image).name, Path(image).read_bytes())
 
 
 def _id(record: Mapping[str, Any] | str) -> str:
