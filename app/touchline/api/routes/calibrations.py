@@ -24,7 +24,7 @@ from touchline.api.responses import (
     versioned,
 )
 from touchline.api.schemas import responses
-from touchline.api.schemas.media import BINARY, BYTES, UNCHANGED, Responses, upload
+from touchline.api.schemas.media import EXPORTED, UNCHANGED, Responses, upload
 from touchline.api.schemas.requests import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
 from touchline.core.errors import TouchlineError
 from touchline.core.records import Calibration
@@ -48,7 +48,7 @@ class NoteChange(Strict):
     note: Note
 
 
-class Activation(Strict):
+class ActivationRequest(Strict):
     """What a version is activated in spite of."""
 
     despite: Annotated[list[Name], Field(max_length=50)] = Field(
@@ -69,7 +69,7 @@ def list_activations(services: ServicesDep, camera: Annotated[IdQuery | None, Qu
 
 
 @router.patch("/{id}", response_model=responses.Calibration)
-def change_note(services: ServicesDep, id: Id, body: NoteChange, if_match: IfMatch = None) -> Json:
+def update_calibration_note(services: ServicesDep, id: Id, body: NoteChange, if_match: IfMatch = None) -> Json:
     """Change the note of a version: nothing else of it ever changes.
 
     With If-Match, the ETag of GET, only if nobody has changed it since: else 412, with `current`.
@@ -98,13 +98,12 @@ ACCEPTED: Responses = {202: {"model": responses.Job, "description": "a job: ?job
 Approximate = Annotated[bool, Query(description="the best approximation in the format, with its error")]
 CameraNumber = Annotated[int | None, Query(ge=0, le=2**32 - 1,
                                            description="the camera's number in a format that has one")]
-FILE: Responses = {200: {"content": {"application/json": {}, BINARY: BYTES}}}
 IMPORT_BODY = {"requestBody": upload({option: {"type": "string"} for option in OPTIONS})}
 
 
 @router.post("", status_code=201, response_model=responses.Calibration, responses=ACCEPTED)
-async def make_calibration(request: Request, services: ServicesDep, by: OperatorDep, body: FitRequest,
-                           job: AsJob = False) -> Response:
+async def create_calibration(request: Request, services: ServicesDep, by: OperatorDep, body: FitRequest,
+                             job: AsJob = False) -> Response:
     """Fit, evaluate and save a new version of a camera's calibration. Nothing is saved if anything fails.
 
     With ?job=true a job, whose result is {"calibration": id}.
@@ -191,7 +190,7 @@ def delete_calibration(services: ServicesDep, id: Id, if_match: IfMatch = None) 
 
 @router.post("/{id}/activate", response_model=responses.Calibration)
 async def activate_calibration(request: Request, services: ServicesDep, by: OperatorDep, id: Id,
-                               body: Activation | None = None, if_match: IfMatch = None) -> Json:
+                               body: ActivationRequest | None = None, if_match: IfMatch = None) -> Json:
     """Make a version its camera's active one; the former stays, so rolling back is activating that.
 
     Its claims are tried first, with a frame of its camera where that is live. 409 `problems-found` where some stand
@@ -211,7 +210,7 @@ def list_exports(services: ServicesDep, version: VersionDep) -> Json:
     return Json({"items": formats(version.calibration)})
 
 
-@router.get("/{id}/export/{format}", response_class=Response, responses=FILE)
+@router.get("/{id}/export/{format}", response_class=Response, responses=EXPORTED)
 async def export_calibration(request: Request, services: ServicesDep, id: Id, format: Id,
                              approximate: Approximate = False, camera_id: CameraNumber = None) -> Response:
     """Return the calibration in that format; 409 if that cannot represent the model, or with ?approximate=true the

@@ -35,14 +35,14 @@ def list_cameras(services: ServicesDep) -> Json:
 
 
 @router.post("", status_code=201, response_model=responses.Camera)
-async def add_camera(services: ServicesDep, by: OperatorDep, body: requests.NewCamera) -> Json:
+async def create_camera(services: ServicesDep, by: OperatorDep, body: requests.NewCamera) -> Json:
     """Add a camera. Its address is checked, not whether it answers: try that with POST /cameras/test."""
     camera = await services.run_in_thread(services.cameras.add, CameraSettings(**body.model_dump()), by)
     return created(services.cameras.to_json(camera), f"cameras/{camera.id}")
 
 
 @router.post("/test", response_model=responses.CameraTest)
-async def test_camera(services: ServicesDep, body: requests.CameraTest) -> Json:
+async def test_camera(services: ServicesDep, body: requests.CameraTestRequest) -> Json:
     """Open a source in a process of its own and return one image, or the reason why there is none. Nothing is saved."""
     if TESTS.locked():
         raise Busy(say("camera.tests-running", "Two camera tests are already running."), WAIT_SECONDS,
@@ -67,13 +67,13 @@ async def find_cameras(services: ServicesDep) -> Json:
 
 
 @router.get("/sources", response_model=responses.Sources)
-def list_sources() -> Json:
+def list_camera_sources() -> Json:
     """List the kinds of source, with the options of their addresses."""
     return Json({"items": [_source(name) for name in SOURCES]})
 
 
 @router.get("/status", response_model=responses.CameraStatuses)
-async def list_statuses(services: ServicesDep) -> Json:
+async def list_camera_statuses(services: ServicesDep) -> Json:
     """Return the status of every camera at once and start none: the state of one that does not run is `idle`.
 
     fields: another revision whenever somebody has changed a field. restored: how many backups were restored since the
@@ -92,7 +92,7 @@ def read_camera(services: ServicesDep, id: Id) -> Json:
 
 
 @router.patch("/{id}", response_model=responses.Camera)
-async def change_camera(services: ServicesDep, by: OperatorDep, id: Id, body: requests.CameraChanges,
+async def update_camera(services: ServicesDep, by: OperatorDep, id: Id, body: requests.CameraChanges,
                         if_match: IfMatch = None) -> Response:
     """Change a camera that was added; omitted values stay. Its process restarts if its source has changed."""
     if if_match is None:
@@ -106,26 +106,26 @@ async def change_camera(services: ServicesDep, by: OperatorDep, id: Id, body: re
 
 
 @router.delete("/{id}", status_code=204, response_class=Response)
-async def remove_camera(services: ServicesDep, id: Id, if_match: IfMatch = None) -> None:
+async def delete_camera(services: ServicesDep, id: Id, if_match: IfMatch = None) -> None:
     """Remove a camera that was added. Its images and calibrations stay."""
     await services.run_in_thread(services.cameras.remove, id, if_match)
     await services.live.forget(id)
 
 
 @router.get("/{id}/status", response_model=CameraStatus)
-async def camera_status(services: ServicesDep, id: Id) -> Json:
+async def read_camera_status(services: ServicesDep, id: Id) -> Json:
     """Return the camera's state now, what is wrong and what to do; the first request starts it."""
     return Json(services.live.get(id).status())
 
 
 @router.get("/{id}/controls", response_model=responses.Controls)
-async def camera_controls(services: ServicesDep, id: Id) -> Json:
+async def list_camera_controls(services: ServicesDep, id: Id) -> Json:
     """List what can be set on the camera, read back from it now."""
     return Json({"items": await services.live.get(id).controls()})
 
 
 @router.patch("/{id}/controls", response_model=responses.Controls)
-async def set_controls(services: ServicesDep, id: Id, body: requests.ControlChanges) -> Json:
+async def update_camera_controls(services: ServicesDep, id: Id, body: requests.ControlChanges) -> Json:
     """Set some controls, in the order given; return what the camera reports afterwards."""
     camera = services.live.get(id)
     return Json({"items": [await camera.set_control(name, value) for name, value in body.controls.items()]})

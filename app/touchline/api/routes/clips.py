@@ -62,8 +62,8 @@ def delete_clip(services: ServicesDep, id: Id, if_match: IfMatch = None) -> None
 
 @router.get("/clips/{id}/frames/{number}.jpg", response_class=Response, responses=files("image/jpeg"))
 @in_thread
-def show_frame_of_clip(services: ServicesDep, id: Id, number: int, stage: Stage = RAW,
-                       plan: PlanName = None) -> Response:
+def read_clip_image(services: ServicesDep, id: Id, number: int, stage: Stage = RAW,
+                    plan: PlanName = None) -> Response:
     """Return a frame, counted from 0: as it was, with detections drawn, or the image of a stage."""
     if stage == RAW:
         jpeg = services.store.clips.frame(id, number)
@@ -75,6 +75,6 @@ def show_frame_of_clip(services: ServicesDep, id: Id, number: int, stage: Stage 
 
 @router.get("/clips/{id}/frames/{number}", response_model=responses.FrameDetections)
 @in_thread
-def detections_of_clip(services: ServicesDep, id: Id, number: int, plan: PlanName = None) -> Json:
+def read_clip_detections(services: ServicesDep, id: Id, number: int, plan: PlanName = None) -> Json:
     """Return detections in a frame, as of a live camera, by the camera's plan, colours and calibration of now."""
     return Json(detect_in_clip(services, id, number, plan)[0])

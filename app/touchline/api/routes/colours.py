@@ -58,7 +58,7 @@ async def save_colours(services: ServicesDep, by: OperatorDep, name: Id, body: C
 
 @router.delete("/colours/{name}", status_code=204, response_class=Response)
 @in_thread
-def remove_colours(services: ServicesDep, name: Id, if_match: IfMatch = None) -> None:
+def delete_colours(services: ServicesDep, name: Id, if_match: IfMatch = None) -> None:
     """Delete a profile; refused while cameras use it. With If-Match only if it is unchanged."""
     services.detection.remove_colours(name, if_match)
 

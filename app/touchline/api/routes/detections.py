@@ -52,7 +52,7 @@ def _stage_json(name: str) -> dict[str, Any]:
 
 
 @router.post("/detections", response_model=Answer)
-async def detect_in_snapshot(request: Request, services: ServicesDep, body: DetectionBody) -> Json:
+async def detect_objects(request: Request, services: ServicesDep, body: DetectionBody) -> Json:
     """Detect ball and robots in a snapshot, in field mm with covariance; nothing is saved.
 
     Colours are those of a profile, clicked in this picture, or both; without either they are found in the picture.
@@ -97,14 +97,14 @@ async def _detect(request: Request, services: Services, body: DetectionBody,
 
 @router.get("/cameras/{id}/seeing", response_model=responses.DetectionSettings)
 @in_thread
-def read_seeing(services: ServicesDep, id: Id) -> Json:
+def read_detection_settings(services: ServicesDep, id: Id) -> Json:
     """Return the camera's detection settings; the ETag goes into the next PUT's If-Match."""
     return _settings(services, id)
 
 
 @router.put("/cameras/{id}/seeing", response_model=responses.DetectionSettings)
-async def set_seeing(services: ServicesDep, by: OperatorDep, id: Id, body: DetectionSettingsBody,
-                     if_match: IfMatch = None) -> Response:
+async def save_detection_settings(services: ServicesDep, by: OperatorDep, id: Id, body: DetectionSettingsBody,
+                                  if_match: IfMatch = None) -> Response:
     """Save the settings; the camera's process follows at once. 428 without If-Match, 412 if that is old.
 
     Naming the same `colours` for several cameras lets them share a profile.
@@ -133,7 +133,7 @@ def _settings(services: Services, id: str) -> Json:
 
 
 @router.get("/cameras/{id}/detections", response_model=responses.FrameDetections)
-async def newest_detections(services: ServicesDep, id: Id) -> Response:
+async def read_detections(services: ServicesDep, id: Id) -> Response:
     """Return ball and robots in the next frame, in field mm with covariance, and the time of each stage.
 
     Detection runs only while somebody asks: for more than one frame, use the WebSocket of the same name.

@@ -9,9 +9,8 @@ from starlette.responses import Response
 from touchline.api.bodies import uploaded_file
 from touchline.api.dependencies import CallerDep, IfMatch, ServicesDep, in_thread
 from touchline.api.responses import Json, accepted, attachment, versioned
-from touchline.api.routes.calibrations import FILE
 from touchline.api.schemas import responses
-from touchline.api.schemas.media import upload
+from touchline.api.schemas.media import EXPORTED, upload
 from touchline.api.schemas.requests import CameraId, Id
 from touchline.core.errors import BadInput, Conflict
 from touchline.core.field import Field
@@ -46,7 +45,8 @@ router = APIRouter(prefix="/fields", tags=["fields"])
 
 MAX_FILE_BYTES = 1 << 20
 Side = Annotated[float, Value(ge=MIN_SIDE_MM, le=MAX_SIDE_MM)]
-OnlyNew = Annotated[Literal["*"] | None, Header(alias="If-None-Match", description="only where there is none yet")]
+OnlyNew = Annotated[str | None, Header(alias="If-None-Match", pattern=r"^\*$",
+                                       description="*: only where there is none")]
 
 
 class Refit(Strict):
@@ -71,8 +71,8 @@ def read_field(services: ServicesDep, name: Id) -> Json:
 
 
 @router.put("/{name}", response_model=PlayingField)
-async def write_field(services: ServicesDep, name: Id, body: Annotated[dict[str, Any], Body()],
-                      if_match: IfMatch = None, if_none_match: OnlyNew = None) -> Json:
+async def save_own_field(services: ServicesDep, name: Id, body: Annotated[dict[str, Any], Body()],
+                         if_match: IfMatch = None, if_none_match: OnlyNew = None) -> Json:
     """Create or change a field of your own; those that come with Touchline cannot be changed.
 
     With If-Match only if nobody has changed it since: else 412, with `current`. With If-None-Match: * only if there is
@@ -87,7 +87,7 @@ async def write_field(services: ServicesDep, name: Id, body: Annotated[dict[str,
 
 @router.delete("/{name}", status_code=204, response_class=Response)
 @in_thread
-def remove_field(services: ServicesDep, name: Id, if_match: IfMatch = None) -> None:
+def delete_own_field(services: ServicesDep, name: Id, if_match: IfMatch = None) -> None:
     """Delete a field of your own; 409 while a camera, a rig or publishing names it. Calibrations keep theirs.
 
     With If-Match only if nobody has changed it since.
@@ -95,7 +95,7 @@ def remove_field(services: ServicesDep, name: Id, if_match: IfMatch = None) -> N
     delete_field(services, name, if_match)
 
 
-@router.get("/{name}/export/{format}", response_class=Response, responses=FILE)
+@router.get("/{name}/export/{format}", response_class=Response, responses=EXPORTED)
 def export_field(services: ServicesDep, name: Id, format: Literal["json", "ssl-vision"]) -> Response:
     """Return the field as a file: JSON, or a geometry packet of the league without cameras, in whole millimetres."""
     data, media_type, suffix = field_file.write_field(services.fields[name], format)
@@ -103,7 +103,7 @@ def export_field(services: ServicesDep, name: Id, format: Literal["json", "ssl-v
 
 
 @router.post("/read", response_model=PlayingField, openapi_extra={"requestBody": upload()})
-async def read_file(request: Request, services: ServicesDep) -> Json:
+async def read_field_file(request: Request, services: ServicesDep) -> Json:
     """Read the field of a file, multipart with `file`: JSON, or a geometry packet of the league. Nothing is saved."""
     data, _ = await uploaded_file(request, MAX_FILE_BYTES, ())
     field = await services.run_in_thread(field_file.read_field, data, tuple(services.fields.values()))
@@ -135,7 +135,7 @@ class Painted(Strict):
 
 @router.post("/measured", response_model=MeasuredFieldJson)
 @in_thread
-def measure_field(services: ServicesDep, body: Tape) -> Json:
+def adjust_field(services: ServicesDep, body: Tape) -> Json:
     """Adjust a field to tape distances: where its lines lie, how sure that is, and what is left of each distance, mm.
 
     Nothing is saved.
@@ -146,7 +146,7 @@ def measure_field(services: ServicesDep, body: Tape) -> Json:
 
 @router.post("/painted", response_model=MeasuredFieldJson)
 @in_thread
-def adopt_offsets(services: ServicesDep, body: Painted) -> Json:
+def adopt_line_offsets(services: ServicesDep, body: Painted) -> Json:
     """Adjust a field to where a calibration has found its lines, with σ where that is known. Nothing is saved."""
     calibration = services.store.calibrations.get(body.calibration)
     return Json(as_found(calibration, field_from_json(body.field)).to_json())
@@ -161,7 +161,7 @@ class CalibratedPicture(Strict):
 
 
 @router.post("/seen", response_model=SeenField)
-async def add_seen(request: Request, services: ServicesDep, body: CalibratedPicture) -> Json:
+async def add_seen_lines(request: Request, services: ServicesDep, body: CalibratedPicture) -> Json:
     """Add lines and circles that a calibrated image shows and the field does not have. Nothing is saved.
 
     The calibration says where the carpet is; it may be one of another field in the same place, such as the borders.

@@ -47,7 +47,7 @@ OtherDep = Annotated[FoundVersion, Depends(_other_of)]
 @router.get("/calibrations/{id}/uncertainty.json", response_model=Uncertainty, responses=UNCHANGED)
 @cached_response
 @in_thread
-def uncertainty_of(services: ServicesDep, version: VersionDep, z_mm: HeightMm = 0.0) -> Json:
+def read_uncertainty(services: ServicesDep, version: VersionDep, z_mm: HeightMm = 0.0) -> Json:
     """Return the expected error in mm on a grid over the region, in the plane at z_mm; 409 for a model without it."""
     return Json(_uncertainty(version.calibration, z_mm))
 
@@ -55,7 +55,7 @@ def uncertainty_of(services: ServicesDep, version: VersionDep, z_mm: HeightMm = 
 @router.get("/calibrations/{id}/uncertainty.png", response_class=Response, responses=PNG)
 @cached_response
 @in_thread
-def uncertainty_picture(services: ServicesDep, version: VersionDep, z_mm: HeightMm = 0.0) -> Response:
+def read_uncertainty_image(services: ServicesDep, version: VersionDep, z_mm: HeightMm = 0.0) -> Response:
     """Draw the same as a heat map with a scale in mm and the largest error marked, oriented as the corrected image."""
     calibration = version.calibration
     grid = _uncertainty(calibration, z_mm)["grid"]
@@ -65,7 +65,7 @@ def uncertainty_picture(services: ServicesDep, version: VersionDep, z_mm: Height
 @router.get("/calibrations/{id}/difference/{other}.json", response_model=Difference, responses=UNCHANGED)
 @cached_response
 @in_thread
-def difference_between(services: ServicesDep, version: VersionDep, against: OtherDep) -> Json:
+def read_difference(services: ServicesDep, version: VersionDep, against: OtherDep) -> Json:
     """Return the difference of two calibrations of one image over the region: mm on the carpet and px in it."""
     return Json(_difference(version.calibration, against.calibration))
 
@@ -73,7 +73,7 @@ def difference_between(services: ServicesDep, version: VersionDep, against: Othe
 @router.get("/calibrations/{id}/difference/{other}.png", response_class=Response, responses=PNG)
 @cached_response
 @in_thread
-def difference_picture(services: ServicesDep, version: VersionDep, against: OtherDep) -> Response:
+def read_difference_image(services: ServicesDep, version: VersionDep, against: OtherDep) -> Response:
     """Draw the same as a heat map with a scale in mm."""
     a, b = version.calibration, against.calibration
     grid = workflow.difference_grid(_difference(a, b))
@@ -82,7 +82,7 @@ def difference_picture(services: ServicesDep, version: VersionDep, against: Othe
 
 @router.get("/calibrations/{id}/packet", response_model=responses.Packet)
 @in_thread
-def packet_of(services: ServicesDep, id: Id) -> Json:
+def read_packet(services: ServicesDep, id: Id) -> Json:
     """Return what teams receive of a version through the league's packet, whether it is published or not.
 
     expected: the error of that, on the carpet and at robot tops; fit_expected: the version's own. asked: whether it is
@@ -135,7 +135,7 @@ SurroundingsDep = Annotated[Surroundings, Depends(_surroundings_of)]
 
 @router.get("/calibrations/{id}/report.html", response_class=HTMLResponse, responses=HTML)
 @in_thread
-def report_page(services: ServicesDep, version: VersionDep, around: SurroundingsDep) -> HTMLResponse:
+def read_report_page(services: ServicesDep, version: VersionDep, around: SurroundingsDep) -> HTMLResponse:
     """Return one self-contained page: verdict, figures, images before and after, error maps, versions and hashes."""
     calibration, shown = version.calibration, _shown(services, version, around)
     contents = report.contents(calibration, shown, around.claims)
@@ -149,7 +149,7 @@ def report_page(services: ServicesDep, version: VersionDep, around: Surroundings
 @router.get("/calibrations/{id}/report.json", response_model=responses.CalibrationReport, responses=UNCHANGED)
 @cached_response
 @in_thread
-def report_as_json(services: ServicesDep, version: VersionDep, around: SurroundingsDep) -> Json:
+def read_report(services: ServicesDep, version: VersionDep, around: SurroundingsDep) -> Json:
     """Return the same numbers and words as JSON, null for what is not known."""
     return Json(report.contents(version.calibration, _shown(services, version, around), around.claims))
 
@@ -167,7 +167,7 @@ class PairRequest(Strict):
     points_a: Annotated[list[Pair | None], Field(max_length=20_000)] | None = Field(
         None, description="[x, y] px in image a; null for a point that is not marked yet and only counts")
     points_b: Annotated[list[Pair | None], Field(max_length=20_000)] | None = Field(
-        None, description="and in image b")
+        None, description="[x, y] px in image b; null: not marked yet")
     calibration_a: Name | None = None
     calibration_b: Name | None = None
     z_mm: HeightForm | Annotated[list[HeightForm | None], Field(max_length=20_000)] = Field(
@@ -180,7 +180,8 @@ class PairLinesRequest(Strict):
     points_a: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in image a")
     points_b: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in image b")
     matrix: Annotated[list[Annotated[list[Number], Field(min_length=3, max_length=3)]],
-                      Field(min_length=3, max_length=3)] | None = Field(None, description="as `POST /pairs` returns it")
+                      Field(min_length=3, max_length=3)] | None = Field(
+                          None, description="the fundamental matrix, 3 × 3, as POST /pairs has it")
     image_size_a: Size | None = Field(None, description="[width, height] px, with a matrix")
     image_size_b: Size | None = None
     calibration_a: Name | None = None
@@ -189,7 +190,7 @@ class PairLinesRequest(Strict):
 
 
 @router.post("/pairs", response_model=PairReport)
-async def judge_pair(request: Request, services: ServicesDep, body: PairRequest) -> Response:
+async def compare_pair(request: Request, services: ServicesDep, body: PairRequest) -> Response:
     """Return the fundamental matrix of matched points, the pose between two lenses, and the cameras' agreement in mm.
 
     Each is null where it was not requested; one that cannot be computed is named in `failed`, with what to do.
@@ -203,7 +204,7 @@ async def judge_pair(request: Request, services: ServicesDep, body: PairRequest)
 
 @router.post("/pairs/lines", response_model=PairLines)
 @in_thread
-def epipolar_lines(services: ServicesDep, body: PairLinesRequest) -> Json:
+def find_epipolar_lines(services: ServicesDep, body: PairLinesRequest) -> Json:
     """Return epipolar lines of points, each in the other image, and the same position there at `z_mm`.
 
     By a fundamental `matrix` they are straight; by two calibrations they bend as the lenses do, null without rays.

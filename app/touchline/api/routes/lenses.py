@@ -73,8 +73,8 @@ class StraightnessRequest(Strict):
     image_size: Size | None = Field(None, description="of the image, required if there are only lines")
     lens: Name = Field("auto", description="division, division-even, brown-conrady, or auto")
     centre_sigma_px: Annotated[float, Field(ge=0, le=MAX_COORDINATE)] | None = Field(
-        None, description="uncertainty of the lens centre around the image centre; 0: fixed; by default 1 % of the "
-                          "diagonal")
+        None, description="uncertainty of the lens centre around the image centre, px; 0: fixed; by default 1 % of "
+                          "the diagonal")
 
 
 class PlumbLensForm(Strict):
@@ -161,8 +161,8 @@ def _from_snapshots(services: Services, ids: Sequence[str], body: BoardRequest,
 
 
 @router.post("/straightness", response_model=responses.Straightness, responses=ACCEPTED)
-async def judge_straightness(request: Request, services: ServicesDep, body: StraightnessRequest,
-                             job: AsJob = False) -> Response:
+async def measure_straightness(request: Request, services: ServicesDep, body: StraightnessRequest,
+                               job: AsJob = False) -> Response:
     """Measure edges of images, or lines marked in one: how far the lens bends them, and what correction leaves.
 
     Needs no field and no board, and gives no focal length. With ?job=true a job, whose result is the same.
@@ -173,8 +173,8 @@ async def judge_straightness(request: Request, services: ServicesDep, body: Stra
 
 @router.post("/straightness/picture.{format}", response_class=Response, responses=PICTURE)
 @in_thread
-def straighten_picture(services: ServicesDep, format: Format, body: StraightenedRequest,
-                       width: WidthPx = None) -> Response:
+def straighten_image(services: ServicesDep, format: Format, body: StraightenedRequest,
+                     width: WidthPx = None) -> Response:
     """Return a snapshot without distortion, by the `lens` of a response; `straight` of its lines is in its px."""
     lens = Distortion.from_json(body.lens.model_dump())
     return picture(undistort(services.frame(body.snapshot).pixels, lens, width), format)

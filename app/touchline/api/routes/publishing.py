@@ -66,7 +66,7 @@ def read_publishing(services: ServicesDep) -> Json:
 
 
 @router.put("", response_model=responses.Publishing)
-async def set_publishing(services: ServicesDep, body: PublishingChanges, if_match: IfMatch = None) -> Json:
+async def update_publishing(services: ServicesDep, body: PublishingChanges, if_match: IfMatch = None) -> Json:
     """Change some settings, also for after a restart; omitted values stay. 409 where this network cannot send it.
 
     With If-Match only if nobody has changed them since: else 412, with `current`.
@@ -79,14 +79,14 @@ async def set_publishing(services: ServicesDep, body: PublishingChanges, if_matc
 
 @router.get("/heard", response_model=responses.GeometrySenders)
 @in_thread
-def read_heard(services: ServicesDep) -> Json:
+def list_geometry_senders(services: ServicesDep) -> Json:
     """List who else publishes geometry: each sender's newest complete packet, and what of it contradicts ours."""
     return Json(services.publishing.publisher.received())
 
 
 @router.post("/heard/{id}/import", status_code=201, response_model=responses.Calibration)
 @in_thread
-def import_heard(services: ServicesDep, by: OperatorDep, id: Id, body: ImportBody) -> Json:
+def import_geometry_camera(services: ServicesDep, by: OperatorDep, id: Id, body: ImportBody) -> Json:
     """Save one camera of a sender's newest packet as a new version of a calibration; its note says who sent it."""
     sender = services.publishing.publisher.remote_publisher(id)
     if body.sha256 is not None and body.sha256 != hashlib.sha256(sender.data).hexdigest():

@@ -71,13 +71,13 @@ def save_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schemas.Rig
 
 @router.delete("/{name}", status_code=204, response_class=Response)
 @in_thread
-def remove_rig(services: ServicesDep, name: Id, if_match: IfMatch = None) -> None:
+def delete_rig(services: ServicesDep, name: Id, if_match: IfMatch = None) -> None:
     """Delete a rig; its cameras and their calibrations stay. With If-Match only if it is unchanged."""
     services.store.rigs.delete(name, if_match)
 
 
 @router.get("/{name}/stitched.json", response_model=StitchedView)
-async def describe_stitched(request: Request, services: ServicesDep, name: Id, width: Width = 1200) -> Json:
+async def read_stitched_view(request: Request, services: ServicesDep, name: Id, width: Width = 1200) -> Json:
     """Describe the image of that width: the field lines in its pixels, each camera's share, what no camera covers."""
     return await services.process_picture(ImageSize(width, width), partial(_describe_stitched, services, name, width),
                                request.is_disconnected)
@@ -90,9 +90,9 @@ def _describe_stitched(services: Services, name: str, width: int, progress: Prog
 
 
 @router.get("/{name}/stitched.{format}", response_class=Response, responses=PICTURE)
-async def show_stitched(request: Request, services: ServicesDep, name: Id, format: Literal["jpg", "png"],
-                        snapshot: SnapshotNames = [],  # noqa: B006
-                        width: Width = 1200) -> Response:
+async def read_stitched_image(request: Request, services: ServicesDep, name: Id, format: Literal["jpg", "png"],
+                              snapshot: SnapshotNames = [],  # noqa: B006
+                              width: Width = 1200) -> Response:
     """Return the whole field corrected in one image, seams feathered; hatched where no camera covers it.
 
     X-Unseen-Share says how much of the field that is; X-Rig-Missing names cameras without a picture or calibration.
@@ -161,7 +161,7 @@ def refit_rig(services: ServicesDep, caller: CallerDep, name: Id, body: schemas.
 
 
 @router.get("/{name}/tracks", response_model=responses.Tracks)
-async def newest_tracks(services: ServicesDep, name: Id) -> Response:
+async def read_tracks(services: ServicesDep, name: Id) -> Response:
     """Return ball and robots now, fused from all cameras of the rig: positions, speeds, covariance, and the seam in mm.
 
     Detection runs only while somebody asks: for more than one moment, use the WebSocket of the same name.

@@ -50,7 +50,7 @@ def list_rolls(services: ServicesDep, id: Id) -> Json:
 
 
 @router.patch("/cameras/{id}/rolls/{roll}", response_model=responses.Rolls)
-def leave_roll_out(services: ServicesDep, id: Id, roll: Id, body: RollChange, if_match: IfMatch = None) -> Json:
+def update_roll(services: ServicesDep, id: Id, roll: Id, body: RollChange, if_match: IfMatch = None) -> Json:
     """Leave one out, or take it in again; return the list. With If-Match, its `etag`, only if it is unchanged."""
     services.store.rolls.leave_out(id, roll, body.left_out, if_match)
     return Json(_rolls_json(services.store, id))
@@ -141,13 +141,13 @@ class MotionRequest(Strict):
     make: Literal["report", "lens", "refined"] = "report"
     lens: Name = Field("auto", description="division, division-even, brown-conrady, or auto")
     centre_sigma_px: Annotated[float, Field(ge=0, le=MAX_COORDINATE)] | None = Field(
-        0.0, description="uncertainty of the lens centre around the image centre; 0: fixed")
+        0.0, description="uncertainty of the lens centre around the image centre, px; 0: fixed")
     note: Note = ""
 
 
 @router.post("/motion", status_code=202, response_model=responses.Job)
 @in_thread
-def judge_motion(services: ServicesDep, caller: CallerDep, body: MotionRequest) -> Json:
+def evaluate_rolls(services: ServicesDep, caller: CallerDep, body: MotionRequest) -> Json:
     """Start a job: {"report", "lens": id | null, "calibration": id | null}. No version is activated.
 
     make "lens": the rolls as plumb lines, kept under /lenses for a fit to hold; "refined": the calibration fitted anew

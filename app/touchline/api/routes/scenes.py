@@ -187,7 +187,7 @@ class SceneSession:
 
 
 @router.get("/calibrations/{id}/scene.html", response_class=HTMLResponse, responses=HTML)
-async def scene_page(services: ServicesDep, id: Id, dark: Dark = False, before: Id | None = None) -> HTMLResponse:
+async def read_scene_page(services: ServicesDep, id: Id, dark: Dark = False, before: Id | None = None) -> HTMLResponse:
     """Return the scene as one HTML file of about 1 MB that loads nothing else: to save next to the report.
 
     before: an older version of the same camera, to show the changes.

@@ -29,7 +29,7 @@ SECRET = "set"  # shown in place of a secret
 
 
 @router.get("/health", tags=["health"], response_model=responses.Health)
-def health(services: ServicesDep, request: Request) -> Json:
+def read_health(services: ServicesDep, request: Request) -> Json:
     """Return version, uptime in s, warnings about disk and network, and damaged records.
 
     On a server with an access token, a request without it is answered with `status` alone.
@@ -117,7 +117,7 @@ async def restore_backup(services: ServicesDep, body: requests.RestoreBackup) ->
 
 
 @router.get("/archive", tags=["archive"], response_class=StreamingResponse, responses=files("application/zip"))
-def download_everything(services: ServicesDep, passwords: bool = False) -> StreamingResponse:
+def download_archive(services: ServicesDep, passwords: bool = False) -> StreamingResponse:
     """Download one zip with every row, image and field of your own; `touchline restore` makes a data folder of it.
 
     It has no password of a camera, or with `?passwords=1` all of them, in clear.

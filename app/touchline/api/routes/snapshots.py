@@ -43,7 +43,7 @@ BODY["content"]["application/json"] = {"schema": CameraSnapshot.model_json_schem
 
 @router.post("/snapshots", tags=["snapshots"], status_code=201, response_model=responses.Snapshot,
              openapi_extra={"requestBody": BODY})
-async def keep_snapshot(request: Request, services: ServicesDep) -> Json:
+async def create_snapshot(request: Request, services: ServicesDep) -> Json:
     """Save an image: multipart with `file` (PNG, JPEG, BMP or WebP), or JSON {"camera": id} to take one now."""
     kind = content_type(request)
     if kind == "multipart/form-data":
@@ -88,7 +88,7 @@ def read_snapshot(services: ServicesDep, id: Id) -> Json:
 
 @router.get("/snapshots/{id}/image.{format}", tags=["snapshots"], response_class=Response, responses=PICTURE)
 @in_thread
-def show_snapshot(services: ServicesDep, id: Id, format: Format, width: WidthPx = None) -> Response:
+def read_snapshot_image(services: ServicesDep, id: Id, format: Format, width: WidthPx = None) -> Response:
     """Return the image, pixel for pixel as from the sensor: encoded again, so that EXIF tags rotate nothing.
 
     With `width` scaled down to that, unless it is no wider.
@@ -141,7 +141,7 @@ def snap_points(services: ServicesDep, id: Id, body: SnapRequest) -> Json:
 
 @router.post("/snapshots/{id}/along", tags=["snapshots"], response_model=responses.SnappedPoints)
 @in_thread
-def find_along(services: ServicesDep, id: Id, body: AlongRequest) -> Json:
+def find_points_along_line(services: ServicesDep, id: Id, body: AlongRequest) -> Json:
     """Find points along one line of the field, near its predicted position; none where it is hidden."""
     return Json({"points": points_along(services, id, **dict(body))})
 

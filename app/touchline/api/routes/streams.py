@@ -42,8 +42,8 @@ Fps = Annotated[float | None, Query(gt=0, le=MAX_FPS, allow_inf_nan=False, descr
 
 
 @router.get("/{id}/frame.{format}", response_class=Response, responses=PICTURE)
-async def show_frame(services: ServicesDep, id: Id, format: Literal["jpg", "png"], view: ViewName = "raw",
-                     width: Width = 0, quality: Quality = 90, stale: Stale = False) -> Response:
+async def read_camera_frame(services: ServicesDep, id: Id, format: Literal["jpg", "png"], view: ViewName = "raw",
+                            width: Width = 0, quality: Quality = 90, stale: Stale = False) -> Response:
     """Return the newest frame. PNG is exact to the bit, at its own size; X-Frame-Seq and X-Frame-Time say which.
 
     503 while the camera delivers none, unless stale=1 asks for the last one all the same.
@@ -88,8 +88,8 @@ def _channel(camera: LiveCamera, view: str, width: int, quality: int) -> StreamS
 
 @router.get("/{id}/stream.mjpg", response_class=Response,
             responses=files(f"multipart/x-mixed-replace; boundary={BOUNDARY}"))
-async def stream_mjpeg(services: ServicesDep, id: Id, view: ViewName = "raw", width: Width = 0, quality: Quality = 80,
-                       fps: Fps = None) -> Response:
+async def stream_camera_mjpeg(services: ServicesDep, id: Id, view: ViewName = "raw", width: Width = 0,
+                              quality: Quality = 80, fps: Fps = None) -> Response:
     """Stream multipart MJPEG for <img>, VLC and OpenCV; a browser opens at most six such streams of one server."""
     camera = services.live.get(id)
     channel = _channel(camera, view, width, quality)

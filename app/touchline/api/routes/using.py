@@ -37,9 +37,9 @@ BODY = {"requestBody": {"required": True, "content": {
 
 @router.post("/correct", response_class=Response, responses=PICTURE,
              openapi_extra={"requestBody": upload(required=False)})
-async def correct_picture(request: Request, services: ServicesDep, version: VersionDep,
-                          snapshot: Annotated[IdQuery | None, Query()] = None, margin_px: MarginPx = 0,
-                          width: WidthPx = None, format: Format = "png") -> Response:
+async def correct_image(request: Request, services: ServicesDep, version: VersionDep,
+                        snapshot: Annotated[IdQuery | None, Query()] = None, margin_px: MarginPx = 0,
+                        width: WidthPx = None, format: Format = "png") -> Response:
     """Correct an uploaded image (multipart, `file`), or a snapshot named in the query."""
     if snapshot is not None:
         frame = await services.run_in_thread(services.frame, snapshot)
@@ -50,9 +50,9 @@ async def correct_picture(request: Request, services: ServicesDep, version: Vers
 
 
 @router.get("/corrected.{format}", response_class=Response, responses=PICTURE)
-async def show_corrected(request: Request, services: ServicesDep, version: VersionDep, format: Format,
-                         snapshot: Annotated[IdQuery | None, Query()] = None, margin_px: MarginPx = 0,
-                         width: WidthPx = None) -> Response:
+async def read_corrected_image(request: Request, services: ServicesDep, version: VersionDep, format: Format,
+                               snapshot: Annotated[IdQuery | None, Query()] = None, margin_px: MarginPx = 0,
+                               width: WidthPx = None) -> Response:
     """Return the corrected image of the calibration's own snapshot, or of another one of the same size."""
     calibration = version.calibration
     shown = snapshot or calibration.snapshot
@@ -118,8 +118,8 @@ async def transform_points(request: Request, services: ServicesDep, version: Ver
 
 @router.get("/overlay.json", response_model=responses.Overlay, responses=UNCHANGED)
 @cached_response
-def draw_field(services: ServicesDep, version: VersionDep, frame: Literal["raw", "corrected"] = "raw",
-               margin_px: MarginPx = 0, width: WidthPx = None) -> Json:
+def read_overlay(services: ServicesDep, version: VersionDep, frame: Literal["raw", "corrected"] = "raw",
+                 margin_px: MarginPx = 0, width: WidthPx = None) -> Json:
     """Return the region's borders and the field's markings as polylines; null where out of reach."""
     described = Restored.of(version.calibration)
     return Json({"features": workflow.overlay(*described, frame, CorrectedView(margin_px, width))})
@@ -128,7 +128,7 @@ def draw_field(services: ServicesDep, version: VersionDep, frame: Literal["raw",
 @router.get("/residuals.json", response_model=ResidualArrows, responses=UNCHANGED)
 @cached_response
 @in_thread
-def draw_residuals(services: ServicesDep, version: VersionDep, frame: Literal["raw", "corrected"] = "raw",
+def read_residuals(services: ServicesDep, version: VersionDep, frame: Literal["raw", "corrected"] = "raw",
                    margin_px: MarginPx = 0, width: WidthPx = None) -> Json:
     """Return vectors from points to their predicted positions: the nearest position on a line, or the landmark."""
     calibration = version.calibration

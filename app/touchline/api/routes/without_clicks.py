@@ -29,7 +29,8 @@ FRAMES = 13  # over four seconds: who walks by has left most of them
 class PosePriorForm(Strict):
     """What is roughly known of the camera's pose; without it the lines alone decide."""
 
-    height_mm: Annotated[float, Field(ge=100, le=100_000)] | None = Field(None, description="to a third either way")
+    height_mm: Annotated[float, Field(ge=100, le=100_000)] | None = Field(
+        None, description="height of the camera, mm, to a third either way")
     turn_deg: Annotated[float, Field(ge=-360, le=360)] | None = Field(
         None, description="clockwise rotation of the region in the raw image, relative to the corrected image; within "
                           "±50°")
@@ -43,7 +44,7 @@ class AutoRequest(PictureChoice):
     region: Name = Field(AUTO, description="auto: the part of the field that the image shows")
     rotate: Rotate | None = None
     model: Name = Field("auto", description="auto: Brown–Conrady, or the first of others that can be fitted")
-    options: OptionValues = Field({}, description="as for a fit")
+    options: OptionValues = Field({}, description="options by name, as GET /models describes them")
     rough: PosePriorForm | None = None
     corners: Annotated[list[Pair], Field(min_length=4, max_length=4)] | None = Field(
         None, description="top left, top right, bottom right and bottom left corner of the region as it is when "
@@ -54,7 +55,7 @@ class AutoRequest(PictureChoice):
 
 
 @router.post("/calibrations/auto", tags=["calibrations"], status_code=202, response_model=responses.Job)
-async def find_calibration(request: Request, services: ServicesDep, caller: CallerDep, body: AutoRequest) -> Json:
+async def detect_calibration(request: Request, services: ServicesDep, caller: CallerDep, body: AutoRequest) -> Json:
     """Start a job that recognises the field, finds its lines, and saves a version if nothing contradicts it.
 
     Its result has the version's id or null as `calibration`, a `verdict`, the `doubts`, the `candidates`, and what was

@@ -23,7 +23,7 @@ class DetectionBody(Strict):
     clicks: Clicks | None = Field(
         None, description="by colour: [x, y] of a point, or [x0, y0, x1, y1] of a box, raw px")
     mm_per_px: Annotated[float, Field(ge=0.01, le=1000)] | None = Field(
-        None, description="size of a pixel, if there is no calibration")
+        None, description="size of a px on the carpet, mm, if there is no calibration")
     eye_mm: Annotated[list[Coordinate], Field(min_length=3, max_length=3)] | None = Field(
         None, description="[x, y, height] of the camera, field mm, for a model that is not a physical lens model")
 

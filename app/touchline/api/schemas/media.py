@@ -13,6 +13,11 @@ def files(*media_types: str) -> Responses:
     return {200: {"content": {media_type: BYTES for media_type in media_types}}}
 
 
+# Exports: bytes of any format; who needs one of the others as text or JSON asks for that format.
+EXPORTED: Responses = {200: {"content": {
+    **{media_type: BYTES for media_type in (BINARY, "application/x-protobuf")},
+    **{media_type: {"schema": {"type": "string"}} for media_type in ("application/yaml", "text/csv", "text/plain")},
+    "application/json": {"schema": {}}}}}
 PICTURE = files("image/png", "image/jpeg")
 UNCHANGED: Responses = {304: {"description": "Unchanged: If-None-Match has its ETag"}}
 HTML: Responses = {200: {"content": {"text/html": {"schema": {"type": "string"}}}}}
@@ -20,5 +25,6 @@ HTML: Responses = {200: {"content": {"text/html": {"schema": {"type": "string"}}
 
 def upload(texts: Mapping[str, Any] | None = None, *, required: bool = True) -> dict[str, Any]:
     """Describe a multipart body with a part "file" and other parts that are texts."""
+    file = {**BYTES["schema"], "contentMediaType": BINARY, "description": "the file's bytes"}
     return {"required": required, "content": {"multipart/form-data": {"schema": {
-        "type": "object", "required": ["file"], "properties": {"file": BYTES["schema"], **(texts or {})}}}}}
+        "type": "object", "required": ["file"], "properties": {"file": file, **(texts or {})}}}}}

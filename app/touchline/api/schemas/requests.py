@@ -90,7 +90,7 @@ class CameraChanges(Strict):
     region: CameraId | None = None
 
 
-class CameraTest(Strict):
+class CameraTestRequest(Strict):
     """A source to be tried out."""
 
     source: Address
