@@ -90,7 +90,7 @@ def _complete_answers(answers: Schema) -> None:
         if PROBLEM in content:
             content[PROBLEM] = {"schema": {"$ref": "#/components/schemas/Problem"}}
         if EVENTS in content:  # the framework's itemSchema is of OpenAPI 3.2
-            content[EVENTS] = {"schema": {"type": "string", "description": "Events, each with a Job as its data."}}
+            content[EVENTS] = {"schema": {"description": "Events, each with a Job as its data."}}
         for media_type, described in content.items():
             if media_type != EVENTS:
                 _as_bytes(media_type, described.get("schema", {}))
