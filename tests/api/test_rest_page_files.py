@@ -52,7 +52,7 @@ def test_what_is_preloaded_is_what_is_imported():
     languages = {name for name in ours if name.startswith("core/words/") and not name.startswith("core/words/en")}
     assert len(languages) > 30
     assert ours - set(modules_of(html, STATIC)) == {
-        *languages, "features/live/stream_worker.js", "features/live/timecode.js"}
+        *languages, "features/live/stream_worker.js"}
 
 
 def test_a_file_that_has_changed_is_sent_anew_and_one_that_has_not_is_not_sent_again(shelf, folder):

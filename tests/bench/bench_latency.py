@@ -1,7 +1,8 @@
 """From the camera to the browser's canvas. Command: python -m pytest tests/bench/bench_latency.py -s
 
-The simulated camera paints the time of each picture into it; the page's own worker draws the picture and reads it back.
-The corrected picture is told by its time stamp, which the raw one proves right. Needs Chromium.
+The simulated camera paints the time of each picture into it; the page's own worker draws the picture, and a worker
+around it (latency/worker.js) reads that back. The corrected picture is told by its time stamp, which the raw one proves
+right. Needs Chromium.
 """
 
 import subprocess
@@ -19,17 +20,22 @@ from tests.support.chromium import ARGUMENTS, chromium_path
 from tests.support.live_cameras import calibrated
 
 ROOT = Path(__file__).parents[2]
+SCRIPTS = [(Path(__file__).parent / "latency" / name).read_text() for name in ("worker.js", "timecode.js")]
 SOURCE = "sim://table?size=1920x1080&fps=30&robots=6&timecode=true"
-MEASURE = """([address, count]) => new Promise((done) => {
+MEASURE = """([address, count, around, timecode]) => new Promise((done) => {
+  const url = (text) => URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
+  const script = around.replace("./timecode.js", url(timecode)).replace("/features", `${location.origin}/features`);
   const canvas = document.createElement("canvas"), off = canvas.transferControlToOffscreen(), told = [];
-  const worker = new Worker("/features/live/stream_worker.js", { type: "module" });
+  const worker = new Worker(url(script), { type: "module" });
   worker.onmessage = ({ data }) => {
     const { head, shown_ms: shown, taken_ms: taken } = data;
+    if (data.isReady) {
+      worker.postMessage({ canvases: [off] }, [off]);
+      worker.postMessage({ address });
+    }
     if (head) told.push([shown - 1000 * head.time, taken === null ? null : shown - taken]);
     if (told.length >= count) { worker.terminate(); done(told); }
   };
-  worker.postMessage({ canvases: [off], timed: true }, [off]);
-  worker.postMessage({ address });
 })"""
 
 
@@ -51,7 +57,7 @@ def served(tmp_path_factory):
 def page(served):
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium_path(), args=ARGUMENTS)
-        page = browser.new_page()
+        page = browser.new_page(bypass_csp=True)  # the worker around the page's own comes as a blob
         page.goto(served + "#/cameras/nobody/live")  # a page that watches nothing itself
         yield page
         browser.close()
@@ -59,7 +65,7 @@ def page(served):
 
 def measured(page, url, view, width, count=150):
     address = url.replace("http", "ws") + f"api/v1/cameras/north/stream?view={view}&width={width}&ack=true"
-    told = page.evaluate(MEASURE, [address, count])[30:]
+    told = page.evaluate(MEASURE, [address, count, *SCRIPTS])[30:]
     by_stamp = np.array([one[0] for one in told])
     by_picture = np.array([one[1] for one in told if one[1] is not None])
     return by_stamp, by_picture

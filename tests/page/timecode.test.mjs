@@ -1,7 +1,7 @@
 // The timecode that a simulated camera paints into its picture: read at any width, and refused where it is not whole.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { readTimecode, rows } from "../../static/features/live/timecode.js";
+import { readTimecode, rows } from "../bench/latency/timecode.js";
 
 const WHEN = Date.UTC(2026, 10, 27, 22, 45, 12, 345);
 

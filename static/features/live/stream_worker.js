@@ -3,7 +3,6 @@
 import { parts } from "../../core/framing.js";
 import { leave } from "../../core/leave.js";
 import { createWarp } from "../../canvas/warp.js";
-import { readTimecode, rows } from "./timecode.js";
 
 /** @type {OffscreenCanvas} */ let canvas;
 /** @type {OffscreenCanvas | undefined} of the corrected half, where the two are drawn apart */ let second;
@@ -16,8 +15,7 @@ let address = "",
   wait_ms = 0,
   again = 0,
   decoding = false,
-  hasDrawn = false,
-  timed = false;
+  hasDrawn = false;
 /** @type {ArrayBuffer | null} */ let newest = null;
 const TIMED_FRAMES = 3, // of which the middle one counts: the first has everything to prepare
   FIRST_WAIT_MS = 250,
@@ -38,7 +36,6 @@ addEventListener("message", ({ data }) => {
     mesh = data.mesh;
     if (mesh) warp?.setMesh(mesh);
   }
-  if (data.timed !== undefined) timed = data.timed; // tell when the picture itself says it was taken
   if (data.address !== undefined && data.address !== address) connect(data.address);
   if (data.isOver) end();
 });
@@ -82,13 +79,6 @@ function connect(to) {
       if (address === to) connect(to);
     }, wait_ms);
   });
-}
-
-/** The time in the picture that was drawn. */
-function taken() {
-  const { top, height } = rows(canvas.width),
-    pen = pens.get(canvas);
-  return pen ? readTimecode(pen.getImageData(0, top, canvas.width, height)) : null;
 }
 
 /**
@@ -149,11 +139,7 @@ async function show() {
     try {
       draw(picture, head);
       hasDrawn = true;
-      postMessage({
-        head,
-        age_ms: Date.now() - 1000 * head.time,
-        ...(timed ? { shown_ms: Date.now(), taken_ms: taken() } : {}),
-      });
+      postMessage({ head, age_ms: Date.now() - 1000 * head.time });
     } catch (error) {
       postMessage({ undrawn: String(error) });
     }
