@@ -7,8 +7,8 @@ from fastapi import APIRouter
 
 # In the order of the documentation; where two paths match a request, the first one wins.
 RESOURCES = ("server_state", "cameras", "streams", "events", "snapshots", "fields", "fit", "calibrations", "lenses",
-             "judging", "claims", "rigs", "using", "jobs", "detections", "colours", "publishing", "board_capture",
-             "rolls", "without_clicks", "scenes", "clips")
+             "straight", "judging", "reports", "pairs", "claims", "rigs", "using", "jobs", "detections", "colours",
+             "publishing", "board_capture", "rolls", "automatic", "drift", "scenes", "clips")
 
 
 def resources() -> Iterator[APIRouter]:

@@ -24,7 +24,7 @@ from touchline.api.responses import (
     versioned,
 )
 from touchline.api.schemas import responses
-from touchline.api.schemas.media import EXPORTED, UNCHANGED, Responses, upload
+from touchline.api.schemas.media import EXPORTED, UNCHANGED, upload
 from touchline.api.schemas.requests import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
 from touchline.core.errors import TouchlineError
 from touchline.core.records import Calibration
@@ -94,14 +94,13 @@ def _version(store: Store, id: str) -> Any:
         return None
 
 
-ACCEPTED: Responses = {202: {"model": responses.Job, "description": "a job: ?job=true"}}
 Approximate = Annotated[bool, Query(description="the best approximation in the format, with its error")]
 CameraNumber = Annotated[int | None, Query(ge=0, le=2**32 - 1,
                                            description="the camera's number in a format that has one")]
 IMPORT_BODY = {"requestBody": upload({option: {"type": "string"} for option in OPTIONS})}
 
 
-@router.post("", status_code=201, response_model=responses.Calibration, responses=ACCEPTED)
+@router.post("", status_code=201, response_model=responses.Calibration, responses=responses.ACCEPTED)
 async def create_calibration(request: Request, services: ServicesDep, by: OperatorDep, body: FitRequest,
                              job: AsJob = False) -> Response:
     """Fit, evaluate and save a new version of a camera's calibration. Nothing is saved if anything fails.
@@ -124,7 +123,7 @@ def _created(calibration: Calibration) -> Json:
     return created(calibration.to_json(), f"calibrations/{calibration.id}")
 
 
-@router.post("/compare", response_model=Ranking, responses=ACCEPTED)
+@router.post("/compare", response_model=Ranking, responses=responses.ACCEPTED)
 async def compare_models(request: Request, services: ServicesDep, body: CompareRequest, job: AsJob = False) -> Response:
     """Rank every model (or those in `models`) on the same points; saves nothing and may take ten seconds.
 

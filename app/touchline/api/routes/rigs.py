@@ -9,7 +9,6 @@ from starlette.responses import Response
 
 from touchline.api.dependencies import CallerDep, IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
 from touchline.api.responses import NO_STORE, Json, JsonText, accepted, finished_or_queued, page, picture, versioned
-from touchline.api.routes.calibrations import ACCEPTED
 from touchline.api.schemas import responses
 from touchline.api.schemas import rigs as schemas
 from touchline.api.schemas.media import PICTURE
@@ -115,7 +114,7 @@ async def read_stitched_image(request: Request, services: ServicesDep, name: Id,
     return await services.process_picture(ImageSize(width, width), draw, request.is_disconnected)
 
 
-@router.post("/{name}/check", response_model=RigReport, responses=ACCEPTED)
+@router.post("/{name}/check", response_model=RigReport, responses=responses.ACCEPTED)
 async def check_rig(request: Request, services: ServicesDep, name: Id, body: schemas.RigCheck,
                     job: AsJob = False) -> Response:
     """Compare its cameras where two see the same carpet: mm map, largest, mean, p95, max, there and at

@@ -6,6 +6,7 @@ from pydantic import Field
 
 from touchline import jobs
 from touchline.api.schemas.base import JsonObject, Texts, list_of, page_of, response
+from touchline.api.schemas.media import Responses
 from touchline.core.json_values import PointsJson, SizeJson
 from touchline.core.options import OptionJson
 from touchline.core.records import ObservationJson
@@ -33,6 +34,7 @@ Health = response("Health", status=Literal["ok"], version=str, uptime_s=float, w
 Restoration = response("Restoration", record=backup_restore.Restoration, lost=int)
 Job = response("Job", says=True, record=jobs.Job, without=("spec",))
 Jobs = page_of("Jobs", Job)
+ACCEPTED: Responses = {202: {"model": Job, "description": "a job: ?job=true"}}
 # value: as it is now, "set" or null of a secret. change: null where only the settings file decides it
 SettingView = response("SettingView", name=str, value=Any, default=Any, help=str, secret=bool, change=str | None)
 SettingsView = response("SettingsView", version=str, items=list_of(SettingView), storage=JsonObject)

@@ -1,0 +1,80 @@
+"""/calibrations/{id}/report: all that is known of one version, as a page and as JSON."""
+
+from contextlib import suppress
+from typing import Annotated, NamedTuple
+
+from fastapi import APIRouter, Depends
+from starlette.responses import HTMLResponse
+
+from touchline import report
+from touchline.api.dependencies import ServicesDep, VersionDep, in_thread
+from touchline.api.json_text import json_bytes
+from touchline.api.responses import Json, cached_response, disposition
+from touchline.api.schemas import responses
+from touchline.api.schemas.media import HTML, UNCHANGED
+from touchline.core.errors import NotFound, TouchlineError
+from touchline.core.records import Frame
+from touchline.evaluate.claims.claim import Claim
+from touchline.report.page import POLICY
+from touchline.services.answer_cache import etag_of
+from touchline.services.claims import known_claims
+from touchline.services.container import Services
+from touchline.store.calibrations import FoundVersion
+
+router = APIRouter(tags=["judging"])
+
+
+class Surroundings(NamedTuple):
+    """What a report says that its version does not. picture: the name of its file; None if that is gone."""
+
+    camera_name: str | None
+    picture: str | None
+    claims: list[Claim]
+
+    @property
+    def stamp(self) -> tuple[str | None, ...]:
+        """Return what is another one as soon as the report says something else."""
+        return self.camera_name, self.picture, etag_of(json_bytes([claim.to_json() for claim in self.claims]))
+
+
+def _surroundings_of(services: ServicesDep, version: VersionDep) -> Surroundings:
+    calibration, name, file = version.calibration, None, None
+    if calibration.camera is not None:
+        with suppress(NotFound):  # its camera was removed, or belongs to another server
+            name = services.cameras.get(calibration.camera).name
+    if calibration.snapshot is not None:
+        with suppress(TouchlineError):
+            path = services.store.snapshots.path(services.store.snapshots.get(calibration.snapshot))
+            file = path.name if path.exists() else None
+    return Surroundings(name, file, known_claims(services, calibration))
+
+
+SurroundingsDep = Annotated[Surroundings, Depends(_surroundings_of)]
+
+
+@router.get("/calibrations/{id}/report.html", response_class=HTMLResponse, responses=HTML)
+@in_thread
+def read_report_page(services: ServicesDep, version: VersionDep, around: SurroundingsDep) -> HTMLResponse:
+    """Return one self-contained page: verdict, figures, images before and after, error maps, versions and hashes."""
+    calibration, shown = version.calibration, _shown(services, version, around)
+    contents = report.contents(calibration, shown, around.claims)
+    html = report.page(contents, report.draw(calibration, shown, contents))
+    name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}-report.html"
+    return HTMLResponse(html.encode("utf-8", "replace"), headers={
+        "Content-Security-Policy": f"{POLICY}; frame-ancestors 'self'", "Cache-Control": "no-cache",
+        "Content-Disposition": disposition("inline", name)})
+
+
+@router.get("/calibrations/{id}/report.json", response_model=responses.CalibrationReport, responses=UNCHANGED)
+@cached_response
+@in_thread
+def read_report(services: ServicesDep, version: VersionDep, around: SurroundingsDep) -> Json:
+    """Return the same numbers and words as JSON, null for what is not known."""
+    return Json(report.contents(version.calibration, _shown(services, version, around), around.claims))
+
+
+def _shown(services: Services, version: FoundVersion, around: Surroundings) -> report.ReportPicture:
+    def frame(snapshot: str) -> Frame:
+        services.store.snapshots.get(snapshot)  # a deleted one is not shown, though it may be in memory
+        return services.frame(snapshot)
+    return report.report_picture(version.calibration, frame, around.camera_name)
