@@ -17,7 +17,7 @@ FITS = ["fitting/border.py", "fitting/clicks.py", "fitting/linear.py", "fitting/
         "fitting/ray_camera/camera_prior.py", "fitting/ray_camera/height_check.py", "fitting/ray_camera/misfit.py",
         "evaluate/fit/report.py", "evaluate/fit/observability.py", "evaluate/fit/uncertainty.py",
         "evaluate/fit/verification.py", "workflows/calibration_request.py",
-        "fitting/field_lines/pattern.py", "workflows/automatic.py", "workflows/automatic_request.py",
+        "fitting/field_pattern.py", "workflows/automatic.py", "workflows/automatic_request.py",
         "workflows/recognition.py"]
 # Of callers of REST and the shell alone: the page sends none of it.
 NOT_OF_THE_PAGE = {"bad-axis", "bad-parameters", "bad-corners", "too-many-points"}

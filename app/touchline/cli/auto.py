@@ -15,7 +15,7 @@ from touchline.core.progress import subprogress
 from touchline.core.records import Calibration
 from touchline.models.ray_camera import RayCamera
 from touchline.models.restored import model_of
-from touchline.workflows.automatic_request import median_frame
+from touchline.workflows.job_pictures import median_frame
 from touchline.workflows.recognition import AUTO, request_for
 
 

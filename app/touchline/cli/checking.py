@@ -16,9 +16,9 @@ from touchline.core.geometry import Pixels
 from touchline.core.marking_names import marking_names
 from touchline.core.progress import subprogress
 from touchline.evaluate.fit.verdict import level_of
-from touchline.workflows.automatic_request import median_frame
 from touchline.workflows.check import Check
 from touchline.workflows.check import check as check_calibration
+from touchline.workflows.job_pictures import median_frame
 
 GOOD_COLOUR, POOR_COLOUR, EXPECTED_COLOUR = (80, 220, 80), (60, 60, 255), (255, 255, 255)  # BGR
 

@@ -37,6 +37,7 @@ Pixels = NDArray[np.uint8]  # (h, w) grey, (h, w, 3) BGR
 # lose the digits that a least squares needs, and 1e308 overflows.
 MAX_COORDINATE = 1e7
 MIN_SIDE_PX, MAX_SIDE_PX = 2, 65_536  # of a picture that can be calibrated
+MAX_MATCHES = 20_000
 MAX_PICTURE_PX = 200_000_000  # the largest sensors have 150 million pixels
 
 
@@ -94,6 +95,19 @@ def as_points(value: Any, what: str = "The points") -> Points:
             f"{what} contain a number that is not finite or beyond {MAX_COORDINATE:g} (point {bad[0] + 1}).",
             "Remove or correct that point.", reason="non-finite-points", index=int(bad[0]))
     return points
+
+
+def as_matches(a: Points, b: Points) -> tuple[Points, Points]:
+    """Return both as (n, 2), finite, and as many; BadInput otherwise."""
+    a = as_points(a, "The points of the first view").reshape(-1, 2)
+    b = as_points(b, "The points of the second view").reshape(-1, 2)
+    if len(a) != len(b):
+        raise BadInput(f"The first view has {len(a)} points and the second {len(b)}.",
+                       "Send matches: as many points in both, in the same order.", reason="bad-matches")
+    if len(a) > MAX_MATCHES:
+        raise BadInput(f"{len(a)} matches were sent; at most {MAX_MATCHES} are possible.", "Send fewer matches.",
+                       reason="too-many-points")
+    return a, b
 
 
 def as_pair(value: Iterable[Any]) -> tuple[float, float]:

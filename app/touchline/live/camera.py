@@ -13,7 +13,6 @@ from touchline.core.common_sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED, OPE
 from touchline.core.errors import Conflict, ProblemJson, Unavailable
 from touchline.core.records import Calibration
 from touchline.core.statements import say
-from touchline.evaluate.cameras.picture_print import PicturePrint
 from touchline.live import messages
 from touchline.live.detection_feed import DetectionFeed, Publish
 from touchline.live.failures import failure_words
@@ -31,6 +30,7 @@ from touchline.live.streams import Streams, Viewer
 from touchline.live.supervisor import POLL_S, CameraSupervisor
 from touchline.processes.framing import Message, error_from_json
 from touchline.sources import Identity
+from touchline.vision.picture_print import PicturePrint
 
 UNKNOWN_QUALITY: PictureQuality = {"still": None, "print": None, "light": None, "sharpness": None,
                                    "flicker": None, "words": []}

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from touchline.core import opencv
 from touchline.core.geometry import ImageSize, inside_picture
 from touchline.core.statements import say
-from touchline.evaluate.cameras.picture_print import PicturePrint
 from touchline.live.capture import CapturedFrame, FrameCapture
 from touchline.live.encoder import Encoder
 from touchline.live.failures import Failures
 from touchline.live.status_types import PictureQuality
+from touchline.vision.picture_print import PicturePrint
 from touchline.vision.quality import flicker, light, sharpness
 from touchline.vision.quality.stillness import Stillness
 

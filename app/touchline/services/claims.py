@@ -10,7 +10,6 @@ from touchline.core.errors import Conflict, FitFailed, TouchlineError
 from touchline.core.field_json import field_from_json
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Calibration, Frame
-from touchline.evaluate.cameras.picture_print import PicturePrint
 from touchline.evaluate.claims.claim import Claim
 from touchline.evaluate.claims.others import difference_claims, neighbour_claim, packet_claim
 from touchline.evaluate.claims.own_images import whose
@@ -27,11 +26,12 @@ from touchline.evaluate.claims.pictures import (
     other_size,
 )
 from touchline.evaluate.drift.orientation import OrientationReference
-from touchline.fitting.field_lines.pattern import is_half_turn_symmetric
+from touchline.fitting.field_pattern import is_half_turn_symmetric
 from touchline.live.camera import SEEN
 from touchline.models.restored import Restored, model_of
 from touchline.services.container import Services
 from touchline.services.live import take_frame
+from touchline.vision.picture_print import PicturePrint
 from touchline.workflows import calibration as workflow
 from touchline.workflows.check import check
 from touchline.workflows.pair import evaluate_pair

@@ -17,7 +17,6 @@ from touchline.core.geometry import ImageSize
 from touchline.core.jobs import NOBODY, Caller
 from touchline.core.progress import Progress
 from touchline.core.records import Frame
-from touchline.evaluate.cameras.picture_print import PicturePrint
 from touchline.evaluate.claims.claim import Claim
 from touchline.images import ImageDecoder, ImageLimits
 from touchline.imaging.mosaic import Stitcher
@@ -43,6 +42,7 @@ from touchline.store.fields import FieldRepository
 from touchline.store.files import remove_temporary_files
 from touchline.store.snapshots import Snapshot
 from touchline.store.store import Store
+from touchline.vision.picture_print import PicturePrint
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")

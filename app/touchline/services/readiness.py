@@ -5,7 +5,6 @@ from typing import Any
 
 from touchline.core.json_values import number
 from touchline.core.statements import join, sentence_in
-from touchline.evaluate.cameras.picture_print import PicturePrint
 from touchline.evaluate.claims.claim import Claim
 from touchline.evaluate.claims.own_images import CameraImage
 from touchline.evaluate.claims.own_report import field_claims
@@ -15,6 +14,7 @@ from touchline.services.container import Services
 from touchline.services.rigs import rig_json
 from touchline.settings import CameraSettings
 from touchline.sources import device_of
+from touchline.vision.picture_print import PicturePrint
 
 OF_RIG = ("other-field", "other-region", "other-rectangles")  # other troubles of its cameras are claims of their own
 

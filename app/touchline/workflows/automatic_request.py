@@ -9,8 +9,8 @@ from typing import Any, Self
 import numpy as np
 from typing_extensions import TypedDict
 
-from touchline.core.common_sentences import DETECTING_LINES, ONE_CAMERA, SERIES_MOVED, SERIES_MOVED_FIX
-from touchline.core.errors import Conflict, FitFailed, ProblemJson
+from touchline.core.common_sentences import DETECTING_LINES, SERIES_MOVED, SERIES_MOVED_FIX
+from touchline.core.errors import FitFailed, ProblemJson
 from touchline.core.field import Field, Region
 from touchline.core.field_json import field_from_json
 from touchline.core.geometry import with_z
@@ -35,13 +35,12 @@ from touchline.evaluate.fit.report_types import FitReport
 from touchline.evaluate.fit.verification import AutomaticVerdict, Proof, Verification, verdict_of
 from touchline.fitting import FITTERS
 from touchline.fitting.field_lines.given_corners import check_corners
-from touchline.fitting.field_lines.pattern import is_half_turn_symmetric
 from touchline.fitting.field_lines.recognition import recognise
 from touchline.fitting.field_lines.search import PosePrior, SearchResult, is_near_height, search
+from touchline.fitting.field_pattern import is_half_turn_symmetric
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.models import CameraModel
 from touchline.models.ray_camera import RayCamera
-from touchline.vision.motion.background import Background
 from touchline.workflows import automatic
 from touchline.workflows.calibration_request import CalibrationRequest
 from touchline.workflows.elsewhere import LineElsewhere, elsewhere_sentence, lines_elsewhere, told_by
@@ -237,23 +236,6 @@ def without_camera(doubts: list[ProblemJson], areas: Sequence[SeenArea] = ()) ->
     """Return the part of an answer that found none."""
     return {"observations": [], "proof": None, "report": None, "areas": [area.to_json() for area in areas],
             "elsewhere": [], "doubts": doubts, "verdict": verdict_of(doubts, None, None)}
-
-
-def median_frame(pictures: Pictures, progress: Progress = no_progress) -> Frame:
-    """Return the median of several pictures of one camera, in which robots and people vanish; a single one as it is."""
-    first, count = pictures[0][1](), len(pictures)
-    if count == 1:
-        return first
-    background = Background(first.pixels.shape, count)
-    for number, (_, load) in enumerate(pictures):
-        progress(number / count, say(
-            "progress.reading", "Reading image {number} of {count}", number=number + 1, count=count))
-        frame = first if number == 0 else load()
-        if frame.size != first.size:
-            raise Conflict(say("image.differs-from-first", "Image {image} is {size}, the first image is {size2}.",
-                               image=number + 1, size=frame.size, size2=first.size), ONE_CAMERA, reason="size-mismatch")
-        background.add(frame.pixels)
-    return replace(first, pixels=np.ascontiguousarray(background.picture))
 
 
 def _has_moved(model: CameraModel, field: Field, region: Region, frame: Frame, series: Pictures) -> bool:

@@ -21,10 +21,8 @@ from touchline.evaluate.drift.line_check import LineDeviation, LineMeasurements
 from touchline.evaluate.drift.orientation import FIX, SAID, UNKNOWN, Orientation, OrientationReference, State
 from touchline.evaluate.fit.verification import MIN_FOUND
 from touchline.models.restored import Restored
-from touchline.vision.lines.painted import with_bright_lines
-from touchline.workflows.automatic import detect_lines
-from touchline.workflows.automatic_request import median_frame
-from touchline.workflows.job_pictures import job_pictures
+from touchline.vision.lines.painted import painted_lines, with_bright_lines
+from touchline.workflows.job_pictures import job_pictures, median_frame
 
 MAX_DRAWN = 400
 LONG = 0.05  # of the diagonal: a laid line, not a scratch
@@ -103,7 +101,7 @@ def _others_share(gray: Pixels, seen: LineMeasurements) -> float:
     if seen.share >= MIN_FOUND:
         return 0.0
     total = 0.0
-    for chain in detect_lines(gray).chains:
+    for chain in painted_lines(gray).chains:
         if len(chain) < 2 or not (length := float(np.linalg.norm(np.diff(chain, axis=0), axis=1).sum())
                                   ) > LONG * float(np.hypot(*gray.shape)):
             continue

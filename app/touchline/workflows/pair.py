@@ -12,7 +12,16 @@ import numpy as np
 
 from touchline.core.errors import BadInput, Conflict, FitFailed
 from touchline.core.field_json import field_from_json
-from touchline.core.geometry import Array, ImageSize, Indices, Mask, Points, inside_picture, root_mean_square
+from touchline.core.geometry import (
+    Array,
+    ImageSize,
+    Indices,
+    Mask,
+    Points,
+    as_matches,
+    inside_picture,
+    root_mean_square,
+)
 from touchline.core.json_values import PointsJson, nullable, nullable_points
 from touchline.core.progress import Progress, no_progress
 from touchline.core.records import Calibration, observations_from_json
@@ -22,7 +31,7 @@ from touchline.evaluate.cameras.own_accuracy import own_accuracy
 from touchline.evaluate.cameras.pair_agreement import CELLS, from_matches, from_observations
 from touchline.evaluate.cameras.shared_area import overlap
 from touchline.fitting.two_view.epipolar_lines import epipolar_curves, epipolar_segments
-from touchline.fitting.two_view.fundamental_matrix import as_matches, fundamental_matrix
+from touchline.fitting.two_view.fundamental_matrix import fundamental_matrix
 from touchline.fitting.two_view.relative_pose import calibrated_epipolar_px, pose_between, relative_pose
 from touchline.models import CameraModel, field_from_raw, raw_from_field
 from touchline.models.ray_camera import RayCamera

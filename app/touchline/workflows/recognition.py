@@ -22,19 +22,18 @@ from touchline.core.progress import Progress, no_progress, subprogress
 from touchline.core.records import Calibration, Frame
 from touchline.core.statements import Stated, say, stated
 from touchline.evaluate.fit.areas import AreaJson, SeenArea, seen_area
-from touchline.fitting.field_lines.pattern import is_half_turn_symmetric
 from touchline.fitting.field_lines.recognition import RecognisedField, recognise
 from touchline.fitting.field_lines.search import CameraCandidate, PosePrior, SearchResult
+from touchline.fitting.field_pattern import is_half_turn_symmetric
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.workflows import automatic
 from touchline.workflows.automatic_request import (
     AutomaticAnswer,
     AutomaticRequest,
-    median_frame,
     pose_prior_from_json,
     without_camera,
 )
-from touchline.workflows.job_pictures import Pictures, job_pictures
+from touchline.workflows.job_pictures import Pictures, job_pictures, median_frame
 
 AUTO = "auto"
 MIN_VALUE = 0.55  # of a field that may be the one

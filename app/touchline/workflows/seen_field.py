@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import TypedDict
 
+from touchline.core import opencv
 from touchline.core.common_sentences import DETECTING_LINES
 from touchline.core.errors import Conflict
 from touchline.core.field import Field
@@ -14,7 +15,7 @@ from touchline.core.statements import say
 from touchline.fitting.seen_markings import with_seen
 from touchline.models import field_from_raw
 from touchline.models.restored import model_of
-from touchline.workflows.automatic import detect_lines
+from touchline.vision.lines.painted import painted_lines
 
 
 class SeenField(TypedDict):
@@ -36,7 +37,7 @@ def seen_field(pixels: NDArray[np.uint8], calibration: Calibration, field: Field
                            "{wanted}.", width=pixels.shape[1], height=pixels.shape[0], wanted=calibration.image_size),
                        say("image.take-that-size", "Take an image of that size."), reason="size-mismatch")
     progress(0.0, DETECTING_LINES)
-    model, chains = model_of(calibration), detect_lines(pixels).chains
+    model, chains = model_of(calibration), painted_lines(opencv.to_grey(pixels)).chains
     progress(0.7, say("progress.measuring-lines", "Measuring lines"))
     on_carpet = [field_from_raw(model, chain) for chain in chains]
     found, names = with_seen(field, [places for places in on_carpet if np.isfinite(places).all()])

@@ -10,9 +10,9 @@ from tests.support.live_cameras import FIELDS
 from tests.support.simulated_source import simulated_source
 from tests.support.tiers import rounds
 from touchline.core.geometry import ImageSize
-from touchline.evaluate.cameras.picture_print import PicturePrint
 from touchline.evaluate.claims.own_images import CameraImage, compare, own_images_claim, whose
 from touchline.sources import device_of
+from touchline.vision.picture_print import PicturePrint
 
 SIZE = ImageSize(320, 256)
 RIG = "sim://ssl-div-b?cameras={}&camera={}&size=320x256&fps=240&tilt=3&play=field&robots={}"

@@ -10,11 +10,11 @@ from tests.support.tiers import rounds
 from touchline.core.board import BoardView
 from touchline.core.errors import BadInput, FitFailed
 from touchline.core.geometry import ImageSize
-from touchline.evaluate.board.lens_difference import lens_difference
 from touchline.evaluate.board.lens_uncertainty import expected_px, lens_sensitivity
 from touchline.fitting.board.fit import board_model, fit_board
 from touchline.fitting.board.model_selection import term_sets_for
 from touchline.models import MODELS
+from touchline.models.lens_difference import lens_difference
 
 BROWN, FISH = MODELS["brown-conrady"], MODELS["fisheye"]
 

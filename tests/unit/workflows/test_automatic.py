@@ -13,7 +13,8 @@ from touchline.core.errors import BadInput, Conflict, FitFailed
 from touchline.core.records import Frame, observations_from_json
 from touchline.models import field_from_raw, model_from_json
 from touchline.models.restored import Restored
-from touchline.workflows.automatic_request import AutomaticRequest, median_frame
+from touchline.workflows.automatic_request import AutomaticRequest
+from touchline.workflows.job_pictures import median_frame
 
 RIGHT_MM = 3.0  # a wrong assignment is off by decimetres
 PLAIN = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 6, 0)

@@ -8,11 +8,11 @@ import numpy as np
 
 from touchline.core.geometry import Array, ImageSize, Points
 from touchline.core.statements import Sentence, say, stated
-from touchline.evaluate.board.lens_difference import picture_grid
 from touchline.evaluate.board.lens_uncertainty import SURE_GRID, expected_px, lens_sensitivity
 from touchline.fitting.board.fit import BoardFit, shared_covariance
 from touchline.fitting.board.parameters import WARP, BoardObservations
 from touchline.fitting.board.problem import BoardProblem
+from touchline.models.lens_difference import picture_grid
 from touchline.models.rotation import matrix_from_vector
 
 CELLS = (8, 6)  # of the picture, columns and rows

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from touchline.core.geometry import Mask
-from touchline.evaluate.board.lens_difference import lens_difference
 from touchline.fitting.board.fit import BoardFit
+from touchline.models.lens_difference import lens_difference
 
 FOLDS = 5
 MIN_VIEWS = 6  # views: halves of three are the least that make a lens

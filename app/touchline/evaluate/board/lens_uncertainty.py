@@ -7,8 +7,8 @@ out first, over the whole picture, for a pose will undo it: the focal length alo
 import numpy as np
 
 from touchline.core.geometry import Array
-from touchline.evaluate.board.lens_difference import picture_grid
 from touchline.models.intrinsics import Intrinsics
+from touchline.models.lens_difference import picture_grid
 
 SURE_GRID = (24, 18)  # columns, rows over the picture: wherever its worst place is asked for, it is the same one
 

@@ -15,9 +15,8 @@ import numpy as np
 
 from touchline.core.errors import FitFailed
 from touchline.core.field import Arc, Field, Landmark, Line, Region
-from touchline.core.geometry import Array, Points
+from touchline.core.geometry import Array, Points, as_matches
 from touchline.core.records import Observations
-from touchline.fitting.two_view.fundamental_matrix import as_matches
 from touchline.models import CameraModel, RayModel, field_from_raw
 
 MAX_HEIGHT_MM = 400.0

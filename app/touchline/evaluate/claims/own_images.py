@@ -10,8 +10,8 @@ from typing import Literal
 
 from touchline.core.geometry import ImageSize
 from touchline.core.statements import Sentence, say
-from touchline.evaluate.cameras.picture_print import PicturePrint, likeness, nearer
 from touchline.evaluate.claims.claim import Claim
+from touchline.vision.picture_print import PicturePrint, likeness, nearer
 
 SAME, DIFFERENT = 0.8, 0.65  # likeness of one stream, sent in two ways, 0.65 to 0.99; of cameras of a rig up to 0.7
 SURE = 0.3  # nearer one of two: robots and people in a quarter gave 0.38

@@ -27,7 +27,7 @@ from touchline.evaluate.drift.expected import expected_lines
 from touchline.evaluate.drift.observed import ObservedLines
 from touchline.evaluate.fit.residuals import rms
 from touchline.evaluate.fit.verification import MARKING_FOUND
-from touchline.fitting.field_lines.line_samples import LineSamples, fine_pattern
+from touchline.fitting.line_samples import LineSamples, fine_pattern
 from touchline.models import CameraModel, field_from_raw
 from touchline.vision.lines.profiles import GROUND_PX, STEP_PX, across_lines, brightness_across
 from touchline.vision.lines.strays import strays

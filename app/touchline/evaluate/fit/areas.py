@@ -14,7 +14,7 @@ from touchline.core.field import Field, Region
 from touchline.core.geometry import ImageSize, Mask, Points, inside_picture
 from touchline.core.marking_names import area_name
 from touchline.core.statements import Sentence, say
-from touchline.fitting.field_lines.pattern import is_half_turn_symmetric
+from touchline.fitting.field_pattern import is_half_turn_symmetric
 
 CELLS = 48  # along the field
 MIN_SEEN = 0.85  # of an area: less, and it may be another one that the picture shows

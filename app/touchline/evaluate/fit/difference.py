@@ -6,11 +6,11 @@ from typing_extensions import TypedDict
 from touchline.core.field import Region
 from touchline.core.geometry import Points
 from touchline.core.json_values import PointJson, nullable
-from touchline.evaluate.board.lens_difference import lens_difference
 from touchline.evaluate.fit.residuals import largest, rms
 from touchline.evaluate.fit.uncertainty import grid_over
 from touchline.fitting.ray_camera.lens_prior import camera_intrinsics
 from touchline.models import CameraModel, field_from_raw, raw_from_field
+from touchline.models.lens_difference import lens_difference
 from touchline.models.ray_camera import RayCamera
 
 GRID = (25, 19)  # columns, rows over the region

@@ -11,8 +11,8 @@ from touchline.core.field import Field
 from touchline.core.geometry import Array, ImageSize, Indices, Points, with_z
 from touchline.fitting.division import odd_series
 from touchline.fitting.field_lines.blind_distortion import UndistortedPlane
-from touchline.fitting.field_lines.pattern import FieldPattern
 from touchline.fitting.field_lines.seen_lines import SeenLines
+from touchline.fitting.field_pattern import FieldPattern
 from touchline.fitting.least_squares import minimise
 from touchline.fitting.linear import pose_from_homography
 from touchline.fitting.ray_camera.camera_prior import ASPECT_SIGMA, CENTRE_SHARE

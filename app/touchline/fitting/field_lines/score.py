@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from touchline.core.geometry import Array, ImageSize, Mask, Points, homogeneous, inside_picture
 from touchline.fitting.field_lines.blind_distortion import UndistortedPlane
-from touchline.fitting.field_lines.pattern import FieldPattern
+from touchline.fitting.field_pattern import FieldPattern
 
 LONG_SIDE = 420  # of the map of distances, px: finer than the bend is known
 DIRECTIONS = 4  # directions of ridges that are mapped apart

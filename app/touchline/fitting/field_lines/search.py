@@ -12,7 +12,6 @@ from touchline.core.geometry import Array, Mask, Points, inside_picture, with_z
 from touchline.core.progress import Progress, no_progress, subprogress
 from touchline.fitting.field_lines.four_lines import Hypotheses, four_line_hypotheses
 from touchline.fitting.field_lines.given_corners import about, cameras_from_corners
-from touchline.fitting.field_lines.pattern import FieldPattern, is_half_turn_symmetric, levels
 from touchline.fitting.field_lines.refinement import (
     CAPTURE_PX,
     RefinedCamera,
@@ -24,6 +23,7 @@ from touchline.fitting.field_lines.refinement import (
 from touchline.fitting.field_lines.score import CREDIBLE, Scores, harmonic_mean, length_within, project, score
 from touchline.fitting.field_lines.seen_lines import SeenLines
 from touchline.fitting.field_lines.three_lines import three_line_hypotheses
+from touchline.fitting.field_pattern import FieldPattern, is_half_turn_symmetric, levels
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 
 COARSE_STEPS, FINE_STEPS = 12, 60  # samples along a line as long as the field

@@ -12,10 +12,10 @@ import numpy as np
 from touchline.core.field import Field, Line, Region
 from touchline.core.geometry import Array, Mask, Points, homogeneous, inside_picture
 from touchline.fitting.field_lines.four_lines import FOCALS, MAX_COSINE, sides_by_focal
-from touchline.fitting.field_lines.pattern import FieldPattern
 from touchline.fitting.field_lines.refinement import initial_camera, refine_camera
 from touchline.fitting.field_lines.score import harmonic_mean, project
 from touchline.fitting.field_lines.seen_lines import SeenLines
+from touchline.fitting.field_pattern import FieldPattern
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 
 LENGTH_MM = 6000.0  # of a field of unknown size

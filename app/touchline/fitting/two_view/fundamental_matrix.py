@@ -11,13 +11,12 @@ from math import lgamma, log
 import numpy as np
 
 from touchline.core import opencv
-from touchline.core.errors import BadInput, FitFailed
-from touchline.core.geometry import Array, Indices, Mask, Points, as_points, homogeneous, root_mean_square
+from touchline.core.errors import FitFailed
+from touchline.core.geometry import Array, Indices, Mask, Points, as_matches, homogeneous, root_mean_square
 from touchline.fitting.two_view.consensus import PARAMETERS, Consensus, consensus
 from touchline.fitting.two_view.epipolar import FundamentalParameters, epipolar_px, sampson_px
 
 MIN_MATCHES = 12  # seven are used up by the answer; the rest must bear it out
-MAX_MATCHES = 20_000
 SAME_PX = 0.1
 GOOD_SIGMAS = 4.0
 MIN_SPREAD_PX = 2.0  # matches within such a strip are on one line
@@ -70,19 +69,6 @@ def fundamental_matrix(a: Points, b: Points, seed: int = 0) -> TwoViews:
     all_good = np.zeros(len(a), bool)
     all_good[once[good]] = True
     return TwoViews(found.fundamental, all_good, epipolar_px(found.fundamental, a, b), found.sigma_px)
-
-
-def as_matches(a: Points, b: Points) -> tuple[Points, Points]:
-    """Return both as (n, 2), finite, and as many; BadInput otherwise."""
-    a = as_points(a, "The points of the first view").reshape(-1, 2)
-    b = as_points(b, "The points of the second view").reshape(-1, 2)
-    if len(a) != len(b):
-        raise BadInput(f"The first view has {len(a)} points and the second {len(b)}.",
-                       "Send matches: as many points in both, in the same order.", reason="bad-matches")
-    if len(a) > MAX_MATCHES:
-        raise BadInput(f"{len(a)} matches were sent; at most {MAX_MATCHES} are possible.", "Send fewer matches.",
-                       reason="too-many-points")
-    return a, b
 
 
 def _distinct_matches(a: Points, b: Points) -> Indices:

@@ -13,10 +13,10 @@ from typing import Self
 import numpy as np
 
 from touchline.core.errors import FitFailed
-from touchline.core.geometry import Array, Mask, Points, homogeneous
+from touchline.core.geometry import Array, Mask, Points, as_matches, homogeneous
 from touchline.fitting.two_view.consensus import TAIL, minimise_weighted
 from touchline.fitting.two_view.epipolar import epipolar_px, sampson_jacobian
-from touchline.fitting.two_view.fundamental_matrix import as_matches, fundamental_matrix
+from touchline.fitting.two_view.fundamental_matrix import fundamental_matrix
 from touchline.models.ray_camera import RayCamera
 from touchline.models.rotation import cross_matrix, matrix_from_vector, nearest_rotation
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from touchline.core.field import Field
 from touchline.core.geometry import Array, ImageSize, Indices, Mask, Points, inside_picture, with_z
-from touchline.fitting.field_lines.pattern import FieldPattern
+from touchline.fitting.field_pattern import FieldPattern
 
 MARGIN_PX = 6.0
 FINE_MM_SHARE = 1 / 400  # of the field's length, between the places that are tried

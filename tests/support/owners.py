@@ -1,0 +1,51 @@
+"""Which capability a module belongs to, as long as its files lie apart; and the imports that break the rule.
+
+The kernel imports no capability, and a capability no other one, but for the pairs that ALLOWED names.
+"""
+
+from collections.abc import Iterator, Mapping
+from fnmatch import fnmatchcase
+
+OWNERS: dict[str, tuple[str, ...]] = {
+    "fields": ("fitting.measured_field", "fitting.tape_doubts", "fitting.seen_markings",
+               "fitting.field_lines.proposed_field", "workflows.seen_field", "workflows.proposed_field",
+               "api.routes.fields", "services.fields"),
+    "automatic": ("fitting.field_lines.*", "workflows.automatic*", "workflows.elsewhere", "workflows.recognition",
+                  "api.routes.automatic", "cli.auto"),
+    "boards": ("core.board", "evaluate.board.*", "fitting.board.*", "vision.board.*", "workflows.board_request",
+               "live.board_capture", "api.routes.board_capture", "api.routes.lenses", "cli.lenses"),
+    "detection": ("core.colour_profile", "core.detections", "evaluate.motion.object_tracks", "vision.blobs.*",
+                  "vision.colour.*", "vision.stages*",
+                  "vision.stage_pipeline", "workflows.detection", "workflows.rectified_detection", "live.detect*",
+                  "live.ssl_detection", "live.stage_renderer", "live.track_fusion", "services.detection",
+                  "services.clips", "store.clips", "store.stages", "api.routes.detections", "api.routes.colours",
+                  "api.routes.clips", "api.schemas.detection"),
+    "drift": ("evaluate.drift.*", "workflows.check", "workflows.reregister", "live.drift", "api.routes.drift",
+              "cli.checking"),
+    "league": ("league.*", "services.publishing", "api.routes.publishing"),
+    "report": ("report.*", "report", "api.routes.reports", "cli.reports"),
+    "rigs": ("evaluate.cameras.epipolar_check", "evaluate.cameras.image_evidence", "evaluate.cameras.own_accuracy",
+             "evaluate.cameras.pair_*", "evaluate.cameras.rectangles", "evaluate.cameras.rig_verdict",
+             "fitting.two_view.*", "imaging.mosaic", "workflows.rig*", "workflows.pair*",
+             "services.rig*", "api.routes.rigs", "api.routes.pairs", "api.schemas.rigs"),
+    "scene": ("scene.*", "services.scenes", "api.routes.scene*"),
+    "straight": ("fitting.plumb_line.*", "evaluate.motion.roll*", "workflows.straight_lines*",
+                 "workflows.rolling*", "live.rolls", "store.rolls", "api.routes.straight", "api.routes.rolls"),
+}
+ALLOWED = {("rigs", "drift"), ("fields", "automatic"), ("detection", "league")}
+
+
+def owner(module: str) -> str | None:
+    """Return the capability of a module, named from the package on; None for the kernel."""
+    name = module.removeprefix("touchline.")
+    return next((owner for owner, patterns in OWNERS.items()
+                 if any(fnmatchcase(name, pattern) for pattern in patterns)), None)
+
+
+def breaks(graph: Mapping[str, set[str]]) -> Iterator[tuple[str, str]]:
+    """Yield each module and one that it imports against the rule. graph: of python_graph."""
+    for module, imported in graph.items():
+        for other in sorted(imported):
+            mine, theirs = owner(module), owner(other)
+            if theirs not in (None, mine) and (mine, theirs) not in ALLOWED:
+                yield module, other
