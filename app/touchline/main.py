@@ -5,6 +5,7 @@ import sys
 import webbrowser
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from functools import partial
 from threading import Thread
 
 from fastapi import APIRouter, FastAPI
@@ -17,8 +18,9 @@ from touchline.api.middleware.connections import limited_connections
 from touchline.api.middleware.limits import MB, BodyLimits
 from touchline.api.middleware.page_files import PageFiles
 from touchline.api.responses import API
-from touchline.api.routes import docs, resources, scene_proxy
+from touchline.api.routes import docs, scene_proxy
 from touchline.api.schemas.requests import PROBLEMS
+from touchline.capabilities import CALIBRATION, jobs, load, routers, savers
 from touchline.images import ImageLimits
 from touchline.installation import __version__, shipped
 from touchline.jobs import JobEngine
@@ -27,18 +29,7 @@ from touchline.services.fit_processes import FitProcesses
 from touchline.services.open_store import open_store
 from touchline.settings import LOOPBACK, Settings, unknown_variables
 
-MODULES = (  # of whose functions jobs are made
-    "touchline.workflows.calibration_request",
-    "touchline.workflows.board_request",
-    "touchline.workflows.pair",
-    "touchline.workflows.straight_lines_request",
-    "touchline.workflows.rig",
-    "touchline.workflows.refit",
-    "touchline.workflows.recognition",
-    "touchline.workflows.rolling_request",
-    "touchline.workflows.check",
-    "touchline.workflows.reregister",
-)
+FITS = (CALIBRATION,)  # what a process imports beforehand that fits while its caller waits
 ABOUT = """Calibrates the cameras above a robot-soccer field.
 
 Pixels are [x, y] from the centre of the top-left pixel; field positions are [x, y] in mm from the field's centre.
@@ -51,12 +42,13 @@ def create_app(settings: Settings, *, serves: bool = True) -> FastAPI:
     serves: False where it answers a script's calls and ends: cameras sleep until they are asked for, nothing is sent to
     the league's network or heard from it, and jobs of the server before wait for the next one.
     """
-    jobs = JobEngine(settings.jobs.workers, engine=settings.jobs.engine, wall_s=settings.jobs.time_limit_s,
-                     kept=settings.jobs.kept, modules=MODULES)  # refused before anything is held
-    fits = FitProcesses(settings.jobs.time_limit_s, MODULES[:1])
+    engine = JobEngine(settings.jobs.workers, engine=settings.jobs.engine, wall_s=settings.jobs.time_limit_s,
+                       kept=settings.jobs.kept, functions=jobs())  # refused before anything is held
+    fits = FitProcesses(settings.jobs.time_limit_s, FITS)
     # A comparison of all models takes some seconds, for which no preview is to wait.
-    comparisons = FitProcesses(settings.jobs.time_limit_s, MODULES[:1], processes=1, at_once=False)
-    services = Services(settings, open_store(settings), jobs, fits, comparisons, image_limits(settings), serves)
+    comparisons = FitProcesses(settings.jobs.time_limit_s, FITS, processes=1, at_once=False)
+    services = Services(settings, open_store(settings), engine, fits, comparisons, image_limits(settings), serves)
+    engine.result_savers.update({name: partial(load(target), services) for name, target in savers().items()})
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
@@ -69,7 +61,7 @@ def create_app(settings: Settings, *, serves: bool = True) -> FastAPI:
     app.state.services = services
     problems.install(app)
     api = APIRouter(prefix=API, responses=PROBLEMS)
-    for router in resources():
+    for router in routers():
         api.include_router(router)
     app.include_router(api)
     _add_page(app, settings)

@@ -12,7 +12,7 @@ from tests.support.group_listener import Listener, free_group, said
 from tests.support.pair_over_field import calibrations
 from tests.support.servers import served
 from tests.support.waiting import until
-from touchline.cli import COMMANDS
+from touchline.capabilities import commands
 from touchline.cli.removed_commands import REMOVED
 from touchline.league.config import PublishingConfig
 from touchline.league.geometry_packet import geometry_packet, published_cameras
@@ -29,7 +29,7 @@ def desk(tmp_path_factory):
 
 
 def test_every_removed_command_is_compared_here():
-    assert {*REMOVED} == {*FORMER} | OTHERS and not {*REMOVED} & {*COMMANDS}
+    assert {*REMOVED} == {*FORMER} | OTHERS and not {*REMOVED} & {*commands()}
 
 
 @pytest.mark.parametrize("name", REMOVED)

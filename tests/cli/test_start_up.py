@@ -3,14 +3,12 @@
 import json
 import subprocess
 import sys
-from importlib import import_module
 
 import pytest
 import typer
 
 from tests.support.paths import ROOT
-from touchline.cli import COMMANDS
-from touchline.main import MODULES
+from touchline import capabilities
 
 # Runs the command line with the words given, and prints which packages were imported.
 PROBE = ("import atexit, json, sys\n"
@@ -28,7 +26,7 @@ def imported_by(*words):
 def test_help_and_version_import_no_command(word):
     loaded = imported_by(word)
     assert not {"cv2", "numpy", "fastapi", "sqlalchemy", "google.protobuf"} & loaded
-    assert not {f"touchline.cli.{target.partition(':')[0]}" for target, _ in COMMANDS.values()} & loaded
+    assert not {target.partition(":")[0] for target, _ in capabilities.commands().values()} & loaded
 
 
 def test_a_command_for_files_imports_no_server_and_no_other_command():
@@ -39,17 +37,17 @@ def test_a_command_for_files_imports_no_server_and_no_other_command():
 
 def test_a_process_that_only_computes_imports_no_database():
     """Each camera and each job has one: it starts with them, and keeps what it has imported."""
-    modules = ("touchline.live.worker_main", "touchline.images.decoder_worker", "touchline.jobs.worker_main", *MODULES)
+    modules = ("touchline.live.worker_main", "touchline.images.decoder_worker", "touchline.jobs.worker_main",
+               *(target.partition(":")[0] for target in capabilities.jobs().values()))
     code = f"import sys\nfrom importlib import import_module\nfor m in {modules}: import_module(m)\nprint(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True,
                             timeout=300).stdout.split()
     assert "numpy" in loaded and not {"sqlalchemy", "alembic", "fastapi", "uvicorn"} & set(loaded)
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", capabilities.commands())
 def test_the_line_in_the_list_of_commands_begins_the_command_s_own_help(name):
-    target, line = COMMANDS[name]
-    module, _, attribute = target.partition(":")
-    command = getattr(import_module(f"touchline.cli.{module}"), attribute)
+    target, line = capabilities.commands()[name]
+    command = capabilities.load(target)
     text = command.info.help if isinstance(command, typer.Typer) else command.__doc__
     assert text.partition("\n")[0] == line

@@ -9,7 +9,7 @@ import pytest
 from tests.support.command_desk import laid_out
 from tests.support.installed import clean_environment, installed_python
 from tests.support.waiting import LONG_S
-from touchline.cli import COMMANDS
+from touchline.capabilities import commands
 
 USES = {  # of every command that ends by itself, in this order: what one writes, another reads
     "calibrate": "pictures/north-1.png --points pictures/north-1.json --model division -o cal.json",
@@ -57,11 +57,11 @@ def run(folder: Path, uses: dict[str, list[str]]) -> dict[str, tuple[int, str, s
 
 
 def test_every_command_tells_its_own_help(tmp_path):
-    told = run(tmp_path, {name: [name, "--help"] for name in COMMANDS})
+    told = run(tmp_path, {name: [name, "--help"] for name in commands()})
     assert not {name: done for name, done in told.items() if done[0] or done[2] or f"touchline {name}" not in done[1]}
 
 
 def test_every_command_that_ends_does_its_smallest_job(desk):
-    assert {*USES, "serve", "demo"} == {*COMMANDS}
+    assert {*USES, "serve", "demo"} == {*commands()}
     told = run(desk, {name: [name, *words.split()] for name, words in USES.items()})
     assert not {name: done for name, done in told.items() if done[0] or "Traceback" in done[2]}

@@ -12,6 +12,7 @@ from tests.support.paths import PACKAGE, ROOT
 PLANTED = {
     "api.responses": "created({}, mm)",
     "cli.files": "read_bytes(maybe_folder)",
+    "capabilities": "load(mm)",
     "client.connection": "to_server(mm)",
     "core.geometry": "inside_picture(points, points)",
     "evaluate.board.coverage": "cell_counts(points, maybe_size)",
@@ -20,7 +21,7 @@ PLANTED = {
     "images.limits": "checked_size(1280, mm, touchline.images.limits.ImageLimits())",
     "imaging.correction": "CorrectedView().size(size)",
     "installation": "shipped(mm)",
-    "jobs.execute": "current_name(mm)",
+    "jobs.former_names": "current_name(mm)",
     "league.multicast_address": "MulticastAddress(mm)",
     "live.picture": "scaled_down(points, 640)",
     "main": "create_app(name)",

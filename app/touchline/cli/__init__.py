@@ -1,6 +1,7 @@
 """The command line. It calls the same workflows as REST, so the same input gives the same numbers.
 
-A command's module is imported when the command is run, and only then: COMMANDS names it, with its line in the help.
+A command's module is imported when the command is run, and only then: the table of capabilities names it, with its line
+in the help.
 
     console.py    errors with their fix on stderr, exit codes
     progress.py   the progress bar
@@ -11,51 +12,33 @@ A command's module is imported when the command is run, and only then: COMMANDS 
 
 import signal
 import sys
-from importlib import import_module
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
+from touchline.capabilities import commands, find_command, load
 from touchline.cli.console import EXIT_CODES, exit_code_of
 from touchline.cli.removed_commands import REMOVED, removed_command
 from touchline.installation import __version__
 
-COMMANDS = {  # name: (module:function in this package, the first line of its help)
-    "serve": ("server:serve", "Serve the dashboard and REST."),
-    "demo": ("server:demo", "Serve a simulated field camera behind a real lens model, ready to calibrate."),
-    "call": ("call:call", "Make calls of the REST interface, in this process or to a running server."),
-    "archive": ("archive:archive", "Write all saved data to one zip file."),
-    "restore": ("archive:restore", "Restore an archive to an empty folder and an empty database."),
-    "restore-backup": ("archive:restore_backup", "Restore the newest backup without damage. The current database "
-                                                 "moves to quarantine."),
-    "calibrate": ("calibration:calibrate", "Calibrate one image from points."),
-    "auto": ("auto:auto", "Detect the field lines in an image and calibrate from them, if all checks pass."),
-    "check": ("checking:check", "Compare the field lines with a calibration. Exit code 5 if it is below --enough."),
-    "correct": ("calibration:correct", "Correct one image."),
-    "transform": ("calibration:transform", "Convert pixels to field millimetres, or back."),
-    "board": ("lenses:board", "Calibrate a lens from images of a board, for calibrate --lens."),
-    "export": ("exports:export", "Write a calibration in the format of another program."),
-    "import": ("exports:import_file", "Read a file of another program."),
-    "report": ("reports:report", "Show or write the report of one calibration. Exit code 0 if it is good enough."),
-}
 
 class LazyGroup(TyperGroup):
-    """The commands of COMMANDS."""
+    """The commands of the table of capabilities."""
 
-    def __init__(self, **attributes: Any) -> None:
-        super().__init__(**attributes)
-        self.commands = {name: TyperCommand(name, help=line) for name, (_, line) in COMMANDS.items()}
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names of all commands."""
+        return list(commands())
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Import the command's module and return its command; None for an unknown one."""
         if cmd_name in REMOVED:
             return removed_command(cmd_name)
-        if cmd_name not in COMMANDS:
+        target = find_command(cmd_name)
+        if target is None:
             return None
-        module, _, name = COMMANDS[cmd_name][0].partition(":")
-        command = getattr(import_module(f"touchline.cli.{module}"), name)
+        command = load(target)
         if isinstance(command, typer.Typer):
             return get_command(command)
         single = typer.Typer(add_completion=False, rich_markup_mode=None)
@@ -65,9 +48,10 @@ class LazyGroup(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the list of commands without importing them."""
-        limit = formatter.width - 6 - max(map(len, COMMANDS))
+        lines = {name: TyperCommand(name, help=line) for name, (_, line) in commands().items()}
+        limit = formatter.width - 6 - max(map(len, lines))
         with formatter.section("Commands"):
-            formatter.write_dl([(name, command.get_short_help_str(limit)) for name, command in self.commands.items()])
+            formatter.write_dl([(name, command.get_short_help_str(limit)) for name, command in lines.items()])
 
 
 cli = typer.Typer(cls=LazyGroup, no_args_is_help=True, add_completion=False, rich_markup_mode=None,

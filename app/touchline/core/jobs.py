@@ -38,7 +38,7 @@ NOBODY = Caller()
 
 @dataclass(frozen=True)
 class JobSpec:
-    """What a job does. run: "module:function"; spec and context: plain JSON.
+    """What a job does. run: the name of its function; spec and context: plain JSON.
 
     saver: the name of a result saver, given what run returned and the context. durable: the job is worth doing
     although nobody waits for it, so one that a stop of the server interrupted is done when the server is back.

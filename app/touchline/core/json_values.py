@@ -10,6 +10,7 @@ from annotated_types import Len
 PointJson = Annotated[list[float], Len(2, 2)]
 PointsJson = list[PointJson | None]  # None: out of reach
 SizeJson = Annotated[list[int], Len(2, 2)]
+JsonObject = dict[str, Any]
 
 
 def number(value: Any) -> float | None:

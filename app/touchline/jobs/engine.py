@@ -1,7 +1,8 @@
 """Jobs on runners: a queue, as many threads as runners, another try after a lost worker, and how a job ends."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from threading import RLock, Thread
 from typing import Any, Self
@@ -13,9 +14,9 @@ from touchline.core.progress import Progress
 from touchline.core.statements import say
 from touchline.jobs.dask_cluster import DaskCluster
 from touchline.jobs.dask_runner import DaskRunner
-from touchline.jobs.execute import current_name
 from touchline.jobs.failures import MAX_ATTEMPTS, problem_of_failure
 from touchline.jobs.fair_queue import MAX_QUEUED, FairQueue, check_room
+from touchline.jobs.former_names import current_name
 from touchline.jobs.process_runner import ProcessRunner
 from touchline.jobs.registry import START_AGAIN, JobRegistry, JobTable
 from touchline.jobs.runner import JobRunner, JobStopped, WorkerDied
@@ -31,17 +32,19 @@ class JobEngine:
     """Long work in processes of its own; thread-safe. Close it, or use it as a context: no process is left then.
 
     workers: jobs done at once; processes start with the first jobs. wall_s: the longest that a job may take. kept,
-    kept_s: an ended job can be read as long as it is among the so many newest, or no older. modules: what each process
-    imports before its first job, and whose functions a stored job may name. engine: local, or the address of a cluster,
-    to which so many jobs as `workers` are given at once. result_savers: by name, what stores the results that are worth
-    storing.
+    kept_s: an ended job can be read as long as it is among the so many newest, or no older. functions: each as
+    "module:function" by the name with which its jobs are stored; no other stored job is run, and each process imports
+    them before its first job. engine: local, or the address of a cluster, to which so many jobs as `workers` are given
+    at once. result_savers: by name, what stores the results that are worth storing.
     """
 
     def __init__(self, workers: int = 2, *, engine: str = "local", wall_s: float = 600.0, kept: int = 100,
-                 kept_s: float = KEPT_S, memory_bytes: int = MEMORY_BYTES, modules: tuple[str, ...] = (),
+                 kept_s: float = KEPT_S, memory_bytes: int = MEMORY_BYTES, functions: Mapping[str, str] | None = None,
                  result_savers: dict[str, ResultSaver] | None = None) -> None:
         self._wall_s = wall_s
-        self._modules = modules
+        self._functions = functions or {}
+        self._names = {function: name for name, function in self._functions.items()}
+        modules = tuple(dict.fromkeys(function.partition(":")[0] for function in self._names))
         self.result_savers = {} if result_savers is None else result_savers
         self._registry = JobRegistry(kept, kept_s)
         self._callers: dict[str, Caller] = {}  # of jobs that have not ended
@@ -62,7 +65,8 @@ class JobEngine:
         """
         with self._lock:
             unfinished = self._registry.open(table)
-            for job, spec in unfinished if resume else ():
+            for job, stored in unfinished if resume else ():
+                spec = stored and replace(stored, run=current_name(stored.run))
                 if job.attempt > MAX_ATTEMPTS:
                     self._fail(job.id, WorkerDied())
                 elif spec is None or not self._is_known(spec):
@@ -92,7 +96,8 @@ class JobEngine:
         is saved is saved together with the job's end, whole or not at all. durable: false for who waits for the answer.
         caller: each address has a share of the queue, and each name a share of that; Busy for who has used it up.
         """
-        job_spec = JobSpec(f"{run.__module__}:{run.__qualname__}", spec, saver, context, durable)
+        function = f"{run.__module__}:{run.__qualname__}"
+        job_spec = JobSpec(self._names.get(function, function), spec, saver, context, durable)
         if not self._can_save(saver):
             raise KeyError(saver)
         with self._lock:
@@ -145,7 +150,7 @@ class JobEngine:
 
     def _is_known(self, spec: JobSpec) -> bool:
         """Whether a stored job is one of ours: a data folder may come from a stranger's archive."""
-        return current_name(spec.run).partition(":")[0] in self._modules and self._can_save(spec.saver)
+        return spec.run in self._functions and self._can_save(spec.saver)
 
     def _can_save(self, saver: str | None) -> bool:
         return saver is None or saver in self.result_savers
@@ -162,8 +167,8 @@ class JobEngine:
             try:
                 if self.closed or not self._registry.begin(id):
                     continue  # cancelled while it waited
-                made = runner.run(current_name(spec.run), spec.spec, partial(self._registry.report, id),
-                                  partial(self._is_wanted, id), self._wall_s)
+                made = runner.run(self._functions.get(spec.run, spec.run), spec.spec,
+                                  partial(self._registry.report, id), partial(self._is_wanted, id), self._wall_s)
                 self._registry.complete(id, partial(self._save, spec, made))
             except JobStopped:
                 pass  # the registry has said so already

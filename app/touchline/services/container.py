@@ -19,10 +19,8 @@ from touchline.core.progress import Progress
 from touchline.core.records import Frame
 from touchline.evaluate.claims.claim import Claim
 from touchline.images import ImageDecoder, ImageLimits
-from touchline.imaging.mosaic import Stitcher
 from touchline.jobs import Job, JobEngine
 from touchline.live.cameras import LiveCameras
-from touchline.live.track_fusion import TrackFusion
 from touchline.models import CameraModel
 from touchline.scene.scene_registry import SceneRegistry
 from touchline.services.answer_cache import AnswerCache
@@ -33,8 +31,6 @@ from touchline.services.fit_processes import FitProcesses, closed_request
 from touchline.services.live import start_live_cameras, take_frame
 from touchline.services.presence import Presence
 from touchline.services.publishing import PublishingService
-from touchline.services.result_savers import result_savers
-from touchline.services.rig_checks import RigChecks
 from touchline.settings import CameraSettings, Settings
 from touchline.store.backup_restore import Restoration
 from touchline.store.cache import LruCache
@@ -46,9 +42,9 @@ from touchline.vision.picture_print import PicturePrint
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
+Part = TypeVar("Part")
 MAX_FRAME_BYTES = 256 << 20  # decoded snapshots: a picture that is looked at is asked for many times in a row
 MAX_SCENE_PAGES = 4  # of 1 MB each; one takes a process and two seconds, and a version never changes
-MAX_STITCHER_BYTES = 128 << 20  # a rig's picture as the page shows it has some 20 MB
 MAX_MODELS = 100  # by their version's checksum; to restore one may take a millisecond
 MAX_CLAIMS_KEPT = 500  # of versions, by what never changes: their own pictures, and one another
 MAX_PRINTS_KEPT = 500  # of calibration images, 3 kB each
@@ -80,10 +76,6 @@ class Services:
         self.detection = DetectionService(store, self.cameras, self.fields, self.publishing)
         self.presence = Presence()
         self.events = CameraEvents()
-        self.rig_checks = RigChecks()
-        self.track_fusions: dict[str, TrackFusion] = {}  # by the rig's name
-        self.stitchers: LruCache[tuple[object, ...], tuple[Stitcher, list[str]]] = LruCache(
-            MAX_STITCHER_BYTES, lambda made: made[0].nbytes)
         self.scene_pages: LruCache[tuple[object, ...], bytes] = LruCache(MAX_SCENE_PAGES)
         self.answers = AnswerCache()
         self.models: LruCache[str, CameraModel] = LruCache(MAX_MODELS)
@@ -91,7 +83,8 @@ class Services:
         self._prints: LruCache[str, tuple[PicturePrint | None]] = LruCache(MAX_PRINTS_KEPT)
         self._frames: LruCache[str, Frame] = LruCache(MAX_FRAME_BYTES, lambda frame: frame.pixels.nbytes)
         self._limits, self._serves = limits, serves
-        jobs.result_savers.update(result_savers(store) | {"rig-check": self.rig_checks.save})
+        self._parts: dict[type, Any] = {}
+        self._parts_lock = threading.Lock()
 
     @asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
@@ -109,6 +102,14 @@ class Services:
                         publisher.start()
                     async with self.events.following(live):
                         yield
+
+    def part(self, kind: type[Part]) -> Part:
+        """Return what a capability keeps while the server runs: kind(services), made when it is first asked for."""
+        with self._parts_lock:
+            if kind not in self._parts:
+                self._parts[kind] = kind(self)  # type: ignore[call-arg]
+            made: Part = self._parts[kind]
+            return made
 
     def frame(self, snapshot: str) -> Frame:
         """Return a snapshot decoded; NotFound."""

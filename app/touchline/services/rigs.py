@@ -16,6 +16,7 @@ from touchline.evaluate.cameras.rig_verdict import RigTrouble
 from touchline.imaging.mosaic import FieldView, Stitcher, stitcher_of
 from touchline.services.container import Services
 from touchline.services.live import TakenFrame, take_frame
+from touchline.services.rig_checks import RigState
 from touchline.services.rig_outdated import CheckedRig, as_of_now
 from touchline.store.documents import Document
 from touchline.store.repository import utc_now
@@ -82,7 +83,7 @@ def rig_spec(services: Services, rig: Document, pictures: Pictures | None = None
 def rig_json(services: Services, rig: Document) -> RigJson:
     """Return the rig as the API shows it; called in a worker thread of the event loop that its cameras run on."""
     spec, body = rig_spec(services, rig), rig.body
-    check = services.rig_checks.get(spec)
+    check = services.part(RigState).checks.get(spec)
     titles = {c["camera"]: c["title"] for c in spec["cameras"] if check is not None and c["calibration"] is not None}
     statuses = {camera: from_thread.run_sync(services.live.status, camera) for camera in titles}
     return {"name": rig.name, "title": body["title"], "field": body["field"],
@@ -130,5 +131,5 @@ def stitcher_for(services: Services, rig: Mapping[str, Any], cameras: Iterable[s
     shown = ((c["camera"], c["region"], c["calibration"]["id"]) for c in rig["cameras"]
              if c["camera"] in cameras and c["calibration"] is not None)
     key = (width, json.dumps(rig["field"]), *shown)  # the whole field: one's own may change under its name
-    return services.stitchers.get_or_make(
+    return services.part(RigState).stitchers.get_or_make(
         key, lambda: stitcher_of(rig, cameras, FieldView(field_from_json(rig["field"]), width), progress))

@@ -1,7 +1,7 @@
 """Jobs that are rows of a database: they outlive their server, and what they make is kept whole or not at all."""
 
 import json
-from importlib import import_module
+from inspect import isfunction
 from pathlib import Path
 from threading import Event, Thread
 
@@ -11,13 +11,16 @@ from sqlalchemy import insert, text
 from tests.support import sample_jobs
 from tests.support.child_processes import pids_of
 from tests.support.waiting import LONG_S, ended, running, until
+from touchline import capabilities
 from touchline.core.errors import DiskFull, NotFound, Unavailable
 from touchline.core.jobs import JobSpec
+from touchline.core.records import Calibration
 from touchline.jobs import JobEngine, registry
-from touchline.jobs.execute import LEGACY_NAMES, current_name
-from touchline.main import MODULES
-from touchline.services.result_savers import result_savers
+from touchline.jobs.former_names import FORMER_NAMES, PACKAGES, current_name
+from touchline.services.result_savers import save_new_version
 from touchline.store.tables import JobRow
+
+SAMPLES = {name: f"tests.support.sample_jobs:{name}" for name, value in vars(sample_jobs).items() if isfunction(value)}
 
 
 @pytest.fixture
@@ -28,7 +31,7 @@ def store(opener, tmp_path):
 
 def server(store, **settings):
     """Jobs as a server keeps them."""
-    jobs = JobEngine(**{"workers": 1, "modules": ("tests.support.sample_jobs",), **settings})
+    jobs = JobEngine(**{"workers": 1, "functions": SAMPLES, **settings})
     jobs.result_savers["lens"] = lambda made, about: {"lens": store.lenses.add({"made": made, "about": about})["id"]}
     jobs.open(store.jobs)
     return jobs
@@ -182,8 +185,9 @@ def test_a_job_that_the_version_before_queued_finishes(store):
     row = json.loads(Path(__file__).with_name("queued_job_0_1_0.json").read_text())
     with store._database.writing("The job") as rows:
         rows.execute(insert(JobRow).values(**row))
-    with JobEngine(workers=1, modules=("touchline.workflows.calibration_request",),
-                   result_savers=result_savers(store)) as jobs:
+    def calibration(made, about):
+        return {"calibration": save_new_version(store, Calibration.from_json(made), about["by"]).id}
+    with JobEngine(workers=1, functions=capabilities.jobs(), result_savers={"calibration": calibration}) as jobs:
         jobs.open(store.jobs)
         (job,) = jobs.all()
         done = ended(jobs, job, 120)
@@ -192,10 +196,23 @@ def test_a_job_that_the_version_before_queued_finishes(store):
         assert (made.model_name, made.camera) == ("polynomial", "cam0")
 
 
-def test_every_stored_name_is_a_function_that_jobs_may_run():
-    for name in (*LEGACY_NAMES, "workflows.check:run_check"):  # the last is called so today, in a package called app
-        module, _, function = current_name(f"app.{name}").partition(":")
-        assert module in MODULES and callable(getattr(import_module(module), function))
+def test_every_name_of_earlier_versions_is_a_job_of_today():
+    known = capabilities.jobs()
+    for package in PACKAGES:
+        assert {current_name(package + name) for name in FORMER_NAMES} <= {*known}
+    assert current_name("rig.check") == "rig.check"
+    assert all(callable(capabilities.load(target)) for target in known.values())
+
+
+def test_a_job_is_stored_by_its_name_and_goes_on_when_its_function_has_moved(opener, store):
+    jobs = server(store)
+    job = jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 2}, "lens", "waits")
+    assert store.jobs.get(job.id).spec["run"] == "adds"
+    killed(jobs)
+    moved = {**SAMPLES, "adds": "tests.support.sample_jobs:answers_nan"}
+    with opener.again(store) as again, server(again, functions=moved) as back:
+        made = again.lenses.get(ended(back, job).result["lens"])["made"]
+    assert made != 3
 
 
 def test_a_job_of_a_stranger_is_never_run(opener, store):

@@ -23,6 +23,7 @@ from touchline.imaging.mosaic import StitchedView
 from touchline.live.track_fusion import TrackFusion
 from touchline.services import rigs
 from touchline.services.container import Services
+from touchline.services.rig_checks import RigState
 from touchline.services.rigs import RigJson
 from touchline.workflows.refit import run_refit
 from touchline.workflows.rig import refuse_other_sizes, run_check
@@ -136,7 +137,7 @@ async def check_rig(request: Request, services: ServicesDep, name: Id, body: sch
     rig = await services.run_in_thread(rigs.rig_spec, services, saved, pictures)
     spec = {"rig": rig, "missing": missing, "matches": [one.model_dump() for one in body.matches]}
     return await finished_or_queued(request, services, "rig-check", run_check, spec, job, "rig-check",
-                                    services.rig_checks.context(rig))
+                                    services.part(RigState).checks.context(rig))
 
 
 @router.post("/{name}/refit", status_code=202, response_model=responses.Job)
@@ -187,11 +188,12 @@ async def track_fusion_of(services: Services, name: str) -> TrackFusion:
     """Return the rig's fusion, shared by all who watch; a new one where its cameras have changed; NotFound."""
     rig = await services.run_in_thread(services.store.rigs.get, name)
     cameras = tuple(camera["camera"] for camera in rig.body["cameras"])
-    fusion = services.track_fusions.get(name)
+    fusions = services.part(RigState).fusions
+    fusion = fusions.get(name)
     if fusion is None or fusion.names != cameras:
         if fusion is not None:
             fusion.end()
-        fusion = services.track_fusions[name] = TrackFusion(cameras, services.live.get)
+        fusion = fusions[name] = TrackFusion(cameras, services.live.get)
     return fusion
 
 

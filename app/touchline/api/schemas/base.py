@@ -9,7 +9,7 @@ from typing import Any, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
-JsonObject = dict[str, Any]
+from touchline.core.json_values import JsonObject
 
 
 class Texts(BaseModel):

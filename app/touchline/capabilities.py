@@ -1,0 +1,178 @@
+"""What Touchline can do, subject by subject: routes, jobs, savers of results and commands, in one table.
+
+A package that is installed beside Touchline adds its own by an entry point of the group `touchline.capabilities`: its
+name, and where its Capability is. Everything is named as "module:attribute" and imported where it is used, so that a
+command starts without the server's packages.
+"""
+
+import logging
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from dataclasses import field as member
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+GROUP = "touchline.capabilities"
+log = logging.getLogger("touchline")
+
+
+@dataclass(frozen=True)
+class Capability:
+    """What one subject adds.
+
+    routes: routers of FastAPI, below /api/v1; where two paths match a request, the first one in the table wins. jobs:
+    functions of (spec, progress), plain JSON in and out, by the name with which a job is stored: once released, it
+    stays. savers: functions of (services, what the job's function returned, context) that store it and return the
+    job's result, by the name that a job gives. commands: of the shell, each with the first line of its help.
+    """
+
+    routes: tuple[str, ...] = ()
+    jobs: Mapping[str, str] = member(default_factory=dict)
+    savers: Mapping[str, str] = member(default_factory=dict)
+    commands: Mapping[str, tuple[str, str]] = member(default_factory=dict)
+
+
+ROUTES = "touchline.api.routes"
+SAVERS = "touchline.services.result_savers"
+CALIBRATION = "touchline.workflows.calibration_request"
+CAPABILITIES: Mapping[str, Capability] = {
+    "server": Capability(
+        routes=(f"{ROUTES}.server_state:router",),
+        commands={
+            "serve": ("touchline.cli.server:serve", "Serve the dashboard and REST."),
+            "demo": ("touchline.cli.server:demo",
+                     "Serve a simulated field camera behind a real lens model, ready to calibrate."),
+            "call": ("touchline.cli.call:call",
+                     "Make calls of the REST interface, in this process or to a running server."),
+            "archive": ("touchline.cli.archive:archive", "Write all saved data to one zip file."),
+            "restore": ("touchline.cli.archive:restore",
+                        "Restore an archive to an empty folder and an empty database."),
+            "restore-backup": ("touchline.cli.archive:restore_backup",
+                               "Restore the newest backup without damage. The current database moves to quarantine.")}),
+    "cameras": Capability(routes=(f"{ROUTES}.cameras:router", f"{ROUTES}.streams:router", f"{ROUTES}.events:router")),
+    "snapshots": Capability(routes=(f"{ROUTES}.snapshots:router",)),
+    "fields": Capability(routes=(f"{ROUTES}.fields:router",)),
+    "calibration": Capability(
+        routes=(f"{ROUTES}.fit:router", f"{ROUTES}.calibrations:router", f"{ROUTES}.judging:router",
+                f"{ROUTES}.claims:router", f"{ROUTES}.using:router"),
+        jobs={"calibration.fit": f"{CALIBRATION}:run_fit", "calibration.compare": f"{CALIBRATION}:run_compare",
+              "calibration.preview": f"{CALIBRATION}:run_preview", "calibration.attempt": f"{CALIBRATION}:run_attempt",
+              "calibration.refit": "touchline.workflows.refit:run_refit"},
+        savers={"calibration": f"{SAVERS}:calibration", "calibrations": f"{SAVERS}:calibrations"},
+        commands={
+            "calibrate": ("touchline.cli.calibration:calibrate", "Calibrate one image from points."),
+            "correct": ("touchline.cli.calibration:correct", "Correct one image."),
+            "transform": ("touchline.cli.calibration:transform", "Convert pixels to field millimetres, or back."),
+            "export": ("touchline.cli.exports:export", "Write a calibration in the format of another program."),
+            "import": ("touchline.cli.exports:import_file", "Read a file of another program.")}),
+    "jobs": Capability(routes=(f"{ROUTES}.jobs:router",)),
+    "automatic": Capability(
+        routes=(f"{ROUTES}.automatic:router",),
+        jobs={"automatic.detect": "touchline.workflows.recognition:run_auto"},
+        savers={"found-lines": f"{SAVERS}:found_lines"},
+        commands={"auto": ("touchline.cli.auto:auto",
+                           "Detect the field lines in an image and calibrate from them, if all checks pass.")}),
+    "drift": Capability(
+        routes=(f"{ROUTES}.drift:router",),
+        jobs={"drift.check": "touchline.workflows.check:run_check",
+              "drift.reregister": "touchline.workflows.reregister:run_register"},
+        savers={"registered": f"{SAVERS}:registered"},
+        commands={"check": ("touchline.cli.checking:check",
+                            "Compare the field lines with a calibration. Exit code 5 if it is below --enough.")}),
+    "boards": Capability(
+        routes=(f"{ROUTES}.lenses:router", f"{ROUTES}.board_capture:router"),
+        jobs={"board.pictures": "touchline.workflows.board_request:run_pictures",
+              "board.views": "touchline.workflows.board_request:run_views"},
+        savers={"lens": f"{SAVERS}:lens"},
+        commands={"board": ("touchline.cli.lenses:board",
+                            "Calibrate a lens from images of a board, for calibrate --lens.")}),
+    "straight": Capability(
+        routes=(f"{ROUTES}.straight:router", f"{ROUTES}.rolls:router"),
+        jobs={"straight.measure": "touchline.workflows.straight_lines_request:run_straightness",
+              "straight.rolls": "touchline.workflows.rolling_request:run_motion"},
+        savers={"motion": f"{SAVERS}:motion"}),
+    "rigs": Capability(
+        routes=(f"{ROUTES}.rigs:router", f"{ROUTES}.pairs:router"),
+        jobs={"rig.check": "touchline.workflows.rig:run_check", "rig.pair": "touchline.workflows.pair:run_pair"},
+        savers={"rig-check": "touchline.services.rig_checks:save_check"}),
+    "report": Capability(
+        routes=(f"{ROUTES}.reports:router",),
+        commands={"report": ("touchline.cli.reports:report",
+                             "Show or write the report of one calibration. Exit code 0 if it is good enough.")}),
+    "detection": Capability(routes=(f"{ROUTES}.detections:router", f"{ROUTES}.colours:router",
+                                    f"{ROUTES}.clips:router")),
+    "league": Capability(routes=(f"{ROUTES}.publishing:router",)),
+    "scene": Capability(routes=(f"{ROUTES}.scenes:router",)),
+}
+
+
+@cache
+def capabilities() -> Mapping[str, Capability]:
+    """Return those of the table, then those of packages installed beside, by name.
+
+    A package that cannot be loaded, or that takes a name which another one has, is left out and logged.
+    """
+    from importlib.metadata import entry_points  # noqa: PLC0415  as slow as all the rest of the shell's start
+    found = dict(CAPABILITIES)
+    for point in entry_points(group=GROUP):
+        if (capability := _installed(point, found)) is not None:
+            found[point.name] = capability
+    return found
+
+
+def jobs() -> dict[str, str]:
+    """Return the function of every job by its name."""
+    return {name: target for one in capabilities().values() for name, target in one.jobs.items()}
+
+
+def savers() -> dict[str, str]:
+    """Return every saver by its name."""
+    return {name: target for one in capabilities().values() for name, target in one.savers.items()}
+
+
+def commands() -> dict[str, tuple[str, str]]:
+    """Return every command by its name: where it is, and the first line of its help."""
+    return {name: command for one in capabilities().values() for name, command in one.commands.items()}
+
+
+def find_command(name: str) -> str | None:
+    """Return where a command is; None where there is none. Packages beside are looked for only where it is not ours."""
+    ours = next((one.commands[name] for one in CAPABILITIES.values() if name in one.commands), None)
+    found = ours or commands().get(name)
+    return None if found is None else found[0]
+
+
+def routers() -> Iterator[Any]:
+    """Yield every router, in the order of the table."""
+    return (load(target) for one in capabilities().values() for target in one.routes)
+
+
+def load(target: str) -> Any:
+    """Import what "module:attribute" names."""
+    module, _, name = target.partition(":")
+    return getattr(import_module(module), name)
+
+
+def _installed(point: "EntryPoint", found: Mapping[str, Capability]) -> Capability | None:
+    try:
+        made = point.load()
+        if not isinstance(made, Capability):
+            raise TypeError(f"it is no {Capability.__name__}")
+        for router in made.routes:
+            load(router)
+    except Exception as error:  # another's code
+        log.error("The package of %r was not loaded: %s: %s", point.name, type(error).__name__, error)
+        return None
+    taken = [name for name in (point.name, *made.jobs, *made.savers, *made.commands) if name in _names(found)]
+    if taken:
+        log.error("The package of %r was not loaded: the name %r is taken.", point.name, taken[0])
+        return None
+    return made
+
+
+def _names(found: Mapping[str, Capability]) -> set[str]:
+    return {*found, *(name for one in found.values() for name in (*one.jobs, *one.savers, *one.commands))}
