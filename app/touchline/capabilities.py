@@ -116,7 +116,7 @@ def capabilities() -> Mapping[str, Capability]:
 
     A package that cannot be loaded, or that takes a name which another one has, is left out and logged.
     """
-    from importlib.metadata import entry_points  # noqa: PLC0415  as slow as all the rest of the shell's start
+    from importlib.metadata import entry_points
     found = dict(CAPABILITIES)
     for point in entry_points(group=GROUP):
         if (capability := _installed(point, found)) is not None:

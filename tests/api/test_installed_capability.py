@@ -1,0 +1,104 @@
+"""A capability in a package that is installed beside Touchline, as static/help/contributing.md has it."""
+
+import os
+import re
+import subprocess
+import sys
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+
+from tests.support.exported import example
+from tests.support.installed import python_with_pip
+from tests.support.paths import HELP, ROOT
+from tests.support.servers import served
+from touchline import Client, capabilities
+from touchline.capabilities import Capability
+from touchline.formats import FORMATS
+
+
+def package_of_the_manual(folder: Path) -> Path:
+    """The files of the manual's section."""
+    section = (HELP / "contributing.md").read_text().partition("## A capability in a package of its own")[2]
+    files = re.findall(r"In `([\w/.]+)`[^`]*(?:`[^`]*`[^`]*)?:\n\n```\w+\n(.*?)```", section.partition("\n## ")[0],
+                       re.DOTALL)
+    assert len(files) == 5
+    for name, text in files:
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """The environment of a process in which the package is installed."""
+    source = package_of_the_manual(tmp_path_factory.mktemp("census"))
+    target = tmp_path_factory.mktemp("packages")
+    pip = [python_with_pip(), "-m", "pip", "--python", sys.executable]
+    done = subprocess.run([*pip, "install", "--quiet", "--no-deps", "--no-build-isolation", "--target", target, source],
+                          capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    path = os.pathsep.join([str(target), *filter(None, [os.environ.get("PYTHONPATH")])])
+    return {**os.environ, "PYTHONPATH": path}
+
+
+def test_its_route_its_job_and_its_command_are_there(installed, tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", installed["PYTHONPATH"])
+    with served(tmp_path / "data") as url, Client(url) as client:
+        record = FORMATS["json"].write(example("division", 0))
+        made = client.call("POST", "/calibrations/import", files={"file": ("c.json", record)}).json()
+        expected = sum(len(one["points"]) for one in made["observations"])
+        seen = []
+        job = client.call("POST", "/census").json()
+        assert client.wait(job, lambda share, message: seen.append(message))["points"] == {made["id"]: expected}
+        assert "/api/v1/census" in client.call("GET", "/openapi.json").json()["paths"]
+        command = [sys.executable, "-c", "from touchline.cli import main; main()"]
+        done = subprocess.run([*command, "census", url], cwd=ROOT, env=installed, capture_output=True, text=True)
+        assert done.stdout.strip() == str(expected), done.stderr
+        listed = subprocess.run([*command, "--help"], cwd=ROOT, env=installed, capture_output=True, text=True).stdout
+        assert "census" in listed and "Print how many points" in listed
+
+
+class Beside:
+    """What the entry points of these tests name."""
+
+    CENSUS = Capability(commands={"census": ("tests.api.nowhere:census", "Count.")})
+    TAKEN = Capability(jobs={"rig.check": "tests.api.nowhere:check"})
+    BROKEN = Capability(routes=("tests.api.nowhere:router",))
+    NO_CAPABILITY = "a text"
+
+
+@pytest.fixture
+def beside(monkeypatch):
+    """What is found where these entry points are installed: their names, and what they name in Beside."""
+    def found(**names: str):
+        points = [EntryPoint(name, f"{__name__}:Beside.{value}", capabilities.GROUP) for name, value in names.items()]
+        monkeypatch.setattr("importlib.metadata.entry_points", lambda group: points)
+        monkeypatch.setattr(capabilities, "capabilities", capabilities.capabilities.__wrapped__)
+        return capabilities.capabilities()
+    return found
+
+
+@pytest.mark.parametrize(("name", "value", "said"), [
+    ("taker", "TAKEN", "'rig.check' is taken"), ("rigs", "CENSUS", "'rigs' is taken"), ("broken", "BROKEN", "nowhere"),
+    ("table", "NO_CAPABILITY", "no Capability"), ("gone", "NOT_THERE", "NOT_THERE")])
+def test_a_package_that_is_wrong_is_left_out_and_logged(beside, caplog, name, value, said):
+    assert {*beside(**{name: value})} == {*capabilities.CAPABILITIES}
+    assert said in caplog.text and name in caplog.text
+
+
+def test_one_beside_a_wrong_one_is_there(beside):
+    assert "census" in beside(broken="BROKEN", census="CENSUS")
+    assert capabilities.find_command("census") == "tests.api.nowhere:census"
+    assert capabilities.find_command("serve") == "touchline.cli.server:serve"
+
+
+def test_no_name_is_in_the_table_twice():
+    tables = [(one.jobs, one.savers, one.commands) for one in capabilities.CAPABILITIES.values()]
+    for kind in zip(*tables, strict=True):
+        names = [name for table in kind for name in table]
+        assert len(names) == len({*names})
+    for targets in (capabilities.jobs(), capabilities.savers()):
+        assert all(callable(capabilities.load(target)) for target in targets.values())
