@@ -24,6 +24,7 @@ from touchline.api.responses import (
     versioned,
 )
 from touchline.api.schemas import responses
+from touchline.api.schemas.base import JsonObject, list_of, page_of, response
 from touchline.api.schemas.media import EXPORTED, UNCHANGED, upload
 from touchline.api.schemas.requests import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
 from touchline.core.errors import TouchlineError
@@ -43,6 +44,13 @@ from touchline.workflows.model_choice import Ranking
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 
+Calibrations = page_of("Calibrations", responses.Calibration)
+Activation = response("Activation", calibration=str, version=int | None, at=str, by=str, despite=list[str])
+Activations = response("Activations", items=list_of(Activation))
+Format = response("Format", format=str, title=str, holds=str, suffix=str, reads=bool, exact=bool,
+    loss=JsonObject | None, problem=JsonObject | None)
+Formats = response("Formats", items=list_of(Format))
+
 
 class NoteChange(Strict):
     note: Note
@@ -55,7 +63,7 @@ class ActivationRequest(Strict):
         [], description="codes of claims that stand against it")
 
 
-@router.get("/activations", response_model=responses.Activations)
+@router.get("/activations", response_model=Activations)
 def list_activations(services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None) -> Json:
     """List activations of a camera, when and by whom, newest first; without a camera, for images from files.
 
@@ -147,7 +155,7 @@ async def import_calibration(request: Request, services: ServicesDep, by: Operat
     return created(record, f"{collection}/{record['id']}")
 
 
-@router.get("", response_model=responses.Calibrations)
+@router.get("", response_model=Calibrations)
 def list_calibrations(services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None, limit: Limit = 50,
                       cursor: Cursor = None, brief: Annotated[bool, Query(
                           description="without points, residuals, covariances and the field's definition, with the "
@@ -201,7 +209,7 @@ async def activate_calibration(request: Request, services: ServicesDep, by: Oper
     return _version_json(await activate(services, id, by, if_match, despite, request.is_disconnected))
 
 
-@router.get("/{id}/exports", response_model=responses.Formats, responses=UNCHANGED)
+@router.get("/{id}/exports", response_model=Formats, responses=UNCHANGED)
 @cached_response
 @in_thread
 def list_exports(services: ServicesDep, version: VersionDep) -> Json:

@@ -9,13 +9,14 @@ from starlette.responses import Response
 
 from touchline.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDep
 from touchline.api.responses import Json, created, page
-from touchline.api.schemas import requests, responses
+from touchline.api.schemas import requests
+from touchline.api.schemas.base import JsonObject, Texts, described, page_of, response
 from touchline.api.schemas.requests import Id
 from touchline.core.common_sentences import NOT_CALIBRATED
 from touchline.core.errors import Busy, Conflict
 from touchline.core.statements import named, say, stated
 from touchline.images import encode
-from touchline.live.status_types import CameraStatus
+from touchline.live.status_types import CameraStatus, ListedCameraStatus
 from touchline.settings import CameraSettings
 from touchline.sources import SOURCES
 from touchline.sources.discover import discover_cameras
@@ -23,25 +24,40 @@ from touchline.store.repository import check_etag
 
 router = APIRouter(prefix="/cameras", tags=["cameras"])
 
+ActiveVersion = response("ActiveVersion", id=str, version=int, model=str, created_at=str, verdict=JsonObject,
+    expected_mm=float | None, expected_hat_mm=float | None, hat_height_mm=float | None,
+    field=str, region=str, rotate=int,
+    field_changes=described(list[str], "parts of its field whose position has changed since it was made"))
+Camera = response("Camera", id=str, name=str, field=str | None, region=str | None, source=str, editable=bool,
+    active_calibration=str | None, active=ActiveVersion | None, updated_at=str | None, updated_by=str | None)
+Cameras = page_of("Cameras", Camera)
+CameraTest = response("CameraTest", width=int, height=int, fps=float, identity=Texts | None, picture=str)
+FoundCameras = response("FoundCameras", items=list[JsonObject])
+Sources = response("Sources", items=list[JsonObject])
+Controls = response("Controls", items=list[JsonObject])
+CameraStatuses = response("CameraStatuses", items=list[ListedCameraStatus],
+    fields=described(str, "a different revision after each change of a field"),
+    restored=described(int, "how many backups were restored since the server started"))
+
 WAIT_SECONDS = say("advice.wait-seconds", "Wait a few seconds.")
 TESTS = asyncio.Semaphore(2)  # cameras that are tried out at once
 SEARCHES = asyncio.Semaphore(1)  # each starts some processes
 
 
-@router.get("", response_model=responses.Cameras)
+@router.get("", response_model=Cameras)
 def list_cameras(services: ServicesDep) -> Json:
     """List every camera with its name and the field and region that it looks at."""
     return page(services.cameras.all_json())
 
 
-@router.post("", status_code=201, response_model=responses.Camera)
+@router.post("", status_code=201, response_model=Camera)
 async def create_camera(services: ServicesDep, by: OperatorDep, body: requests.NewCamera) -> Json:
     """Add a camera. Its address is checked, not whether it answers: try that with POST /cameras/test."""
     camera = await services.run_in_thread(services.cameras.add, CameraSettings(**body.model_dump()), by)
     return created(services.cameras.to_json(camera), f"cameras/{camera.id}")
 
 
-@router.post("/test", response_model=responses.CameraTest)
+@router.post("/test", response_model=CameraTest)
 async def test_camera(services: ServicesDep, body: requests.CameraTestRequest) -> Json:
     """Open a source in a process of its own and return one image, or the reason why there is none. Nothing is saved."""
     if TESTS.locked():
@@ -56,7 +72,7 @@ async def test_camera(services: ServicesDep, body: requests.CameraTestRequest) -
                  "picture": f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode()}"})
 
 
-@router.get("/found", response_model=responses.FoundCameras)
+@router.get("/found", response_model=FoundCameras)
 async def find_cameras(services: ServicesDep) -> Json:
     """Find connected cameras and their addresses from this machine; takes up to five seconds."""
     if SEARCHES.locked():
@@ -66,13 +82,13 @@ async def find_cameras(services: ServicesDep) -> Json:
         return Json({"items": await services.run_in_thread(discover_cameras)})
 
 
-@router.get("/sources", response_model=responses.Sources)
+@router.get("/sources", response_model=Sources)
 def list_camera_sources() -> Json:
     """List the kinds of source, with the options of their addresses."""
     return Json({"items": [_source(name) for name in SOURCES]})
 
 
-@router.get("/status", response_model=responses.CameraStatuses)
+@router.get("/status", response_model=CameraStatuses)
 async def list_camera_statuses(services: ServicesDep) -> Json:
     """Return the status of every camera at once and start none: the state of one that does not run is `idle`.
 
@@ -84,14 +100,14 @@ async def list_camera_statuses(services: ServicesDep) -> Json:
                  "fields": services.fields.revision, "restored": services.store.restored})
 
 
-@router.get("/{id}", response_model=responses.Camera)
+@router.get("/{id}", response_model=Camera)
 def read_camera(services: ServicesDep, id: Id) -> Json:
     """Return one camera. The ETag of one that was added goes into If-Match of PATCH and DELETE."""
     etag = services.cameras.etag(id)
     return _camera(services, services.cameras.get(id), etag)
 
 
-@router.patch("/{id}", response_model=responses.Camera)
+@router.patch("/{id}", response_model=Camera)
 async def update_camera(services: ServicesDep, by: OperatorDep, id: Id, body: requests.CameraChanges,
                         if_match: IfMatch = None) -> Response:
     """Change a camera that was added; omitted values stay. Its process restarts if its source has changed."""
@@ -118,13 +134,13 @@ async def read_camera_status(services: ServicesDep, id: Id) -> Json:
     return Json(services.live.get(id).status())
 
 
-@router.get("/{id}/controls", response_model=responses.Controls)
+@router.get("/{id}/controls", response_model=Controls)
 async def list_camera_controls(services: ServicesDep, id: Id) -> Json:
     """List what can be set on the camera, read back from it now."""
     return Json({"items": await services.live.get(id).controls()})
 
 
-@router.patch("/{id}/controls", response_model=responses.Controls)
+@router.patch("/{id}/controls", response_model=Controls)
 async def update_camera_controls(services: ServicesDep, id: Id, body: requests.ControlChanges) -> Json:
     """Set some controls, in the order given; return what the camera reports afterwards."""
     camera = services.live.get(id)

@@ -7,18 +7,21 @@ from fastapi import APIRouter, Query, Request
 
 from touchline.api.dependencies import ServicesDep
 from touchline.api.responses import NO_STORE, Json
-from touchline.api.schemas import responses
+from touchline.api.schemas.base import response
 from touchline.api.schemas.requests import Id
-from touchline.evaluate.claims.claim import Claim, gate_of
+from touchline.evaluate.claims.claim import Claim, ClaimJson, Gate, gate_of
 from touchline.services.claims import all_claims, known_claims
 from touchline.services.readiness import readiness
 
 router = APIRouter()
 
+Claims = response("Claims", calibration=str, gate=Gate, items=list[ClaimJson])
+Readiness = response("Readiness", gate=Gate, items=list[ClaimJson])
+
 Look = Annotated[bool, Query(description="false: only what is known without looking at an image")]
 
 
-@router.get("/calibrations/{id}/claims", tags=["judging"], response_model=responses.Claims)
+@router.get("/calibrations/{id}/claims", tags=["judging"], response_model=Claims)
 async def list_claims(request: Request, services: ServicesDep, id: Id, look: Look = True) -> Json:
     """List what is claimed of a version, and what was tried to refute it: with a frame of its camera, taken now.
 
@@ -32,7 +35,7 @@ async def list_claims(request: Request, services: ServicesDep, id: Id, look: Loo
     return _answer(claims, calibration=id)
 
 
-@router.get("/readiness", tags=["health"], response_model=responses.Readiness)
+@router.get("/readiness", tags=["health"], response_model=Readiness)
 async def read_readiness(services: ServicesDep) -> Json:
     """List what a match rests on: cameras that are live, calibrated and in place, rigs that agree, publishing.
 

@@ -9,6 +9,7 @@ from starlette.responses import Response
 from touchline.api.dependencies import IfMatch, ServicesDep, in_thread
 from touchline.api.responses import Json, created, page, picture, versioned
 from touchline.api.schemas import responses
+from touchline.api.schemas.base import page_of, response
 from touchline.api.schemas.media import files
 from touchline.api.schemas.requests import Id
 from touchline.images import screen
@@ -17,6 +18,9 @@ from touchline.services.forms import Name, Strict
 from touchline.services.live import when_awake
 
 router = APIRouter(tags=["clips"])
+
+Clip = response("Clip", clip=str, camera=str, frames=int, seconds=float)
+Clips = page_of("Clips", Clip)
 
 MAX_S = 30.0
 START_S = 20.0
@@ -28,7 +32,7 @@ class RecordRequest(Strict):
     seconds: Annotated[float, Field(ge=1, le=MAX_S)] = 5.0
 
 
-@router.post("/cameras/{id}/clip", status_code=201, response_model=responses.Clip)
+@router.post("/cameras/{id}/clip", status_code=201, response_model=Clip)
 async def record_clip(services: ServicesDep, id: Id, body: RecordRequest | None = None) -> Json:
     """Save the last seconds, if somebody has watched a stage's picture for so long; else the next ones.
 
@@ -41,13 +45,13 @@ async def record_clip(services: ServicesDep, id: Id, body: RecordRequest | None 
     return created(clip.to_json(), f"clips/{clip.id}")
 
 
-@router.get("/clips", response_model=responses.Clips)
+@router.get("/clips", response_model=Clips)
 def list_clips(services: ServicesDep) -> Json:
     """List clips, newest first."""
     return page(clip.to_json() for clip in services.store.clips.all())
 
 
-@router.get("/clips/{id}", response_model=responses.Clip)
+@router.get("/clips/{id}", response_model=Clip)
 def read_clip(services: ServicesDep, id: Id) -> Json:
     """Return one clip, with the times of its frames; its ETag goes into If-Match of DELETE."""
     clip = services.store.clips.get(id)

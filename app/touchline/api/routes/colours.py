@@ -7,7 +7,7 @@ from starlette.responses import Response
 
 from touchline.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
 from touchline.api.responses import Json, page, versioned
-from touchline.api.schemas import responses
+from touchline.api.schemas.base import JsonObject, page_of, response
 from touchline.api.schemas.detection import ColoursBody, LearnBody
 from touchline.api.schemas.requests import Id
 from touchline.core.colour_profile import ColourProfile
@@ -21,21 +21,25 @@ from touchline.vision.stage_pipeline import StageConfig
 
 router = APIRouter(tags=["colours"])
 
+Colours = response("Colours", name=str, profile=JsonObject, health=list[JsonObject], used_by=list[str])
+ColoursList = page_of("ColoursList", Colours)
+LearnedColours = response("LearnedColours", profile=JsonObject, health=list[JsonObject], notes=list[str])
 
-@router.get("/colours", response_model=responses.ColoursList)
+
+@router.get("/colours", response_model=ColoursList)
 def list_colours(services: ServicesDep) -> Json:
     """List every profile by name, with how well its colours are separated and which cameras use it."""
     return page(_profile_json(services, preset) for preset in services.store.colour_profiles.all())
 
 
-@router.get("/colours/{name}", response_model=responses.Colours)
+@router.get("/colours/{name}", response_model=Colours)
 def read_colours(services: ServicesDep, name: Id) -> Json:
     """Return one profile; its ETag goes into the next PUT's If-Match."""
     preset = services.store.colour_profiles.get(name)
     return versioned(_profile_json(services, preset), preset.etag)
 
 
-@router.put("/colours/{name}", response_model=responses.Colours, responses={201: {"model": responses.Colours}})
+@router.put("/colours/{name}", response_model=Colours, responses={201: {"model": Colours}})
 async def save_colours(services: ServicesDep, by: OperatorDep, name: Id, body: ColoursBody,
                        if_match: IfMatch = None) -> Response:
     """Create a profile (201), or replace the one that If-Match names: 428 without, 412 with `current` if that is old.
@@ -63,7 +67,7 @@ def delete_colours(services: ServicesDep, name: Id, if_match: IfMatch = None) ->
     services.detection.remove_colours(name, if_match)
 
 
-@router.post("/cameras/{id}/colours/learn", response_model=responses.LearnedColours)
+@router.post("/cameras/{id}/colours/learn", response_model=LearnedColours)
 async def learn_colours(services: ServicesDep, id: Id, body: LearnBody) -> Json:
     """Learn a profile from points and boxes on the newest frame or a snapshot, added to another one; or automatically.
 

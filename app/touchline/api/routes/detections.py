@@ -9,7 +9,7 @@ from starlette.responses import Response
 from touchline.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
 from touchline.api.responses import NO_STORE, Json, JsonText, picture, versioned
 from touchline.api.schemas import responses
-from touchline.api.schemas.base import Answer
+from touchline.api.schemas.base import Answer, JsonObject, response
 from touchline.api.schemas.detection import DetectionBody, DetectionSettingsBody
 from touchline.api.schemas.media import PICTURE
 from touchline.api.schemas.requests import Format, Id
@@ -30,6 +30,9 @@ from touchline.vision.stages import STAGES
 from touchline.workflows.detection import DetectionResult, context_for, detect, detections_image
 
 router = APIRouter(tags=["detections"])
+
+DetectionSettings = response("DetectionSettings", on=bool, plan=JsonObject, colours=str | None,
+    profile=JsonObject | None, learned=str | None, health=list[JsonObject], publish=bool, published=JsonObject)
 Answered = TypeVar("Answered", bound=Response)
 
 DRAWN = "drawn"  # in place of a stage: the picture with everything that was found
@@ -95,14 +98,14 @@ async def _detect(request: Request, services: Services, body: DetectionBody,
     return await services.process_picture(snapshot.size, work, request.is_disconnected)
 
 
-@router.get("/cameras/{id}/seeing", response_model=responses.DetectionSettings)
+@router.get("/cameras/{id}/seeing", response_model=DetectionSettings)
 @in_thread
 def read_detection_settings(services: ServicesDep, id: Id) -> Json:
     """Return the camera's detection settings; the ETag goes into the next PUT's If-Match."""
     return _settings(services, id)
 
 
-@router.put("/cameras/{id}/seeing", response_model=responses.DetectionSettings)
+@router.put("/cameras/{id}/seeing", response_model=DetectionSettings)
 async def save_detection_settings(services: ServicesDep, by: OperatorDep, id: Id, body: DetectionSettingsBody,
                                   if_match: IfMatch = None) -> Response:
     """Save the settings; the camera's process follows at once. 428 without If-Match, 412 if that is old.

@@ -10,6 +10,7 @@ from touchline.api.bodies import uploaded_file
 from touchline.api.dependencies import CallerDep, IfMatch, ServicesDep, in_thread
 from touchline.api.responses import Json, accepted, attachment, versioned
 from touchline.api.schemas import responses
+from touchline.api.schemas.base import page_of, response
 from touchline.api.schemas.media import EXPORTED, upload
 from touchline.api.schemas.requests import CameraId, Id
 from touchline.core.errors import BadInput, Conflict
@@ -43,6 +44,8 @@ from touchline.workflows.seen_field import SeenField, seen_field
 
 router = APIRouter(prefix="/fields", tags=["fields"])
 
+PlayingFields = response("PlayingFields", page_of("PlayingFieldsPage", PlayingField), revision=str)
+
 MAX_FILE_BYTES = 1 << 20
 Side = Annotated[float, Value(ge=MIN_SIDE_MM, le=MAX_SIDE_MM)]
 OnlyNew = Annotated[str | None, Header(alias="If-None-Match", pattern=r"^\*$",
@@ -56,7 +59,7 @@ class Refit(Strict):
         None, description="by default all cameras whose active calibration is older than the field change")
 
 
-@router.get("", response_model=responses.PlayingFields)
+@router.get("", response_model=PlayingFields)
 def list_fields(services: ServicesDep) -> Json:
     """List every field with its lines, arcs, landmarks and regions, mm. revision: as GET /cameras/status tells it."""
     revision = services.fields.revision  # an older one than the fields only has them read once more

@@ -10,9 +10,10 @@ from starlette.responses import Response
 from touchline.api.dependencies import ServicesDep, caller_of
 from touchline.api.request_mapping import fit_task, image_size
 from touchline.api.responses import Json, JsonText, finished_or_queued, page
-from touchline.api.schemas import responses
+from touchline.api.schemas.base import page_of, response
 from touchline.api.schemas.requests import BorderRequest, FitRequest
 from touchline.core.geometry import as_points
+from touchline.core.options import OptionJson
 from touchline.core.progress import Progress
 from touchline.core.statements import named, stated
 from touchline.fitting import FITTERS
@@ -26,6 +27,10 @@ from touchline.workflows.calibration_types import Attempt, BorderFit, Preview
 
 router = APIRouter()
 
+Model = response("Model", name=str, title=str, help=str, points_needed=str, options=list[OptionJson],
+    is_fitted=bool)
+Models = page_of("Models", Model)
+
 Quick = Annotated[bool, Query(description="without cross-validation")]
 MeshMargin = Annotated[int | None, Query(
     ge=0, le=2000, description="with `mesh`: the corrected view with so much carpet around the region, px, as GET "
@@ -36,7 +41,7 @@ Series = Annotated[Name | None, Query(
 FEW_POINTS = 100  # as many fit in a millisecond or two: quicker done at once than handed to a thread
 
 
-@router.get("/models", tags=["models"], response_model=responses.Models)
+@router.get("/models", tags=["models"], response_model=Models)
 def list_models() -> Json:
     """List every model with its options (name, type, default, range, unit, help) and how few points it needs.
 

@@ -11,18 +11,21 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 from touchline.api.dependencies import ServicesDep
 from touchline.api.responses import Json, job_json, page
 from touchline.api.schemas import responses
+from touchline.api.schemas.base import page_of
 from touchline.api.schemas.requests import Id
 from touchline.api.sockets import send_stream
 from touchline.jobs import Job, JobEngine
 
 router = APIRouter(prefix="/jobs", tags=["jobs"])
 
+Jobs = page_of("Jobs", responses.Job)
+
 T = TypeVar("T")
 MADE = ("calibration", "lens")
 POLL_S = 0.1  # how often a watched job is looked at
 
 
-@router.get("", response_model=responses.Jobs)
+@router.get("", response_model=Jobs)
 def list_jobs(services: ServicesDep) -> Json:
     """List every job, newest first; of those that have ended, the last hundred."""
     return page(map(job_json, services.jobs.all()))

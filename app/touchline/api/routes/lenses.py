@@ -11,6 +11,7 @@ from touchline.api.dependencies import CallerDep, IfMatch, ServicesDep, in_threa
 from touchline.api.request_mapping import image_size, pictures_of_one_size
 from touchline.api.responses import Json, accepted, page, versioned
 from touchline.api.schemas import responses
+from touchline.api.schemas.base import page_of
 from touchline.api.schemas.requests import Cursor, Id, Limit
 from touchline.core.board import Board, views_from_json
 from touchline.core.errors import BadInput
@@ -30,6 +31,8 @@ from touchline.store.repository import content_etag
 from touchline.workflows.board_request import BoardCalibrationRequest, run_pictures, run_views
 
 router = APIRouter(tags=["lenses"])
+
+Lenses = page_of("Lenses", responses.LensSummary)
 
 SUMMARY = ("id", "created_at", "camera", "note", "model", "board", "image_size")
 
@@ -57,7 +60,7 @@ class BoardRequest(Strict):
     note: Note = ""
 
 
-@router.get("/lenses", response_model=responses.Lenses)
+@router.get("/lenses", response_model=Lenses)
 def list_lenses(services: ServicesDep, limit: Limit = 50, cursor: Cursor = None) -> Json:
     """List lenses, newest first, each in short."""
     lenses = services.store.lenses.list(limit, cursor)

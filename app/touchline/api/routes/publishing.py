@@ -2,7 +2,7 @@
 
 import hashlib
 from datetime import UTC, datetime
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import APIRouter
 from pydantic import Field
@@ -10,13 +10,29 @@ from pydantic import Field
 from touchline.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
 from touchline.api.responses import Json, created, versioned
 from touchline.api.schemas import responses
+from touchline.api.schemas.base import JsonObject, Texts, list_of, response
 from touchline.api.schemas.requests import CameraId, Id
 from touchline.core.errors import Conflict
 from touchline.core.statements import say
+from touchline.league.config import PublishingConfig
 from touchline.services.forms import Name, Number, Rotate, Size, Strict
 from touchline.services.import_file import OPTIONS, import_file
 
 router = APIRouter(prefix="/publishing", tags=["publishing"])
+
+PublishedCamera = response("PublishedCamera", camera=str, calibration=str, version=int, model=str, field=str,
+    region=str, camera_id=int, published=bool, exact=bool, loss=JsonObject | None,
+    expected=JsonObject | None, fit_expected=JsonObject | None, level=str | None, warnings=list[JsonObject],
+    problem=Texts | None)
+Publishing = response("Publishing", record=PublishingConfig, problem=Texts | None,
+    state=Literal["off", "starting", "on-air", "silent", "failing"], said=JsonObject | None,
+    passed_on=JsonObject | None, cameras=list_of(PublishedCamera), interfaces=list[JsonObject])
+GeometrySender = response("GeometrySender", id=str, address=str, port=int, source=str, age_s=float, packets=int,
+    geometries=int, refused=int, refusal=str | None, skipped=int, geometry_age_s=float | None, sha256=str | None,
+    field=JsonObject | None, problem=Texts | None, cameras=list[JsonObject],
+    differs=list[JsonObject])
+GeometrySenders = response("GeometrySenders", listening=bool, problem=Texts | None, datagrams=int, own=int,
+    items=list_of(GeometrySender))
 
 Text = Annotated[str, Field(max_length=64)]
 WireNumber = Annotated[int, Field(ge=0, le=2**32 - 1)]
@@ -54,7 +70,7 @@ class ImportBody(Strict):
         None, description="of the checked packet; 409 if the sender has sent a different one since then")
 
 
-@router.get("", response_model=responses.Publishing)
+@router.get("", response_model=Publishing)
 @in_thread
 def read_publishing(services: ServicesDep) -> Json:
     """Return settings and state, and what each camera's calibration loses in the league's format, sent or not.
@@ -65,7 +81,7 @@ def read_publishing(services: ServicesDep) -> Json:
     return versioned(services.publishing.publisher.status(), etag)
 
 
-@router.put("", response_model=responses.Publishing)
+@router.put("", response_model=Publishing)
 async def update_publishing(services: ServicesDep, body: PublishingChanges, if_match: IfMatch = None) -> Json:
     """Change some settings, also for after a restart; omitted values stay. 409 where this network cannot send it.
 
@@ -77,7 +93,7 @@ async def update_publishing(services: ServicesDep, body: PublishingChanges, if_m
     return await read_publishing(services)
 
 
-@router.get("/heard", response_model=responses.GeometrySenders)
+@router.get("/heard", response_model=GeometrySenders)
 @in_thread
 def list_geometry_senders(services: ServicesDep) -> Json:
     """List who else publishes geometry: each sender's newest complete packet, and what of it contradicts ours."""

@@ -1,7 +1,7 @@
 """/calibrations/{id}/report: all that is known of one version, as a page and as JSON."""
 
 from contextlib import suppress
-from typing import Annotated, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 from fastapi import APIRouter, Depends
 from starlette.responses import HTMLResponse
@@ -10,11 +10,11 @@ from touchline import report
 from touchline.api.dependencies import ServicesDep, VersionDep, in_thread
 from touchline.api.json_text import json_bytes
 from touchline.api.responses import Json, cached_response, disposition
-from touchline.api.schemas import responses
+from touchline.api.schemas.base import JsonObject, response
 from touchline.api.schemas.media import HTML, UNCHANGED
 from touchline.core.errors import NotFound, TouchlineError
 from touchline.core.records import Frame
-from touchline.evaluate.claims.claim import Claim
+from touchline.evaluate.claims.claim import Claim, ClaimJson
 from touchline.report.page import POLICY
 from touchline.services.answer_cache import etag_of
 from touchline.services.claims import known_claims
@@ -22,6 +22,11 @@ from touchline.services.container import Services
 from touchline.store.calibrations import FoundVersion
 
 router = APIRouter(tags=["judging"])
+
+CalibrationReport = response("CalibrationReport", format=Literal["touchline-report"], format_version=Literal[1],
+    calibration=JsonObject, field=JsonObject, model=JsonObject, picture=JsonObject, verdict=JsonObject,
+    claims=list[ClaimJson], figures=dict[str, JsonObject], distortion=JsonObject, per_feature=list[JsonObject],
+    outliers=list[JsonObject], uncertainty=JsonObject, warnings=list[JsonObject])
 
 
 class Surroundings(NamedTuple):
@@ -65,7 +70,7 @@ def read_report_page(services: ServicesDep, version: VersionDep, around: Surroun
         "Content-Disposition": disposition("inline", name)})
 
 
-@router.get("/calibrations/{id}/report.json", response_model=responses.CalibrationReport, responses=UNCHANGED)
+@router.get("/calibrations/{id}/report.json", response_model=CalibrationReport, responses=UNCHANGED)
 @cached_response
 @in_thread
 def read_report(services: ServicesDep, version: VersionDep, around: SurroundingsDep) -> Json:

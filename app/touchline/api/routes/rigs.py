@@ -11,6 +11,7 @@ from touchline.api.dependencies import CallerDep, IfMatch, IfMatchNeeded, Operat
 from touchline.api.responses import NO_STORE, Json, JsonText, accepted, finished_or_queued, page, picture, versioned
 from touchline.api.schemas import responses
 from touchline.api.schemas import rigs as schemas
+from touchline.api.schemas.base import JsonObject, page_of, response
 from touchline.api.schemas.media import PICTURE
 from touchline.api.schemas.requests import AsJob, Id
 from touchline.api.sockets import run_until_first, send_text, until_disconnect, websocket_session
@@ -31,6 +32,9 @@ from touchline.workflows.rig_types import RigReport
 
 router = APIRouter(prefix="/rigs", tags=["rigs"])
 
+Tracks = response("Tracks", time_s=float, items=list[JsonObject], seams=JsonObject, cameras=list[JsonObject])
+Rigs = page_of("Rigs", RigJson)
+
 FIRST_S = 20.0  # cameras that were asleep, their stages to be set up, on a busy machine
 FOLLOW_S = 0.6  # for a single response, where nobody else follows
 Width = Annotated[int, Query(ge=64, le=8192, description="of the image, px")]
@@ -39,7 +43,7 @@ SnapshotNames = Annotated[list[str], Query(
                                "newest frames")]
 
 
-@router.get("", response_model=responses.Rigs)
+@router.get("", response_model=Rigs)
 @in_thread
 def list_rigs(services: ServicesDep) -> Json:
     """List every rig, oldest first, with the state of each camera."""
@@ -160,7 +164,7 @@ def refit_rig(services: ServicesDep, caller: CallerDep, name: Id, body: schemas.
                                         caller=caller))
 
 
-@router.get("/{name}/tracks", response_model=responses.Tracks)
+@router.get("/{name}/tracks", response_model=Tracks)
 async def read_tracks(services: ServicesDep, name: Id) -> Response:
     """Return ball and robots now, fused from all cameras of the rig: positions, speeds, covariance, and the seam in mm.
 

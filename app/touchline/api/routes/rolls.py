@@ -11,6 +11,7 @@ from starlette.responses import Response
 from touchline.api.dependencies import CallerDep, IfMatch, ServicesDep, in_thread
 from touchline.api.responses import Json, accepted
 from touchline.api.schemas import responses
+from touchline.api.schemas.base import JsonObject, response
 from touchline.api.schemas.requests import Id
 from touchline.api.sockets import SessionLimit, run_until_first, send_json, until_disconnect, websocket_session
 from touchline.core.errors import BadInput, Conflict
@@ -27,6 +28,8 @@ from touchline.workflows.rolling_request import check, check_refinable, run_moti
 
 router = APIRouter(tags=["rolls"])
 
+Rolls = response("Rolls", items=list[JsonObject], report=JsonObject | None, etag=str)
+
 MIN_INTERVAL_S = 0.1  # between two messages: ten a second at most
 MAX_ROLLS = 1000
 SAVED = ("at", "seconds", "points", "rms_px", "straight_px")
@@ -38,7 +41,7 @@ class RollChange(Strict):
     left_out: bool
 
 
-@router.get("/cameras/{id}/rolls", response_model=responses.Rolls)
+@router.get("/cameras/{id}/rolls", response_model=Rolls)
 def list_rolls(services: ServicesDep, id: Id) -> Json:
     """List saved rolls, oldest first, and their straightness: Eq. (9) of each, of zones, along the image edge.
 
@@ -49,7 +52,7 @@ def list_rolls(services: ServicesDep, id: Id) -> Json:
     return Json(_rolls_json(services.store, id))
 
 
-@router.patch("/cameras/{id}/rolls/{roll}", response_model=responses.Rolls)
+@router.patch("/cameras/{id}/rolls/{roll}", response_model=Rolls)
 def update_roll(services: ServicesDep, id: Id, roll: Id, body: RollChange, if_match: IfMatch = None) -> Json:
     """Leave one out, or take it in again; return the list. With If-Match, its `etag`, only if it is unchanged."""
     services.store.rolls.leave_out(id, roll, body.left_out, if_match)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from fastapi import APIRouter, Request
 from pydantic import BaseModel, SecretStr
@@ -15,20 +15,28 @@ from starlette.responses import StreamingResponse
 from touchline.api.dependencies import ServicesDep
 from touchline.api.middleware.access import has_token
 from touchline.api.responses import NO_STORE, Json, attachment
-from touchline.api.schemas import requests, responses
+from touchline.api.schemas import requests
+from touchline.api.schemas.base import JsonObject, list_of, response
 from touchline.api.schemas.media import files
 from touchline.core.statements import named, stated
 from touchline.installation import __version__, shipped
 from touchline.league.config import NetworkConfig
 from touchline.settings import Settings
+from touchline.store import backup_restore
 
 router = APIRouter()
+
+Health = response("Health", status=Literal["ok"], version=str, uptime_s=float, warnings=list[JsonObject],
+    damaged=list[JsonObject])
+Restoration = response("Restoration", record=backup_restore.Restoration, lost=int)
+SettingView = response("SettingView", name=str, value=Any, default=Any, help=str, secret=bool, change=str | None)
+SettingsView = response("SettingsView", version=str, items=list_of(SettingView), storage=JsonObject)
 
 ELSEWHERE = {"cameras": "cameras", "publish": "network"}  # what can be changed while the server runs, and where
 SECRET = "set"  # shown in place of a secret
 
 
-@router.get("/health", tags=["health"], response_model=responses.Health)
+@router.get("/health", tags=["health"], response_model=Health)
 def read_health(services: ServicesDep, request: Request) -> Json:
     """Return version, uptime in s, warnings about disk and network, and damaged records.
 
@@ -43,7 +51,7 @@ def read_health(services: ServicesDep, request: Request) -> Json:
                  "damaged": [damage.to_json() for damage in services.store.damaged]})
 
 
-@router.get("/settings", tags=["health"], response_model=responses.SettingsView)
+@router.get("/settings", tags=["health"], response_model=SettingsView)
 def read_settings(services: ServicesDep) -> Json:
     """List every setting with its default and meaning, without token and password; and how much of the disk is used."""
     helps = helps_in((shipped("configs") / "touchline.yaml").read_text(encoding="utf-8"))
@@ -103,7 +111,7 @@ def helps_in(text: str) -> dict[str, str]:
     return helps
 
 
-@router.post("/restore-backup", tags=["archive"], response_model=responses.Restoration)
+@router.post("/restore-backup", tags=["archive"], response_model=Restoration)
 async def restore_backup(services: ServicesDep, body: requests.RestoreBackup) -> Json:
     """Say which backup would replace the database and what would be lost; with those two numbers, replace it.
 

@@ -18,20 +18,27 @@ from touchline.api.dependencies import (
 )
 from touchline.api.responses import Json, created, page, picture, versioned
 from touchline.api.schemas import requests, responses
+from touchline.api.schemas.base import JsonObject, page_of, response
 from touchline.api.schemas.media import PICTURE, upload
 from touchline.api.schemas.requests import CameraSnapshot, Cursor, Format, Id, IdQuery, Limit, Purpose, WidthPx
 from touchline.api.sockets import send_stream
 from touchline.core.errors import BadInput
 from touchline.core.opencv import shrink_to_width
+from touchline.core.records import ObservationJson
 from touchline.images import screen
 from touchline.services.container import Services
 from touchline.services.fields import with_known_field
 from touchline.services.forms import FittedModelForm, Name, Pair, Rotate, Strict
-from touchline.services.snapping import points_along, snap_clicks
+from touchline.services.snapping import SnappedPoint, points_along, snap_clicks
 from touchline.store.snapshots import Snapshot
 from touchline.vision.lines.snap import REACH_PX
 
 router = APIRouter()
+
+Draft = response("Draft", says=True, field=str | None, region=str | None, rotate=int | None, model=str | None,
+    options=JsonObject, observations=list[ObservationJson], updated_at=str | None)
+SnappedPoints = response("SnappedPoints", points=list[SnappedPoint])
+Snapshots = page_of("Snapshots", responses.Snapshot)
 
 PURPOSES = get_args(Purpose)
 Reach = Annotated[float, Field(ge=2, le=40, description="how far from the point a line may be, px")]
@@ -72,7 +79,7 @@ def _save(services: Services, data: bytes, camera: str | None, purpose: str) -> 
     return services.store.snapshots.add(data, size, format, camera, purpose)
 
 
-@router.get("/snapshots", tags=["snapshots"], response_model=responses.Snapshots)
+@router.get("/snapshots", tags=["snapshots"], response_model=Snapshots)
 def list_snapshots(services: ServicesDep, limit: Limit = 50, cursor: Cursor = None,
                    purpose: Purpose | None = None, camera: Annotated[IdQuery | None, Query()] = None) -> Json:
     """List snapshots, newest first; those that were taken for one purpose, of one camera, or all."""
@@ -129,7 +136,7 @@ class AlongRequest(Strict):
     reach_px: Reach = REACH_PX
 
 
-@router.post("/snapshots/{id}/snap", tags=["snapshots"], response_model=responses.SnappedPoints)
+@router.post("/snapshots/{id}/snap", tags=["snapshots"], response_model=SnappedPoints)
 @in_thread
 def snap_points(services: ServicesDep, id: Id, body: SnapRequest) -> Json:
     """Move each point to the middle of the painted line next to it, or leave it unchanged, with the reason.
@@ -139,14 +146,14 @@ def snap_points(services: ServicesDep, id: Id, body: SnapRequest) -> Json:
     return Json({"points": snap_clicks(services, id, **dict(body))})
 
 
-@router.post("/snapshots/{id}/along", tags=["snapshots"], response_model=responses.SnappedPoints)
+@router.post("/snapshots/{id}/along", tags=["snapshots"], response_model=SnappedPoints)
 @in_thread
 def find_points_along_line(services: ServicesDep, id: Id, body: AlongRequest) -> Json:
     """Find points along one line of the field, near its predicted position; none where it is hidden."""
     return Json({"points": points_along(services, id, **dict(body))})
 
 
-@router.get("/drafts/{snapshot}", tags=["drafts"], response_model=responses.Draft)
+@router.get("/drafts/{snapshot}", tags=["drafts"], response_model=Draft)
 def read_draft(services: ServicesDep, snapshot: Id) -> Json:
     """Return the draft that was saved last, or an empty one; its ETag goes into the next PUT's If-Match.
 
@@ -156,7 +163,7 @@ def read_draft(services: ServicesDep, snapshot: Id) -> Json:
     return versioned(with_known_field(services, draft), draft.etag)
 
 
-@router.put("/drafts/{snapshot}", tags=["drafts"], response_model=responses.Draft)
+@router.put("/drafts/{snapshot}", tags=["drafts"], response_model=Draft)
 def save_draft(services: ServicesDep, by: OperatorDep, snapshot: Id, body: requests.DraftBody,
                if_match: IfMatch = None) -> Response:
     """Replace the draft that If-Match names: 428 without it, 412 with the `current` draft after another change."""

@@ -10,6 +10,7 @@ from touchline.api.dependencies import ServicesDep, in_thread
 from touchline.api.request_mapping import image_size, pictures_of_one_size
 from touchline.api.responses import finished_or_queued, picture
 from touchline.api.schemas import responses
+from touchline.api.schemas.base import JsonObject, response
 from touchline.api.schemas.media import PICTURE
 from touchline.api.schemas.requests import AsJob, Format, WidthPx
 from touchline.core.geometry import MAX_COORDINATE
@@ -28,6 +29,10 @@ from touchline.workflows.straight_lines import undistort
 from touchline.workflows.straight_lines_request import StraightLinesRequest, run_straightness
 
 router = APIRouter(prefix="/straightness", tags=["lenses"])
+
+Straightness = response("Straightness", says=True, lens=JsonObject, sigma=dict[str, float],
+    straightness_px=dict[str, float], bow=JsonObject, distortion=Literal["significant", "none", "unknown"],
+    sentence=str, lines=list[JsonObject], lines_used=int, objects=int, pictures=list[str], cannot_see=str)
 
 
 class StraightnessRequest(Strict):
@@ -61,7 +66,7 @@ class StraightenedRequest(Strict):
     lens: PlumbLensForm
 
 
-@router.post("", response_model=responses.Straightness, responses=responses.ACCEPTED)
+@router.post("", response_model=Straightness, responses=responses.ACCEPTED)
 async def measure_straightness(request: Request, services: ServicesDep, body: StraightnessRequest,
                                job: AsJob = False) -> Response:
     """Measure edges of images, or lines marked in one: how far the lens bends them, and what correction leaves.

@@ -9,12 +9,12 @@ from starlette.responses import Response
 from touchline.api.bodies import binary_points, content_type, json_body, uploaded_file
 from touchline.api.dependencies import ServicesDep, VersionDep, in_thread
 from touchline.api.responses import Json, cached_response, picture
-from touchline.api.schemas import responses
+from touchline.api.schemas.base import response
 from touchline.api.schemas.media import BINARY, BYTES, PICTURE, UNCHANGED, files, upload
 from touchline.api.schemas.requests import Format, FrameName, IdQuery, MarginPx, TransformRequest, WidthPx
 from touchline.core.errors import BadInput
 from touchline.core.geometry import ImageSize, as_points
-from touchline.core.json_values import nullable_points
+from touchline.core.json_values import PointsJson, nullable_points
 from touchline.core.progress import Progress
 from touchline.core.records import Calibration, Frame, observations_from_json
 from touchline.core.statements import say
@@ -24,9 +24,12 @@ from touchline.models.restored import Restored, model_of
 from touchline.processes.framing import encode_body
 from touchline.services.container import Services
 from touchline.workflows import calibration as workflow
-from touchline.workflows.calibration_types import ResidualArrows
+from touchline.workflows.calibration_types import Polyline, ResidualArrows
 
 router = APIRouter(prefix="/calibrations/{id}", tags=["using a calibration"])
+
+Overlay = response("Overlay", features=list[Polyline])
+Transformed = response("Transformed", points=PointsJson)
 
 Nodes = Annotated[int | None, Query(ge=2, le=MAX_NODES, description="of the mesh; by default chosen by its error")]
 FEW_POINTS = 1000  # as many are through before a thread has been found for them
@@ -87,7 +90,7 @@ def read_mesh(services: ServicesDep, version: VersionDep, view: Literal["correct
     return Response(encode_body(mesh.header(), mesh.data()), media_type=BINARY)
 
 
-@router.post("/transform", response_model=responses.Transformed, openapi_extra=BODY, responses=files(BINARY))
+@router.post("/transform", response_model=Transformed, openapi_extra=BODY, responses=files(BINARY))
 async def transform_points(request: Request, services: ServicesDep, version: VersionDep,
                            source: Annotated[FrameName | None, Query(alias="from")] = None,
                            target: Annotated[FrameName | None, Query(alias="to")] = None,
@@ -116,7 +119,7 @@ async def transform_points(request: Request, services: ServicesDep, version: Ver
     return Json({"points": nullable_points(result)})
 
 
-@router.get("/overlay.json", response_model=responses.Overlay, responses=UNCHANGED)
+@router.get("/overlay.json", response_model=Overlay, responses=UNCHANGED)
 @cached_response
 def read_overlay(services: ServicesDep, version: VersionDep, frame: Literal["raw", "corrected"] = "raw",
                  margin_px: MarginPx = 0, width: WidthPx = None) -> Json:

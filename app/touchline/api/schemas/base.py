@@ -5,7 +5,7 @@ Routes send their JSON as it is; tests hold it to these descriptions.
 
 from collections.abc import Collection
 from types import GenericAlias
-from typing import Any, get_type_hints
+from typing import Annotated, Any, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
@@ -37,6 +37,11 @@ def response(name: str, base: type[Answer] = Answer, /, *, record: type | None =
     if says:
         described["statements"] = (JsonObject, Field(default_factory=dict))
     return create_model(name, __base__=base, **described)
+
+
+def described(type: Any, description: str) -> Any:
+    """Return the type of a field with its description."""
+    return Annotated[type, Field(description=description)]
 
 
 def list_of(item: type) -> GenericAlias:
