@@ -35,10 +35,10 @@ OWNERS: dict[str, tuple[str, ...]] = {
 ALLOWED = {("rigs", "drift"), ("fields", "automatic"), ("detection", "league")}
 
 
-def owner(module: str) -> str | None:
+def owner(module: str, owners: Mapping[str, tuple[str, ...]] = OWNERS) -> str | None:
     """Return the capability of a module, named from the package on; None for the kernel."""
     name = module.removeprefix("touchline.")
-    return next((owner for owner, patterns in OWNERS.items()
+    return next((owner for owner, patterns in owners.items()
                  if any(fnmatchcase(name, pattern) for pattern in patterns)), None)
 
 
