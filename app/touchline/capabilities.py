@@ -28,12 +28,14 @@ class Capability:
     functions of (spec, progress), plain JSON in and out, by the name with which a job is stored: once released, it
     stays. savers: functions of (services, what the job's function returned, context) that store it and return the
     job's result, by the name that a job gives. commands: of the shell, each with the first line of its help.
+    camera_parts: subclasses of CameraPart, of which each camera's process has one.
     """
 
     routes: tuple[str, ...] = ()
     jobs: Mapping[str, str] = member(default_factory=dict)
     savers: Mapping[str, str] = member(default_factory=dict)
     commands: Mapping[str, tuple[str, str]] = member(default_factory=dict)
+    camera_parts: tuple[str, ...] = ()
 
 
 ROUTES = "touchline.api.routes"
@@ -81,6 +83,7 @@ CAPABILITIES: Mapping[str, Capability] = {
         jobs={"drift.check": "touchline.workflows.check:run_check",
               "drift.reregister": "touchline.workflows.reregister:run_register"},
         savers={"registered": f"{SAVERS}:registered"},
+        camera_parts=("touchline.live.drift:DriftPart",),
         commands={"check": ("touchline.cli.checking:check",
                             "Compare the field lines with a calibration. Exit code 5 if it is below --enough.")}),
     "boards": Capability(
@@ -88,13 +91,15 @@ CAPABILITIES: Mapping[str, Capability] = {
         jobs={"board.pictures": "touchline.workflows.board_request:run_pictures",
               "board.views": "touchline.workflows.board_request:run_views"},
         savers={"lens": f"{SAVERS}:lens"},
+        camera_parts=("touchline.live.board_capture:BoardPart",),
         commands={"board": ("touchline.cli.lenses:board",
                             "Calibrate a lens from images of a board, for calibrate --lens.")}),
     "straight": Capability(
         routes=(f"{ROUTES}.straight:router", f"{ROUTES}.rolls:router"),
         jobs={"straight.measure": "touchline.workflows.straight_lines_request:run_straightness",
               "straight.rolls": "touchline.workflows.rolling_request:run_motion"},
-        savers={"motion": f"{SAVERS}:motion"}),
+        savers={"motion": f"{SAVERS}:motion"},
+        camera_parts=("touchline.live.rolls:RollPart",)),
     "rigs": Capability(
         routes=(f"{ROUTES}.rigs:router", f"{ROUTES}.pairs:router"),
         jobs={"rig.check": "touchline.workflows.rig:run_check", "rig.pair": "touchline.workflows.pair:run_pair"},
@@ -103,8 +108,9 @@ CAPABILITIES: Mapping[str, Capability] = {
         routes=(f"{ROUTES}.reports:router",),
         commands={"report": ("touchline.cli.reports:report",
                              "Show or write the report of one calibration. Exit code 0 if it is good enough.")}),
-    "detection": Capability(routes=(f"{ROUTES}.detections:router", f"{ROUTES}.colours:router",
-                                    f"{ROUTES}.clips:router")),
+    "detection": Capability(
+        routes=(f"{ROUTES}.detections:router", f"{ROUTES}.colours:router", f"{ROUTES}.clips:router"),
+        camera_parts=("touchline.live.detector:DetectionPart",)),
     "league": Capability(routes=(f"{ROUTES}.publishing:router",)),
     "scene": Capability(routes=(f"{ROUTES}.scenes:router",)),
 }
@@ -137,6 +143,11 @@ def savers() -> dict[str, str]:
 def commands() -> dict[str, tuple[str, str]]:
     """Return every command by its name: where it is, and the first line of its help."""
     return {name: command for one in capabilities().values() for name, command in one.commands.items()}
+
+
+def camera_parts() -> tuple[str, ...]:
+    """Return every part of a camera's process."""
+    return tuple(target for one in capabilities().values() for target in one.camera_parts)
 
 
 def find_command(name: str) -> str | None:

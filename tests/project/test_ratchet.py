@@ -61,8 +61,9 @@ def test_it_is_lowered_here_as_well(figure):
 
 
 def test_a_break_is_seen():
-    planted = {"touchline.core.field": {"touchline.workflows.rig"}, "touchline.workflows.check": {"touchline.scene.page"},
-               "touchline.workflows.rig": {"touchline.evaluate.drift.change"}, "touchline.main": {"touchline.core.field"}}
+    planted = {"touchline.core.field": {"touchline.workflows.rig"}, "touchline.main": {"touchline.core.field"},
+               "touchline.workflows.check": {"touchline.scene.page"},
+               "touchline.workflows.rig": {"touchline.evaluate.drift.change"}}
     assert [*breaks(planted)] == [("touchline.core.field", "touchline.workflows.rig"),
                                   ("touchline.workflows.check", "touchline.scene.page")]
 

@@ -11,6 +11,7 @@ import numpy as np
 from tests.support.sim_clicks import border_observations
 from tests.support.simulated_source import simulated_source
 from tests.support.waiting import LONG_S
+from touchline.capabilities import camera_parts
 from touchline.core.records import Calibration
 from touchline.images import ImageLimits
 from touchline.live.camera import LiveCamera
@@ -26,7 +27,7 @@ SIM = "sim://table?size=320x256&fps=25&robots=2"
 
 def spec(url: str, pictures=None, hosts=("127.0.0.1",)) -> dict:
     return {"source": url, "fields": FIELD_JSON, "pictures": str(pictures) if pictures else None, "hosts": list(hosts),
-            "limits": asdict(ImageLimits())}
+            "limits": asdict(ImageLimits()), "parts": list(camera_parts())}
 
 
 def pid_of(camera: LiveCamera) -> int | None:

@@ -16,6 +16,7 @@ from touchline.core.board import Board
 from touchline.core.geometry import ImageSize
 from touchline.core.statements import say
 from touchline.evaluate.board.poses import BoardPose, PoseHistory, pose_history
+from touchline.live.camera_part import CameraPart, PartContext
 from touchline.live.capture import FrameCapture
 from touchline.processes.limits import give_way
 from touchline.vision.board.detection import find_board_quickly
@@ -28,6 +29,13 @@ NICE = 10  # niceness: the picture goes first
 NO_BOARD = say("board.not-detected", "No board detected. Show the whole board in good light.")
 HOLD_STILL = say("board.hold-still", "Hold the board still.")
 OTHER_POSE = say("board.other-pose", "This pose is already captured. Move or tilt the board.")
+
+
+class BoardPart(CameraPart):
+    """Boards before the camera, in its process."""
+
+    def __init__(self, around: PartContext) -> None:
+        self.requests = {"board": lambda asked: (find_board(around.capture, asked["board"], asked["after"]), b"")}
 
 
 def find_board(capture: FrameCapture, board: dict[str, Any], after: int) -> dict[str, Any]:

@@ -16,11 +16,14 @@ from typing import Any
 from touchline.core.colour_profile import ColourProfile
 from touchline.core.errors import BadImage, TouchlineError
 from touchline.core.geometry import ImageSize
+from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration
 from touchline.core.statements import say, stated
 from touchline.live import messages
+from touchline.live.camera_part import CameraPart, PartContext
 from touchline.live.capture import CapturedFrame, FrameCapture
 from touchline.live.failures import Failures
+from touchline.live.frame_buffer import FrameBuffer
 from touchline.live.picture import AppliedCalibration
 from touchline.live.rate import MeasuredRate
 from touchline.live.ssl_detection import detection_packet
@@ -47,6 +50,29 @@ class DetectorState:
     pipeline: StagePipeline | RectifiedDetector
     calibration: Calibration | None
     notes: tuple[str, ...]
+
+
+class DetectionPart(CameraPart):
+    """Detection in a camera's process, and the last seconds of its picture for clips."""
+
+    def __init__(self, around: PartContext) -> None:
+        self._detector = LiveDetector(around.capture, around.send, around.failures)
+        self._buffer = FrameBuffer(around.capture, around.failures)
+        self.requests = {"clip": lambda asked: self._buffer.clip(asked["seconds"])}
+        self.threads = (self._detector.run, self._buffer.run)
+
+    def apply(self, calibration: AppliedCalibration | None, picture: JsonObject | None) -> None:
+        self._detector.apply(calibration)
+
+    def follow(self, request: JsonObject) -> None:
+        self._detector.follow(request)
+
+    def watch(self, streams: Mapping[int, tuple[StreamSpec, float]]) -> None:
+        self._detector.watch(streams)
+        self._buffer.keep(bool(streams))
+
+    def status(self) -> JsonObject:
+        return {"detector": self._detector.status}
 
 
 class LiveDetector:

@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.errors import BadImage, TouchlineError
+from touchline.core.json_values import JsonObject
 from touchline.core.statements import say, sentence_in
 from touchline.evaluate.drift.alarm import DriftWatch
 from touchline.evaluate.drift.checked import verdict_in
 from touchline.evaluate.drift.monitor import DriftReference, DriftSample
 from touchline.images import ImageLimits, decode_in_process
+from touchline.live.camera_part import CameraPart, PartContext
 from touchline.live.capture import FrameCapture
 from touchline.live.failures import Failures
 from touchline.live.picture import AppliedCalibration
@@ -32,6 +34,20 @@ LEARN_S = 0.5  # between the frames that are learnt from
 LEARN = 5
 RETRY_S, MAX_RETRY_S = 5.0, 60.0  # where no lines were found to follow
 NICE = 10  # niceness: the picture goes first
+
+
+class DriftPart(CameraPart):
+    """The camera's drift, in its process."""
+
+    def __init__(self, around: PartContext) -> None:
+        self._monitor = CameraDriftMonitor(around.capture, around.limits, around.failures)
+        self.threads = (self._monitor.run,)
+
+    def apply(self, calibration: AppliedCalibration | None, picture: JsonObject | None) -> None:
+        self._monitor.apply(calibration, picture)
+
+    def status(self) -> JsonObject:
+        return {"drift": self._monitor.newest}
 
 
 class CameraDriftMonitor:

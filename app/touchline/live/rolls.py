@@ -16,6 +16,7 @@ import numpy as np
 from touchline.core.common_sentences import SECURE_CAMERA
 from touchline.core.errors import BadImage
 from touchline.core.statements import join, say, stated
+from touchline.live.camera_part import CameraPart, PartContext
 from touchline.live.capture import CapturedFrame, FrameCapture, no_frames
 from touchline.processes.limits import give_way
 from touchline.workflows.rolling import RollRecorder
@@ -28,6 +29,14 @@ DRAWN_FRAMES = 240  # points of a track that are drawn, as
 MAX_DRAWN_POINTS = 40
 PICTURE_CHANGES = say("rolls.picture-changes", "Nearly the whole picture changes repeatedly.")
 MIN_MOVED_SHARE = 0.02  # of the picture's width: what has come less far stands
+
+
+class RollPart(CameraPart):
+    """Rolls before the camera, in its process."""
+
+    def __init__(self, around: PartContext) -> None:
+        monitor = RollMonitor(around.capture)
+        self.requests = {"rolls": lambda asked: (monitor.poll(asked["watch"], asked["after"], asked["seq"]), b"")}
 
 
 class RollMonitor:

@@ -3,27 +3,23 @@
 import contextlib
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from touchline.capabilities import load
 from touchline.core.errors import BadInput
 from touchline.core.field_json import field_from_json
 from touchline.core.records import Calibration
 from touchline.core.statements import say
 from touchline.images import ImageLimits, decode_in_process, read_in_process
 from touchline.live import messages
-from touchline.live.board_capture import find_board
+from touchline.live.camera_part import CameraPart, PartContext, Request
 from touchline.live.capture import REST_S, FrameCapture
-from touchline.live.detector import LiveDetector
-from touchline.live.drift import CameraDriftMonitor
 from touchline.live.encoder import Encoder
 from touchline.live.failures import Failures
-from touchline.live.frame_buffer import FrameBuffer
 from touchline.live.picture import AppliedCalibration
 from touchline.live.quality_monitor import QualityMonitor
-from touchline.live.rolls import RollMonitor
 from touchline.live.snapshot import take_still
 from touchline.live.status_types import ProcessValues
 from touchline.live.stream_spec import StreamSpec
@@ -34,7 +30,7 @@ STATUS_S = 0.2
 
 
 def main(connection: Connection, arguments: dict[str, Any]) -> None:
-    """Serve until the server goes. arguments: {"source", "fields", "pictures", "hosts", "limits"}."""
+    """Serve until the server goes. arguments: {"source", "fields", "pictures", "hosts", "limits", "parts"}."""
     connection.send(START, 0, encode_body({}))
     CameraWorker(connection, arguments).run()
 
@@ -53,15 +49,23 @@ class CameraWorker:
         self._failures = Failures()
         self._encoder = Encoder(self._capture, connection.send, self._failures)
         self._quality = QualityMonitor(self._capture, self._encoder, self._failures)
-        self._drift = CameraDriftMonitor(self._capture, limits, self._failures)
-        self._rolls = RollMonitor(self._capture)
-        self._detector = LiveDetector(self._capture, connection.send, self._failures)
-        self._buffer = FrameBuffer(self._capture, self._failures)
+        around = PartContext(self._capture, connection.send, self._failures, limits)
+        self._parts: list[CameraPart] = []
+        for target in arguments.get("parts", ()):  # a package's may be broken: the picture goes on
+            with self._failures.surviving(say("camera-failure.part", "{part} could not be started", part=target)):
+                self._parts.append(load(target)(around))
+        self._requests: dict[str, Request] = {
+            "still": lambda r: take_still(self._capture, r["frames"], r["over_s"], r["timeout_s"]),
+            "controls": lambda r: ({"controls": [asdict(c) for c in self._capture.controls()]}, b""),
+            "set": lambda r: ({"control": asdict(self._capture.set_control(r["name"], r["value"]))}, b""),
+        }
+        for part in self._parts:
+            self._requests.update(part.requests)
 
     def run(self) -> None:
-        for part in (self._capture, self._encoder, self._quality, self._drift, self._detector, self._buffer):
-            threading.Thread(target=part.run, name=type(part).__name__, daemon=True).start()
-        threading.Thread(target=self._report, name="status", daemon=True).start()
+        threads = (run for part in self._parts for run in part.threads)
+        for run in (self._capture.run, self._encoder.run, self._quality.run, *threads, self._report):
+            threading.Thread(target=run, name=run.__qualname__, daemon=True).start()
         while True:
             kind, number, body = self._connection.receive()
             head, _ = decode_body(body)
@@ -70,20 +74,21 @@ class CameraWorker:
             elif kind == messages.CALIBRATE:
                 calibration = head["calibration"] and AppliedCalibration.of(Calibration.from_json(head["calibration"]))
                 self._encoder.apply(calibration)
-                self._drift.apply(calibration, head["picture"])
-                self._detector.apply(calibration)
+                for part in self._parts:
+                    part.apply(calibration, head["picture"])
             elif kind == messages.DETECT:
-                self._detector.follow(head)
+                for part in self._parts:
+                    part.follow(head)
             elif kind == messages.REQUEST:
                 threading.Thread(target=answer, args=(self._connection, number, lambda head=head: self._perform(head)),
                                  daemon=True).start()
 
     def _watch(self, given: list[dict[str, Any]]) -> None:
         streams = {one["number"]: (StreamSpec(**one["spec"]), one["interval_s"]) for one in given}
-        detections = {number: one for number, one in streams.items() if one[0].is_detection}
-        self._encoder.watch({number: one for number, one in streams.items() if number not in detections})
-        self._detector.watch(detections)
-        self._buffer.keep(bool(detections))
+        of_parts = {number: one for number, one in streams.items() if one[0].is_detection}
+        self._encoder.watch({number: one for number, one in streams.items() if number not in of_parts})
+        for part in self._parts:
+            part.watch(of_parts)
         self._capture.watch(min((interval_s for _, interval_s in streams.values()), default=REST_S))
 
     def _report(self) -> None:
@@ -91,23 +96,16 @@ class CameraWorker:
             while True:
                 status: ProcessValues = {
                     **self._capture.status(), "encoded": self._encoder.encoded, "quality": self._quality.newest,
-                    "drift": self._drift.newest, "detector": self._detector.status,
                     "failures": self._failures.to_json()}
+                for part in self._parts:
+                    status |= part.status()  # type: ignore[typeddict-item]
                 self._connection.send(messages.STATUS, 0, encode_body(status))
                 time.sleep(STATUS_S)
 
     def _perform(self, request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
         """Return the answer to a request, JSON and payload."""
-        actions: dict[str, Callable[[dict[str, Any]], tuple[dict[str, Any], bytes]]] = {
-            "still": lambda r: take_still(self._capture, r["frames"], r["over_s"], r["timeout_s"]),
-            "board": lambda r: (find_board(self._capture, r["board"], r["after"]), b""),
-            "rolls": lambda r: (self._rolls.poll(r["watch"], r["after"], r["seq"]), b""),
-            "clip": lambda r: self._buffer.clip(r["seconds"]),
-            "controls": lambda r: ({"controls": [asdict(c) for c in self._capture.controls()]}, b""),
-            "set": lambda r: ({"control": asdict(self._capture.set_control(r["name"], r["value"]))}, b""),
-        }
         try:
-            return actions[request["what"]](request)
+            return self._requests[request["what"]](request)
         except MemoryError:
             raise BadInput(say("camera.process-memory", "The camera process does not have enough memory for this."),
                            say("camera.fewer-frames", "Request fewer frames."), reason="camera-memory") from None

@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from touchline.capabilities import camera_parts
 from touchline.core.errors import BadInput, Conflict, NotFound, TouchlineError, Unavailable
 from touchline.core.records import Calibration
 from touchline.core.statements import say
@@ -108,7 +109,7 @@ class CameraService:
 
     def process_spec(self, id: str) -> dict[str, Any]:
         """Return what a camera's process must know, as plain JSON."""
-        return self._process_spec(self.get(id).source)
+        return {**self._process_spec(self.get(id).source), "parts": list(camera_parts())}
 
     async def try_source(self, source: str) -> tuple[CameraStatus, bytes]:
         """Open a source in a process of its own; return its status and one frame as PNG, or raise what it refuses."""

@@ -1,0 +1,47 @@
+"""What a capability adds to a camera's process: work of its own on the frames, and answers to requests."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from touchline.core.json_values import JsonObject
+from touchline.images import ImageLimits
+from touchline.live.capture import FrameCapture
+from touchline.live.failures import Failures
+from touchline.live.picture import AppliedCalibration
+from touchline.live.stream_spec import StreamSpec
+
+Send = Callable[[int, int, bytes], None]  # kind, number and body of a message to the server
+Request = Callable[[JsonObject], tuple[JsonObject, bytes]]  # its values → the answer's JSON and payload
+
+
+@dataclass(frozen=True)
+class PartContext:
+    """What a part works with. failures: where it reports what went wrong without ending it."""
+
+    capture: FrameCapture
+    send: Send
+    failures: Failures
+    limits: ImageLimits
+
+
+class CameraPart:
+    """Made with a PartContext, in the camera's process; a part overrides what it needs.
+
+    requests: what the server can ask for, by name. threads: functions that work until the process ends.
+    """
+
+    requests: Mapping[str, Request] = {}
+    threads: Sequence[Callable[[], None]] = ()
+
+    def apply(self, calibration: AppliedCalibration | None, picture: JsonObject | None) -> None:
+        """Work with this calibration from now on. picture: {"name", "path", "sha256"} of the one it was made from."""
+
+    def watch(self, streams: Mapping[int, tuple[StreamSpec, float]]) -> None:
+        """Draw these streams, of views that are none of the camera's own, each at least so many seconds apart."""
+
+    def follow(self, request: JsonObject) -> None:
+        """Detect this from now on."""
+
+    def status(self) -> JsonObject:
+        """Return its entries of the process's report."""
+        return {}
