@@ -28,7 +28,8 @@ class Capability:
     functions of (spec, progress), plain JSON in and out, by the name with which a job is stored: once released, it
     stays. savers: functions of (services, what the job's function returned, context) that store it and return the
     job's result, by the name that a job gives. commands: of the shell, each with the first line of its help.
-    camera_parts: subclasses of CameraPart, of which each camera's process has one.
+    camera_parts: subclasses of CameraPart, of which each camera's process has one. claims: async functions of
+    (services, calibration, is_abandoned) that return what they claim of a version, and what they tried to refute it.
     """
 
     routes: tuple[str, ...] = ()
@@ -36,6 +37,7 @@ class Capability:
     savers: Mapping[str, str] = member(default_factory=dict)
     commands: Mapping[str, tuple[str, str]] = member(default_factory=dict)
     camera_parts: tuple[str, ...] = ()
+    claims: tuple[str, ...] = ()
 
 
 ROUTES = "touchline.api.routes"
@@ -58,20 +60,6 @@ CAPABILITIES: Mapping[str, Capability] = {
     "cameras": Capability(routes=(f"{ROUTES}.cameras:router", f"{ROUTES}.streams:router", f"{ROUTES}.events:router")),
     "snapshots": Capability(routes=(f"{ROUTES}.snapshots:router",)),
     "fields": Capability(routes=(f"{ROUTES}.fields:router",)),
-    "calibration": Capability(
-        routes=(f"{ROUTES}.fit:router", f"{ROUTES}.calibrations:router", f"{ROUTES}.judging:router",
-                f"{ROUTES}.claims:router", f"{ROUTES}.using:router"),
-        jobs={"calibration.fit": f"{CALIBRATION}:run_fit", "calibration.compare": f"{CALIBRATION}:run_compare",
-              "calibration.preview": f"{CALIBRATION}:run_preview", "calibration.attempt": f"{CALIBRATION}:run_attempt",
-              "calibration.refit": "touchline.workflows.refit:run_refit"},
-        savers={"calibration": f"{SAVERS}:calibration", "calibrations": f"{SAVERS}:calibrations"},
-        commands={
-            "calibrate": ("touchline.cli.calibration:calibrate", "Calibrate one image from points."),
-            "correct": ("touchline.cli.calibration:correct", "Correct one image."),
-            "transform": ("touchline.cli.calibration:transform", "Convert pixels to field millimetres, or back."),
-            "export": ("touchline.cli.exports:export", "Write a calibration in the format of another program."),
-            "import": ("touchline.cli.exports:import_file", "Read a file of another program.")}),
-    "jobs": Capability(routes=(f"{ROUTES}.jobs:router",)),
     "automatic": Capability(
         routes=(f"{ROUTES}.automatic:router",),
         jobs={"automatic.detect": "touchline.workflows.recognition:run_auto"},
@@ -84,8 +72,24 @@ CAPABILITIES: Mapping[str, Capability] = {
               "drift.reregister": "touchline.workflows.reregister:run_register"},
         savers={"registered": f"{SAVERS}:registered"},
         camera_parts=("touchline.live.drift:DriftPart",),
+        claims=("touchline.services.drift_claims:line_claims",),
         commands={"check": ("touchline.cli.checking:check",
                             "Compare the field lines with a calibration. Exit code 5 if it is below --enough.")}),
+    "calibration": Capability(
+        routes=(f"{ROUTES}.fit:router", f"{ROUTES}.calibrations:router", f"{ROUTES}.judging:router",
+                f"{ROUTES}.claims:router", f"{ROUTES}.using:router"),
+        jobs={"calibration.fit": f"{CALIBRATION}:run_fit", "calibration.compare": f"{CALIBRATION}:run_compare",
+              "calibration.preview": f"{CALIBRATION}:run_preview", "calibration.attempt": f"{CALIBRATION}:run_attempt",
+              "calibration.refit": "touchline.workflows.refit:run_refit"},
+        savers={"calibration": f"{SAVERS}:calibration", "calibrations": f"{SAVERS}:calibrations"},
+        claims=("touchline.services.claims:own_claims",),
+        commands={
+            "calibrate": ("touchline.cli.calibration:calibrate", "Calibrate one image from points."),
+            "correct": ("touchline.cli.calibration:correct", "Correct one image."),
+            "transform": ("touchline.cli.calibration:transform", "Convert pixels to field millimetres, or back."),
+            "export": ("touchline.cli.exports:export", "Write a calibration in the format of another program."),
+            "import": ("touchline.cli.exports:import_file", "Read a file of another program.")}),
+    "jobs": Capability(routes=(f"{ROUTES}.jobs:router",)),
     "boards": Capability(
         routes=(f"{ROUTES}.lenses:router", f"{ROUTES}.board_capture:router"),
         jobs={"board.pictures": "touchline.workflows.board_request:run_pictures",
@@ -100,10 +104,14 @@ CAPABILITIES: Mapping[str, Capability] = {
               "straight.rolls": "touchline.workflows.rolling_request:run_motion"},
         savers={"motion": f"{SAVERS}:motion"},
         camera_parts=("touchline.live.rolls:RollPart",)),
+    "league": Capability(
+        routes=(f"{ROUTES}.publishing:router", f"{ROUTES}.packets:router"),
+        claims=("touchline.services.publishing_claims:packet_claims",)),
     "rigs": Capability(
         routes=(f"{ROUTES}.rigs:router", f"{ROUTES}.pairs:router"),
         jobs={"rig.check": "touchline.workflows.rig:run_check", "rig.pair": "touchline.workflows.pair:run_pair"},
-        savers={"rig-check": "touchline.services.rig_checks:save_check"}),
+        savers={"rig-check": "touchline.services.rig_checks:save_check"},
+        claims=("touchline.services.rig_claims:neighbour_claims",)),
     "report": Capability(
         routes=(f"{ROUTES}.reports:router",),
         commands={"report": ("touchline.cli.reports:report",
@@ -111,7 +119,6 @@ CAPABILITIES: Mapping[str, Capability] = {
     "detection": Capability(
         routes=(f"{ROUTES}.detections:router", f"{ROUTES}.colours:router", f"{ROUTES}.clips:router"),
         camera_parts=("touchline.live.detector:DetectionPart",)),
-    "league": Capability(routes=(f"{ROUTES}.publishing:router",)),
     "scene": Capability(routes=(f"{ROUTES}.scenes:router",)),
 }
 
@@ -145,6 +152,11 @@ def commands() -> dict[str, tuple[str, str]]:
     return {name: command for one in capabilities().values() for name, command in one.commands.items()}
 
 
+def claim_functions() -> list[Any]:
+    """Return every function that claims something of a version, in the order of the table."""
+    return [load(target) for one in capabilities().values() for target in one.claims]
+
+
 def camera_parts() -> tuple[str, ...]:
     """Return every part of a camera's process."""
     return tuple(target for one in capabilities().values() for target in one.camera_parts)
@@ -173,8 +185,8 @@ def _installed(point: "EntryPoint", found: Mapping[str, Capability]) -> Capabili
         made = point.load()
         if not isinstance(made, Capability):
             raise TypeError(f"it is no {Capability.__name__}")
-        for router in made.routes:
-            load(router)
+        for target in (*made.routes, *made.camera_parts, *made.claims):
+            load(target)
     except Exception as error:  # another's code
         log.error("The package of %r was not loaded: %s: %s", point.name, type(error).__name__, error)
         return None

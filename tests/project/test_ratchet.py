@@ -15,11 +15,11 @@ from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
 
 MOST = {
-    "tokens": 504_000,
-    "files": 588,
-    "untyped dictionaries": 599,
+    "tokens": 505_000,
+    "files": 593,
+    "untyped dictionaries": 597,
     "modules with one importer": 133,
-    "breaks": 34,
+    "breaks": 26,
 }
 SLACK = 0.01  # of tokens: what a usual change adds; far below it the figure is lowered here
 LAYOUT = {tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.COMMENT, tokenize.ENDMARKER}

@@ -6,8 +6,8 @@ from touchline.core.errors import Conflict
 from touchline.core.records import Calibration
 from touchline.core.statements import say
 from touchline.evaluate.claims.claim import Claim, problems
-from touchline.services.claims import IsAbandoned, all_claims
-from touchline.services.container import Services
+from touchline.services.claims import all_claims
+from touchline.services.container import IsAbandoned, Services
 
 
 async def activate(services: Services, id: str, by: str, etag: str | None, despite: Sequence[str],

@@ -43,6 +43,7 @@ from touchline.vision.picture_print import PicturePrint
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
 Part = TypeVar("Part")
+IsAbandoned = Callable[[], Awaitable[bool]]  # whether the caller has gone
 MAX_FRAME_BYTES = 256 << 20  # decoded snapshots: a picture that is looked at is asked for many times in a row
 MAX_SCENE_PAGES = 4  # of 1 MB each; one takes a process and two seconds, and a version never changes
 MAX_MODELS = 100  # by their version's checksum; to restore one may take a millisecond
@@ -125,7 +126,7 @@ class Services:
                 return (None,)
         return None if snapshot is None else self._prints.get_or_make(snapshot, partial(made, snapshot))[0]
 
-    async def take_snapshot(self, camera: str, is_abandoned: Callable[[], Awaitable[bool]], frames: int = 1,
+    async def take_snapshot(self, camera: str, is_abandoned: IsAbandoned, frames: int = 1,
                             over_s: float | None = None, purpose: str = "picture") -> Snapshot:
         """Take and save one frame, or what most of several agree on; nothing where the caller has gone meanwhile."""
         over_s = FRAME_INTERVAL_S * (frames - 1) if over_s is None else over_s
@@ -158,7 +159,7 @@ class Services:
         """Run work of a second or two on a worker thread; when all are busy it waits for its turn."""
         return await to_thread.run_sync(lambda: work(*args, **kwargs), limiter=self._threads)
 
-    async def fit_quickly(self, fit: Callable[[], Result], is_abandoned: Callable[[], Awaitable[bool]]) -> Result:
+    async def fit_quickly(self, fit: Callable[[], Result], is_abandoned: IsAbandoned) -> Result:
         """Run a fit of some 20 ms on a thread: one at a time, since a second would only halve the pace of the first."""
         async with self._quick:
             if await is_abandoned():
@@ -166,7 +167,7 @@ class Services:
             return await to_thread.run_sync(fit)
 
     async def process_picture(self, size: ImageSize, work: Callable[[Progress], Result],
-                              is_abandoned: Callable[[], Awaitable[bool]]) -> Result:
+                              is_abandoned: IsAbandoned) -> Result:
         """Do work on a picture of about that size on a worker thread while its caller waits; on large ones few at once.
 
         work: calls its progress now and then, which raises Cancelled once the caller has gone.
@@ -190,7 +191,7 @@ class Services:
             watching.cancel()
 
     async def run_as_job(self, kind: str, run: Callable[[Any, Progress], Any], spec: Any,
-                         is_abandoned: Callable[[], Awaitable[bool]], saver: str | None = None,
+                         is_abandoned: IsAbandoned, saver: str | None = None,
                          context: Any = None, caller: Caller = NOBODY) -> Job:
         """Run work of many seconds in a process and wait for its end; cancel it once its caller has gone."""
         job = self.jobs.start(kind, run, spec, saver, context, durable=False, caller=caller)

@@ -7,21 +7,17 @@ from starlette.responses import Response
 
 from touchline.api.dependencies import ServicesDep, VersionDep, in_thread
 from touchline.api.responses import Json, cached_response, picture
-from touchline.api.schemas.base import JsonObject, Texts, response
 from touchline.api.schemas.media import UNCHANGED, files
 from touchline.api.schemas.requests import Id
 from touchline.core.records import Calibration
 from touchline.evaluate.fit.difference import Difference
 from touchline.models.restored import Restored, model_of
-from touchline.services.claims import packet_json
 from touchline.store.calibrations import FoundVersion
 from touchline.workflows import calibration as workflow
 from touchline.workflows.calibration_types import Uncertainty
 
 router = APIRouter(tags=["judging"])
 
-Packet = response("Packet", calibration=str, exact=bool, loss=JsonObject | None, expected=JsonObject | None,
-    fit_expected=JsonObject | None, level=str | None, asked=bool, warnings=list[JsonObject], problem=Texts | None)
 
 HeightMm = Annotated[float, Query(ge=0, le=5000, allow_inf_nan=False, description="height of the plane, mm")]
 PNG = files("image/png") | UNCHANGED
@@ -68,17 +64,6 @@ def read_difference_image(services: ServicesDep, version: VersionDep, against: O
     a, b = version.calibration, against.calibration
     grid = workflow.difference_grid(_difference(a, b))
     return _heat_map(grid["mm"], a, f"version {b.version} from version {a.version}")
-
-
-@router.get("/calibrations/{id}/packet", response_model=Packet)
-@in_thread
-def read_packet(services: ServicesDep, id: Id) -> Json:
-    """Return what teams receive of a version through the league's packet, whether it is published or not.
-
-    expected: the error of that, on the carpet and at robot tops; fit_expected: the version's own. asked: whether it is
-    published only after approval. problem: why a packet cannot hold it.
-    """
-    return Json(packet_json(services, services.store.calibrations.get(id)))
 
 
 def _uncertainty(calibration: Calibration, z_mm: float) -> Uncertainty:
