@@ -1,4 +1,4 @@
-"""What Touchline can do, subject by subject: routes, jobs, savers of results and commands, in one table.
+"""What Touchline can do, subject by subject, in one table: routes, jobs, commands, parts of a camera's process, claims.
 
 A package that is installed beside Touchline adds its own by an entry point of the group `touchline.capabilities`: its
 name, and where its Capability is. Everything is named as "module:attribute" and imported where it is used, so that a

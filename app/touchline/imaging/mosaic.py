@@ -116,7 +116,7 @@ class FieldView:
 
 
 @dataclass(frozen=True, eq=False)
-class CameraPart:
+class MosaicTile:
     """One camera's share: where in the view (rows, columns), its map there, and where it alone is shown."""
 
     window: tuple[slice, slice]
@@ -135,7 +135,7 @@ class Stitcher:
     """
 
     view: FieldView
-    parts: tuple[CameraPart | None, ...]
+    parts: tuple[MosaicTile | None, ...]
     seam: NDArray[np.int64]
     background: NDArray[np.uint8]
     unseen: NDArray[np.bool_]
@@ -262,7 +262,7 @@ def _into(at: NDArray, span: tuple[float, float], side_mm: float) -> NDArray:
 
 
 def _part(raw: NDArray[np.float32], weight: NDArray[np.float32], seam: NDArray[np.int64],
-          size: ImageSize) -> CameraPart | None:
+          size: ImageSize) -> MosaicTile | None:
     shown = weight > 0
     if not shown.any():
         return None
@@ -273,7 +273,7 @@ def _part(raw: NDArray[np.float32], weight: NDArray[np.float32], seam: NDArray[n
     of_seam = weight.ravel()[seam]
     row, column = np.divmod(seam, weight.shape[1])
     here = (row - rows[0]) * alone.shape[1] + column - columns[0]
-    return CameraPart(window, maps, alone, np.where(of_seam > 0, here, 0), np.repeat(of_seam[:, None], 3, axis=1), size)
+    return MosaicTile(window, maps, alone, np.where(of_seam > 0, here, 0), np.repeat(of_seam[:, None], 3, axis=1), size)
 
 
 def stitcher_of(rig: Mapping[str, Any], names: Container[str], view: FieldView,

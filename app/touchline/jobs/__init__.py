@@ -9,7 +9,7 @@
 
     engine.py           gives jobs to runners, and once more where a worker was lost
     fair_queue.py       which job comes next, and how many each caller may have waiting
-    registry.py         the state of every job
+    registry.py         the state of every job; former_names.py: names that rows of earlier versions have
     runner.py           what a runner is; execute.py: a job's function found by its name and called
     process_runner.py   a process of this machine seen from outside; worker_main.py: from inside
     dask_runner.py      a job on a Dask cluster, through dask_cluster.py; dask_task.py: what runs there
