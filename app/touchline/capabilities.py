@@ -127,7 +127,7 @@ CAPABILITIES: Mapping[str, Capability] = {
 def capabilities() -> Mapping[str, Capability]:
     """Return those of the table, then those of packages installed beside, by name.
 
-    A package that cannot be loaded, or that takes a name which another one has, is left out and logged.
+    A package that has none, or that takes a name which another one has, is left out and logged.
     """
     from importlib.metadata import entry_points
     found = dict(CAPABILITIES)
@@ -152,11 +152,6 @@ def commands() -> dict[str, tuple[str, str]]:
     return {name: command for one in capabilities().values() for name, command in one.commands.items()}
 
 
-def claim_functions() -> list[Any]:
-    """Return every function that claims something of a version, in the order of the table."""
-    return [load(target) for one in capabilities().values() for target in one.claims]
-
-
 def camera_parts() -> tuple[str, ...]:
     """Return every part of a camera's process."""
     return tuple(target for one in capabilities().values() for target in one.camera_parts)
@@ -169,9 +164,26 @@ def find_command(name: str) -> str | None:
     return None if found is None else found[0]
 
 
-def routers() -> Iterator[Any]:
-    """Yield every router, in the order of the table."""
-    return (load(target) for one in capabilities().values() for target in one.routes)
+def loaded(kind: str) -> Iterator[Any]:
+    """Yield what every capability names there, such as "routes", in the order of the table.
+
+    What a package names that cannot be imported is logged.
+    """
+    for name, one in capabilities().items():
+        for target in getattr(one, kind):
+            try:
+                made = load(target)
+            except Exception as error:  # another's code
+                if name in CAPABILITIES:
+                    raise
+                log.error("%s of %r cannot be used: %s: %s", target, name, type(error).__name__, error)
+                continue
+            yield made
+
+
+def call(target: str, *values: Any) -> Any:
+    """Call what "module:attribute" names, imported now."""
+    return load(target)(*values)
 
 
 def load(target: str) -> Any:
@@ -185,8 +197,6 @@ def _installed(point: "EntryPoint", found: Mapping[str, Capability]) -> Capabili
         made = point.load()
         if not isinstance(made, Capability):
             raise TypeError(f"it is no {Capability.__name__}")
-        for target in (*made.routes, *made.camera_parts, *made.claims):
-            load(target)
     except Exception as error:  # another's code
         log.error("The package of %r was not loaded: %s: %s", point.name, type(error).__name__, error)
         return None

@@ -20,7 +20,7 @@ from touchline.api.middleware.page_files import PageFiles
 from touchline.api.responses import API
 from touchline.api.routes import docs, scene_proxy
 from touchline.api.schemas.requests import PROBLEMS
-from touchline.capabilities import CALIBRATION, jobs, load, routers, savers
+from touchline.capabilities import CALIBRATION, call, jobs, loaded, savers
 from touchline.images import ImageLimits
 from touchline.installation import __version__, shipped
 from touchline.jobs import JobEngine
@@ -48,7 +48,7 @@ def create_app(settings: Settings, *, serves: bool = True) -> FastAPI:
     # A comparison of all models takes some seconds, for which no preview is to wait.
     comparisons = FitProcesses(settings.jobs.time_limit_s, FITS, processes=1, at_once=False)
     services = Services(settings, open_store(settings), engine, fits, comparisons, image_limits(settings), serves)
-    engine.result_savers.update({name: partial(load(target), services) for name, target in savers().items()})
+    engine.result_savers.update({name: partial(call, target, services) for name, target in savers().items()})
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
@@ -61,7 +61,7 @@ def create_app(settings: Settings, *, serves: bool = True) -> FastAPI:
     app.state.services = services
     problems.install(app)
     api = APIRouter(prefix=API, responses=PROBLEMS)
-    for router in routers():
+    for router in loaded("routes"):
         api.include_router(router)
     app.include_router(api)
     _add_page(app, settings)

@@ -82,15 +82,17 @@ def beside(monkeypatch):
 
 
 @pytest.mark.parametrize(("name", "value", "said"), [
-    ("taker", "TAKEN", "'rig.check' is taken"), ("rigs", "CENSUS", "'rigs' is taken"), ("broken", "BROKEN", "nowhere"),
+    ("taker", "TAKEN", "'rig.check' is taken"), ("rigs", "CENSUS", "'rigs' is taken"),
     ("table", "NO_CAPABILITY", "no Capability"), ("gone", "NOT_THERE", "NOT_THERE")])
 def test_a_package_that_is_wrong_is_left_out_and_logged(beside, caplog, name, value, said):
     assert {*beside(**{name: value})} == {*capabilities.CAPABILITIES}
     assert said in caplog.text and name in caplog.text
 
 
-def test_one_beside_a_wrong_one_is_there(beside):
-    assert "census" in beside(broken="BROKEN", census="CENSUS")
+def test_one_beside_a_wrong_one_is_there(beside, caplog):
+    assert "census" in beside(table="NO_CAPABILITY", broken="BROKEN", census="CENSUS")
+    ours = sum(len(one.routes) for one in capabilities.CAPABILITIES.values())
+    assert len([*capabilities.loaded("routes")]) == ours and "tests.api.nowhere:router" in caplog.text
     assert capabilities.find_command("census") == "tests.api.nowhere:census"
     assert capabilities.find_command("serve") == "touchline.cli.server:serve"
 

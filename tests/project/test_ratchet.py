@@ -35,6 +35,7 @@ def sources() -> tuple[str, ...]:
     return tuple(path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rglob("*.py")))
 
 
+@cache
 def figures() -> dict[str, int]:
     importers = [sum(module in imported for imported in graph().values()) for module in graph()]
     return {

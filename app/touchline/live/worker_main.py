@@ -31,6 +31,9 @@ STATUS_S = 0.2
 
 def main(connection: Connection, arguments: dict[str, Any]) -> None:
     """Serve until the server goes. arguments: {"source", "fields", "pictures", "hosts", "limits", "parts"}."""
+    for target in arguments.get("parts", ()):
+        with contextlib.suppress(Exception):  # imported before the server counts the seconds; refused below
+            load(target)
     connection.send(START, 0, encode_body({}))
     CameraWorker(connection, arguments).run()
 
@@ -51,8 +54,8 @@ class CameraWorker:
         self._quality = QualityMonitor(self._capture, self._encoder, self._failures)
         around = PartContext(self._capture, connection.send, self._failures, limits)
         self._parts: list[CameraPart] = []
-        for target in arguments.get("parts", ()):  # a package's may be broken: the picture goes on
-            with self._failures.surviving(say("camera-failure.part", "{part} could not be started", part=target)):
+        for target in arguments.get("parts", ()):
+            with self._surviving(target):
                 self._parts.append(load(target)(around))
         self._requests: dict[str, Request] = {
             "still": lambda r: take_still(self._capture, r["frames"], r["over_s"], r["timeout_s"]),
@@ -75,20 +78,28 @@ class CameraWorker:
                 calibration = head["calibration"] and AppliedCalibration.of(Calibration.from_json(head["calibration"]))
                 self._encoder.apply(calibration)
                 for part in self._parts:
-                    part.apply(calibration, head["picture"])
+                    with self._surviving(part):
+                        part.apply(calibration, head["picture"])
             elif kind == messages.DETECT:
                 for part in self._parts:
-                    part.follow(head)
+                    with self._surviving(part):
+                        part.follow(head)
             elif kind == messages.REQUEST:
                 threading.Thread(target=answer, args=(self._connection, number, lambda head=head: self._perform(head)),
                                  daemon=True).start()
+
+    def _surviving(self, part: CameraPart | str) -> contextlib.AbstractContextManager[None]:
+        """Return a context in which a part may fail: the picture goes on."""
+        return self._failures.surviving(say("camera-failure.part", "The part {part} of the camera process failed",
+                                            part=part if isinstance(part, str) else type(part).__name__))
 
     def _watch(self, given: list[dict[str, Any]]) -> None:
         streams = {one["number"]: (StreamSpec(**one["spec"]), one["interval_s"]) for one in given}
         of_parts = {number: one for number, one in streams.items() if one[0].is_detection}
         self._encoder.watch({number: one for number, one in streams.items() if number not in of_parts})
         for part in self._parts:
-            part.watch(of_parts)
+            with self._surviving(part):
+                part.watch(of_parts)
         self._capture.watch(min((interval_s for _, interval_s in streams.values()), default=REST_S))
 
     def _report(self) -> None:
@@ -98,7 +109,8 @@ class CameraWorker:
                     **self._capture.status(), "encoded": self._encoder.encoded, "quality": self._quality.newest,
                     "failures": self._failures.to_json()}
                 for part in self._parts:
-                    status |= part.status()  # type: ignore[typeddict-item]
+                    with self._surviving(part):
+                        status |= part.status()  # type: ignore[typeddict-item]
                 self._connection.send(messages.STATUS, 0, encode_body(status))
                 time.sleep(STATUS_S)
 

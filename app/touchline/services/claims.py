@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from functools import partial
 
-from touchline.capabilities import claim_functions
+from touchline.capabilities import loaded
 from touchline.core.errors import TouchlineError
 from touchline.core.records import Calibration
 from touchline.evaluate.claims.claim import Claim
@@ -29,7 +29,7 @@ def known_claims(services: Services, calibration: Calibration) -> list[Claim]:
 
 async def all_claims(services: Services, calibration: Calibration, is_abandoned: IsAbandoned) -> list[Claim]:
     """Return every claim, after looking at its picture, at its camera now, and at other versions."""
-    found = await asyncio.gather(*(find(services, calibration, is_abandoned) for find in claim_functions()))
+    found = await asyncio.gather(*(find(services, calibration, is_abandoned) for find in loaded("claims")))
     return [claim for claims in found for claim in claims]
 
 

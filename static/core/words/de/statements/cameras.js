@@ -9,7 +9,7 @@ export default {
   "camera-failure.detection": "Die Objekterkennung ist fehlgeschlagen",
   "camera-failure.drawing": "Erkennungen werden nicht gezeichnet",
   "camera-failure.drift": "Die Kamera wird nicht auf Drift überwacht",
-  "camera-failure.part": "{part} konnte nicht gestartet werden",
+  "camera-failure.part": "Der Teil {part} des Kameraprozesses ist ausgefallen",
   "camera-failure.quality": "Licht und Fokus werden nicht ausgewertet",
   "camera-failure.restart-or-report": "Starten Sie die Kamera neu, oder geben Sie auf dem Server Arbeitsspeicher frei. Bleibt das Problem bestehen, melden Sie es mit dem Protokoll des Servers.",
   "camera-failure.said": "{failure}: {error}.",
