@@ -85,7 +85,7 @@ class Services:
         self._frames: LruCache[str, Frame] = LruCache(MAX_FRAME_BYTES, lambda frame: frame.pixels.nbytes)
         self._limits, self._serves = limits, serves
         self._parts: dict[type, Any] = {}
-        self._parts_lock = threading.Lock()
+        self._parts_lock = threading.RLock()  # a part may ask for another while it is made
 
     @asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
