@@ -10,8 +10,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from dataclasses import field as member
 from functools import cache
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from touchline.core.registry import load
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -184,12 +185,6 @@ def loaded(kind: str) -> Iterator[Any]:
 def call(target: str, *values: Any) -> Any:
     """Call what "module:attribute" names, imported now."""
     return load(target)(*values)
-
-
-def load(target: str) -> Any:
-    """Import what "module:attribute" names."""
-    module, _, name = target.partition(":")
-    return getattr(import_module(module), name)
 
 
 def _installed(point: "EntryPoint", found: Mapping[str, Capability]) -> Capability | None:

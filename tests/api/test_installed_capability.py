@@ -15,6 +15,7 @@ from tests.support.paths import HELP, ROOT
 from tests.support.servers import served
 from touchline import Client, capabilities
 from touchline.capabilities import Capability
+from touchline.core.registry import load
 from touchline.formats import FORMATS
 
 
@@ -103,4 +104,4 @@ def test_no_name_is_in_the_table_twice():
         names = [name for table in kind for name in table]
         assert len(names) == len({*names})
     for targets in (capabilities.jobs(), capabilities.savers()):
-        assert all(callable(capabilities.load(target)) for target in targets.values())
+        assert all(callable(load(target)) for target in targets.values())

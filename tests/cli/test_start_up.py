@@ -9,6 +9,7 @@ import typer
 
 from tests.support.paths import ROOT
 from touchline import capabilities
+from touchline.core.registry import load
 
 # Runs the command line with the words given, and prints which packages were imported.
 PROBE = ("import atexit, json, sys\n"
@@ -48,6 +49,6 @@ def test_a_process_that_only_computes_imports_no_database():
 @pytest.mark.parametrize("name", capabilities.commands())
 def test_the_line_in_the_list_of_commands_begins_the_command_s_own_help(name):
     target, line = capabilities.commands()[name]
-    command = capabilities.load(target)
+    command = load(target)
     text = command.info.help if isinstance(command, typer.Typer) else command.__doc__
     assert text.partition("\n")[0] == line

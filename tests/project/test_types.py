@@ -12,7 +12,7 @@ from tests.support.paths import PACKAGE, ROOT
 PLANTED = {
     "api.responses": "created({}, mm)",
     "cli.files": "read_bytes(maybe_folder)",
-    "capabilities": "load(mm)",
+    "capabilities": "find_command(mm)",
     "client.connection": "to_server(mm)",
     "core.geometry": "inside_picture(points, points)",
     "evaluate.board.coverage": "cell_counts(points, maybe_size)",

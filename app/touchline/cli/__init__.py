@@ -18,9 +18,10 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
-from touchline.capabilities import commands, find_command, load
+from touchline.capabilities import commands, find_command
 from touchline.cli.console import EXIT_CODES, exit_code_of
 from touchline.cli.removed_commands import REMOVED, removed_command
+from touchline.core.registry import load
 from touchline.installation import __version__
 
 

@@ -2,11 +2,17 @@
 
 from collections.abc import Iterator, Mapping
 from importlib import import_module
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from touchline.core.errors import NotFound
 
 Member = TypeVar("Member")
+
+
+def load(target: str) -> Any:
+    """Import what "module:attribute" names."""
+    module, _, attribute = target.partition(":")
+    return getattr(import_module(module), attribute)
 
 
 class Registry(Mapping[str, Member], Generic[Member]):
@@ -23,14 +29,14 @@ class Registry(Mapping[str, Member], Generic[Member]):
 
     def __getitem__(self, name: str) -> Member:
         try:
-            module, _, attribute = self._table[name].partition(":")
+            target = self._table[name]
         except (KeyError, TypeError):
             raise NotFound(
                 f"Unknown {self._kind}: {name!r}.",
                 f"Use one of: {', '.join(self._table)}.",
                 reason=f"unknown-{self._kind.replace(' ', '-')}",
             ) from None
-        member: Member = getattr(import_module(module), attribute)
+        member: Member = load(target)
         return member
 
     def find(self, name: str) -> Member | None:

@@ -1,12 +1,12 @@
 """A job's function, found by its name and called, whatever comes of it: the same in a process and on a cluster."""
 
 import traceback
-from importlib import import_module
 from typing import Any
 
 from touchline.core.errors import TouchlineError
 from touchline.core.jobs import problem_of
 from touchline.core.progress import Progress
+from touchline.core.registry import load
 
 
 def execute(run: str, spec: Any, progress: Progress) -> tuple[bool, Any]:
@@ -15,8 +15,7 @@ def execute(run: str, spec: Any, progress: Progress) -> tuple[bool, Any]:
     Nothing is raised: an exception of ours, or of a library, may not be one that the server can read.
     """
     try:
-        module, _, name = run.partition(":")
-        return True, getattr(import_module(module), name)(spec, progress)
+        return True, load(run)(spec, progress)
     except TouchlineError as error:
         return False, problem_of(error)
     except MemoryError:

@@ -7,10 +7,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from touchline.capabilities import load
 from touchline.core.errors import BadInput
 from touchline.core.field_json import field_from_json
 from touchline.core.records import Calibration
+from touchline.core.registry import load
 from touchline.core.statements import say
 from touchline.images import ImageLimits, decode_in_process, read_in_process
 from touchline.live import messages

@@ -15,6 +15,7 @@ from touchline import capabilities
 from touchline.core.errors import DiskFull, NotFound, Unavailable
 from touchline.core.jobs import JobSpec
 from touchline.core.records import Calibration
+from touchline.core.registry import load
 from touchline.jobs import JobEngine, registry
 from touchline.jobs.former_names import FORMER_NAMES, PACKAGES, current_name
 from touchline.services.result_savers import save_new_version
@@ -201,7 +202,7 @@ def test_every_name_of_earlier_versions_is_a_job_of_today():
     for package in PACKAGES:
         assert {current_name(package + name) for name in FORMER_NAMES} <= {*known}
     assert current_name("rig.check") == "rig.check"
-    assert all(callable(capabilities.load(target)) for target in known.values())
+    assert all(callable(load(target)) for target in known.values())
 
 
 def test_a_job_is_stored_by_its_name_and_goes_on_when_its_function_has_moved(opener, store):

@@ -6,7 +6,8 @@ import pytest
 
 from tests.support.live_cameras import SIM, spec
 from tests.support.waiting import LONG_S
-from touchline.capabilities import CAPABILITIES, camera_parts, load
+from touchline.capabilities import CAPABILITIES, camera_parts
+from touchline.core.registry import load
 from touchline.live.camera import LiveCamera
 from touchline.live.camera_part import CameraPart
 
