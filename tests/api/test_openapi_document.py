@@ -9,7 +9,7 @@ import pytest
 from openapi_spec_validator import OpenAPIV31SpecValidator
 from starlette.testclient import TestClient
 
-from touchline.api.description.document import PROBLEM, completed, operations, own_fields
+from touchline.api.description.document import completed, operations, own_fields
 from touchline.api.description.examples import EXAMPLES, FORM, JSON
 from touchline.api.description.fields import FIELDS
 from touchline.api.description.own_fields import OWN_FIELDS
@@ -133,7 +133,8 @@ def test_every_answer_says_what_its_content_is(document):
                 schema = described["schema"]
                 if media_type.startswith(("image/", "application/octet", "application/zip", "multipart/")):
                     assert schema == {"type": "string", "format": "binary", "contentMediaType": media_type}
-        assert operation["responses"]["default"]["content"][PROBLEM]["schema"]["$ref"].endswith("/Problem")
+        problem = operation["responses"]["default"]["content"]["application/problem+json"]["schema"]
+        assert problem == {"$ref": "#/components/schemas/Problem"}
 
 
 def test_every_format_of_an_export_is_named(document):

@@ -10,6 +10,7 @@ from functools import cache
 
 import pytest
 
+from tests.support.capabilities import CAPABILITIES
 from tests.support.import_graph import python_graph, python_modules
 from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
@@ -75,3 +76,4 @@ def test_every_pattern_is_of_some_module():
             alone = {name: (pattern,)}
             assert any(owner(module, alone) for module in graph()), pattern
     assert all(one in OWNERS and other in OWNERS for one, other in ALLOWED)
+    assert {*OWNERS} == {*CAPABILITIES}  # by which tests are chosen

@@ -22,7 +22,6 @@ ACCESS: Schema = {
                "description": "What a browser keeps after the login, in place of the token."},
 }
 NO_TOKEN: Schema = {}  # a server for its own machine alone has none
-PROBLEM = "application/problem+json"
 EVENTS = "text/event-stream"
 METHODS = ("get", "put", "post", "patch", "delete")
 OPERATOR: Schema = {"name": OPERATOR_HEADER, "in": "header", "required": False, "schema": {"type": "string"},
@@ -52,7 +51,7 @@ def completed(document: Schema) -> Schema:
     What nothing is known of, as of a route that was installed beside it, stays as it is.
     """
     schemas: dict[str, Schema] = document["components"]["schemas"]
-    schemas["Problem"] = Problem.model_json_schema()
+    schemas[Problem.__name__] = Problem.model_json_schema()
     for path, method, operation in operations(document):
         if method != "get":
             operation.setdefault("parameters", []).append(dict(OPERATOR))
@@ -87,19 +86,8 @@ def own_fields() -> dict[str, dict[str, str]]:
 def _complete_answers(answers: Schema) -> None:
     for answer in answers.values():
         content = answer.get("content", {})
-        if PROBLEM in content:
-            content[PROBLEM] = {"schema": {"$ref": "#/components/schemas/Problem"}}
         if EVENTS in content:  # the framework's itemSchema is of OpenAPI 3.2
             content[EVENTS] = {"schema": {"description": "Events, each with a Job as its data."}}
-        for media_type, described in content.items():
-            if media_type != EVENTS:
-                _as_bytes(media_type, described.get("schema", {}))
-
-
-def _as_bytes(media_type: str, schema: Schema) -> None:
-    """Say of bytes what they are, as JSON Schema does (3.1), beside the format that generators know (3.0)."""
-    if schema.get("format") == "binary":
-        schema["contentMediaType"] = media_type
 
 
 def _complete_body(operation: Schema, schemas: dict[str, Schema]) -> None:

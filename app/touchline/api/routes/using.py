@@ -10,7 +10,7 @@ from touchline.api.bodies import binary_points, content_type, json_body, uploade
 from touchline.api.dependencies import ServicesDep, VersionDep, in_thread
 from touchline.api.responses import Json, cached_response, picture
 from touchline.api.schemas.base import response
-from touchline.api.schemas.media import BINARY, BYTES, PICTURE, UNCHANGED, files, upload
+from touchline.api.schemas.media import BINARY, PICTURE, UNCHANGED, bytes_of, files, upload
 from touchline.api.schemas.requests import Format, FrameName, IdQuery, MarginPx, TransformRequest, WidthPx
 from touchline.core.errors import BadInput
 from touchline.core.geometry import ImageSize, as_points
@@ -35,7 +35,7 @@ Nodes = Annotated[int | None, Query(ge=2, le=MAX_NODES, description="of the mesh
 FEW_POINTS = 1000  # as many are through before a thread has been found for them
 BODY = {"requestBody": {"required": True, "content": {
     "application/json": {"schema": TransformRequest.model_json_schema(ref_template="#/components/schemas/{model}")},
-    BINARY: BYTES}}}
+    BINARY: bytes_of(BINARY)}}}
 
 
 @router.post("/correct", response_class=Response, responses=PICTURE,

@@ -181,4 +181,4 @@ class Problem(BaseModel):
 # "default" describes every refusal: any call may be refused for its token, its size or its path.
 PROBLEMS: dict[int | str, dict[str, Any]] = {
     "default": {"description": "Problem and remedy", "content": {
-        "application/problem+json": {"schema": Problem.model_json_schema()}}}}
+        "application/problem+json": {"schema": {"$ref": f"#/components/schemas/{Problem.__name__}"}}}}}
