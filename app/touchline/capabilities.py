@@ -31,6 +31,7 @@ class Capability:
     job's result, by the name that a job gives. commands: of the shell, each with the first line of its help.
     camera_parts: subclasses of CameraPart, of which each camera's process has one. claims: async functions of
     (services, calibration, is_abandoned) that return what they claim of a version, and what they tried to refute it.
+    site_claims: functions of (services) that return what they claim of the whole site now, called in a worker thread.
     """
 
     routes: tuple[str, ...] = ()
@@ -39,6 +40,7 @@ class Capability:
     commands: Mapping[str, tuple[str, str]] = member(default_factory=dict)
     camera_parts: tuple[str, ...] = ()
     claims: tuple[str, ...] = ()
+    site_claims: tuple[str, ...] = ()
 
 
 ROUTES = "touchline.api.routes"
@@ -105,14 +107,16 @@ CAPABILITIES: Mapping[str, Capability] = {
               "straight.rolls": "touchline.workflows.rolling_request:run_motion"},
         savers={"motion": f"{SAVERS}:motion"},
         camera_parts=("touchline.live.rolls:RollPart",)),
+    "rigs": Capability(
+        routes=("touchline.rigs.routes:router", "touchline.rigs.routes:pairs"),
+        jobs={"rig.check": "touchline.rigs.check:run_check", "rig.pair": "touchline.rigs.check:run_pair"},
+        savers={"rig-check": "touchline.rigs.service:save_check"},
+        claims=("touchline.rigs.service:neighbour_claims",),
+        site_claims=("touchline.rigs.service:site_claims",)),
     "league": Capability(
         routes=(f"{ROUTES}.publishing:router", f"{ROUTES}.packets:router"),
-        claims=("touchline.services.publishing_claims:packet_claims",)),
-    "rigs": Capability(
-        routes=(f"{ROUTES}.rigs:router", f"{ROUTES}.pairs:router"),
-        jobs={"rig.check": "touchline.workflows.rig:run_check", "rig.pair": "touchline.workflows.pair:run_pair"},
-        savers={"rig-check": "touchline.services.rig_checks:save_check"},
-        claims=("touchline.services.rig_claims:neighbour_claims",)),
+        claims=("touchline.services.publishing_claims:packet_claims",),
+        site_claims=("touchline.services.publishing_claims:site_claims",)),
     "report": Capability(
         routes=(f"{ROUTES}.reports:router",),
         commands={"report": ("touchline.cli.reports:report",

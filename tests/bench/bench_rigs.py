@@ -5,19 +5,20 @@
 
 import sys
 import time
+from dataclasses import replace
 
 import cv2
 import numpy as np
 
-from tests.support.rig_over_field import FIELD, HALVES, apart_in_truth, random_halves, sim_rig, sim_source
+from tests.support.rig_over_field import FIELD, HALVES, apart_in_truth, random_halves, sim_rig, sim_source, with_member
 from touchline.core.records import observations_from_json
+from touchline.evaluate.cameras.agreement import agreement
 from touchline.evaluate.cameras.evidence import from_clicks
-from touchline.evaluate.cameras.rig_agreement import agreement
 from touchline.evaluate.cameras.robot_tops import expected_at_tops
-from touchline.imaging.mosaic import FieldView, stitcher_of
-from touchline.models import field_from_raw, model_from_json
+from touchline.models import field_from_raw
 from touchline.models.restored import model_of
-from touchline.workflows.rig import check
+from touchline.rigs.check import check
+from touchline.rigs.mosaic import FieldView, stitcher_of
 
 WIDTH = 1600
 ROUNDS = 40
@@ -27,7 +28,7 @@ KNOCK_MM = (18.0, 24.0)
 def stitch(count: int) -> None:
     """Median time of a stitched picture over that of cv2.remap with each camera's fixed maps, for the same windows."""
     rig = sim_rig(count)
-    names = [camera["camera"] for camera in rig["cameras"]]
+    names = list(rig.titles)
     pictures = [sim_source(count, number).read().pixels for number in range(count)]
     begun = time.perf_counter()
     made, _ = stitcher_of(rig, names, FieldView(FIELD, WIDTH))
@@ -51,12 +52,13 @@ def judge(count: int, seed: int, knocked: bool) -> None:
     """Told and true disagreement, mm, over the map of every pair."""
     rig = sim_rig(count, seed)
     if knocked:
-        position = rig["cameras"][1]["calibration"]["model"]["parameters"]["position_mm"]
-        position[:2] = np.add(position[:2], KNOCK_MM).tolist()
+        calibration = rig.cameras[1].calibration
+        x, y, z = calibration.model_parameters["position_mm"]
+        moved = {**calibration.model_parameters, "position_mm": [x + KNOCK_MM[0], y + KNOCK_MM[1], z]}
+        rig = with_member(rig, 1, calibration=replace(calibration, model_parameters=moved))
     cameras = {f"cam{number}": sim_source(count, number).camera for number in range(count)}
     found = check(rig, {f"cam{n}": sim_source(count, n, seed + 1).read().pixels for n in range(count)})
-    models = {c["camera"]: model_from_json(c["calibration"]["model"]["name"], c["calibration"]["model"]["parameters"])
-              for c in rig["cameras"]}
+    models = {c.camera: model_of(c.calibration) for c in rig.cameras}
     told, true, named = [], [], 0
     for pair in found["pairs"]:
         if pair["agreement"] is None:

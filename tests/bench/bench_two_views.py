@@ -18,9 +18,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from tests.support.pairs import KUSVOD2, PAIRS, epipolar_error_px, labelled_matches, simulated
 from touchline.core.errors import FitFailed
-from touchline.fitting.two_view.fundamental_matrix import fundamental_matrix
-from touchline.fitting.two_view.relative_pose import pose_between, relative_pose
-from touchline.models.rotation import vector_from_matrix
+from touchline.rigs.fundamental_matrix import fundamental_matrix
 
 ESTIMATORS = ("RANSAC", "LMEDS", "USAC_DEFAULT", "USAC_ACCURATE", "USAC_FM_8PTS", "USAC_FAST", "USAC_PARALLEL",
               "USAC_MAGSAC")
@@ -112,33 +110,6 @@ def simulations() -> None:
                   + ", ".join(f"{n} {np.median(v):.3f} ({max(v):.2f})" for n, v in rows.items()))
 
 
-def poses() -> None:
-    print("\nrelative pose, lenses known (k -0.2), 30 % mistakes, 0.3 px")
-    for method in (OURS, "OpenCV USAC_MAGSAC + recoverPose"):
-        turned, aimed = [], []
-        for seed in range(SEEDS):
-            pair = simulated(seed, k=-0.2)
-            rotation, centre = pose_between(pair.camera_a, pair.camera_b)
-            r, t = our_pose(pair) if method == OURS else opencv_pose(pair)
-            turned.append(np.degrees(np.linalg.norm(vector_from_matrix(r @ rotation.T))))
-            aimed.append(np.degrees(np.arccos(np.clip(t @ centre / np.linalg.norm(centre), -1, 1))))
-        print(f"{method}: rotation {np.median(turned):.3f} deg, direction {np.median(aimed):.3f} deg "
-              f"(worst {max(turned):.2f}, {max(aimed):.2f})")
-
-
-def our_pose(pair):
-    found = relative_pose(pair.camera_a, pair.camera_b, pair.a, pair.b)
-    return found.b_from_a, found.direction
-
-
-def opencv_pose(pair):
-    from touchline.fitting.two_view.relative_pose import ideal_px
-    a, b = (ideal_px(c, p) / c.focal_px for c, p in ((pair.camera_a, pair.a), (pair.camera_b, pair.b)))
-    essential, mask = cv2.findEssentialMat(a, b, np.eye(3), method=cv2.USAC_MAGSAC, prob=0.9999, threshold=1 / 900)
-    _, r, t, _ = cv2.recoverPose(essential[:3], a, b, np.eye(3), mask=mask)
-    return r, t.ravel()
-
-
 def degenerate() -> None:
     """What each says of matches that determine nothing: finite answers are wrong ones."""
     print("\nmatches that determine nothing")
@@ -163,7 +134,6 @@ def main() -> None:
     else:
         print("The kusvod2 pairs are not beside the project; only simulated ones are measured.")
     simulations()
-    poses()
     degenerate()
 
 

@@ -8,10 +8,9 @@ import numpy as np
 from tests.support.examples import example_parameters
 from tests.support.paths import SHARED_DATA
 from touchline.core.geometry import as_triple, homogeneous
-from touchline.fitting.two_view.epipolar import normaliser
-from touchline.fitting.two_view.relative_pose import ideal_px
 from touchline.models.lens_models import Division
 from touchline.models.rotation import vector_from_matrix
+from touchline.rigs.epipolar import ideal_px
 
 KUSVOD2 = SHARED_DATA / "pairs" / "kusvod2"
 PAIRS = ("corr", "plant", "rotunda")
@@ -104,9 +103,16 @@ def epipolar_error_px(fundamental: np.ndarray, a: np.ndarray, b: np.ndarray) -> 
 
 def eight_point(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """F (3, 3) from eight matches or more by Hartley's normalised algorithm; rank 2, Frobenius norm 1."""
-    t_a, t_b = normaliser(a), normaliser(b)
+    t_a, t_b = _similarity(a), _similarity(b)
     near_a, near_b = homogeneous(a) @ t_a.T, homogeneous(b) @ t_b.T
     design = (near_b[:, :, None] * near_a[:, None, :]).reshape(-1, 9)
     u, s, vt = np.linalg.svd(np.linalg.svd(design, full_matrices=True)[2][-1].reshape(3, 3))
     f = t_b.T @ (u @ np.diag([s[0], s[1], 0.0]) @ vt) @ t_a
     return f / np.linalg.norm(f)
+
+
+def _similarity(points: np.ndarray) -> np.ndarray:
+    """(3, 3): to the middle of points, at a mean distance of √2."""
+    middle = points.mean(axis=0)
+    scale = np.sqrt(2) / np.hypot(*(points - middle).T).mean()
+    return np.array([[scale, 0, -scale * middle[0]], [0, scale, -scale * middle[1]], [0, 0, 1.0]])

@@ -1,6 +1,6 @@
 """Simulated rigs: calibrations that are the truth itself, and those that an operator's clicks make."""
 
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from functools import cache
 
 import numpy as np
@@ -12,6 +12,7 @@ from touchline.core.geometry import with_z
 from touchline.core.records import Observation
 from touchline.models.lens_models import BrownConrady
 from touchline.models.rotation import vector_from_matrix
+from touchline.rigs.rig import Rig, RigMember
 from touchline.sources.sim.lens import BrownConrady as SimBrownConrady
 from touchline.sources.sim.source import SimSource
 from touchline.workflows.calibration_request import CalibrationRequest
@@ -59,15 +60,21 @@ def sim_task(count: int, number: int, seed: int = 0, model: str = "brown-conrady
                               camera=f"cam{number}")
 
 
-def sim_rig(count: int, seed: int = 0, model: str = "brown-conrady", options=None, cross_validate: bool = False):
-    """The rig as workflows/rig.py takes it, with calibrations from clicks."""
+def sim_rig(count: int, seed: int = 0, model: str = "brown-conrady", options=None, cross_validate: bool = False) -> Rig:
+    """A rig with calibrations from clicks."""
     members = []
     for number in range(count):
         task = sim_task(count, number, seed, model, options=(options or {}).get(number))
         calibration = task.record(task.run(cross_validate=cross_validate))
-        members.append({"camera": f"cam{number}", "title": f"Camera {number}", "region": REGIONS[count][number],
-                        "rotate": None, "calibration": calibration.to_json(), "picture": None})
-    return {"name": "hall", "title": "Hall", "field": FIELD.to_json(), "rectangles": {}, "cameras": members}
+        members.append(RigMember(f"cam{number}", f"Camera {number}", REGIONS[count][number], calibration=calibration))
+    return Rig("hall", "Hall", FIELD, None, tuple(members))
+
+
+def with_member(rig: Rig, number: int, **changes) -> Rig:
+    """The rig with one of its cameras changed."""
+    members = list(rig.cameras)
+    members[number] = replace(members[number], **changes)
+    return replace(rig, cameras=tuple(members))
 
 
 def random_halves(seed: int, height_sigma_mm: float | None = 20.0):

@@ -1,11 +1,11 @@
-"""What teams would receive of a version, and the claim about it."""
+"""What teams receive, would receive of a version, and the claims about it."""
 
 from typing import Any
 
 from touchline.core.errors import TouchlineError
 from touchline.core.records import Calibration
 from touchline.evaluate.claims.claim import Claim
-from touchline.evaluate.claims.others import packet_claim
+from touchline.evaluate.claims.others import packet_claim, publishing_claim
 from touchline.services.container import IsAbandoned, Services
 
 
@@ -24,3 +24,8 @@ def packet_json(services: Services, calibration: Calibration) -> dict[str, Any]:
 async def packet_claims(services: Services, calibration: Calibration, _is_abandoned: IsAbandoned) -> list[Claim]:
     """Judge what teams would receive of a version."""
     return [packet_claim(await services.run_in_thread(packet_json, services, calibration))]
+
+
+def site_claims(services: Services) -> list[Claim]:
+    """Return whether teams receive what was calibrated."""
+    return [publishing_claim(services.publishing.publisher.status()["state"], services.publishing.warnings)]

@@ -3,20 +3,17 @@
 from dataclasses import replace
 from typing import Any
 
+from touchline.capabilities import loaded
 from touchline.core.json_values import number
-from touchline.core.statements import join, sentence_in
 from touchline.evaluate.claims.claim import Claim
 from touchline.evaluate.claims.own_images import CameraImage
 from touchline.evaluate.claims.own_report import field_claims
-from touchline.evaluate.claims.readiness import SiteCamera, SitePublishing, SiteRig, site_claims
+from touchline.evaluate.claims.readiness import SiteCamera, camera_claims
 from touchline.live.status_types import CameraStatus
 from touchline.services.container import Services
-from touchline.services.rigs import rig_json
 from touchline.settings import CameraSettings
 from touchline.sources import device_of
 from touchline.vision.picture_print import PicturePrint
-
-OF_RIG = ("other-field", "other-region", "other-rectangles")  # other troubles of its cameras are claims of their own
 
 
 async def readiness(services: Services) -> list[Claim]:
@@ -30,9 +27,8 @@ async def readiness(services: Services) -> list[Claim]:
 
 def _claims(services: Services, cameras: list[CameraSettings], statuses: dict[str, CameraStatus],
             prints: dict[str, PicturePrint | None]) -> list[Claim]:
-    return site_claims([_camera(services, camera, statuses[camera.id], prints[camera.id]) for camera in cameras],
-                       [_rig(services, rig) for rig in services.store.rigs.all()],
-                       SitePublishing(services.publishing.publisher.status()["state"], services.publishing.warnings))
+    own = camera_claims([_camera(services, camera, statuses[camera.id], prints[camera.id]) for camera in cameras])
+    return [*own, *(claim for find in loaded("site_claims") for claim in find(services))]
 
 
 def _camera(services: Services, camera: CameraSettings, status: CameraStatus, now: PicturePrint | None) -> SiteCamera:
@@ -47,14 +43,3 @@ def _camera(services: Services, camera: CameraSettings, status: CameraStatus, no
     return SiteCamera(camera.id, camera.title, status["state"], status["problem"],
                       active is not None, verdict.get("level") or "unknown", number(verdict.get("mm")), against,
                       status["drift"], image)
-
-
-def _rig(services: Services, rig: Any) -> SiteRig:
-    found = rig_json(services, rig)
-    known = SiteRig(rig.name, found["title"] or rig.name, False, None, None, troubles=[
-        one for camera in found["cameras"] for one in camera["troubles"] if one["reason"] in OF_RIG])
-    if (checked := found["checked"]) is None:
-        return known
-    outdated = join(*(sentence_in(one, "text") for one in checked["outdated"][:1]))
-    return replace(known, is_checked=True, level=checked["verdict"]["level"], p95_mm=checked["p95_mm"],
-                   outdated=outdated)

@@ -1,6 +1,6 @@
 """What is claimed of a version and of a site: each claim, and what makes it false; nothing unknown is held."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
 from types import SimpleNamespace
 
@@ -8,11 +8,12 @@ import pytest
 
 from touchline.core.records import Warning
 from touchline.evaluate.claims.claim import Claim, gate_of, mm, problems
-from touchline.evaluate.claims.others import difference_claims, neighbour_claim, packet_claim
+from touchline.evaluate.claims.others import difference_claims, packet_claim, publishing_claim
 from touchline.evaluate.claims.own_report import field_claims, report_claims
 from touchline.evaluate.claims.pictures import another_cameras, ends_claim, lines_claim, live_claim
-from touchline.evaluate.claims.readiness import SiteCamera, SitePublishing, SiteRig, site_claims
+from touchline.evaluate.claims.readiness import SiteCamera, camera_claims
 from touchline.evaluate.drift.orientation import Orientation
+from touchline.rigs.verdict import CheckedLevel, neighbour_claim, rig_claim
 
 GOOD = {"verdict": {"mm": 0.4, "level": "good", "sentence": "Accurate."}, "rms_px": 0.21, "cv_rms_mm": 0.5,
         "sigma_mm": {"rms": 0.4, "rms_95": 0.6, "hat": {"rms": 1.2, "rms_95": 1.8, "z_mm": 150.0, "known": True}},
@@ -151,11 +152,15 @@ def test_the_active_version_and_neighbours_are_compared_with():
     assert [claim.state for claim in difference_claims(apart, 3)] == ["refuted", "refuted"]
     nothing = difference_claims({"median_mm": None, "max_mm": None, "lens": None}, 3)
     assert [(claim.code, claim.state) for claim in nothing] == [("difference", "not-tested")]
-    for (level, apart_mm), (state, gates) in {("good", 2.0): ("held", False), ("fair", 8.0): ("refuted", False),
-                                              ("poor", 40.0): ("refuted", True),
-                                              ("poor", 2.0): ("refuted", True)}.items():
-        claim = neighbour_claim("east", "East", {"verdict": {"level": level}, "median_mm": apart_mm, "overlap_m2": 3})
-        assert (claim.state, claim.gates, claim.code) == (state, gates, "neighbour-east")
+
+
+@pytest.mark.parametrize(("p95_mm", "own", "apart_mm", "state", "gates"), [
+    (2.0, [], 2.0, "held", False), (8.0, [], 8.0, "refuted", False), (40.0, [], 40.0, "refuted", True),
+    (2.0, ["poor"], 2.0, "refuted", True), (2.0, ["fair"], 2.0, "refuted", False)])
+def test_a_version_agrees_with_its_neighbour_as_far_as_both_are_good_and_near(p95_mm, own, apart_mm, state, gates):
+    found = {"carpet": {"p95_mm": p95_mm}, "median_mm": apart_mm, "overlap_m2": 3.0}
+    claim = neighbour_claim("east", "East", found, own)
+    assert (claim.state, claim.gates, claim.code) == (state, gates, "neighbour-east")
 
 
 def test_what_teams_receive_is_held_only_where_its_error_is_known():
@@ -171,12 +176,30 @@ def test_what_teams_receive_is_held_only_where_its_error_is_known():
 
 STEADY = {"state": "steady", "alarm": False, "sentence": "No movement.", "fix": ""}
 NORTH = SiteCamera("north", "North", "live", None, True, "good", 0.4, (), STEADY)
-RIG = SiteRig("all", "All", True, "good", 1.2)
-SENT = SitePublishing("on-air")
 
 
-def site(cameras=(NORTH,), rigs=(RIG,), publishing=SENT):
-    return {claim.code: claim for claim in site_claims(cameras, rigs, publishing)}
+AGREED = CheckedLevel(True, "good", 1.2)
+
+
+@dataclass(frozen=True)
+class OneRig:
+    """A rig with its newest check."""
+
+    name: str = "all"
+    newest: CheckedLevel = AGREED
+    troubles: tuple = ()
+
+    def checked(self, **changes):
+        return replace(self, newest=replace(self.newest, **changes))
+
+
+RIG = OneRig()
+
+
+def site(cameras=(NORTH,), rigs=(RIG,), state="on-air", warnings=()):
+    claims = [*camera_claims(cameras), *(rig_claim(one.name, "All", one.newest, one.troubles) for one in rigs),
+              publishing_claim(state, warnings)]
+    return {claim.code: claim for claim in claims}
 
 
 def test_a_site_is_ready_where_all_was_tried():
@@ -205,12 +228,13 @@ def test_one_camera_of_two_that_is_not_as_it_should_be_keeps_a_site_from_being_r
 
 def test_a_site_without_cameras_or_with_a_rig_that_nobody_could_compare_is_not_ready():
     assert gate_of(tuple(site(()).values())) == "not-tested"
-    for rig in (SiteRig("all", "All", False, None, None), SiteRig("all", "All", True, None, None),
-                replace(RIG, outdated="North has moved.")):
+    for rig in (OneRig(newest=CheckedLevel()), OneRig(newest=CheckedLevel(True)),
+                RIG.checked(outdated="North has moved.")):
         assert site(rigs=[rig])["rig-all"].state == "not-tested"
-    assert site(rigs=[replace(RIG, level="poor")])["rig-all"].is_problem
-    assert site(rigs=[replace(RIG, level="poor", outdated="So.")])["rig-all"].state == "not-tested"
-    assert site(rigs=[RIG, replace(RIG, name="second", level="poor")])["rig-second"].is_problem  # each of them counts
+    assert site(rigs=[RIG.checked(level="poor")])["rig-all"].is_problem
+    assert site(rigs=[RIG.checked(level="poor", outdated="So.")])["rig-all"].state == "not-tested"
+    second = replace(RIG.checked(level="poor"), name="second")
+    assert site(rigs=[RIG, second])["rig-second"].is_problem  # each of them counts
 
 
 def test_each_camera_that_refutes_a_claim_is_told_with_what_to_do():
@@ -231,17 +255,17 @@ def test_each_camera_that_refutes_a_claim_is_told_with_what_to_do():
 def test_a_rig_whose_cameras_do_not_fit_together_does_not_agree_whatever_its_check_says():
     trouble = {"camera": "north", "reason": "other-region", "text": "It has another area.", "fix": "Change the rig.",
                "level": None}
-    found = site(rigs=[replace(RIG, troubles=[trouble])])["rig-all"]
+    found = site(rigs=[OneRig(troubles=(trouble,))])["rig-all"]
     assert (found.state, found.gates, found.cases[0].fix) == ("refuted", False, "Change the rig.")
-    assert site(rigs=[replace(RIG, troubles=[trouble], level="poor")])["rig-all"].gates
+    assert site(rigs=[OneRig(troubles=(trouble,)).checked(level="poor")])["rig-all"].gates
 
 
 def test_publishing_that_fails_stands_against_a_match_and_none_does_not():
     for state, title in (("failing", "Not publishing"), ("on-air", "Publishing has problems")):
-        warned = site(publishing=SitePublishing(state, [Warning("two-publishers", "Another sends it.", "Stop one.")]))
+        warned = site(state=state, warnings=[Warning("two-publishers", "Another sends it.", "Stop one.")])
         assert warned["publishing"].is_problem and warned["publishing"].title == title
         assert [(one.text, one.fix) for one in warned["publishing"].cases] == [("Another sends it.", "Stop one.")]
-    off = site(publishing=SitePublishing("off"))
+    off = site(state="off")
     assert off["publishing"].state == "refuted" and gate_of(tuple(off.values())) == "ready"
 
 

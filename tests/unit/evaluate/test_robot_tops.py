@@ -9,11 +9,11 @@ from tests.support.rig_over_field import FIELD, HALVES, apart_in_truth, random_h
 from tests.support.tiers import rounds
 from touchline.core.geometry import with_z
 from touchline.core.records import observations_from_json
+from touchline.evaluate.cameras.agreement import agreement
 from touchline.evaluate.cameras.evidence import from_clicks, from_matches
-from touchline.evaluate.cameras.rig_agreement import agreement
-from touchline.evaluate.cameras.rig_verdict import of_pair
 from touchline.evaluate.cameras.robot_tops import expected_at_tops
 from touchline.models.restored import model_of
+from touchline.rigs.verdict import of_pair
 
 TOPS_MM = FIELD.hat_height_mm
 

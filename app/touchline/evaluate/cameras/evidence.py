@@ -15,7 +15,7 @@ import numpy as np
 
 from touchline.core.errors import FitFailed
 from touchline.core.field import Arc, Field, Landmark, Line, Region
-from touchline.core.geometry import Array, Points, as_matches
+from touchline.core.geometry import Array, Indices, Points, as_matches
 from touchline.core.records import Observations
 from touchline.models import CameraModel, RayModel, field_from_raw
 
@@ -26,7 +26,8 @@ SAME_MM = 1.0  # two cameras may call one line by two names: a border of theirs,
 @dataclass(frozen=True, eq=False)
 class OffsetMeasurements:
     """places (n, 2) mm; normals (n, 2), length 1; offset_mm (n,); own_a_mm, own_b_mm (n,): how far each camera alone
-    puts it from where the field has it, NaN where the field says nothing; z_mm (n,) above the carpet."""
+    puts it from where the field has it, NaN where the field says nothing; z_mm (n,) above the carpet; thing (n,): which
+    of the things that were measured it is of, a match by its number in the order given."""
 
     places: Points
     normals: Points
@@ -34,6 +35,7 @@ class OffsetMeasurements:
     own_a_mm: Array
     own_b_mm: Array
     z_mm: Array
+    thing: Indices
 
     def __len__(self) -> int:
         return len(self.offset_mm)
@@ -42,7 +44,8 @@ class OffsetMeasurements:
     def of_lines(cls, feet: Points, normals: Points, own_a: Array, own_b: Array) -> Self:
         """Places of the field's own markings, and each camera's distance from them along the normal."""
         fine = np.isfinite(own_a) & np.isfinite(own_b)
-        return cls(feet[fine], normals[fine], (own_b - own_a)[fine], own_a[fine], own_b[fine], np.zeros(fine.sum()))
+        return cls(feet[fine], normals[fine], (own_b - own_a)[fine], own_a[fine], own_b[fine], np.zeros(fine.sum()),
+                   np.arange(fine.sum()))
 
     @classmethod
     def of_places(cls, at_a: Points, at_b: Points, truth: Points | None = None, z_mm: float | Array = 0.0) -> Self:
@@ -52,7 +55,8 @@ class OffsetMeasurements:
         places, normals = np.repeat((at_a + at_b) / 2, 2, axis=0), np.tile(np.eye(2), (len(at_a), 1))
         nothing = np.full(2 * len(at_a), np.nan)
         own_a, own_b = (nothing if truth is None else (at - truth[fine]).reshape(-1) for at in (at_a, at_b))
-        return cls(places, normals, (at_b - at_a).reshape(-1), own_a, own_b, np.repeat(z, 2))
+        return cls(places, normals, (at_b - at_a).reshape(-1), own_a, own_b, np.repeat(z, 2),
+                   np.repeat(np.flatnonzero(fine), 2))
 
     @classmethod
     def together(cls, parts: list["OffsetMeasurements"]) -> Self:
@@ -63,7 +67,14 @@ class OffsetMeasurements:
                             "Check with images that show field lines where both cameras look, mark the same lines in "
                             "both, or give matched points.",
                             reason="nothing-shared")
+        first = np.cumsum([0, *(part.thing.max(initial=-1) + 1 for part in parts)])
+        parts = [replace(part, thing=part.thing + number) for part, number in zip(parts, first, strict=False)]
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+    def by_thing(self, each: Array) -> tuple[Indices, Array]:
+        """Return each thing that was measured, and the root of the sum of squares of its entries of each (n,)."""
+        things, index = np.unique(self.thing, return_inverse=True)
+        return things, np.sqrt(np.bincount(index, each**2, len(things)))
 
     def at_height(self, z_mm: float) -> Self:
         """Return those within a third of a height."""

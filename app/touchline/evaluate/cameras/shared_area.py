@@ -12,7 +12,6 @@ from touchline.core.json_values import nullable
 from touchline.models import CameraModel, raw_from_field
 
 COARSE, FINE = 96, 40  # cells along the longer side: to find the shared part, and to draw it
-NEAR_CELLS = 2.0  # how far from a measured place a cell still counts as measured
 
 
 class AreaMap(TypedDict):
@@ -46,29 +45,14 @@ class SharedArea:
     def map_json(self, mm: Array) -> AreaMap:
         return {"x": self.x.tolist(), "y": self.y.tolist(), "mm": nullable(mm)}
 
-    def filled(self, places: Points, values: Array) -> Array:
-        """(h, w): at each shared cell the mean of the values near it, NaN where none is."""
-        cells = (self.places[:, :, None] - places) / self.cell
-        near = np.maximum(0.0, 1 - np.sum(cells**2, axis=-1) / NEAR_CELLS**2)  # falls to nothing at NEAR_CELLS
-        with np.errstate(all="ignore"):
-            mean = (near @ values) / near.sum(axis=-1)
-        return np.where(self.both & (near.sum(axis=-1) > 0), mean, np.nan)
-
-
-def overlap(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, field: Field,
-            cells: int) -> SharedArea:
-    """Grid the whole field, `cells` along its longer side. FitFailed no-overlap where no cell is seen by both."""
-    half = np.array([field.length_mm, field.width_mm]) / 2
-    area = _seen_by_both(a, size_a, b, size_b, -half, half, cells)
-    if not area.both.any():
-        raise FitFailed("The areas of the two cameras do not overlap.",
-                        "Choose cameras whose images overlap.", reason="no-overlap")
-    return area
-
 
 def shared_area(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, field: Field) -> SharedArea:
-    """Grid only the shared part, finely. FitFailed no-overlap where there is none."""
-    coarse = overlap(a, size_a, b, size_b, field, COARSE)
+    """Grid the part of the field that both see, finely. FitFailed no-overlap where there is none."""
+    half = np.array([field.length_mm, field.width_mm]) / 2
+    coarse = _seen_by_both(a, size_a, b, size_b, -half, half, COARSE)
+    if not coarse.both.any():
+        raise FitFailed("The areas of the two cameras do not overlap.",
+                        "Choose cameras whose images overlap.", reason="no-overlap")
     spans = [(axis[seen][0], axis[seen][-1]) for axis, seen in ((coarse.x, coarse.both.any(axis=0)),
                                                                 (coarse.y, coarse.both.any(axis=1)))]
     low, high = np.transpose(spans)

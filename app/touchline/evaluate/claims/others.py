@@ -1,15 +1,15 @@
-"""Claims that compare a version with others: the active one, the league's packet made of it, and its neighbours."""
+"""Claims that compare a version with others: the active one, and what teams receive of it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from touchline.core.records import Warning
 from touchline.core.statements import Sentence, join, say, sentence_in
-from touchline.evaluate.claims.claim import Claim, ClaimFigure, mm
+from touchline.evaluate.claims.claim import Case, Claim, ClaimFigure, mm
 
 LENS_SAME_PX = 2.0  # two fits of one lens to other points differ by about a pixel near the image's corners
 MIN_LENS_PX, MIN_LENS_SHARE = 0.1, 0.01  # no figure is better than that
 SAME_MM = 1.0  # less than what two calibrations from two images of one camera differ by
-AGREE_MM = 5.0
 
 
 def difference_claims(found: Mapping[str, Any], former: int) -> list[Claim]:
@@ -42,24 +42,6 @@ def difference_claims(found: Mapping[str, Any], former: int) -> list[Claim]:
     return claims
 
 
-def neighbour_claim(camera: str, title: str, agreement: Mapping[str, Any]) -> Claim:
-    """Return whether it agrees with a neighbour's active version. camera: that one's id; title: its name."""
-    verdict, code = agreement["verdict"], f"neighbour-{camera}"
-    gates, is_near = verdict["level"] == "poor", agreement["median_mm"] <= AGREE_MM
-    held = is_near and not gates
-    if gates and is_near:
-        name = say("claim.neighbour.unreliable", "Agreement with {camera} is not reliable", camera=title)
-        text = say("claim.neighbour.inaccurate", "One of the two versions is not accurate enough for matches.")
-    else:
-        name = (say("claim.neighbour.agrees", "Agrees with {camera}", camera=title) if is_near else
-                say("claim.neighbour.disagrees", "Does not agree with {camera}", camera=title))
-        text = say("claim.neighbour.overlap", "Median over {area:.0f} m² that both cameras cover.",
-                   area=agreement["overlap_m2"])
-    return Claim(code, "held" if held and verdict["level"] == "good" else "refuted", name, text, say(
-        "claim.neighbour.fix", "Compare the two cameras, and calibrate the less accurate one again.") if gates else "",
-        ("shared-points",), gates, mm(agreement["median_mm"]), "pair" if gates else "", camera)
-
-
 def packet_claim(found: Mapping[str, Any]) -> Claim:
     """Return what teams receive. found: as GET /calibrations/{id}/packet answers."""
     title, problem = say("claim.packet", "Received by teams"), found["problem"]
@@ -85,3 +67,20 @@ def _tops(hat: Mapping[str, Any] | None) -> Sentence:
                    "unknown.")
     return say("claim.packet.tops", "Robot tops ({height:.0f} mm): {error:.1f} mm.", height=hat["z_mm"],
                error=hat["rms"])
+
+
+def publishing_claim(state: str, warnings: Sequence[Warning]) -> Claim:
+    """Return whether teams receive anything. state: "on-air" only where packets go out; warnings: what keeps teams from
+    what was calibrated."""
+    what, tried = say("claim.publishing.geometry", "SSL-Vision geometry"), ("sent-packets",)
+    if warnings:
+        first = warnings[0]
+        title = (say("claim.publishing.failing", "Not publishing") if state == "failing" else
+                 say("claim.publishing.problems", "Publishing has problems"))
+        return Claim("publishing", "refuted", title, first.text, first.fix, tried, True, cure="publishing",
+                     cases=tuple(Case(one.text, one.fix) for one in warnings))
+    if state == "on-air":
+        return Claim("publishing", "held", say("claim.publishing.on-air", "Publishing"), what, tried=tried,
+                     cure="publishing")
+    return Claim("publishing", "refuted", say("claim.publishing.off", "Not publishing"), what, tried=tried,
+                 cure="publishing")

@@ -1,15 +1,13 @@
-"""Claims of a whole site before a match: cameras are live, calibrated, in place and agree, and teams receive."""
+"""Claims of all cameras before a match: they are live, calibrated and in place."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from touchline.core.errors import ProblemJson
-from touchline.core.records import Warning
 from touchline.core.statements import Sentence, join, say, sentence_in
 from touchline.core.text_format import format_mm
-from touchline.evaluate.cameras.rig_verdict import RigTrouble
-from touchline.evaluate.claims.claim import Case, Claim, mm
+from touchline.evaluate.claims.claim import Case, Claim
 from touchline.evaluate.claims.own_images import CameraImage, own_images_claim
 
 BROKEN = ("offline", "stalled", "mismatch")
@@ -35,33 +33,10 @@ class SiteCamera:
     image: CameraImage = field(default_factory=CameraImage)
 
 
-@dataclass(frozen=True)
-class SiteRig:
-    """A rig with its newest check: level and p95_mm of that, None where nothing could be compared; outdated: what has
-    happened since, in words; troubles: why its cameras do not fit together, whatever a check says."""
-
-    name: str
-    title: str
-    is_checked: bool
-    level: str | None
-    p95_mm: float | None
-    outdated: str = ""
-    troubles: Sequence[RigTrouble] = ()
-
-
-@dataclass(frozen=True)
-class SitePublishing:
-    """Publishing: on-air only where packets go out; warnings: what keeps teams from what was calibrated."""
-
-    state: str
-    warnings: Sequence[Warning] = ()
-
-
-def site_claims(cameras: Sequence[SiteCamera], rigs: Sequence[SiteRig], publishing: SitePublishing) -> list[Claim]:
+def camera_claims(cameras: Sequence[SiteCamera]) -> list[Claim]:
     """Return the claims in the order in which an operator works them off."""
     own_images = own_images_claim({one.id: one.title for one in cameras}, {one.id: one.image for one in cameras})
-    return [_live(cameras), *own_images, _calibrated(cameras), *_wrong_field(cameras), _in_place(cameras),
-            *(_rig(rig) for rig in rigs), _publishing(publishing)]
+    return [_live(cameras), *own_images, _calibrated(cameras), *_wrong_field(cameras), _in_place(cameras)]
 
 
 def _live(cameras: Sequence[SiteCamera]) -> Claim:
@@ -132,40 +107,6 @@ def _in_place(cameras: Sequence[SiteCamera]) -> Claim:
                 "claim.not-watched.text", "Not monitored: {cameras}.", cameras=_titles(rest)), *why) if cameras else "",
             cure="drift" if rest else "", camera=rest[0].id if rest else None)
     return Claim("cameras-in-place", "held", say("claim.none-moved", "No camera has moved"), tried=("field-lines",))
-
-
-def _rig(rig: SiteRig) -> Claim:
-    code, named = f"rig-{rig.name}", Sentence(rig.title)
-    shown = None if rig.p95_mm is None else mm(rig.p95_mm)
-    if rig.level == "poor" and not rig.outdated:
-        return Claim(code, "refuted", say("claim.rig.disagree", "Cameras do not agree"), named, tried=("rig-check",),
-                     gates=True, figure=shown, cure="rig")
-    if rig.troubles:
-        return Claim(code, "refuted", say("claim.rig.troubles", "The cameras of a rig do not fit together"), named,
-                     tried=("versions",), cure="rig", cases=tuple(
-                         Case(sentence_in(one, "text"), sentence_in(one, "fix")) for one in rig.troubles))
-    if not rig.is_checked or rig.level is None or rig.outdated:
-        return Claim(code, "not-tested", say("claim.rig.not-checked", "Agreement not checked"), join(
-            say("claim.rig.name", "{rig}.", rig=named), rig.outdated or ("" if not rig.is_checked else say(
-                "claim.rig.nothing", "No two cameras could be compared."))), cure="rig")
-    return Claim(code, "held" if rig.level == "good" else "refuted", say("claim.rig.agree", "Cameras agree")
-                 if rig.level == "good" else say("claim.rig.roughly", "Cameras agree roughly"), named,
-                 tried=("rig-check",), figure=shown, cure="rig")
-
-
-def _publishing(publishing: SitePublishing) -> Claim:
-    what, tried = say("claim.publishing.geometry", "SSL-Vision geometry"), ("sent-packets",)
-    if publishing.warnings:
-        first = publishing.warnings[0]
-        title = (say("claim.publishing.failing", "Not publishing") if publishing.state == "failing" else
-                 say("claim.publishing.problems", "Publishing has problems"))
-        return Claim("publishing", "refuted", title, first.text, first.fix, tried, True, cure="publishing",
-                     cases=tuple(Case(one.text, one.fix) for one in publishing.warnings))
-    if publishing.state == "on-air":
-        return Claim("publishing", "held", say("claim.publishing.on-air", "Publishing"), what, tried=tried,
-                     cure="publishing")
-    return Claim("publishing", "refuted", say("claim.publishing.off", "Not publishing"), what, tried=tried,
-                 cure="publishing")
 
 
 def _case(camera: SiteCamera, text: str, fix: str) -> Case:

@@ -8,9 +8,9 @@ from typing_extensions import TypedDict
 from touchline.core.errors import FitFailed
 from touchline.core.field import Field
 from touchline.core.geometry import Array, ImageSize
+from touchline.evaluate.cameras.agreement import agreement
 from touchline.evaluate.cameras.evidence import OffsetMeasurements
 from touchline.evaluate.cameras.offsets import MIN_MEASURES, fit_offset_field
-from touchline.evaluate.cameras.rig_agreement import agreement
 from touchline.evaluate.drift.line_check import MOST, LineMeasurements
 from touchline.evaluate.fit.residuals import rms
 from touchline.evaluate.fit.verdict import GOOD_MM

@@ -6,8 +6,8 @@ from typing_extensions import TypedDict
 from touchline.core.errors import FitFailed
 from touchline.core.field import Field
 from touchline.core.geometry import ImageSize
+from touchline.evaluate.cameras.agreement import PlaneDifference, agreement
 from touchline.evaluate.cameras.offsets import fit_offset_field
-from touchline.evaluate.cameras.rig_agreement import PlaneDifference, agreement
 from touchline.evaluate.drift.change import Change
 from touchline.evaluate.drift.line_check import LineMeasurements
 from touchline.evaluate.drift.promise import OwnLevel, Promise

@@ -7,9 +7,9 @@ A camera shows its region; beside it, it only fills what no other camera shows. 
 and `unseen` says so.
 """
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Self
+from typing import Literal, Self
 
 import cv2
 import numpy as np
@@ -22,7 +22,9 @@ from touchline.core.geometry import Array, ImageSize, Points, inside_picture
 from touchline.core.json_values import PointJson
 from touchline.core.progress import Progress, no_progress
 from touchline.imaging.correction import BLOCK_PX, BORDER_BGR, CorrectionMap
-from touchline.models import CameraModel, model_from_json, raw_from_field
+from touchline.models import CameraModel, raw_from_field
+from touchline.models.restored import model_of
+from touchline.rigs.rig import Rig
 
 MAX_PX = 6e6  # 5 s, and 1 GB where two cameras both see all of the field
 MARGIN_MM = 300.0  # of carpet around the lines
@@ -276,15 +278,14 @@ def _part(raw: NDArray[np.float32], weight: NDArray[np.float32], seam: NDArray[n
     return MosaicTile(window, maps, alone, np.where(of_seam > 0, here, 0), np.repeat(of_seam[:, None], 3, axis=1), size)
 
 
-def stitcher_of(rig: Mapping[str, Any], names: Container[str], view: FieldView,
+def stitcher_of(rig: Rig, names: Container[str], view: FieldView,
                 progress: Progress = no_progress) -> tuple[Stitcher, list[str]]:
-    """For those of a rig's cameras (see workflows/rig.py) that are calibrated on its field; and which these are."""
+    """For those of a rig's cameras that are calibrated on its field; and which these are."""
     cameras, shown = [], []
-    for camera in rig["cameras"]:
-        calibration = camera["calibration"]
-        if camera["camera"] in names and calibration is not None and calibration["field"] == view.field.name:
-            model = model_from_json(calibration["model"]["name"], calibration["model"]["parameters"])
-            region = view.field.region(camera["region"] or calibration["region"])
-            cameras.append((model, ImageSize.of(calibration["image_size"]), region))
-            shown.append(camera["camera"])
+    for camera in rig.cameras:
+        calibration = camera.calibration
+        if camera.camera in names and calibration is not None and calibration.field["name"] == view.field.name:
+            region = view.field.region(camera.region or calibration.region)
+            cameras.append((model_of(calibration), calibration.image_size, region))
+            shown.append(camera.camera)
     return Stitcher.of(cameras, view, progress), shown

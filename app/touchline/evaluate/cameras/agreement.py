@@ -10,13 +10,14 @@ from typing_extensions import TypedDict
 
 from touchline.core.errors import FitFailed
 from touchline.core.field import Field
-from touchline.core.geometry import Array, ImageSize
+from touchline.core.geometry import Array, ImageSize, root_mean_square
 from touchline.core.json_values import PointJson
 from touchline.evaluate.cameras.evidence import OffsetMeasurements
 from touchline.evaluate.cameras.offsets import OffsetField, fit_offset_field
 from touchline.evaluate.cameras.robot_tops import ExpectedAt, HatFrom, HatUnknown, apart_at_tops, carried_mm
 from touchline.evaluate.cameras.shared_area import AreaMap, SharedArea, shared_area
 from touchline.evaluate.fit.residuals import rms
+from touchline.evaluate.fit.verdict import FAIR_MM
 from touchline.models import CameraModel
 
 NEAR_MM = 400.0  # so far from a measure the map rests on it
@@ -41,15 +42,29 @@ class OwnErrors(TypedDict):
     b: float | None
 
 
-class RigAgreement(TypedDict):
-    """Of two cameras, by n measurements; covered: of the area both see, the share that is near one of them.
+class MeasuredDifference(TypedDict):
+    """How far two cameras put the n things apart that were measured: a match, a landmark, a place on a line.
+
+    believed: of those; outliers: the others that are more than FAIR_MM beside them, a match by its number from 0.
+    where: the place of the largest.
+    """
+
+    n: int
+    believed: int
+    outliers: list[int]
+    median_mm: float
+    rms_mm: float
+    max_mm: float
+    where: PointJson
+
+
+class RigAgreement(MeasuredDifference):
+    """Of two cameras; covered: of the area both see, the share that is near one of the measurements.
 
     noise_mm: rms of the measurements beside the smooth difference, whose degree that is; shift_mm: from a to b, mean.
     hat_from: what hat's figures rest on; hat_unknown: why there are none.
     """
 
-    n: int
-    believed: int
     noise_mm: float
     degree: int
     both_directions: bool
@@ -89,7 +104,7 @@ def agreement(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSi
             raise _not_known()
     carried = carried_mm(a, size_a, b, size_b, field.hat_height_mm, places, found)
     hat, hat_from, hat_unknown = apart_at_tops(a, b, field.hat_height_mm, places, carried, evidence, expected)
-    return {"n": len(evidence), "believed": int(found.good.sum()), "noise_mm": found.residual_mm,
+    return {**_measured(evidence, found), "noise_mm": found.residual_mm,
             "degree": found.degree, "both_directions": bool(np.median(directions[known]) == TWO),
             "overlap_m2": shared.area_m2, "covered": share,
             "own_mm": {"a": rms(evidence.own_a_mm[found.good]), "b": rms(evidence.own_b_mm[found.good])},
@@ -97,6 +112,17 @@ def agreement(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSi
             "carpet": _map_json(shared, carpet, 0.0),
             "hat": None if hat is None else _map_json(shared, hat, field.hat_height_mm), "hat_from": hat_from,
             "hat_unknown": hat_unknown}
+
+
+def _measured(evidence: OffsetMeasurements, found: OffsetField) -> MeasuredDifference:
+    things, apart = evidence.by_thing(evidence.offset_mm)
+    beside = evidence.offset_mm - np.sum(found.at(evidence.places)[0] * evidence.normals, axis=1)
+    is_doubted = evidence.by_thing((~found.good).astype(float))[1] > 0
+    worst = int(np.argmax(apart))
+    return {"n": len(things), "believed": int((~is_doubted).sum()),
+            "outliers": things[is_doubted & (evidence.by_thing(beside)[1] > FAIR_MM)].tolist(),
+            "median_mm": float(np.median(apart)), "rms_mm": root_mean_square(apart), "max_mm": float(apart[worst]),
+            "where": evidence.places[evidence.thing == things[worst]][0].tolist()}
 
 
 def _not_known() -> FitFailed:

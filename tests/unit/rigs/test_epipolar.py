@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.support.exported import model_of, of_model
 from tests.support.pairs import simulated
 from touchline.core.geometry import ImageSize
-from touchline.evaluate.cameras.pair_agreement import PointAgreement
-from touchline.evaluate.cameras.pair_verdict import of_agreement, of_calibrated, of_fundamental, of_pose
-from touchline.fitting.two_view.epipolar_lines import epipolar_curves, epipolar_segments
-from touchline.fitting.two_view.fundamental_matrix import fundamental_matrix
+from touchline.rigs.check import lines_by_calibrations
+from touchline.rigs.epipolar import calibrated_epipolar_px, epipolar_curves, epipolar_segments, ideal_px
+from touchline.rigs.fundamental_matrix import fundamental_matrix
+from touchline.rigs.verdict import of_calibrated, of_fundamental
 
 SIZE = ImageSize(1280, 1024)
 
@@ -54,26 +55,6 @@ def test_a_line_that_is_nowhere_in_the_other_picture_is_nan():
     assert np.isnan(epipolar_curves(pair.camera_a, turned, pair.a[:3])).all()
 
 
-def agreement(offsets):
-    offsets = np.array(offsets, float)
-    return PointAgreement(np.column_stack([np.arange(len(offsets)) * 100.0, np.zeros(len(offsets))]), offsets,
-                          np.arange(len(offsets)))
-
-
-@pytest.mark.parametrize("offsets, covered, level, cure", [
-    ([[1, 0]] * 8, 0.9, "good", ""),
-    ([[1, 0]] * 8, 0.1, "good", "Add matches all over the shared area"),
-    ([[30, 5]] * 8, 0.9, "poor", "mainly a shift of (30, 5) mm"),
-    ([[1, 0]] * 8 + [[90, 0]], 0.9, "fair", "Check the largest difference, at (800, 0) mm"),
-    ([[40, 0]] * 8 + [[900, 0]], 0.9, "poor", "Check the largest difference"),
-    ([[9, 0], [-9, 0], [0, 9], [0, -9], [7, 7]], 0.9, "fair", "add points on lines inside"),
-    ([[40, 0], [41, 0]], 0.9, "poor", "Check these matches and their heights"),
-])
-def test_each_kind_of_disagreement_has_its_own_cure(offsets, covered, level, cure):
-    told = of_agreement(agreement(offsets), covered)
-    assert told["level"] == level and (cure in told["fix"] if cure else told["fix"] == "")
-
-
 def test_mistakes_among_matches_are_named_as_the_operator_counts_them():
     good = np.ones(30, bool)
     assert of_fundamental(np.full(30, 0.3), good, np.arange(30)) == {
@@ -85,8 +66,30 @@ def test_mistakes_among_matches_are_named_as_the_operator_counts_them():
     assert "too few" in of_fundamental(np.full(12, 0.3), np.ones(12, bool), np.arange(12))["fix"]
 
 
-def test_a_turned_camera_and_a_single_mistake_are_told_apart():
+def test_a_moved_camera_and_a_single_mistake_are_told_apart():
     assert of_calibrated(np.full(9, 0.4), np.arange(9))["level"] == "good"
     assert "camera was moved" in of_calibrated(np.array([8.0, 9, 7, np.nan, 8]), np.arange(5))["fix"]
     assert of_calibrated(np.array([0.4, 0.5, 40.0, 0.3, np.nan]), np.arange(5) + 4)["fix"].startswith("Check match 7")
-    assert of_pose(0.5, 0.05)["level"] == "poor" and of_pose(0.5, 0.4)["level"] == "good"
+
+
+def test_calibrations_that_are_right_foretell_the_lines_and_one_knocked_does_not():
+    pair = simulated(5, k=-0.2)
+    assert calibrated_epipolar_px(pair.camera_a, pair.camera_b, pair.clean_a, pair.clean_b).max() < 1e-6
+    knocked = replace(pair.camera_b, rotation=(pair.camera_b.rotation[0] + 0.01, *pair.camera_b.rotation[1:]))
+    assert np.median(calibrated_epipolar_px(pair.camera_a, knocked, pair.clean_a, pair.clean_b)) > 1.0
+
+
+def test_without_a_lens_ideal_pixels_are_the_pixels():
+    pair = simulated(11)
+    centre = np.array(pair.camera_a.centre_px)
+    np.testing.assert_allclose(ideal_px(pair.camera_a, pair.a) + centre, pair.a, atol=1e-9)
+
+
+def test_a_place_is_told_wherever_the_other_picture_shows_it_though_that_is_larger():
+    large, size = model_of("brown-conrady", 0), ImageSize(640, 512)
+    small = replace(large, image_size=size, focal_px=large.focal_px / 2, centre_px=size.centre)
+    in_large = np.array([[1000.0, 800.0], [300.0, 200.0]])
+    in_small = (in_large + 0.5) / 2 - 0.5
+    found = lines_by_calibrations(of_model(large), of_model(small), in_large, in_small)
+    np.testing.assert_allclose(np.array(found["place_in_a"], float), in_large, atol=1e-6)
+    np.testing.assert_allclose(np.array(found["place_in_b"], float), in_small, atol=1e-6)

@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.support.rig_over_field import FIELD, sim_rig, sim_source, true_models
+from tests.support.rig_over_field import FIELD, sim_rig, sim_source, true_models, with_member
 from touchline.core.errors import BadInput, Cancelled, FitFailed
-from touchline.evaluate.cameras.image_evidence import from_pictures, marking_places
-from touchline.evaluate.cameras.rig_agreement import agreement
-from touchline.imaging.mosaic import FieldView, Stitcher, stitcher_of
-from touchline.workflows.rig import check, rig_status
+from touchline.evaluate.cameras.agreement import agreement
+from touchline.rigs.check import check
+from touchline.rigs.evidence import from_pictures, marking_places
+from touchline.rigs.mosaic import FieldView, Stitcher, stitcher_of
+from touchline.rigs.rig import Rectangles, rig_status
 
 VIEW = FieldView(FIELD, 700)
 
@@ -108,10 +109,8 @@ def true_models_of_sim():
 
 
 def test_how_each_camera_stands_to_the_rig_is_told_with_its_cure(rig):
-    one, other = rig["cameras"]
-    wrong = {**rig, "cameras": [{**one, "calibration": None}, {**other, "region": "half-left"}],
-             "rectangles": {"w_max_rectangle_px": 50.0, "h_max_rectangle_px": 50.0, "n_rectangles_x": 9,
-                            "n_rectangles_y": 12}}
+    wrong = with_member(with_member(rig, 0, calibration=None), 1, region="half-left")
+    wrong = replace(wrong, given=Rectangles(50.0, 50.0, 9, 12))
     told = rig_status(wrong)
     assert [[t["reason"] for t in c["troubles"]] for c in told["cameras"]] == [
         ["not-calibrated"], ["other-region", "other-rectangles"]]

@@ -1,13 +1,13 @@
 """Cameras that agree can be wrong alike: a rig and a pair are no better than what is known of each camera."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
-from tests.support.rig_over_field import sim_rig, sim_source
-from touchline.core.records import Calibration
-from touchline.workflows.pair import evaluate_pair
-from touchline.workflows.rig import check
+from tests.support.rig_over_field import sim_rig, sim_source, with_member
+from touchline.rigs.check import check, evaluate_pair, run_check
+from touchline.rigs.rig import Rig, RigMember
 
 
 @pytest.fixture(scope="module")
@@ -21,13 +21,19 @@ def pictures():
     return {f"cam{n}": sim_source(2, n).rendering.frame(3) for n in range(2)}
 
 
+def judged(rig, level):
+    """The rig, its calibrations' own reports with another level."""
+    made = []
+    for camera in rig.cameras:
+        report = {**camera.calibration.report, "verdict": {**camera.calibration.report["verdict"], "level": level}}
+        made.append(replace(camera, calibration=replace(camera.calibration, report=report)))
+    return replace(rig, cameras=tuple(made))
+
+
 @pytest.mark.parametrize(("own", "best", "reason"), [("unknown", "fair", "accuracy-unknown"),
                                                      ("poor", "poor", "not-accurate")])
 def test_a_rig_whose_cameras_agree_by_their_clicks_is_no_better_than_their_own_reports(by_borders, own, best, reason):
-    rig = json.loads(json.dumps(by_borders))
-    for camera in rig["cameras"]:
-        camera["calibration"]["report"]["verdict"]["level"] = own
-    found = check(rig, {})
+    found = check(judged(by_borders, own), {})
     (pair,) = found["pairs"]
     assert pair["from"] == "clicks" and pair["verdict"]["level"] == "good"
     assert found["verdict"]["level"] == best and "Camera 0" in found["verdict"]["sentence"]
@@ -48,25 +54,30 @@ def test_cameras_with_a_lens_that_fits_keep_their_verdict(pictures):
 
 
 def test_a_pair_is_no_better_than_its_calibrations(by_borders):
-    a, b = (Calibration.from_json(camera["calibration"]) for camera in by_borders["cameras"])
+    a, b = (camera.calibration for camera in by_borders.cameras)
     verdict = evaluate_pair(None, None, a, b)["agreement"]["verdict"]
     assert verdict["level"] == "poor" and "cam0" in verdict["sentence"] and "cam1" in verdict["fix"]
 
 
 def test_a_rig_of_one_camera_and_one_that_nobody_could_compare_agree_with_nothing(by_borders):
-    alone = {**by_borders, "cameras": by_borders["cameras"][:1]}
+    alone = replace(by_borders, cameras=by_borders.cameras[:1])
     verdict = check(alone, {})["verdict"]
     assert verdict["level"] is None and verdict["reason"] == "single-camera" and verdict["fix"]
-    uncalibrated = [by_borders["cameras"][0], {**by_borders["cameras"][1], "calibration": None}]
-    verdict = check({**by_borders, "cameras": uncalibrated}, {})["verdict"]
+    verdict = check(with_member(by_borders, 1, calibration=None), {})["verdict"]
     assert verdict["level"] is None and verdict["reason"] == "nothing-compared" and verdict["fix"]
 
 
 def test_a_rig_is_no_better_than_fair_while_a_camera_is_compared_with_no_other(by_borders):
-    rig = json.loads(json.dumps(by_borders))
-    for camera in rig["cameras"]:
-        camera["calibration"]["report"]["verdict"]["level"] = "good"
+    rig = judged(by_borders, "good")
     assert check(rig, {})["verdict"]["level"] == "good"
-    rig["cameras"].append({**rig["cameras"][0], "camera": "cam9", "title": "Camera 9", "calibration": None})
+    rig = replace(rig, cameras=(*rig.cameras, RigMember("cam9", "Camera 9")))
     verdict = check(rig, {})["verdict"]
     assert verdict["level"] == "fair" and verdict["reason"] is None and "Camera 9" in verdict["sentence"]
+
+
+def test_a_rig_comes_back_from_what_a_job_is_given(by_borders):
+    text = json.dumps(by_borders.to_json())
+    again = Rig.from_json(json.loads(text))
+    assert json.dumps(again.to_json()) == text and again.titles == by_borders.titles
+    found = run_check({"rig": json.loads(text), "missing": [], "matches": []}, lambda *_: None)
+    assert found["verdict"] == check(by_borders, {})["verdict"] and found["missing"] == []

@@ -7,7 +7,7 @@ import pytest
 from touchline.evaluate.drift.alarm import DriftWatch
 from touchline.evaluate.drift.monitor import DriftSample
 from touchline.fitting.image_motion import MotionSize
-from touchline.services.rig_outdated import as_of_now
+from touchline.rigs.service import as_of_now
 
 AT = datetime(2026, 11, 28, 9, tzinfo=UTC)
 GOOD = {"at": "2026-11-28T09:00:00.000Z", "p95_mm": 2.0,

@@ -5,9 +5,9 @@ import pytest
 
 from tests.support.rig_over_field import FIELD, FIELDS, sim_task
 from tests.support.tiers import rounds
-from touchline.evaluate.cameras.image_evidence import from_pictures
-from touchline.evaluate.cameras.rig_agreement import agreement
+from touchline.evaluate.cameras.agreement import agreement
 from touchline.models import model_from_json
+from touchline.rigs.evidence import from_pictures
 from touchline.sources import SourceContext, source_from_url
 
 ADDRESS = "sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&robots=0&fps=10"

@@ -1,1 +1,0 @@
-"""Fit the geometry of two views to matched points."""
