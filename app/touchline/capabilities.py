@@ -122,7 +122,8 @@ CAPABILITIES: Mapping[str, Capability] = {
         commands={"report": ("touchline.cli.reports:report",
                              "Show or write the report of one calibration. Exit code 0 if it is good enough.")}),
     "detection": Capability(
-        routes=(f"{ROUTES}.detections:router", f"{ROUTES}.colours:router", f"{ROUTES}.clips:router"),
+        routes=(f"{ROUTES}.detections:router", f"{ROUTES}.colours:router", f"{ROUTES}.clips:router",
+                f"{ROUTES}.tracks:router"),
         camera_parts=("touchline.live.detector:DetectionPart",)),
     "scene": Capability(routes=(f"{ROUTES}.scenes:router",)),
 }

@@ -25,6 +25,9 @@ CHANGED = (
     "/calibrations/auto/post/requestBody/content/application/json/schema/properties/region/default: 'full' → 'auto'",
     # It is of OpenAPI 3.2, and made a document that says 3.1 invalid.
     "/jobs/{id}/events/get/responses/200/content/text/event-stream/itemSchema is gone",
+    # Announced in the changelog: the pose from matches alone.
+    "/pairs/post/responses/200/content/application/json/schema/required/pose is gone or changed",
+    "/pairs/post/responses/200/content/application/json/schema/properties/pose is gone",
 )
 
 

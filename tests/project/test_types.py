@@ -28,6 +28,7 @@ PLANTED = {
     "models": "model_from_json(maybe_name, {})",
     "processes.framing": "encode_body(points)",
     "report.drawing": "data_address(points, name)",
+    "rigs.mosaic": "FieldView(mm, name)",
     "scene.export": "whole_page(mm, name)",
     "services.result_savers": "save_new_version(name, name, name)",
     "settings": "load_settings(name)",

@@ -80,7 +80,7 @@ _AgreementSource = TypedDict("_AgreementSource", {"from": Source})
 
 
 class PairAgreement(RigAgreement, _AgreementSource):
-    """apart_mm: of each match, null where it has no height; map: that of the carpet."""
+    """By n things that both see; apart_mm: of each match, null where it has no height; map: that of the carpet."""
 
     apart_mm: list[float | None] | None
     map: AreaMap
@@ -132,12 +132,12 @@ class RigPair(ComparedPair, _PairSource):
     failed: ProblemJson | None
 
 
-class RigCheck(RigStatus):
+class ComparedRig(RigStatus):
     pairs: list[RigPair]
     verdict: RigVerdict
 
 
-class RigReport(RigCheck):
+class RigReport(ComparedRig):
     """missing: cameras that delivered no image."""
 
     missing: list[RigTrouble]
@@ -145,10 +145,14 @@ class RigReport(RigCheck):
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """Two calibrations over one field, by the best evidence there is. apart_mm: of each match, in the order given."""
+    """Two calibrations over one field, by things, so many, of the best evidence there is.
+
+    apart_mm: of each match, in the order given.
+    """
 
     titles: tuple[str, str]
     agreement: RigAgreement
+    things: int
     source: Source
     notes: list[str]
     apart_mm: list[float | None] | None
@@ -173,7 +177,7 @@ def _read(cameras: Sequence[RigMember], progress: Progress) -> Iterator[tuple[st
 
 
 def check(rig: Rig, pictures: Mapping[str, Pixels], matches: Sequence[Mapping[str, Any]] = (),
-          progress: Progress = no_progress) -> RigCheck:
+          progress: Progress = no_progress) -> ComparedRig:
     """Return each camera's status in the rig, and how far each two are apart that see a common part."""
     _refuse_unknown(matches, rig.titles)
     status, calibrations = rig_status(rig), rig.compared()
@@ -251,14 +255,15 @@ def compare(a: Calibration, b: Calibration, field: Field, titles: tuple[str, str
     evidence, source, notes = best_evidence((a, b), models, field, matches, pictures, progress)
     found = agreement(models[0], a.image_size, models[1], b.image_size, field, evidence,
                       expected=(expected_at_tops(a), expected_at_tops(b)))
+    things, apart = evidence.by_thing(evidence.offset_mm)
     apart_mm = None
     if source == "matches" and matches is not None:
         found["outliers"] = matches.numbers(found["outliers"])
         placed = np.full(len(matches.a), np.nan)
-        things, apart = evidence.by_thing(evidence.offset_mm)
         placed[things] = apart
         apart_mm = matches.in_given_order(placed)
-    return Compared(titles, found, source, notes, apart_mm, verdicts.of_pair(*titles, found, source))
+    verdict = verdicts.of_pair(*titles, found, len(things), source)
+    return Compared(titles, found, len(things), source, notes, apart_mm, verdict)
 
 
 def _matches_of(matches: Sequence[Mapping[str, Any]], a: str, b: str) -> Mapping[str, Any] | None:
@@ -384,7 +389,7 @@ def _calibrated(model_a: RayCamera, model_b: RayCamera, matches: Matches) -> Cal
 def _agreement(both: tuple[Calibration, Calibration], found: Compared) -> PairAgreement:
     troubles = [one for title, each in zip(found.titles, both, strict=True)
                 for one in verdicts.of_report(title, title, each.report)]
-    return {**found.agreement, "from": found.source, "apart_mm": found.apart_mm,
+    return {**found.agreement, "n": found.things, "from": found.source, "apart_mm": found.apart_mm,
             "map": found.agreement["carpet"]["map"], "verdict": verdicts.capped(found.verdict, troubles)}
 
 

@@ -1,28 +1,25 @@
-"""/rigs: cameras that share a field: saved, checked, refitted alike, shown as one picture, and what they track.
+"""/rigs: cameras that share a field: saved, checked, refitted alike, shown as one picture.
 
 /pairs: two calibrations as a rig of two, and the geometry of matched points.
 """
 
-import asyncio
 from functools import partial
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from fastapi import APIRouter, Query, Request, WebSocket
+from fastapi import APIRouter, Query, Request
 from pydantic import Field
 from starlette.responses import Response
 
 from touchline.api.dependencies import CallerDep, IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
-from touchline.api.responses import NO_STORE, Json, JsonText, accepted, finished_or_queued, page, picture, versioned
+from touchline.api.responses import NO_STORE, Json, accepted, finished_or_queued, page, picture, versioned
 from touchline.api.schemas import responses
-from touchline.api.schemas.base import JsonObject, page_of, response
+from touchline.api.schemas.base import page_of
 from touchline.api.schemas.media import PICTURE
 from touchline.api.schemas.requests import AsJob, CameraId, Id
-from touchline.api.sockets import run_until_first, send_text, until_disconnect, websocket_session
-from touchline.core.errors import BadInput, Conflict, Unavailable
+from touchline.core.errors import BadInput, Conflict
 from touchline.core.geometry import ImageSize
 from touchline.core.progress import Progress
 from touchline.core.statements import say
-from touchline.live.track_fusion import TrackFusion
 from touchline.rigs import service
 from touchline.rigs.check import (
     PairLines,
@@ -44,12 +41,9 @@ from touchline.workflows.refit import run_refit
 router = APIRouter(prefix="/rigs", tags=["rigs"])
 pairs = APIRouter(prefix="/pairs", tags=["judging"])
 
-Tracks = response("Tracks", time_s=float, items=list[JsonObject], seams=JsonObject, cameras=list[JsonObject])
 Rigs = page_of("Rigs", RigJson)
 
 MAX_MATCHES = 5000
-FIRST_S = 20.0  # cameras that were asleep, their stages to be set up, on a busy machine
-FOLLOW_S = 0.6  # for a single response, where nobody else follows
 Width = Annotated[int, Query(ge=64, le=8192, description="of the image, px")]
 SnapshotNames = Annotated[list[str], Query(
     max_length=32, description="CAMERA:SNAPSHOT, or the id of a snapshot that one of its cameras took; by default the "
@@ -250,60 +244,6 @@ def refit_rig(services: ServicesDep, caller: CallerDep, name: Id, body: RigRefit
     spec = {"calibrations": calibrations, "rectangles": shown["rectangles"]}
     return accepted(services.jobs.start("rig-refit", run_refit, spec, "calibrations", {"by": caller.name},
                                         caller=caller))
-
-
-@router.get("/{name}/tracks", response_model=Tracks)
-async def read_tracks(services: ServicesDep, name: Id) -> Response:
-    """Return ball and robots now, fused from all cameras of the rig: positions, speeds, covariance, and the seam in mm.
-
-    Detection runs only while somebody asks: for more than one moment, use the WebSocket of the same name.
-    """
-    fusion = await track_fusion_of(services, name)
-    loop = asyncio.get_running_loop()
-    with fusion.listening() as viewer:
-        end_s = loop.time() + FOLLOW_S
-        text = await _first(viewer)
-        while loop.time() < end_s:
-            text = await viewer.next(FIRST_S)
-    return JsonText(text, headers=NO_STORE)
-
-
-@router.websocket("/{name}/tracks")
-async def watch_tracks(socket: WebSocket, services: ServicesDep, name: str) -> None:
-    """Send the same, twenty times a second."""
-    async with websocket_session(socket):
-        fusion = await track_fusion_of(services, name)
-        await run_until_first(until_disconnect(socket), _send(socket, fusion))
-
-
-async def track_fusion_of(services: Services, name: str) -> TrackFusion:
-    """Return the rig's fusion, shared by all who watch; a new one where its cameras have changed; NotFound."""
-    rig = await services.run_in_thread(services.store.rigs.get, name)
-    cameras = tuple(camera["camera"] for camera in rig.body["cameras"])
-    fusions = services.part(RigState).fusions
-    fusion = fusions.get(name)
-    if fusion is None or fusion.names != cameras:
-        if fusion is not None:
-            fusion.end()
-        fusion = fusions[name] = TrackFusion(cameras, services.live.get)
-    return fusion
-
-
-async def _send(socket: WebSocket, fusion: TrackFusion) -> None:
-    with fusion.listening() as viewer:
-        text = await _first(viewer)
-        while True:
-            await send_text(socket, text.decode())
-            text = await viewer.next()
-
-
-async def _first(viewer: Any) -> bytes:
-    try:
-        return await viewer.next(FIRST_S)
-    except TimeoutError:
-        raise Unavailable(say("rig.no-frame-yet", "No camera of this rig has delivered a frame yet."),
-                          say("rig.check-states", "Check the camera states, then try again."),
-                          reason="camera-silent") from None
 
 
 @pairs.post("", response_model=PairReport)

@@ -20,7 +20,6 @@ from touchline.core.records import Calibration
 from touchline.core.statements import Stated, join, say, sentence_in, stated
 from touchline.evaluate.claims.claim import Claim
 from touchline.live.status_types import CameraStatus
-from touchline.live.track_fusion import TrackFusion
 from touchline.rigs.check import RigReport, compare
 from touchline.rigs.mosaic import FieldView, Stitcher, stitcher_of
 from touchline.rigs.rig import NAMES, Rectangles, Rig, RigMember, RigStatus, rig_status
@@ -95,11 +94,10 @@ class RigJson(RigStatus):
 
 
 class RigState:
-    """checks: the newest of each rig. fusions: what each tracks, by its name. stitchers: how its images are joined."""
+    """checks: the newest of each rig. stitchers: how its images are joined."""
 
     def __init__(self, _services: Services) -> None:
         self.checks = RigChecks()
-        self.fusions: dict[str, TrackFusion] = {}
         self.stitchers: LruCache[tuple[object, ...], tuple[Stitcher, list[str]]] = LruCache(
             MAX_STITCHER_BYTES, lambda made: made[0].nbytes)
 

@@ -71,8 +71,8 @@ class ComparedPair(TypedDict):
     verdict: PairVerdict | None
 
 
-def of_pair(a: str, b: str, found: RigAgreement, source: Source) -> PairVerdict:
-    """Judge two cameras called a and b."""
+def of_pair(a: str, b: str, found: RigAgreement, things: int, source: Source) -> PairVerdict:
+    """Judge two cameras called a and b, by so many things that both see."""
     carpet, hat = found["carpet"], found["hat"]
     level = level_of(carpet["p95_mm"])
     if hat:  # an error that is only expected does not show that they disagree
@@ -95,7 +95,7 @@ def of_pair(a: str, b: str, found: RigAgreement, source: Source) -> PairVerdict:
     fixes: list[str] = []
     if source == "matches" and (outliers := found["outliers"]):
         level = worst_level(level, "fair")
-        sentence = join(sentence, _outliers(outliers, found["n"]))
+        sentence = join(sentence, _outliers(outliers, things))
         fixes.append(say("pair.outliers.fix", "Check match {match}: is it the same point in both images, and is its "
                          "height correct?", match=outliers[0] + 1))
     if level_of(carpet["p95_mm"]) != "good":

@@ -55,9 +55,9 @@ def test_robot_tops_that_only_may_differ_take_away_a_good_verdict_and_show_no_di
     found = judged(made, *by_clicks(made))
     found["hat"]["p95_mm"] = 100.0
     assert found["hat_from"] == "expected" and found["carpet"]["p95_mm"] < 5
-    verdict = of_pair("North", "South", found, "clicks")
+    verdict = of_pair("North", "South", found, found["n"], "clicks")
     assert verdict["level"] == "fair" and "is expected" in verdict["sentence"] and "heights" in verdict["fix"]
-    assert of_pair("North", "South", {**found, "hat_from": "matches"}, "matches")["level"] == "poor"
+    assert of_pair("North", "South", {**found, "hat_from": "matches"}, found["n"], "matches")["level"] == "poor"
 
 
 def test_of_an_imported_camera_nothing_is_told_at_robot_tops(halves):
@@ -66,7 +66,7 @@ def test_of_an_imported_camera_nothing_is_told_at_robot_tops(halves):
     imported = replace(made[1], report={})
     found = judged((made[0], imported), models, evidence)
     assert found["hat"] is None and found["hat_unknown"] == "no-covariance"
-    assert "unknown" in of_pair("North", "South", found, "clicks")["sentence"]
+    assert "unknown" in of_pair("North", "South", found, found["n"], "clicks")["sentence"]
 
 
 def test_matches_on_robot_tops_tell_the_heights_that_the_carpet_cannot():

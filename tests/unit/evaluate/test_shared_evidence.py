@@ -41,7 +41,7 @@ def test_right_calibrations_agree_and_a_shift_shows_its_length_and_direction():
     found = from_matches(pair.camera_a, moved, a, b, 0.0)
     np.testing.assert_allclose(found.offset_mm.reshape(-1, 2), [[12.0, -5.0]] * len(a), atol=1e-5)
     report = judged(pair.camera_a, moved, found)
-    assert report["n"] == report["believed"] == len(a) and report["outliers"] == []
+    assert report["n"] == report["believed"] == 2 * len(a) and report["outliers"] == []
     assert report["median_mm"] == pytest.approx(13.0) and report["rms_mm"] == pytest.approx(13.0)
     assert report["shift_mm"] == pytest.approx([12.0, -5.0], abs=1e-3)
     cells = np.array(report["carpet"]["map"]["mm"], float)
@@ -67,7 +67,7 @@ def test_the_worst_match_is_named_with_its_place_and_is_an_outlier():
     spoilt[17] += 8.0
     report = judged(pair.camera_a, pair.camera_b, from_matches(pair.camera_a, pair.camera_b, a, spoilt, 0.0))
     assert report["median_mm"] < 1e-5 < 20 < report["max_mm"] and report["carpet"]["max_mm"] < 0.1
-    assert report["outliers"] == [17] and report["believed"] == len(a) - 1
+    assert report["outliers"] == [17] and report["believed"] == 2 * len(a) - 2
     np.testing.assert_allclose(report["where"], pair.camera_a.unproject(a[17]), atol=40)
 
 

@@ -43,14 +43,11 @@ class OwnErrors(TypedDict):
 
 
 class MeasuredDifference(TypedDict):
-    """How far two cameras put the n things apart that were measured: a match, a landmark, a place on a line.
+    """How far two cameras put the things apart that were measured: a match, a landmark, a place on a line.
 
-    believed: of those; outliers: the others that are more than FAIR_MM beside them, a match by its number from 0.
-    where: the place of the largest.
+    outliers: those more than FAIR_MM beside all others, a match by its number from 0. where: the place of the largest.
     """
 
-    n: int
-    believed: int
     outliers: list[int]
     median_mm: float
     rms_mm: float
@@ -59,12 +56,14 @@ class MeasuredDifference(TypedDict):
 
 
 class RigAgreement(MeasuredDifference):
-    """Of two cameras; covered: of the area both see, the share that is near one of the measurements.
+    """Of two cameras, by n measurements, two of a match; covered: of the area both see, the share near one of them.
 
     noise_mm: rms of the measurements beside the smooth difference, whose degree that is; shift_mm: from a to b, mean.
     hat_from: what hat's figures rest on; hat_unknown: why there are none.
     """
 
+    n: int
+    believed: int
     noise_mm: float
     degree: int
     both_directions: bool
@@ -104,7 +103,8 @@ def agreement(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSi
             raise _not_known()
     carried = carried_mm(a, size_a, b, size_b, field.hat_height_mm, places, found)
     hat, hat_from, hat_unknown = apart_at_tops(a, b, field.hat_height_mm, places, carried, evidence, expected)
-    return {**_measured(evidence, found), "noise_mm": found.residual_mm,
+    return {**_measured(evidence, found), "n": len(evidence), "believed": int(found.good.sum()),
+            "noise_mm": found.residual_mm,
             "degree": found.degree, "both_directions": bool(np.median(directions[known]) == TWO),
             "overlap_m2": shared.area_m2, "covered": share,
             "own_mm": {"a": rms(evidence.own_a_mm[found.good]), "b": rms(evidence.own_b_mm[found.good])},
@@ -119,8 +119,7 @@ def _measured(evidence: OffsetMeasurements, found: OffsetField) -> MeasuredDiffe
     beside = evidence.offset_mm - np.sum(found.at(evidence.places)[0] * evidence.normals, axis=1)
     is_doubted = evidence.by_thing((~found.good).astype(float))[1] > 0
     worst = int(np.argmax(apart))
-    return {"n": len(things), "believed": int((~is_doubted).sum()),
-            "outliers": things[is_doubted & (evidence.by_thing(beside)[1] > FAIR_MM)].tolist(),
+    return {"outliers": things[is_doubted & (evidence.by_thing(beside)[1] > FAIR_MM)].tolist(),
             "median_mm": float(np.median(apart)), "rms_mm": root_mean_square(apart), "max_mm": float(apart[worst]),
             "where": evidence.places[evidence.thing == things[worst]][0].tolist()}
 
