@@ -175,6 +175,11 @@ def loaded(kind: str) -> Iterator[Any]:
 
     What a package names that cannot be imported is logged.
     """
+    return (made for _, made in loaded_by_name(kind))
+
+
+def loaded_by_name(kind: str) -> Iterator[tuple[str, Any]]:
+    """Yield the same with the name of its capability."""
     for name, one in capabilities().items():
         for target in getattr(one, kind):
             try:
@@ -184,7 +189,7 @@ def loaded(kind: str) -> Iterator[Any]:
                     raise
                 log.error("%s of %r cannot be used: %s: %s", target, name, type(error).__name__, error)
                 continue
-            yield made
+            yield name, made
 
 
 def call(target: str, *values: Any) -> Any:

@@ -9,9 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.activation import activate_despite
 from tests.support.exported import example
 from tests.support.installed import python_with_pip
 from tests.support.paths import HELP, ROOT
+from tests.support.refusals import API
 from tests.support.servers import served
 from touchline import Client, capabilities
 from touchline.capabilities import Capability
@@ -68,7 +70,16 @@ class Beside:
     CENSUS = Capability(commands={"census": ("tests.api.nowhere:census", "Count.")})
     TAKEN = Capability(jobs={"rig.check": "tests.api.nowhere:check"})
     BROKEN = Capability(routes=("tests.api.nowhere:router",))
+    FAULTY = Capability(claims=(f"{__name__}:raise_async",), site_claims=(f"{__name__}:raise_at_once",))
     NO_CAPABILITY = "a text"
+
+
+async def raise_async(*_):
+    raise_at_once()
+
+
+def raise_at_once(*_):
+    raise ValueError("a fault of its own")
 
 
 @pytest.fixture
@@ -105,3 +116,14 @@ def test_no_name_is_in_the_table_twice():
         assert len(names) == len({*names})
     for targets in (capabilities.jobs(), capabilities.savers()):
         assert all(callable(load(target)) for target in targets.values())
+
+
+def test_checks_of_a_package_that_fail_are_named_and_stop_nothing(beside, standing, clicks, caplog):
+    beside(faulty="FAULTY")
+    made = standing.post(f"{API}/calibrations", json=clicks()).json()
+    found = standing.get(f"{API}/calibrations/{made['id']}/claims").json()
+    for items in (found["items"], standing.get(f"{API}/readiness").json()["items"]):
+        assert [(one["state"], one["gates"]) for one in items if one["code"] == "package-faulty"] == [
+            ("not-tested", False)]
+    assert "a fault of its own" in caplog.text
+    activate_despite(standing, made["id"])

@@ -1,13 +1,15 @@
 """Gather the claims of a version: what its report says, and what every capability has tried to refute it."""
 
 import asyncio
-from collections.abc import Sequence
+import logging
+from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 from functools import partial
 
-from touchline.capabilities import loaded
+from touchline.capabilities import CAPABILITIES, loaded_by_name
 from touchline.core.errors import TouchlineError
 from touchline.core.records import Calibration
+from touchline.core.statements import say
 from touchline.evaluate.claims.claim import Claim
 from touchline.evaluate.claims.others import difference_claims
 from touchline.evaluate.claims.own_report import field_claims, report_claims
@@ -15,6 +17,9 @@ from touchline.models.restored import Restored, model_of
 from touchline.services.container import IsAbandoned, Services
 from touchline.settings import CameraSettings
 from touchline.workflows import calibration as workflow
+
+log = logging.getLogger("touchline")
+FindClaims = Callable[[Services, Calibration, IsAbandoned], Awaitable[list[Claim]]]
 
 
 def known_claims(services: Services, calibration: Calibration) -> list[Claim]:
@@ -29,8 +34,23 @@ def known_claims(services: Services, calibration: Calibration) -> list[Claim]:
 
 async def all_claims(services: Services, calibration: Calibration, is_abandoned: IsAbandoned) -> list[Claim]:
     """Return every claim, after looking at its picture, at its camera now, and at other versions."""
-    found = await asyncio.gather(*(find(services, calibration, is_abandoned) for find in loaded("claims")))
+    async def claims_of(name: str, find: FindClaims) -> list[Claim]:
+        try:
+            return await find(services, calibration, is_abandoned)
+        except Exception as error:
+            return package_failed(name, error)
+
+    found = await asyncio.gather(*(claims_of(name, find) for name, find in loaded_by_name("claims")))
     return [claim for claims in found for claim in claims]
+
+
+def package_failed(name: str, error: Exception) -> list[Claim]:
+    """Return that the checks of an installed package could not be made, and log it; raise an error of our own."""
+    if name in CAPABILITIES:
+        raise error
+    log.error("The checks of %r failed.", name, exc_info=error)
+    return [Claim(f"package-{name}", "not-tested", say("claim.package", "Not checked by {package}", package=name),
+                  say("claim.package.failed", "Its checks failed. The log of the server has the error."))]
 
 
 async def own_claims(services: Services, calibration: Calibration, _is_abandoned: IsAbandoned) -> list[Claim]:

@@ -1,15 +1,17 @@
 """Whether a match could begin: the claims of all cameras, rigs and of publishing, from what is known now."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from touchline.capabilities import loaded
+from touchline.capabilities import loaded_by_name
 from touchline.core.json_values import number
 from touchline.evaluate.claims.claim import Claim
 from touchline.evaluate.claims.own_images import CameraImage
 from touchline.evaluate.claims.own_report import field_claims
 from touchline.evaluate.claims.readiness import SiteCamera, camera_claims
 from touchline.live.status_types import CameraStatus
+from touchline.services.claims import package_failed
 from touchline.services.container import Services
 from touchline.settings import CameraSettings
 from touchline.sources import device_of
@@ -28,7 +30,14 @@ async def readiness(services: Services) -> list[Claim]:
 def _claims(services: Services, cameras: list[CameraSettings], statuses: dict[str, CameraStatus],
             prints: dict[str, PicturePrint | None]) -> list[Claim]:
     own = camera_claims([_camera(services, camera, statuses[camera.id], prints[camera.id]) for camera in cameras])
-    return [*own, *(claim for find in loaded("site_claims") for claim in find(services))]
+    return [*own, *(claim for name, find in loaded_by_name("site_claims") for claim in _found(name, find, services))]
+
+
+def _found(name: str, find: Callable[[Services], list[Claim]], services: Services) -> list[Claim]:
+    try:
+        return find(services)
+    except Exception as error:
+        return package_failed(name, error)
 
 
 def _camera(services: Services, camera: CameraSettings, status: CameraStatus, now: PicturePrint | None) -> SiteCamera:

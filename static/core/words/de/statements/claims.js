@@ -105,6 +105,8 @@ export default {
   "claim.other-area.text": "Sie deckt ab: {area}. Die Kamera deckt ab: {wanted}.",
   "claim.other-field": "Diese Version gilt für ein anderes Feld",
   "claim.other-field.text": "Sie gilt für {field}; die Kamera wird auf {wanted} verwendet.",
+  "claim.package": "Nicht geprüft von {package}",
+  "claim.package.failed": "Die Prüfungen sind fehlgeschlagen. Das Protokoll des Servers nennt den Fehler.",
   "claim.packet": "Von Teams empfangen",
   "claim.packet.asked": "Vor der Veröffentlichung werden Sie gefragt.",
   "claim.packet.none": "Kann so nicht veröffentlicht werden",
