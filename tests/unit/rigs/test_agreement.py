@@ -90,6 +90,19 @@ def test_strays_among_the_matches_change_little(models):
     found = judged(a, knocked(b), from_matches(a, knocked(b), pixels_a, pixels_b, z))
     assert found["carpet"]["max_mm"] == pytest.approx(KNOCK_MM, rel=0.1)
     assert found["believed"] <= found["n"] - 8 and found["outliers"] == list(range(6))
+    told = of_pair("North", "South", found, 40, "matches")
+    assert "6 of 40 are outliers" in told["sentence"] and told["fix"].startswith("Check match 1: is it the same point")
+    assert "Check the heights of the matched points" in told["fix"] and told["level"] == "poor"
+    assert "outlier" not in of_pair("North", "South", found, 40, "pictures")["sentence"]
+
+
+def test_one_stray_among_matches_that_agree_takes_the_good_verdict_and_is_named(models):
+    a, b = models
+    pixels_a, pixels_b, z = seen_by(models)
+    pixels_b[4] += 30.0
+    found = judged(a, b, from_matches(a, b, pixels_a, pixels_b, z))
+    told = of_pair("North", "South", found, 40, "matches")
+    assert told["level"] == "fair" and "1 of 40 is an outlier" in told["sentence"] and "match 5" in told["fix"]
 
 
 def test_along_a_line_that_both_share_nothing_is_claimed(models):

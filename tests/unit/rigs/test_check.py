@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from tests.support.pair_over_field import matches
 from tests.support.rig_over_field import sim_rig, sim_source, with_member
 from touchline.rigs.check import check, evaluate_pair, run_check
 from touchline.rigs.rig import Rig, RigMember
@@ -81,3 +82,11 @@ def test_a_rig_comes_back_from_what_a_job_is_given(by_borders):
     assert json.dumps(again.to_json()) == text and again.titles == by_borders.titles
     found = run_check({"rig": json.loads(text), "missing": [], "matches": []}, lambda *_: None)
     assert found["verdict"] == check(by_borders, {})["verdict"] and found["missing"] == []
+
+
+def test_matches_without_a_height_show_the_geometry_and_the_clicks_the_agreement(by_borders):
+    points_a, points_b = matches(40, heights_mm=(0, 800))
+    given = {"a": "cam1", "b": "cam0", "points_a": points_b, "points_b": points_a, "z_mm": [None] * 40}
+    (pair,) = check(by_borders, {}, [given])["pairs"]
+    assert pair["from"] == "clicks" and pair["verdict"]["level"] == "good"
+    assert pair["matches"]["fundamental"]["rms_px"] < 1 and pair["matches"]["agreement"]["from"] == "clicks"
