@@ -6,6 +6,7 @@ import { longWork } from "../../core/long_work.js";
 import { goInstead, route } from "../../core/route.js";
 import { cameras, fields, listed, notify, notifyError } from "../../core/state.js";
 import { t } from "../../core/words.js";
+import { matchesOf } from "./kept_matches.js";
 
 /**
  * @typedef {import("./types").Rig} Rig
@@ -27,8 +28,10 @@ export const stitched = signal(
     null
   ),
 );
-/** The newest check, and of which rig it was. */
-export const rigCheck = signal(/** @type {{ of: string, found: Checked } | null} */ (null));
+/** The newest check, of which rig it was, and with what matches. */
+export const rigCheck = signal(
+  /** @type {{ of: string, matches: import("./types").SentMatches[], found: Checked } | null} */ (null),
+);
 export const plane = signal(/** @type {"carpet" | "hat"} */ ("carpet"));
 export const showMap = signal(true);
 export const draft = signal(/** @type {Draft} */ ({ name: "", title: "", field: "", cameras: [] }));
@@ -37,7 +40,7 @@ export const { search, refusal, watch } = longWork();
 
 /** The rig that the address names; "" a new one, null none. */
 const name = computed(() =>
-  route.value.view === "rig" ? route.value.rig : route.value.view === "new-rig" ? "" : null,
+  route.value.rig || (route.value.view === "new-rig" ? "" : null),
 );
 export const rig = computed(() => rigs.value.find((r) => r.name === name.value) ?? null);
 export const found = computed(() =>
@@ -172,7 +175,6 @@ export async function removeRig(it) {
   }
 }
 
-/** The newest picture of all cameras, and where the lines lie in it. */
 /** All cameras in one picture; taken anew by itself while one that is calibrated is not in it yet. */
 export async function takeStitched(tries = TRIES) {
   const of = name.value;
@@ -199,13 +201,16 @@ const isWhole = (info) =>
 export const pictureAddress = (of, at) =>
   address(`/rigs/${encodeURIComponent(of)}/stitched.jpg?width=${WIDTH_PX}&at=${at}`);
 
+/** With new images of all cameras, and with what is matched in two. */
 export async function checkRig() {
-  const of = name.value;
-  if (!of || search.value) return;
+  const it = rig.value;
+  if (!it || search.value) return;
+  const of = it.name,
+    matches = matchesOf(it);
   await watch(
-    (stop, onProgress) => runJob(`/rigs/${encodeURIComponent(of)}/check?job=true`, {}, stop, onProgress),
+    (stop, onProgress) => runJob(`/rigs/${encodeURIComponent(of)}/check?job=true`, { matches }, stop, onProgress),
     async (result) => {
-      rigCheck.value = { of, found: result };
+      rigCheck.value = { of, matches, found: result };
       await loadRigs();
       void takeStitched();
     },
@@ -242,10 +247,13 @@ export function startRig() {
       if (at === null || !isListed) return;
       if (!at) beginDraft();
       plane.value = "carpet";
-      refusal.value = null;
       if (at && !rigs.value.some((r) => r.name === at)) void loadRigs();
       if (at && stitched.value?.of !== at) void takeStitched();
     });
+  });
+  effect(() => {
+    void route.value.view; // what was refused is of the view that was left
+    refusal.value = null;
   });
   effect(() => {
     void cameras.value; // another version is active, or a camera came

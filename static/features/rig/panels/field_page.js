@@ -13,7 +13,6 @@ export const FieldPage = () => html`<div class="page" data-testid="field-page">
   </p>
   <div class="line" data-testid="rigs">
     <${ActionButton} id="new-rig" />
-    <${ActionButton} id="pair" />
   </div>
   <ul class="cards">
     ${rigs.value.map((r) => html`<li key=${r.name}>

@@ -1,5 +1,4 @@
-// A rig's page: its cameras at the left, the whole field in one picture in the middle, what the check says at the
-// right.
+// A rig's page: its cameras at the left, the whole field in one picture in the middle.
 import { run } from "../../../core/actions.js";
 import { areaName, dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
@@ -7,7 +6,6 @@ import { addressOf, route } from "../../../core/route.js";
 import { t } from "../../../core/words.js";
 import { MapScale, shadeOf } from "../../../ui/map_scale.js";
 import { ActionButton } from "../../../ui/action_button.js";
-import { rich } from "../../../ui/rich.js";
 import { Working } from "../../../ui/working.js";
 import { path } from "../../../canvas/drawing.js";
 import {
@@ -25,20 +23,12 @@ import {
   takeStitched,
   worst,
 } from "../rig.js";
-import { TrackMarks, TrackReport } from "./tracks.js";
+import { TrackMarks } from "./tracks.js";
 
 /**
  * @typedef {import("../types").Pair} Pair
  * @typedef {import("../../../core/types").Point} Point
- * @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed
  */
-
-const LEVEL = { good: t("common.level.good"), fair: t("common.level.fair"), poor: t("common.level.poor") };
-const BY = {
-  pictures: t("rig.by.pictures"),
-  matches: t("rig.by.matches"),
-  clicks: t("rig.by.clicks"),
-};
 
 export function RigForm() {
   const it = rig.value,
@@ -254,108 +244,4 @@ function Cells({ pair, px, k }) {
       }),
     )}
   </g>`;
-}
-
-export function RigReport() {
-  const it = found.value,
-    titles = Object.fromEntries((rig.value?.cameras ?? []).map((c) => [c.camera, c.title]));
-  if (!it)
-    return html`
-      <${TrackReport} />
-      <section>
-        <h2>${t("rig.advice.title")}</h2>
-        <ul class="plain">
-          <li>
-            ${rich("rig.advice.empty")}
-          </li>
-          <li>
-            ${rich("rig.advice.check")}
-          </li>
-          <li>
-            ${rich("rig.advice.knocked")}
-          </li>
-        </ul>
-      </section>
-    `;
-  const { level, sentence, fix } = it.verdict;
-  return html`
-    <${TrackReport} />
-    <section aria-label=${t("common.verdict")}>
-      <h2>${t("rig.verdict.title")}</h2>
-      <div class="verdict" data-testid="rig-verdict" data-level=${level}>
-        ${level && html`<b class=${`level ${level}`}>${LEVEL[level]}.</b>`} ${sentence}
-        ${fix && html`<p class="fix">${fix}</p>`}
-      </div>
-      ${it.missing.map((m) => html`<p key=${m.camera} class="warning-line">
-        <b>
-          ${titles[m.camera] ?? m.camera}: ${m.text}
-        </b>${" "}
-        ${m.fix}
-      </p>`)}
-    </section>
-    ${it.pairs.map((p) => html`<section
-      key=${`${p.a} ${p.b}`}
-      aria-label=${t("rig.pair", { first: titles[p.a], second: titles[p.b] })}
-      data-testid=${`pair-${p.a}-${p.b}`}
-    >
-      <h2>
-        ${titles[p.a] ?? p.a} – ${titles[p.b] ?? p.b}
-      </h2>
-      <${OnePair} p=${p} />
-    </section>`)}
-  `;
-}
-
-/** @param {{ p: Pair }} props */
-function OnePair({ p }) {
-  const at = p.agreement?.[plane.value];
-  if (p.failed)
-    return html`<p class="reason">
-      <b>${p.failed.what}</b> ${p.failed.fix}
-    </p>`;
-  return html`
-    ${p.verdict?.level && html`<p>
-      <b class=${`level ${p.verdict.level}`}>${LEVEL[p.verdict.level]}.</b> ${p.verdict.sentence}
-    </p>`}
-    ${p.verdict?.fix && html`<p class="fix">${p.verdict.fix}</p>`}
-    ${at && html`<dl class="details">
-      <div>
-        <dt>${t("rig.pair.mean")}</dt>
-        <dd data-testid="pair-mean">${mm(at.mean_mm)} mm</dd>
-      </div>
-      <div>
-        <dt>${t("rig.pair.most-below")}</dt>
-        <dd>${mm(at.p95_mm)} mm</dd>
-      </div>
-      <div>
-        <dt>${t("rig.pair.worst")}</dt>
-        <dd data-testid="pair-max">
-          ${t("rig.pair.worst-at", {
-            worst: mm(at.max_mm),
-            x: number(at.where[0], 0),
-            y: number(at.where[1], 0),
-          })}
-        </dd>
-      </div>
-    </dl>`}
-    ${p.from && html`<p class="reason">
-      ${t("rig.pair.measures", {
-        by: BY[p.from],
-        believed: p.agreement?.believed ?? "",
-        count: p.agreement?.n ?? "",
-        area: number(p.agreement?.overlap_m2, 1),
-      })}
-    </p>`}
-    ${p.fundamental && html`<details class="more">
-      <summary>${t("common.fundamental-matrix")}</summary>
-      <pre>
-        ${p.fundamental.matrix
-          .map((row) => row.map((v) => v.toExponential(5).padStart(13)).join(" "))
-          .join("\n")}
-      </pre>
-      <p class="reason">
-        ${t("rig.pair.foretold", { distance: number(p.fundamental.baseline_mm, 0) })}
-      </p>
-    </details>`}
-  `;
 }

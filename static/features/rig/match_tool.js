@@ -1,6 +1,6 @@
-// The match tool of one picture of a pair: press on a mark to drag it, press beside one to click the next point.
+// The match tool of one image of two: press on a mark to drag it, press beside one to click the next point.
 import { isOn, withClick, withMoved } from "./matches.js";
-import { chosen, pair, side, views } from "./pair.js";
+import { both, chosen, desk, side, views } from "./match_desk.js";
 
 /** @typedef {import("./types").Side} Side @typedef {import("../../canvas/tools/pick.js").At} At */
 
@@ -12,7 +12,7 @@ const STILL_PX = 3; // a press that moves less is a click: hands shake
 function markAt(s, { x, y, touch }) {
   let best = -1,
     nearest = touch ? REACH_TOUCH_PX : REACH_PX;
-  pair.doc.value.matches.forEach((match, index) => {
+  desk.doc.value.matches.forEach((match, index) => {
     const point = match[s];
     if (!point) return;
     const [sx, sy] = views[s].toStage(...point),
@@ -25,12 +25,12 @@ function markAt(s, { x, y, touch }) {
   return best;
 }
 
-/** @param {Side} s @param {() => boolean} canClick whether both pictures are there */
-export function matchTool(s, canClick) {
+/** @param {Side} s */
+export function matchTool(s) {
   /** start: the document as the drag begins; added: a point that is new */
   let drag =
     /**
-     * @type {{ before: import("./types").PairDoc, start: import("./types").PairDoc, from: At, index: number, added:
+     * @type {{ before: import("./types").MatchDoc, start: import("./types").MatchDoc, from: At, index: number, added:
      *   boolean, moved: boolean, chosenBefore: typeof chosen.value } | null}
      */ (
       null
@@ -39,16 +39,16 @@ export function matchTool(s, canClick) {
   /** @param {At} at */
   function down(at) {
     const hit = markAt(s, at),
-      before = pair.doc.value,
+      before = desk.doc.value,
       chosenBefore = chosen.value,
       spot = views[s].toPicture(at.x, at.y);
     side.value = s;
     if (hit >= 0) {
       chosen.value = { side: s, index: hit };
       drag = { before, start: before, from: at, index: hit, added: false, moved: false, chosenBefore };
-    } else if (canClick() && isOn(s, ...spot)) {
+    } else if (both.value && isOn(s, ...spot)) {
       const { next, index } = withClick(before, s, ...spot);
-      pair.showWhileDragging(next);
+      desk.showWhileDragging(next);
       chosen.value = { side: s, index };
       drag = { before, start: next, from: at, index, added: true, moved: false, chosenBefore };
     }
@@ -60,18 +60,18 @@ export function matchTool(s, canClick) {
     drag.moved = true;
     const [x0, y0] = views[s].toPicture(drag.from.x, drag.from.y),
       [x, y] = views[s].toPicture(at.x, at.y);
-    pair.showWhileDragging(withMoved(drag.start, s, drag.index, x - x0, y - y0));
+    desk.showWhileDragging(withMoved(drag.start, s, drag.index, x - x0, y - y0));
   }
 
   function up() {
-    if (drag && (drag.moved || drag.added)) pair.endDrag(drag.before);
+    if (drag && (drag.moved || drag.added)) desk.endDrag(drag.before);
     drag = null;
   }
 
   /** A second finger, or Escape: as if nothing had been pressed. */
   function cancel() {
     if (drag) {
-      pair.cancelDrag(drag.before);
+      desk.cancelDrag(drag.before);
       chosen.value = drag.chosenBefore;
     }
     drag = null;

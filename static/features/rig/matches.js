@@ -1,16 +1,16 @@
-// Edits matches: click, move, nudge, remove, select. A match is one thing, a point in each picture.
-import { chosen, nextHeight, other, pair, pictures, side, views, wantedHeight } from "./pair.js";
+// Edits matches: click, move, nudge, remove, select. A match is one thing, a point in each image.
+import { SIDES, chosen, desk, nextHeight, other, pictures, side, views, wanted } from "./match_desk.js";
 
 /**
  * @typedef {import("./types").Side} Side
- * @typedef {import("./types").PairDoc} PairDoc
+ * @typedef {import("./types").MatchDoc} MatchDoc
  * @typedef {import("../../core/types").Point} Point
  */
 
 /** A hundredth of a pixel is finer than anybody can click. @param {number} v */
 const rounded = (v) => Math.round(v * 100) / 100;
 
-/** A point that stays on its picture. @param {Side} s @param {number} x @param {number} y @returns {Point} */
+/** A point that stays on its image. @param {Side} s @param {number} x @param {number} y @returns {Point} */
 function onPicture(s, x, y) {
   const { width, height } = pictures.value[s] ?? { width: 1, height: 1 };
   return [
@@ -26,10 +26,10 @@ export function isOn(s, x, y) {
 }
 
 /**
- * @param {PairDoc} before
+ * @param {MatchDoc} before
  * @param {number} index
  * @param {Partial<import("./types").Match>} changes
- * @returns {PairDoc}
+ * @returns {MatchDoc}
  */
 export const withMatch = (before, index, changes) => ({
   ...before,
@@ -37,15 +37,15 @@ export const withMatch = (before, index, changes) => ({
 });
 
 /**
- * The document with one more click: the point that a match waits for in this picture, else a new match.
- * @param {PairDoc} before
+ * The document with one more click: the point that a match waits for in this image, else a new match.
+ * @param {MatchDoc} before
  * @param {Side} s
  * @param {number} x
  * @param {number} y
  */
 export function withClick(before, s, x, y) {
   const point = onPicture(s, x, y),
-    next = wantedHeight.value;
+    next = wanted.value;
   const waits =
     !next.isNew && next.side === s ? next.index : before.matches.findIndex((m) => !m[s] && m[other(s)]);
   if (waits >= 0) return { next: withMatch(before, waits, { [s]: point }), index: waits };
@@ -53,7 +53,7 @@ export function withClick(before, s, x, y) {
   return { next: { ...before, matches: [...before.matches, fresh] }, index: before.matches.length };
 }
 
-/** @param {PairDoc} before @param {Side} s @param {number} index @param {number} dx @param {number} dy */
+/** @param {MatchDoc} before @param {Side} s @param {number} index @param {number} dx @param {number} dy */
 export function withMoved(before, s, index, dx, dy) {
   const point = before.matches[index]?.[s];
   return point ? withMatch(before, index, { [s]: onPicture(s, point[0] + dx, point[1] + dy) }) : before;
@@ -63,33 +63,33 @@ export function withMoved(before, s, index, dx, dy) {
 export function nudgeChosen(dx, dy) {
   const it = chosen.value;
   if (!it) return;
-  pair.change(withMoved(pair.doc.value, it.side, it.index, dx, dy));
-  const point = pair.doc.value.matches[it.index]?.[it.side];
+  desk.change(withMoved(desk.doc.value, it.side, it.index, dx, dy));
+  const point = desk.doc.value.matches[it.index]?.[it.side];
   if (point) views[it.side].reveal(...point);
 }
 
 /** The chosen point, if it is still there. */
 export function chosenPoint() {
   const it = chosen.value;
-  return it ? (pair.doc.value.matches[it.index]?.[it.side] ?? null) : null;
+  return it ? (desk.doc.value.matches[it.index]?.[it.side] ?? null) : null;
 }
 
 /** Remove a match, both its points; undo brings it back. @param {number} index */
 export function removeMatch(index) {
-  pair.change({ ...pair.doc.value, matches: pair.doc.value.matches.filter((_, i) => i !== index) });
-  const left = pair.doc.value.matches.length;
+  desk.change({ ...desk.doc.value, matches: desk.doc.value.matches.filter((_, i) => i !== index) });
+  const left = desk.doc.value.matches.length;
   if (left) choose(Math.min(index, left - 1));
   else chosen.value = null;
 }
 
 /** Choose a match, and bring its points into sight. @param {number} index @param {Side} [s] */
 export function choose(index, s = side.value) {
-  const match = pair.doc.value.matches[index];
+  const match = desk.doc.value.matches[index];
   if (!match) return;
   const there = match[s] ? s : other(s);
   chosen.value = { side: there, index };
   side.value = there;
-  for (const each of /** @type {Side[]} */ (["a", "b"])) {
+  for (const each of SIDES) {
     const point = match[each];
     if (point) views[each].reveal(...point);
   }
@@ -97,17 +97,17 @@ export function choose(index, s = side.value) {
 
 /** @param {1 | -1} way */
 export function chooseNext(way) {
-  const count = pair.doc.value.matches.length;
+  const count = desk.doc.value.matches.length;
   if (count) choose(((chosen.value?.index ?? (way > 0 ? -1 : count)) + way + count) % count);
 }
 
 /** @param {number} index @param {number | null} z_mm */
-export const setHeight = (index, z_mm) => pair.change(withMatch(pair.doc.value, index, { z_mm }));
+export const setHeight = (index, z_mm) => desk.change(withMatch(desk.doc.value, index, { z_mm }));
 
-/** A point by keyboard; then the other picture's turn. @param {Side} s @param {Point} at */
+/** A point by keyboard; then the other image's turn. @param {Side} s @param {Point} at */
 export function addMatchPoint(s, at) {
-  const { next, index } = withClick(pair.doc.value, s, ...at);
-  pair.change(next);
+  const { next, index } = withClick(desk.doc.value, s, ...at);
+  desk.change(next);
   chosen.value = { side: s, index };
   side.value = next.matches[index][other(s)] ? s : other(s);
 }
