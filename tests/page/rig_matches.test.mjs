@@ -15,7 +15,7 @@ const RIG = { name: "hall", cameras: [
   { camera: "north", title: "North", calibration: "n1" }, { camera: "south", title: "South", calibration: "s1" }] };
 const now = () => desk.doc.value.matches;
 const click = (s, x, y) => {
-  const { next, index } = matches.withClick(desk.doc.value, s, x, y);
+  const { next, index } = matches.withClick(desk.doc.value, s, [x, y]);
   desk.change(next);
   return index;
 };

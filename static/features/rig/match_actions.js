@@ -2,8 +2,9 @@
 // matches, zoom and pan.
 import { help } from "../../core/state.js";
 import { t } from "../../core/words.js";
+import { isOn } from "../../canvas/viewport.js";
 import { nudgeOf } from "../calibrate/point_actions.js";
-import { addMatchPoint, choose, chooseNext, chosenPoint, isOn, nudgeChosen, removeMatch } from "./matches.js";
+import { addMatchPoint, choose, chooseNext, chosenPoint, nudgeChosen, removeMatch } from "./matches.js";
 import { atDesk, both, chosen, desk, members, pictures, pointed, side, takePictures, views } from "./match_desk.js";
 import { worstMatch } from "./match_lines.js";
 import { search } from "./rig.js";
@@ -85,7 +86,8 @@ function addPoint() {
   const at = pointed.value?.touch ? null : pointed.value,
     s = at?.side ?? side.value,
     { width, height } = views[s].size.value;
-  addMatchPoint(s, at && isOn(s, at.x, at.y) ? [at.x, at.y] : views[s].toPicture(width / 2, height / 2));
+  const isOnIt = at && isOn(pictures.value[s], at.x, at.y);
+  addMatchPoint(s, isOnIt ? [at.x, at.y] : views[s].toPicture(width / 2, height / 2));
 }
 
 /** Move the chosen point, else pan. @param {KeyboardEvent} [event] */

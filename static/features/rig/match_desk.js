@@ -9,7 +9,7 @@ import { fields, notify, snapshots } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { createViewport } from "../../canvas/viewport.js";
 import { EMPTY, isComplete, isOf, keep, kept, keyOf, sentOf } from "./kept_matches.js";
-import { found, rig, rigCheck, search, watch } from "./rig.js";
+import { found, rig, rigCheck, search, step, stopStep, watch } from "./rig.js";
 
 /**
  * @typedef {import("./types").Side} Side
@@ -82,30 +82,26 @@ export const wanted = computed(() => {
 
 /** Where the operator stands, and the next thing to do. */
 export const matchNextStep = computed(() => {
-  const it = members.value,
-    step = (/** @type {string} */ action, /** @type {string} */ label, /** @type {string} */ sentence, done = false) =>
-      ({ action, label, missing: "", done, sentence });
+  const it = members.value;
   if (!it) return step("step-camera", t("rig.step.back"), t("rig.match.no-such"));
-  if (search.value) return step("stop-rig", t("common.stop"), search.value.message || t("common.server-busy"));
+  if (search.value) return stopStep();
   if (!both.value) return step("take-match-images", t("rig.match.take"), t("rig.match.step.take"));
-  const without = SIDES.find((s) => !it[s].calibration),
-    { verdict } = checked.value ?? {},
-    isCurrent = verdict !== undefined && verdict !== null && !isChanged.value;
-  return step(
-    "check-rig",
-    verdict ? t("rig.step.check-again") : t("rig.check"),
-    without
-      ? t("rig.match.step.uncalibrated", { camera: it[without].title })
-      : !wanted.value.isNew
-        ? t(`rig.match.step.click.${wanted.value.side}`, { point: wanted.value.index + 1 })
-        : isCurrent
-          ? t("rig.match.step.checked")
-          : complete.value
-            ? t("rig.match.step.check", { count: complete.value })
-            : t("rig.match.step.first"),
-    isCurrent && verdict.level === "good",
-  );
+  const verdict = checked.value?.verdict,
+    isCurrent = Boolean(verdict) && !isChanged.value;
+  return step("check-rig", verdict ? t("rig.step.check-again") : t("rig.check"), sentence(it, isCurrent), {
+    done: isCurrent && verdict?.level === "good",
+  });
 });
+
+/** @param {NonNullable<typeof members.value>} cameras @param {boolean} isCurrent whether these matches were checked */
+function sentence(cameras, isCurrent) {
+  const without = SIDES.find((s) => !cameras[s].calibration),
+    { isNew, side: lacking, index } = wanted.value;
+  if (without) return t("rig.match.step.uncalibrated", { camera: cameras[without].title });
+  if (!isNew) return t(`rig.match.step.click.${lacking}`, { point: index + 1 });
+  if (isCurrent) return t("rig.match.step.checked");
+  return complete.value ? t("rig.match.step.check", { count: complete.value }) : t("rig.match.step.first");
+}
 
 /** An image from each of the two; matches of those before come back with undo. */
 export async function takePictures() {

@@ -38,10 +38,7 @@ export const matchErrors = computed(() =>
 /** The match that is worst: farthest from its line, else farthest apart; -1 where nothing is known. */
 export const worstMatch = computed(() => {
   const by = (/** @type {"px" | "mm"} */ what) =>
-    matchErrors.value.reduce(
-      (best, it, i, all) => ((it[what] ?? -1) > (all[best]?.[what] ?? -1) ? i : best),
-      -1,
-    );
+    matchErrors.value.reduce((best, it, i, all) => ((it[what] ?? -1) > (all[best]?.[what] ?? -1) ? i : best), -1);
   return by("px") >= 0 ? by("px") : by("mm");
 });
 
@@ -76,9 +73,7 @@ const linesWanted = computed(() => {
   };
   return { index, body };
 });
-const drawn = signal(
-  /** @type {{ index: number | null, lines: import("./types").PairLines } | null} */ (null),
-);
+const drawn = signal(/** @type {{ index: number | null, lines: import("./types").PairLines } | null} */ (null));
 
 /** To draw now: in each image the line of the match's point in the other one, and where that one is predicted. */
 export const epipolarLines = computed(() => {

@@ -1,40 +1,34 @@
 // The match tool of one image of two: press on a mark to drag it, press beside one to click the next point.
-import { isOn, withClick, withMoved } from "./matches.js";
-import { both, chosen, desk, side, views } from "./match_desk.js";
+import { isOn } from "../../canvas/viewport.js";
+import { withClick, withMoved } from "./matches.js";
+import { both, chosen, desk, pictures, side, views } from "./match_desk.js";
 
-/** @typedef {import("./types").Side} Side @typedef {import("../../canvas/tools/pick.js").At} At */
+/** @typedef {import("./types").Side} Side @typedef {import("./types").MatchDoc} MatchDoc
+ * @typedef {import("../../canvas/tools/pick.js").At} At */
 
 const REACH_PX = 11,
   REACH_TOUCH_PX = 22; // how near a press must be to hold a point
 const STILL_PX = 3; // a press that moves less is a click: hands shake
 
-/** The mark within reach, the nearest one. @param {Side} s @param {At} at */
+/** The nearest mark within reach, -1 where there is none. @param {Side} s @param {At} at */
 function markAt(s, { x, y, touch }) {
-  let best = -1,
-    nearest = touch ? REACH_TOUCH_PX : REACH_PX;
-  desk.doc.value.matches.forEach((match, index) => {
-    const point = match[s];
-    if (!point) return;
-    const [sx, sy] = views[s].toStage(...point),
-      away = Math.hypot(sx - x, sy - y);
-    if (away < nearest) {
-      best = index;
-      nearest = away;
-    }
-  });
-  return best;
+  const away = desk.doc.value.matches.map((match) => {
+      const [sx, sy] = match[s] ? views[s].toStage(...match[s]) : [Infinity, 0];
+      return Math.hypot(sx - x, sy - y);
+    }),
+    nearest = Math.min(...away);
+  return nearest < (touch ? REACH_TOUCH_PX : REACH_PX) ? away.indexOf(nearest) : -1;
 }
+
+/**
+ * A press: start is the document as the drag begins; added, that its point is new.
+ * @typedef {{ before: MatchDoc, start: MatchDoc, from: At, index: number, added: boolean, moved: boolean,
+ *   chosenBefore: typeof chosen.value }} Drag
+ */
 
 /** @param {Side} s */
 export function matchTool(s) {
-  /** start: the document as the drag begins; added: a point that is new */
-  let drag =
-    /**
-     * @type {{ before: import("./types").MatchDoc, start: import("./types").MatchDoc, from: At, index: number, added:
-     *   boolean, moved: boolean, chosenBefore: typeof chosen.value } | null}
-     */ (
-      null
-    );
+  let drag = /** @type {Drag | null} */ (null);
 
   /** @param {At} at */
   function down(at) {
@@ -43,15 +37,12 @@ export function matchTool(s) {
       chosenBefore = chosen.value,
       spot = views[s].toPicture(at.x, at.y);
     side.value = s;
-    if (hit >= 0) {
-      chosen.value = { side: s, index: hit };
-      drag = { before, start: before, from: at, index: hit, added: false, moved: false, chosenBefore };
-    } else if (both.value && isOn(s, ...spot)) {
-      const { next, index } = withClick(before, s, ...spot);
-      desk.showWhileDragging(next);
-      chosen.value = { side: s, index };
-      drag = { before, start: next, from: at, index, added: true, moved: false, chosenBefore };
-    }
+    const added = hit < 0,
+      { next: start, index } = added ? withClick(before, s, spot) : { next: before, index: hit };
+    if (added && !(both.value && isOn(pictures.value[s], ...spot))) return;
+    if (added) desk.showWhileDragging(start);
+    chosen.value = { side: s, index };
+    drag = { before, start, from: at, index, added, moved: false, chosenBefore };
   }
 
   /** @param {At} at */

@@ -1,4 +1,5 @@
 // Edits matches: click, move, nudge, remove, select. A match is one thing, a point in each image.
+import { pointOn } from "../../canvas/viewport.js";
 import { SIDES, chosen, desk, nextHeight, other, pictures, side, views, wanted } from "./match_desk.js";
 
 /**
@@ -7,47 +8,20 @@ import { SIDES, chosen, desk, nextHeight, other, pictures, side, views, wanted }
  * @typedef {import("../../core/types").Point} Point
  */
 
-/** A hundredth of a pixel is finer than anybody can click. @param {number} v */
-const rounded = (v) => Math.round(v * 100) / 100;
-
-/** A point that stays on its image. @param {Side} s @param {number} x @param {number} y @returns {Point} */
-function onPicture(s, x, y) {
-  const { width, height } = pictures.value[s] ?? { width: 1, height: 1 };
-  return [
-    rounded(Math.min(Math.max(x, -0.5), width - 0.5)),
-    rounded(Math.min(Math.max(y, -0.5), height - 0.5)),
-  ];
-}
-
-/** @param {Side} s @param {number} x @param {number} y */
-export function isOn(s, x, y) {
-  const { width, height } = pictures.value[s] ?? { width: 0, height: 0 };
-  return x >= -0.5 && y >= -0.5 && x <= width - 0.5 && y <= height - 0.5;
-}
-
-/**
- * @param {MatchDoc} before
- * @param {number} index
- * @param {Partial<import("./types").Match>} changes
- * @returns {MatchDoc}
- */
-export const withMatch = (before, index, changes) => ({
+/** @param {MatchDoc} before @param {number} index @param {Partial<import("./types").Match>} changes */
+const withMatch = ({ matches, ...before }, index, changes) => ({
   ...before,
-  matches: before.matches.map((m, i) => (i === index ? { ...m, ...changes } : m)),
+  matches: matches.with(index, { ...matches[index], ...changes }),
 });
 
 /**
  * The document with one more click: the point that a match waits for in this image, else a new match.
- * @param {MatchDoc} before
- * @param {Side} s
- * @param {number} x
- * @param {number} y
+ * @param {MatchDoc} before @param {Side} s @param {Point} at
  */
-export function withClick(before, s, x, y) {
-  const point = onPicture(s, x, y),
-    next = wanted.value;
-  const waits =
-    !next.isNew && next.side === s ? next.index : before.matches.findIndex((m) => !m[s] && m[other(s)]);
+export function withClick(before, s, at) {
+  const point = pointOn(pictures.value[s], ...at),
+    next = wanted.value,
+    waits = !next.isNew && next.side === s ? next.index : before.matches.findIndex((m) => !m[s] && m[other(s)]);
   if (waits >= 0) return { next: withMatch(before, waits, { [s]: point }), index: waits };
   const fresh = { a: null, b: null, z_mm: nextHeight.value, [s]: point };
   return { next: { ...before, matches: [...before.matches, fresh] }, index: before.matches.length };
@@ -56,22 +30,20 @@ export function withClick(before, s, x, y) {
 /** @param {MatchDoc} before @param {Side} s @param {number} index @param {number} dx @param {number} dy */
 export function withMoved(before, s, index, dx, dy) {
   const point = before.matches[index]?.[s];
-  return point ? withMatch(before, index, { [s]: onPicture(s, point[0] + dx, point[1] + dy) }) : before;
+  return point ? withMatch(before, index, { [s]: pointOn(pictures.value[s], point[0] + dx, point[1] + dy) }) : before;
 }
+
+/** The chosen point, if it is still there. */
+export const chosenPoint = () =>
+  chosen.value ? (desk.doc.value.matches[chosen.value.index]?.[chosen.value.side] ?? null) : null;
 
 /** @param {number} dx @param {number} dy px */
 export function nudgeChosen(dx, dy) {
   const it = chosen.value;
   if (!it) return;
   desk.change(withMoved(desk.doc.value, it.side, it.index, dx, dy));
-  const point = desk.doc.value.matches[it.index]?.[it.side];
+  const point = chosenPoint();
   if (point) views[it.side].reveal(...point);
-}
-
-/** The chosen point, if it is still there. */
-export function chosenPoint() {
-  const it = chosen.value;
-  return it ? (desk.doc.value.matches[it.index]?.[it.side] ?? null) : null;
 }
 
 /** Remove a match, both its points; undo brings it back. @param {number} index */
@@ -106,7 +78,7 @@ export const setHeight = (index, z_mm) => desk.change(withMatch(desk.doc.value, 
 
 /** A point by keyboard; then the other image's turn. @param {Side} s @param {Point} at */
 export function addMatchPoint(s, at) {
-  const { next, index } = withClick(desk.doc.value, s, ...at);
+  const { next, index } = withClick(desk.doc.value, s, at);
   desk.change(next);
   chosen.value = { side: s, index };
   side.value = next.matches[index][other(s)] ? s : other(s);

@@ -1,7 +1,7 @@
 // A rig: cameras that share a field. Which one is open, its stitched picture, its check and refit.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call, changeSeen, request, toRefusal } from "../../core/api.js";
-import { followJob, runJob } from "../../core/jobs.js";
+import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { goInstead, route } from "../../core/route.js";
 import { cameras, fields, listed, notify, notifyError } from "../../core/state.js";
@@ -13,6 +13,7 @@ import { matchesOf } from "./kept_matches.js";
  * @typedef {import("./types").RigCheck} Checked
  * @typedef {import("./types").Stitched} Stitched
  * @typedef {import("./types").Draft} Draft
+ * @typedef {import("../../core/types").Refusal} Refusal
  */
 
 const WIDTH_PX = 1200;
@@ -21,12 +22,7 @@ const AGAIN_MS = 2500,
 
 export const rigs = signal(/** @type {Rig[]} */ ([]));
 export const stitched = signal(
-  /**
-   * @type {{ of: string, info: Stitched | null, refusal: import("../../core/types").Refusal | null, at: number } |
-   *   null}
-   */ (
-    null
-  ),
+  /** @type {{ of: string, info: Stitched | null, refusal: Refusal | null, at: number } | null} */ (null),
 );
 /** The newest check, of which rig it was, and with what matches. */
 export const rigCheck = signal(
@@ -35,7 +31,7 @@ export const rigCheck = signal(
 export const plane = signal(/** @type {"carpet" | "hat"} */ ("carpet"));
 export const showMap = signal(true);
 export const draft = signal(/** @type {Draft} */ ({ name: "", title: "", field: "", cameras: [] }));
-export const draftRefusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
+export const draftRefusal = signal(/** @type {Refusal | null} */ (null));
 export const { search, refusal, watch } = longWork();
 
 /** The rig that the address names; "" a new one, null none. */
@@ -62,42 +58,33 @@ export const worst = computed(() => {
   );
 });
 
+/**
+ * A next step, and where the operator is.
+ * @param {string} action @param {string} label @param {string} sentence
+ * @param {{ missing?: string, done?: boolean }} [more]
+ */
+export const step = (action, label, sentence, { missing = "", done = false } = {}) => ({
+  action,
+  label,
+  missing,
+  done,
+  sentence,
+});
+
 /** Where the operator stands, and the next thing to do. */
 export const rigNextStep = computed(() => {
-  const it = rig.value;
-  if (!name.value)
-    return {
-      action: "make-rig",
-      label: t("rig.make"),
-      missing: lacking.value,
-      done: false,
-      sentence: lacking.value || t("rig.step.ready"),
-    };
-  if (!it)
-    return {
-      action: "step-camera",
-      label: t("rig.step.back"),
-      missing: "",
-      done: false,
-      sentence: t("rig.step.no-such"),
-    };
-  if (search.value)
-    return {
-      action: "stop-rig",
-      label: t("common.stop"),
-      missing: "",
-      done: false,
-      sentence: search.value.message || t("common.server-busy"),
-    };
-  const verdict = found.value?.verdict;
-  return {
-    action: "check-rig",
-    label: verdict ? t("rig.step.check-again") : t("rig.check"),
-    missing: "",
-    done: verdict?.level === "good",
-    sentence: verdict ? verdict.sentence : t("rig.step.unchecked"),
-  };
+  const missing = lacking.value,
+    verdict = found.value?.verdict;
+  if (!name.value) return step("make-rig", t("rig.make"), missing || t("rig.step.ready"), { missing });
+  if (!rig.value) return step("step-camera", t("rig.step.back"), t("rig.step.no-such"));
+  if (search.value) return stopStep();
+  return verdict
+    ? step("check-rig", t("rig.step.check-again"), verdict.sentence, { done: verdict.level === "good" })
+    : step("check-rig", t("rig.check"), t("rig.step.unchecked"));
 });
+/** While something runs. */
+export const stopStep = () =>
+  step("stop-rig", t("common.stop"), search.value?.message || t("common.server-busy"));
 
 /** What the form still wants. */
 const lacking = computed(() => {
@@ -164,11 +151,7 @@ export async function removeRig(it) {
     await changeSeen("DELETE", `/rigs/${encodeURIComponent(it.name)}`, (now) => now.updated_at === it.updated_at);
     rigs.value = rigs.value.filter((r) => r.name !== it.name);
     goInstead("wall");
-    notify({
-      level: "info",
-      text: t("rig.notice.removed", { rig: it.title || it.name }),
-      fix: "",
-    });
+    notify({ level: "info", text: t("rig.notice.removed", { rig: it.title || it.name }), fix: "" });
   } catch (error) {
     notifyError(error);
     await loadRigs();
@@ -222,17 +205,9 @@ export async function refitRig() {
   const of = name.value;
   if (!of || search.value) return;
   await watch(
-    (stop, onProgress) =>
-      request("POST", `/rigs/${encodeURIComponent(of)}/refit`, { json: {} }).then(async (a) =>
-        followJob(await a.json(), stop, onProgress),
-      ),
-    (/** @type {{ calibrations: string[] }} */ made) => {
-      notify({
-        level: "info",
-        text: t("rig.notice.refitted", { count: made.calibrations.length }),
-        fix: t("rig.notice.refitted.fix"),
-      });
-    },
+    (stop, onProgress) => runJob(`/rigs/${encodeURIComponent(of)}/refit`, {}, stop, onProgress),
+    (/** @type {{ calibrations: string[] }} */ { calibrations: { length: count } }) =>
+      notify({ level: "info", text: t("rig.notice.refitted", { count }), fix: t("rig.notice.refitted.fix") }),
   );
 }
 

@@ -27,14 +27,11 @@ export function MatchOverlay({ s }) {
     <clipPath id=${`in-${s}`}>
       <rect x="-.5" y="-.5" width=${picture.width} height=${picture.height} />
     </clipPath>
-    ${line && html`<g
-      class="epipolar"
-      data-testid=${`epipolar-${s}`}
-      transform=${placed(tx, ty, k)}
-      clip-path=${`url(#in-${s})`}
-    >
-      <path class="casing" d=${path(line)} />
-      <path d=${path(line)} style=${`stroke:${LINE}`} />
+    ${line && html`<g clip-path=${`url(#in-${s})`} transform=${placed(tx, ty, k)}>
+      <g class="epipolar" data-testid=${`epipolar-${s}`}>
+        <path class="casing" d=${path(line)} />
+        <path d=${path(line)} style=${`stroke:${LINE}`} />
+      </g>
     </g>`}
     ${place && html`<${Foretold} s=${s} place=${place} />`}
     ${desk.doc.value.matches
@@ -74,13 +71,7 @@ function Mark({ s, index, point }) {
     ${isChosen && html`<circle class="ring" r=${chosen.value?.side === s ? 10 : 8} />`}
     <circle class="mark" r="5.5" />
     ${isMistake && html`<path class="cross" d="M-5 -5L5 5M-5 5L5 -5" />`}
-    <text
-      class="name"
-      style=${`fill:${colour}`}
-      x=${toLeft ? -11 : 11}
-      y="-7"
-      text-anchor=${toLeft ? "end" : "start"}
-    >
+    <text class="name" style=${`fill:${colour}`} x=${toLeft ? -11 : 11} y="-7" text-anchor=${toLeft ? "end" : "start"}>
       ${index + 1}
       ${label}
     </text>

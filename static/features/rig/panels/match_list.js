@@ -18,19 +18,15 @@ export function MatchList() {
   if (!it || !members.value) return null;
   return html`
     <section aria-label=${t("rig.match.images")}>
+      <a href=${addressOf("rig", { rig: it.name })} data-testid="to-rig">‹ ${it.title || it.name}</a>
       <${Title} of="matches">${t("rig.match.images")}<//>
-      <p>
-        <a href=${addressOf("rig", { rig: it.name })} data-testid="to-rig">‹ ${it.title || it.name}</a>
-      </p>
-      <dl class="details">
+      <dl class="details taken">
         ${SIDES.map((s) => html`<div key=${s}>
           <dt>${members.value?.[s].title}</dt>
           <dd>${pictures.value[s] ? dayAndTime(pictures.value[s].taken_at) : "–"}</dd>
         </div>`)}
       </dl>
-      <div class="line">
-        <${ActionButton} id="take-match-images" />
-      </div>
+      <${ActionButton} id="take-match-images" />
       ${matches.length > 0 && html`<p class="reason">${t("rig.match.take.what")}</p>`}
       <${Working} now=${search.value} what=${t("rig.checking")} stop="stop-rig" why=${refusal.value} name="rig" />
     </section>

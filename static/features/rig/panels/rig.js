@@ -9,30 +9,17 @@ import { ActionButton } from "../../../ui/action_button.js";
 import { Working } from "../../../ui/working.js";
 import { path } from "../../../canvas/drawing.js";
 import {
-  found,
-  others,
-  pictureAddress,
-  plane,
-  refitRig,
-  refusal,
-  removeRig,
-  rig,
-  search,
-  showMap,
-  stitched,
-  takeStitched,
-  worst,
+  found, others, pictureAddress, plane, refitRig, refusal, removeRig, rig, search, showMap, stitched,
+  takeStitched, worst,
 } from "../rig.js";
 import { TrackMarks } from "./tracks.js";
 
-/**
- * @typedef {import("../types").Pair} Pair
- * @typedef {import("../../../core/types").Point} Point
- */
+/** @typedef {import("../types").Pair} Pair @typedef {import("../../../core/types").Point} Point */
 
 export function RigForm() {
   const it = rig.value,
     common = it?.rectangles,
+    isBusy = search.value !== null,
     outdated = it?.checked?.outdated[0];
   if (!it)
     return html`<section>
@@ -73,12 +60,7 @@ export function RigForm() {
         </p>`
         : html`<p class="reason">${t("rig.rectangles.none")}</p>`}
       ${others.value.length > 0 && html`
-        <button
-          type="button"
-          data-testid="refit-rig"
-          disabled=${search.value !== null}
-          onClick=${() => void refitRig()}
-        >
+        <button type="button" data-testid="refit-rig" disabled=${isBusy} onClick=${() => void refitRig()}>
           ${t("rig.refit")}
         </button>
         <p class="reason">${t("rig.refit.what")}</p>
@@ -95,6 +77,7 @@ export function RigForm() {
 
 export function RigPage() {
   const it = rig.value,
+    isBusy = search.value !== null,
     now = stitched.value;
   if (!it)
     return html`<div class="page">
@@ -103,12 +86,7 @@ export function RigPage() {
   return html`<div class="page rig" data-testid="rig-page">
     <h1>${it.title || it.name}</h1>
     <div class="line">
-      <button
-        type="button"
-        data-testid="check-rig"
-        disabled=${search.value !== null}
-        onClick=${() => run("check-rig")}
-      >
+      <button type="button" data-testid="check-rig" disabled=${isBusy} onClick=${() => run("check-rig")}>
         ${t("rig.check")}
       </button>
       <${ActionButton} id="follow-play" />
@@ -148,13 +126,7 @@ export function RigPage() {
         </div>
       `}
     </div>
-    <${Working}
-      now=${search.value}
-      what=${t("rig.checking")}
-      stop="stop-rig"
-      why=${refusal.value}
-      name="rig"
-    />
+    <${Working} now=${search.value} what=${t("rig.checking")} stop="stop-rig" why=${refusal.value} name="rig" />
     ${now?.refusal && html`<div class="warning-line" role="alert" data-testid="no-stitched">
       <b>${now.refusal.detail}</b> ${now.refusal.fix}
     </div>`}
@@ -231,14 +203,7 @@ function Cells({ pair, px, k }) {
       row.map((v, i) => {
         if (v === null) return null;
         const [cx, cy] = px([x[i], y[j]]);
-        return html`<rect
-          key=${`${i},${j}`}
-          x=${cx - w / 2}
-          y=${cy - h / 2}
-          width=${w}
-          height=${h}
-          fill=${shadeOf(v)}
-        >
+        return html`<rect key=${`${i},${j}`} x=${cx - w / 2} y=${cy - h / 2} width=${w} height=${h} fill=${shadeOf(v)}>
           <title>${mm(v)} mm</title>
         </rect>`;
       }),

@@ -110,18 +110,24 @@ export function MatchReport() {
   `;
 }
 
+/** @param {number} v */
+const shortly = (v) => v.toExponential(5).padStart(13);
+
 /** @param {{ p: Pair }} props */
 function OnePair({ p }) {
-  const at = p.agreement?.[plane.value];
-  if (p.failed)
+  const at = p.agreement?.[plane.value],
+    { verdict, failed, fundamental } = p;
+  if (failed)
     return html`<p class="reason">
-      <b>${p.failed.what}</b> ${p.failed.fix}
+      <b>${failed.what}</b> ${failed.fix}
     </p>`;
-  return html`
-    ${p.verdict?.level && html`<p>
-      <b class=${`level ${p.verdict.level}`}>${LEVEL[p.verdict.level]}.</b> ${p.verdict.sentence}
-    </p>`}
-    ${p.verdict?.fix && html`<p class="fix">${p.verdict.fix}</p>`}
+  return html`<div class="one-pair">
+    ${verdict && html`
+      <p>
+        ${verdict.level && html`<b class=${`level ${verdict.level}`}>${LEVEL[verdict.level]}.</b>`} ${verdict.sentence}
+      </p>
+      <p class="fix">${verdict.fix}</p>
+    `}
     ${at && html`<dl class="details">
       <div>
         <dt>${t("rig.pair.mean")}</dt>
@@ -134,11 +140,7 @@ function OnePair({ p }) {
       <div>
         <dt>${t("rig.pair.worst")}</dt>
         <dd data-testid="pair-max">
-          ${t("rig.pair.worst-at", {
-            worst: mm(at.max_mm),
-            x: number(at.where[0], 0),
-            y: number(at.where[1], 0),
-          })}
+          ${t("rig.pair.worst-at", { worst: mm(at.max_mm), x: number(at.where[0], 0), y: number(at.where[1], 0) })}
         </dd>
       </div>
     </dl>`}
@@ -150,16 +152,12 @@ function OnePair({ p }) {
         area: number(p.agreement?.overlap_m2, 1),
       })}
     </p>`}
-    ${p.fundamental && html`<details class="more">
+    ${fundamental && html`<details class="more">
       <summary>${t("common.fundamental-matrix")}</summary>
-      <pre>
-        ${p.fundamental.matrix
-          .map((row) => row.map((v) => v.toExponential(5).padStart(13)).join(" "))
-          .join("\n")}
-      </pre>
+      <pre>${fundamental.matrix.map((row) => row.map(shortly).join(" ")).join("\n")}</pre>
       <p class="reason">
-        ${t("rig.pair.foretold", { distance: number(p.fundamental.baseline_mm, 0) })}
+        ${t("rig.pair.foretold", { distance: number(fundamental.baseline_mm, 0) })}
       </p>
     </details>`}
-  `;
+  </div>`;
 }
