@@ -21,7 +21,7 @@ export function kept(key) {
 /** Those that are matched in two images, whichever was the left one. @param {string} a @param {string} b */
 export function matchesIn(a, b) {
   const turned = () =>
-    read(matchesKey(b, a))?.matches.map((/** @type {Match} */ m) => ({ a: m.b, b: m.a, z_mm: m.z_mm }));
+    read(matchesKey(b, a))?.matches?.map((/** @type {Match} */ m) => ({ a: m.b, b: m.a, z_mm: m.z_mm }));
   return /** @type {Match[]} */ (read(matchesKey(a, b))?.matches ?? turned() ?? []);
 }
 
@@ -43,22 +43,13 @@ export function isOf(changed, key) {
 
 /**
  * The complete ones, as a check takes them; null where there is none.
- * @param {string} a
- * @param {string} b
- * @param {Match[]} matches
+ * @param {string} a @param {string} b @param {Match[]} all
  * @returns {import("./types").SentMatches | null}
  */
-export function sentOf(a, b, matches) {
-  const complete = matches.filter(isComplete);
-  return complete.length > 0
-    ? {
-        a,
-        b,
-        points_a: complete.map((m) => m.a),
-        points_b: complete.map((m) => m.b),
-        z_mm: complete.map((m) => m.z_mm),
-      }
-    : null;
+export function sentOf(a, b, all) {
+  const told = all.filter(isComplete);
+  if (told.length === 0) return null;
+  return { a, b, points_a: told.map((m) => m.a), points_b: told.map((m) => m.b), z_mm: told.map((m) => m.z_mm) };
 }
 
 /** All that a rig's check takes. @param {Pick<import("./types").Rig, "name" | "cameras">} rig */

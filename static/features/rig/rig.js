@@ -213,22 +213,21 @@ export async function refitRig() {
 
 export const stopRig = () => search.value?.stop.abort();
 
-/** Another rig's picture is none of this one. */
+/** Another rig's picture is none of this one, and what was refused is of the view that was left. */
 export function startRig() {
   effect(() => {
     const at = name.value,
-      isListed = listed.value;
+      isListed = listed.value,
+      { view } = route.value;
     untracked(() => {
+      refusal.value = null;
       if (at === null || !isListed) return;
       if (!at) beginDraft();
+      else if (!rigs.value.some((r) => r.name === at)) void loadRigs();
+      if (view !== "rig" || stitched.value?.of === at) return;
       plane.value = "carpet";
-      if (at && !rigs.value.some((r) => r.name === at)) void loadRigs();
-      if (at && stitched.value?.of !== at) void takeStitched();
+      void takeStitched();
     });
-  });
-  effect(() => {
-    void route.value.view; // what was refused is of the view that was left
-    refusal.value = null;
   });
   effect(() => {
     void cameras.value; // another version is active, or a camera came

@@ -110,9 +110,7 @@ function ReadOut({ s, title }) {
   const at = pointed.value?.side === s ? pointed.value : null;
   return html`<div class="read-out" data-off-stage data-testid=${`read-out-${s}`}>
     <b>${title}</b>
-    ${at && html`<span>
-      ${number(at.x)}, ${number(at.y)}
-    </span>`}
+    ${at && html`<span>${number(at.x)}, ${number(at.y)}</span>`}
     <span class="zoom">${number(views[s].view.value.k * 100, 0)} %</span>
   </div>`;
 }

@@ -24,9 +24,7 @@ export function RigForm() {
   if (!it)
     return html`<section>
       <h2>${t("rig.none")}</h2>
-      <p class="reason">
-        ${t("rig.none.what")}
-      </p>
+      <p class="reason">${t("rig.none.what")}</p>
     </section>`;
   return html`
     <section aria-label=${t("rig.members")}>
@@ -67,9 +65,7 @@ export function RigForm() {
       `}
     </section>
     <section aria-label=${t("rig.this")}>
-      <button type="button" onClick=${() => void removeRig(it)}>
-        ${t("rig.remove")}
-      </button>
+      <button type="button" onClick=${() => void removeRig(it)}>${t("rig.remove")}</button>
       <p class="reason">${t("rig.saved", { when: dayAndTime(it.updated_at) })}</p>
     </section>
   `;
@@ -93,9 +89,7 @@ export function RigPage() {
       <button type="button" data-testid="take-stitched" onClick=${() => void takeStitched()}>
         ${t("rig.take-anew")}
       </button>
-      <a href=${addressOf("scene", { scene: `rig/${it.name}` })} data-testid="rig-scene">
-        ${t("common.scene")}
-      </a>
+      <a href=${addressOf("scene", { scene: `rig/${it.name}` })} data-testid="rig-scene">${t("common.scene")}</a>
       ${found.value && html`
         <div class="switch" role="group" aria-label=${t("rig.shown")}>
           <button
@@ -184,9 +178,7 @@ function Picture({ name, at, info }) {
     </div>
     <figcaption>
       ${showMap.value && worst.value && html`<${MapScale} />`}
-      <p class="reason" data-testid="unseen">
-        ${info.unseen.words}
-      </p>
+      <p class="reason" data-testid="unseen">${info.unseen.words}</p>
     </figcaption>
   </figure>`;
 }

@@ -30,9 +30,7 @@ export function RigReport() {
       aria-label=${t("rig.pair", { first: titles[a], second: titles[b] })}
       data-testid=${`pair-${a}-${b}`}
     >
-      <h2>
-        ${titles[a] ?? a} – ${titles[b] ?? b}
-      </h2>
+      <h2>${titles[a] ?? a} – ${titles[b] ?? b}</h2>
       ${p && html`<${OnePair} p=${p} />`}
       <${Door} a=${a} b=${b} />
     </section>`)}
@@ -72,9 +70,7 @@ const Verdict = ({ it: { verdict, missing }, titles }) => html`<section aria-lab
     ${verdict.fix && html`<p class="fix">${verdict.fix}</p>`}
   </div>
   ${missing.map((m) => html`<p key=${m.camera} class="warning-line">
-    <b>
-      ${titles[m.camera] ?? m.camera}: ${m.text}
-    </b>${" "}
+    <b>${titles[m.camera] ?? m.camera}: ${m.text}</b>${" "}
     ${m.fix}
   </p>`)}
 </section>`;
@@ -87,15 +83,11 @@ export function MatchReport() {
   if (!a || !b) return null;
   return html`
     ${p && html`<section aria-label=${t("common.verdict")} data-testid="match-report" data-stale=${isChanged.value}>
-      <h2>
-        ${a.title} – ${b.title}
-      </h2>
+      <h2>${a.title} – ${b.title}</h2>
       ${isChanged.value && html`<p class="warning-line" role="status">${t("rig.match.changed")}</p>`}
       <${OnePair} p=${p} />
       ${unknown && html`<p class="reason" data-testid="no-outliers">
-        <b>
-          ${t("rig.match.no-outliers")} ${unknown.what}
-        </b>${" "}
+        <b>${t("rig.match.no-outliers")} ${unknown.what}</b>${" "}
         ${unknown.fix}
       </p>`}
     </section>`}
@@ -155,9 +147,7 @@ function OnePair({ p }) {
     ${fundamental && html`<details class="more">
       <summary>${t("common.fundamental-matrix")}</summary>
       <pre>${fundamental.matrix.map((row) => row.map(shortly).join(" ")).join("\n")}</pre>
-      <p class="reason">
-        ${t("rig.pair.foretold", { distance: number(fundamental.baseline_mm, 0) })}
-      </p>
+      <p class="reason">${t("rig.pair.foretold", { distance: number(fundamental.baseline_mm, 0) })}</p>
     </details>`}
   </div>`;
 }
