@@ -24,7 +24,7 @@ from touchline.core.field_json import field_from_json
 from touchline.sources import SourceContext, source_from_url
 
 SOON_MS = 60_000  # what is there at once on a quiet machine
-LONG_MS = 40_000
+LONG_MS = 180_000  # what has to be computed, or fetched from a camera that is only starting
 START_S = 120  # a loaded machine imports OpenCV for many seconds
 ANSWER_S = 90
 # Where the picture's corner is on the screen, and how large one of its pixels is there.
