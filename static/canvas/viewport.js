@@ -18,6 +18,26 @@ export const PIXELATED_FROM = 4; // from this zoom on, pixels are shown as the s
 export const placed = (tx, ty, k) =>
   `transform:translate(${tx}px,${ty}px) scale(${k});${k >= PIXELATED_FROM ? "image-rendering:pixelated" : ""}`;
 
+/** @typedef {{ width: number, height: number } | null} Size of a picture; null is none */
+
+/** Whether it is on the picture. @param {Size} picture @param {number} x @param {number} y */
+export const isOn = (picture, x, y) =>
+  picture !== null && x >= -0.5 && y >= -0.5 && x <= picture.width - 0.5 && y <= picture.height - 0.5;
+
+/**
+ * The nearest point on the picture, to a hundredth of a pixel: finer than anybody can click.
+ * @param {Size} picture
+ * @param {number} x
+ * @param {number} y
+ * @returns {import("../core/types").Point}
+ */
+export function pointOn(picture, x, y) {
+  const { width, height } = picture ?? { width: 1, height: 1 },
+    on = (/** @type {number} */ v, /** @type {number} */ end) =>
+      Math.round(Math.min(Math.max(v, -0.5), end - 0.5) * 100) / 100;
+  return [on(x, width), on(y, height)];
+}
+
 /** A stage's view of its picture. */
 export function createViewport() {
   const size = signal({ width: 800, height: 600 });

@@ -17,7 +17,7 @@ const FORMER = {
   seeing: (camera) => ["cameras", camera, "detection"],
   versions: (camera) => (camera ? ["cameras", camera, "versions"] : ["library", "versions"]),
   rig: (name) => (name ? ["field", "rigs", name] : ["field", "new"]),
-  pair: (...pictures) => ["field", "pairs", ...pictures],
+  pair: (left, right) => (right ? ["field", "pairs", left, right] : ["field"]),
   scene: (...what) => ["field", "scene", ...what],
   lens: () => ["lenses", "board"],
   capture: (camera) => ["lenses", "board", camera],
@@ -28,7 +28,12 @@ const FORMER = {
 };
 
 /** What a place, or a camera, shows first. @type {Record<string, string[]>} */
-const FIRST = { "field/rigs": ["field"], library: ["library", "images"], system: ["system", "publishing"] };
+const FIRST = {
+  "field/rigs": ["field"],
+  "field/pairs": ["field"],
+  library: ["library", "images"],
+  system: ["system", "publishing"],
+};
 
 /**
  * Return the words of the present address that a former one leads to, or null where it is none.

@@ -40,7 +40,9 @@ export const listed = signal(false);
 /** Whether what the address names is not there yet: until then nothing else is shown in its place. */
 export const opening = computed(
   () =>
-    (!listed.value && route.value.view !== "wall") || (route.value.view === "calibrate" && snapshot.value === null),
+    (!listed.value && route.value.view !== "wall") ||
+    (route.value.view === "calibrate" && snapshot.value === null) ||
+    route.value.view === "former-pair", // it leads on
 );
 /** The camera that the address names. */
 export const namedCamera = computed(() => cameras.value.find((c) => c.id === route.value.camera) ?? null);

@@ -16,7 +16,8 @@ PLACES = {
     "drift": ("#/cameras/overhead/drift", "drift-page"), "detection": ("#/cameras/overhead/detection", "seeing-page"),
     "versions": ("#/cameras/overhead/versions", "versions-page"), "new camera": ("#/cameras/new", "camera-form"),
     "field": ("#/field", "field-page"), "new rig": ("#/field/new", "new-rig-page"),
-    "pair": ("#/field/pairs", "pair-desk"),
+    "rig": ("#/field/rigs/access", "rig-page"),
+    "matched points": ("#/field/rigs/access/overhead/east", "picture-b"),
     "scene": ("#/field/scene", "scene-page"), "lenses": ("#/lenses", "lenses-page"),
     "board": ("#/lenses/board", "board-desk"), "straight": ("#/lenses/edges", "straight-desk"),
     "ball": ("#/lenses/ball/overhead", "rolls-page"), "images": ("#/library/images", "images-page"),
@@ -34,9 +35,12 @@ JUMPS = """addEventListener("DOMContentLoaded", () => { window.jumps = [];
 
 
 @pytest.fixture
-def kept(saved):
-    """A picture with its borders clicked and a version saved, and the page before it."""
-    return saved("brown-conrady")
+def kept(saved, server):
+    """A picture with its borders clicked and a version saved, and the page before it; and a rig called access."""
+    rig = {"field": "ssl-div-b", "cameras": ["overhead", "east"]}
+    assert server.api("PUT", "/rigs/access", json=rig).status_code == 201
+    yield saved("brown-conrady")
+    server.api("DELETE", "/rigs/access")
 
 
 def at_rest(page, place: str = "", step: str = "") -> None:

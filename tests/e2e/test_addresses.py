@@ -16,8 +16,7 @@ ADDRESSES = {
     "#/cameras/overhead/detection": "seeing-page", "#/cameras/overhead/settings": "tab-camera-form",
     "#/cameras/overhead/versions": "versions-page",
     "#/field": "field-page", "#/field/new": "new-rig-page", "#/field/rigs/above": "rig-page",
-    "#/field/pairs": "pair-desk", "#/field/pairs/{}/{}": "picture-b", "#/field/scene": "scene-page",
-    "#/field/scene/rig/above": "scene-page",
+    "#/field/scene": "scene-page", "#/field/scene/rig/above": "scene-page",
     "#/lenses": "lenses-page", "#/lenses/board": "board-desk", "#/lenses/board/overhead": "capture-page",
     "#/lenses/edges": "straight-desk", "#/lenses/ball/overhead": "rolls-page",
     "#/library/images": "images-page", "#/library/versions": "versions-page", "#/library/import": "import-page",
@@ -25,7 +24,7 @@ ADDRESSES = {
     "#/calibrate/{}/field": "step-field", "#/calibrate/{}/points": "step-points",
     "#/calibrate/{}/verify": "step-verify",
 }
-FORMER = {"#/": "#/cameras", "#/scene/rig/above": "#/field/scene/rig/above", "#/pair/{}/{}": "#/field/pairs/{}/{}",
+FORMER = {"#/": "#/cameras", "#/scene/rig/above": "#/field/scene/rig/above", "#/pair": "#/field",
           "#/capture/overhead": "#/lenses/board/overhead", "#/jobs": "#/system/jobs",
           "#/{}/activate": "#/calibrate/{}/verify"}
 

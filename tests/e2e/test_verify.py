@@ -191,7 +191,7 @@ def test_a_neighbour_that_stands_elsewhere_and_another_lens_are_told(kept, befor
     page = before(kept("overhead", "brown-conrady", **TAPED)).page
     neighbour = state(page, "neighbour-east", "bad")
     expect(neighbour).to_contain_text(f"Does not agree with {DEMO['east']['name']}")
-    expect(neighbour.get_by_role("link")).to_have_attribute("href", "#/field/pairs")
+    expect(neighbour.get_by_role("link")).to_have_attribute("href", "#/field")
     expect(state(page, "lens", "note")).to_contain_text(f"Lens differs from version {other['version']}")
     expect(page.get_by_test_id("next")).to_have_text(
         re.compile(like("verify.activate-version-anyway").pattern + "$"), timeout=LONG_MS)

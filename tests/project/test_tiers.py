@@ -88,7 +88,7 @@ def test_each_capability_has_code_and_tests_by_its_name(name):
 
 def test_a_change_asks_for_the_files_of_its_capability_of_the_kernel_for_everything():
     rigs = files_touched(["app/touchline/services/rigs.py", "README.md"])
-    assert "tests/api/test_rest_rigs.py" in rigs and "tests/e2e/test_pair.py" in rigs
+    assert "tests/api/test_rest_rigs.py" in rigs and "tests/e2e/test_rig_matches.py" in rigs
     assert rigs == files_of("rigs")
     assert files_touched(["app/touchline/services/rigs.py", "app/touchline/core/records.py"]) is None
     assert files_touched(["tests/unit/store/test_store.py"]) == ["tests/unit/store/test_store.py"]

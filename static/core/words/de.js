@@ -19,7 +19,6 @@ import library from "./de/library.js";
 import live from "./de/live.js";
 import markings from "./de/markings.js";
 import network from "./de/network.js";
-import pair from "./de/pair.js";
 import rig from "./de/rig.js";
 import rolling from "./de/rolling.js";
 import scene from "./de/scene.js";
@@ -59,7 +58,6 @@ export const messages = {
   ...live,
   ...markings,
   ...network,
-  ...pair,
   ...rig,
   ...rolling,
   ...scene,

@@ -19,7 +19,6 @@ import library from "./en/library.js";
 import live from "./en/live.js";
 import markings from "./en/markings.js";
 import network from "./en/network.js";
-import pair from "./en/pair.js";
 import rig from "./en/rig.js";
 import rolling from "./en/rolling.js";
 import scene from "./en/scene.js";
@@ -50,7 +49,6 @@ export default {
   ...live,
   ...markings,
   ...network,
-  ...pair,
   ...rig,
   ...rolling,
   ...scene,

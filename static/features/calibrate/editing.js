@@ -1,7 +1,7 @@
 // What can be done to clicked points: add, move, nudge, remove, select.
 import { BORDERS, change, doc, pointsOf, withPoints } from "../../core/document.js";
 import { active, kindOf, selectedPoints, selection, snapshot } from "../../core/state.js";
-import { reveal } from "../../canvas/viewport.js";
+import { isOn, pointOn, reveal } from "../../canvas/viewport.js";
 
 /**
  * @typedef {import("../../core/types").Doc} Doc
@@ -9,23 +9,11 @@ import { reveal } from "../../canvas/viewport.js";
  * @typedef {import("../../core/types").Point} Point
  */
 
-/** A hundredth of a pixel is finer than anybody can click; more digits would only look exact. @param {number} v */
-const rounded = (v) => Math.round(v * 100) / 100;
-
-/** A point that stays on the picture. @param {number} x @param {number} y @returns {Point} */
-function onPicture(x, y) {
-  const { width, height } = snapshot.value ?? { width: 1, height: 1 };
-  return [
-    rounded(Math.min(Math.max(x, -0.5), width - 0.5)),
-    rounded(Math.min(Math.max(y, -0.5), height - 0.5)),
-  ];
-}
+/** A point that stays on the picture. @param {number} x @param {number} y */
+const onPicture = (x, y) => pointOn(snapshot.value, x, y);
 
 /** @param {number} x @param {number} y */
-export function isOnPicture(x, y) {
-  const { width, height } = snapshot.value ?? { width: 0, height: 0 };
-  return x >= -0.5 && y >= -0.5 && x <= width - 0.5 && y <= height - 0.5;
-}
+export const isOnPicture = (x, y) => isOn(snapshot.value, x, y);
 
 /**
  * The document with one more point on a feature; a landmark has only one.

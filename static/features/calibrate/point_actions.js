@@ -5,8 +5,6 @@ import { active, editing, pointer, selectedPoints, selection, tool } from "../..
 import { t } from "../../core/words.js";
 import { stageSize, toPicture } from "../../canvas/viewport.js";
 import { activeViewport } from "../compare/comparison.js";
-import { pairArrow } from "../pair/match_actions.js";
-import { atPair } from "../pair/pair.js";
 import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAdded } from "./editing.js";
 import { snapPoints, snapping } from "./snapping.js";
 import { canZoom } from "./view_actions.js";
@@ -52,7 +50,7 @@ export const POINT_ACTIONS = [
     group: "points",
     run: arrow,
     keys: ["", "shift+", "ctrl+"].flatMap((m) => ["Left", "Right", "Up", "Down"].map((d) => `${m}Arrow${d}`)),
-    enabled: () => canZoom() || atPair.value,
+    enabled: canZoom,
   },
   {
     id: "next-point",
@@ -129,15 +127,21 @@ function addPoint() {
   if (snapping.value) void snapPoints([pick]);
 }
 
+/**
+ * What an arrow key asks for: how far a point moves, px, and how far the view pans, stage px.
+ * @param {KeyboardEvent} [event]
+ * @returns {Record<"step" | "pan", [number, number]>}
+ */
+export function nudgeOf(event) {
+  const towards = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] },
+    [dx, dy] = towards[/** @type {keyof typeof towards} */ (event?.key)] ?? [0, 0],
+    size = event?.shiftKey ? SHIFT_PX : event?.ctrlKey || event?.metaKey ? CTRL_PX : NUDGE_PX;
+  return { step: [dx * size, dy * size], pan: [-dx * PAN_PX, -dy * PAN_PX] };
+}
+
 /** @param {KeyboardEvent} [event] */
 function arrow(event) {
-  const towards = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[
-    event?.key ?? ""
-  ];
-  if (!event || !towards) return;
-  const size = event.shiftKey ? SHIFT_PX : event.ctrlKey || event.metaKey ? CTRL_PX : NUDGE_PX;
-  if (atPair.value) pairArrow(towards, size, PAN_PX);
-  else if (editing.value && selectedPoints.value.length) {
-    nudge(towards[0] * size, towards[1] * size);
-  } else activeViewport.value.panBy(-towards[0] * PAN_PX, -towards[1] * PAN_PX);
+  const { step, pan } = nudgeOf(event);
+  if (editing.value && selectedPoints.value.length) nudge(...step);
+  else activeViewport.value.panBy(...pan);
 }

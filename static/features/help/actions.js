@@ -2,7 +2,6 @@
 import { help, selection } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { discardProposed, offered } from "../calibrate/line_suggestions.js";
-import { chosen } from "../pair/pair.js";
 import { leaveTour, takeTour, tour } from "./tour.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
@@ -46,10 +45,7 @@ export const HELP_ACTIONS = [
     run: () => {
       if (offered.value.length) discardProposed();
       else if (help.value) help.value = "";
-      else {
-        selection.value = [];
-        chosen.value = null;
-      }
+      else selection.value = [];
     },
   },
 ];

@@ -1,17 +1,19 @@
 // A rig: cameras that share a field. Which one is open, its stitched picture, its check and refit.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call, changeSeen, request, toRefusal } from "../../core/api.js";
-import { followJob, runJob } from "../../core/jobs.js";
+import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { goInstead, route } from "../../core/route.js";
 import { cameras, fields, listed, notify, notifyError } from "../../core/state.js";
 import { t } from "../../core/words.js";
+import { matchesOf } from "./kept_matches.js";
 
 /**
  * @typedef {import("./types").Rig} Rig
  * @typedef {import("./types").RigCheck} Checked
  * @typedef {import("./types").Stitched} Stitched
  * @typedef {import("./types").Draft} Draft
+ * @typedef {import("../../core/types").Refusal} Refusal
  */
 
 const WIDTH_PX = 1200;
@@ -20,24 +22,21 @@ const AGAIN_MS = 2500,
 
 export const rigs = signal(/** @type {Rig[]} */ ([]));
 export const stitched = signal(
-  /**
-   * @type {{ of: string, info: Stitched | null, refusal: import("../../core/types").Refusal | null, at: number } |
-   *   null}
-   */ (
-    null
-  ),
+  /** @type {{ of: string, info: Stitched | null, refusal: Refusal | null, at: number } | null} */ (null),
 );
-/** The newest check, and of which rig it was. */
-export const rigCheck = signal(/** @type {{ of: string, found: Checked } | null} */ (null));
+/** The newest check, of which rig it was, and with what matches. */
+export const rigCheck = signal(
+  /** @type {{ of: string, matches: import("./types").SentMatches[], found: Checked } | null} */ (null),
+);
 export const plane = signal(/** @type {"carpet" | "hat"} */ ("carpet"));
 export const showMap = signal(true);
 export const draft = signal(/** @type {Draft} */ ({ name: "", title: "", field: "", cameras: [] }));
-export const draftRefusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
+export const draftRefusal = signal(/** @type {Refusal | null} */ (null));
 export const { search, refusal, watch } = longWork();
 
 /** The rig that the address names; "" a new one, null none. */
 const name = computed(() =>
-  route.value.view === "rig" ? route.value.rig : route.value.view === "new-rig" ? "" : null,
+  route.value.rig || (route.value.view === "new-rig" ? "" : null),
 );
 export const rig = computed(() => rigs.value.find((r) => r.name === name.value) ?? null);
 export const found = computed(() =>
@@ -59,42 +58,33 @@ export const worst = computed(() => {
   );
 });
 
+/**
+ * A next step, and where the operator is.
+ * @param {string} action @param {string} label @param {string} sentence
+ * @param {{ missing?: string, done?: boolean }} [more]
+ */
+export const step = (action, label, sentence, { missing = "", done = false } = {}) => ({
+  action,
+  label,
+  missing,
+  done,
+  sentence,
+});
+
 /** Where the operator stands, and the next thing to do. */
 export const rigNextStep = computed(() => {
-  const it = rig.value;
-  if (!name.value)
-    return {
-      action: "make-rig",
-      label: t("rig.make"),
-      missing: lacking.value,
-      done: false,
-      sentence: lacking.value || t("rig.step.ready"),
-    };
-  if (!it)
-    return {
-      action: "step-camera",
-      label: t("rig.step.back"),
-      missing: "",
-      done: false,
-      sentence: t("rig.step.no-such"),
-    };
-  if (search.value)
-    return {
-      action: "stop-rig",
-      label: t("common.stop"),
-      missing: "",
-      done: false,
-      sentence: search.value.message || t("common.server-busy"),
-    };
-  const verdict = found.value?.verdict;
-  return {
-    action: "check-rig",
-    label: verdict ? t("rig.step.check-again") : t("rig.check"),
-    missing: "",
-    done: verdict?.level === "good",
-    sentence: verdict ? verdict.sentence : t("rig.step.unchecked"),
-  };
+  const missing = lacking.value,
+    verdict = found.value?.verdict;
+  if (!name.value) return step("make-rig", t("rig.make"), missing || t("rig.step.ready"), { missing });
+  if (!rig.value) return step("step-camera", t("rig.step.back"), t("rig.step.no-such"));
+  if (search.value) return stopStep();
+  return verdict
+    ? step("check-rig", t("rig.step.check-again"), verdict.sentence, { done: verdict.level === "good" })
+    : step("check-rig", t("rig.check"), t("rig.step.unchecked"));
 });
+/** While something runs. */
+export const stopStep = () =>
+  step("stop-rig", t("common.stop"), search.value?.message || t("common.server-busy"));
 
 /** What the form still wants. */
 const lacking = computed(() => {
@@ -161,18 +151,13 @@ export async function removeRig(it) {
     await changeSeen("DELETE", `/rigs/${encodeURIComponent(it.name)}`, (now) => now.updated_at === it.updated_at);
     rigs.value = rigs.value.filter((r) => r.name !== it.name);
     goInstead("wall");
-    notify({
-      level: "info",
-      text: t("rig.notice.removed", { rig: it.title || it.name }),
-      fix: "",
-    });
+    notify({ level: "info", text: t("rig.notice.removed", { rig: it.title || it.name }), fix: "" });
   } catch (error) {
     notifyError(error);
     await loadRigs();
   }
 }
 
-/** The newest picture of all cameras, and where the lines lie in it. */
 /** All cameras in one picture; taken anew by itself while one that is calibrated is not in it yet. */
 export async function takeStitched(tries = TRIES) {
   const of = name.value;
@@ -199,13 +184,16 @@ const isWhole = (info) =>
 export const pictureAddress = (of, at) =>
   address(`/rigs/${encodeURIComponent(of)}/stitched.jpg?width=${WIDTH_PX}&at=${at}`);
 
+/** With new images of all cameras, and with what is matched in two. */
 export async function checkRig() {
-  const of = name.value;
-  if (!of || search.value) return;
+  const it = rig.value;
+  if (!it || search.value) return;
+  const of = it.name,
+    matches = matchesOf(it);
   await watch(
-    (stop, onProgress) => runJob(`/rigs/${encodeURIComponent(of)}/check?job=true`, {}, stop, onProgress),
+    (stop, onProgress) => runJob(`/rigs/${encodeURIComponent(of)}/check?job=true`, { matches }, stop, onProgress),
     async (result) => {
-      rigCheck.value = { of, found: result };
+      rigCheck.value = { of, matches, found: result };
       await loadRigs();
       void takeStitched();
     },
@@ -217,34 +205,28 @@ export async function refitRig() {
   const of = name.value;
   if (!of || search.value) return;
   await watch(
-    (stop, onProgress) =>
-      request("POST", `/rigs/${encodeURIComponent(of)}/refit`, { json: {} }).then(async (a) =>
-        followJob(await a.json(), stop, onProgress),
-      ),
-    (/** @type {{ calibrations: string[] }} */ made) => {
-      notify({
-        level: "info",
-        text: t("rig.notice.refitted", { count: made.calibrations.length }),
-        fix: t("rig.notice.refitted.fix"),
-      });
-    },
+    (stop, onProgress) => runJob(`/rigs/${encodeURIComponent(of)}/refit`, {}, stop, onProgress),
+    (/** @type {{ calibrations: string[] }} */ { calibrations: { length: count } }) =>
+      notify({ level: "info", text: t("rig.notice.refitted", { count }), fix: t("rig.notice.refitted.fix") }),
   );
 }
 
 export const stopRig = () => search.value?.stop.abort();
 
-/** Another rig's picture is none of this one. */
+/** Another rig's picture is none of this one, and what was refused is of the view that was left. */
 export function startRig() {
   effect(() => {
     const at = name.value,
-      isListed = listed.value;
+      isListed = listed.value,
+      { view } = route.value;
     untracked(() => {
+      refusal.value = null;
       if (at === null || !isListed) return;
       if (!at) beginDraft();
+      else if (!rigs.value.some((r) => r.name === at)) void loadRigs();
+      if (view !== "rig" || stitched.value?.of === at) return;
       plane.value = "carpet";
-      refusal.value = null;
-      if (at && !rigs.value.some((r) => r.name === at)) void loadRigs();
-      if (at && stitched.value?.of !== at) void takeStitched();
+      void takeStitched();
     });
   });
   effect(() => {

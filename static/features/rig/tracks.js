@@ -1,6 +1,7 @@
 // Tracks on a rig's field, merged over its cameras; streamed only while they are shown.
 import { computed, effect, signal } from "@preact/signals";
 import { online } from "../../core/api.js";
+import { route } from "../../core/route.js";
 import { openSocket } from "../../core/socket.js";
 import { t } from "../../core/words.js";
 import { rig } from "./rig.js";
@@ -17,7 +18,9 @@ export const following = signal(false);
 export const tracks = signal(/** @type {Tracks | null} */ (null));
 /** Why there is none. */
 export const tracksRefusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
-const wanted = computed(() => (following.value && online.value ? (rig.value?.name ?? null) : null));
+/** The rig on show; points may be matched in two of its cameras meanwhile. */
+const atRig = computed(() => (route.value.view === "rig" ? (rig.value?.name ?? null) : null));
+const wanted = computed(() => (following.value && online.value ? atRig.value : null));
 
 /** Open and close the line as it is wanted. */
 export function startTracks() {
@@ -50,7 +53,7 @@ export const TRACK_ACTIONS = [
     run: () => {
       following.value = !following.value;
     },
-    enabled: () => rig.value !== null,
+    enabled: () => atRig.value !== null,
     pressed: () => following.value,
   },
 ];

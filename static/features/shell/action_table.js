@@ -14,9 +14,8 @@ import { DRIFT_ACTIONS } from "../drift/drift.js";
 import { FIELD_EDITOR_ACTIONS } from "../field_editor/actions.js";
 import { HELP_ACTIONS } from "../help/actions.js";
 import { LIVE_ACTIONS } from "../live/actions.js";
-import { PAIR_ACTIONS } from "../pair/actions.js";
-import { withPairActions } from "../pair/match_actions.js";
 import { RIG_ACTIONS } from "../rig/actions.js";
+import { MATCH_ACTIONS, actingOnMatches } from "../rig/match_actions.js";
 import { TRACK_ACTIONS } from "../rig/tracks.js";
 import { ROLLING_ACTIONS } from "../rolling/actions.js";
 import { SCENE_ACTIONS } from "../scene/actions.js";
@@ -34,7 +33,7 @@ export const ACTION_TABLE = [
   BOARD_ACTIONS,
   PAGE_ACTIONS,
   RIG_ACTIONS,
-  PAIR_ACTIONS,
+  MATCH_ACTIONS,
   STRAIGHT_ACTIONS,
   FIELD_ACTIONS,
   DETECTION_ACTIONS,
@@ -57,4 +56,4 @@ export const ACTION_TABLE = [
   HELP_ACTIONS,
 ]
   .flat()
-  .map(withPairActions);
+  .map(actingOnMatches);

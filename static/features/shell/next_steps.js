@@ -9,7 +9,7 @@ import { detectionNextStep } from "../detection/detection.js";
 import { driftNextStep } from "../drift/drift.js";
 import { editorNextStep } from "../field_editor/editor.js";
 import { cameraNextStep, formNextStep } from "../live/camera_page.js";
-import { pairNextStep } from "../pair/evaluation.js";
+import { matchNextStep } from "../rig/match_desk.js";
 import { rigNextStep } from "../rig/rig.js";
 import { rollsNextStep } from "../rolling/rolls.js";
 import { sceneNextStep } from "../scene/scene.js";
@@ -37,7 +37,7 @@ const NEXT_STEPS = {
   detection: detectionNextStep,
   "new-rig": rigNextStep,
   rig: rigNextStep,
-  pair: pairNextStep,
+  match: matchNextStep,
   scene: sceneNextStep,
   board: boardNextStep,
   capture: captureNextStep,

@@ -47,7 +47,6 @@ export const CAMERA_TABS = [
 export const TABS = {
   field: [
     ["field", t("shell.tab.field")],
-    ["pair", t("shell.tab.pair")],
     ["scene", t("shell.tab.scene")],
   ],
   lenses: [
@@ -69,7 +68,15 @@ export const TABS = {
   ],
 };
 /** Views that stand behind the tab of another one. @type {Partial<Record<View | "nowhere", View>>} */
-const BEHIND = { rig: "field", "new-rig": "field", capture: "board", "field-editor": "fields", "new-field": "fields" };
+const BEHIND = {
+  rig: "field",
+  "new-rig": "field",
+  match: "field",
+  "former-pair": "field",
+  capture: "board",
+  "field-editor": "fields",
+  "new-field": "fields",
+};
 
 /** The tabs beside the view that is shown, each with its address. */
 export const tabs = computed(() => {

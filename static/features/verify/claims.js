@@ -53,6 +53,7 @@ export function addressOfCure({ cure, code, camera }, at = {}) {
     case "rig":
       return addressOf("rig", { rig: code.replace(/^rig-/, "") });
     case "pair":
+      return addressOf("field");
     case "publishing":
       return addressOf(cure);
     default:

@@ -8,12 +8,9 @@ import { rigs } from "../rig.js";
 
 export const FieldPage = () => html`<div class="page" data-testid="field-page">
   <h1>${t("rig.field.title")}</h1>
-  <p class="dim">
-    ${t("rig.field.what")}
-  </p>
+  <p class="dim">${t("rig.field.what")}</p>
   <div class="line" data-testid="rigs">
     <${ActionButton} id="new-rig" />
-    <${ActionButton} id="pair" />
   </div>
   <ul class="cards">
     ${rigs.value.map((r) => html`<li key=${r.name}>

@@ -39,9 +39,7 @@ export function NewRig() {
         value=${field}
         onChange=${(/** @type {Changed} */ e) => chooseField(e.target.value)}
       >
-        ${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>
-          ${f.title}
-        </option>`)}
+        ${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>${f.title}</option>`)}
       </select>
     </label>
     <section aria-label=${t("rig.new.cameras")}>
@@ -66,9 +64,7 @@ export function NewRig() {
               onChange=${(/** @type {Changed} */ e) => setRegion(c.id, e.target.value || null)}
             >
               <option value="">${t("rig.new.part.calibrated")}</option>
-              ${regions.map((r) => html`<option key=${r} value=${r}>
-                ${areaTitle(r)}
-              </option>`)}
+              ${regions.map((r) => html`<option key=${r} value=${r}>${areaTitle(r)}</option>`)}
             </select>`}
           </li>`;
         })}

@@ -1,5 +1,4 @@
-// A rig's page: its cameras at the left, the whole field in one picture in the middle, what the check says at the
-// right.
+// A rig's page: its cameras at the left, the whole field in one picture in the middle.
 import { run } from "../../../core/actions.js";
 import { areaName, dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
@@ -7,49 +6,25 @@ import { addressOf, route } from "../../../core/route.js";
 import { t } from "../../../core/words.js";
 import { MapScale, shadeOf } from "../../../ui/map_scale.js";
 import { ActionButton } from "../../../ui/action_button.js";
-import { rich } from "../../../ui/rich.js";
 import { Working } from "../../../ui/working.js";
 import { path } from "../../../canvas/drawing.js";
 import {
-  found,
-  others,
-  pictureAddress,
-  plane,
-  refitRig,
-  refusal,
-  removeRig,
-  rig,
-  search,
-  showMap,
-  stitched,
-  takeStitched,
-  worst,
+  found, others, pictureAddress, plane, refitRig, refusal, removeRig, rig, search, showMap, stitched,
+  takeStitched, worst,
 } from "../rig.js";
-import { TrackMarks, TrackReport } from "./tracks.js";
+import { TrackMarks } from "./tracks.js";
 
-/**
- * @typedef {import("../types").Pair} Pair
- * @typedef {import("../../../core/types").Point} Point
- * @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed
- */
-
-const LEVEL = { good: t("common.level.good"), fair: t("common.level.fair"), poor: t("common.level.poor") };
-const BY = {
-  pictures: t("rig.by.pictures"),
-  matches: t("rig.by.matches"),
-  clicks: t("rig.by.clicks"),
-};
+/** @typedef {import("../types").Pair} Pair @typedef {import("../../../core/types").Point} Point */
 
 export function RigForm() {
   const it = rig.value,
     common = it?.rectangles,
+    isBusy = search.value !== null,
     outdated = it?.checked?.outdated[0];
   if (!it)
     return html`<section>
       <h2>${t("rig.none")}</h2>
-      <p class="reason">
-        ${t("rig.none.what")}
-      </p>
+      <p class="reason">${t("rig.none.what")}</p>
     </section>`;
   return html`
     <section aria-label=${t("rig.members")}>
@@ -83,21 +58,14 @@ export function RigForm() {
         </p>`
         : html`<p class="reason">${t("rig.rectangles.none")}</p>`}
       ${others.value.length > 0 && html`
-        <button
-          type="button"
-          data-testid="refit-rig"
-          disabled=${search.value !== null}
-          onClick=${() => void refitRig()}
-        >
+        <button type="button" data-testid="refit-rig" disabled=${isBusy} onClick=${() => void refitRig()}>
           ${t("rig.refit")}
         </button>
         <p class="reason">${t("rig.refit.what")}</p>
       `}
     </section>
     <section aria-label=${t("rig.this")}>
-      <button type="button" onClick=${() => void removeRig(it)}>
-        ${t("rig.remove")}
-      </button>
+      <button type="button" onClick=${() => void removeRig(it)}>${t("rig.remove")}</button>
       <p class="reason">${t("rig.saved", { when: dayAndTime(it.updated_at) })}</p>
     </section>
   `;
@@ -105,6 +73,7 @@ export function RigForm() {
 
 export function RigPage() {
   const it = rig.value,
+    isBusy = search.value !== null,
     now = stitched.value;
   if (!it)
     return html`<div class="page">
@@ -113,21 +82,14 @@ export function RigPage() {
   return html`<div class="page rig" data-testid="rig-page">
     <h1>${it.title || it.name}</h1>
     <div class="line">
-      <button
-        type="button"
-        data-testid="check-rig"
-        disabled=${search.value !== null}
-        onClick=${() => run("check-rig")}
-      >
+      <button type="button" data-testid="check-rig" disabled=${isBusy} onClick=${() => run("check-rig")}>
         ${t("rig.check")}
       </button>
       <${ActionButton} id="follow-play" />
       <button type="button" data-testid="take-stitched" onClick=${() => void takeStitched()}>
         ${t("rig.take-anew")}
       </button>
-      <a href=${addressOf("scene", { scene: `rig/${it.name}` })} data-testid="rig-scene">
-        ${t("common.scene")}
-      </a>
+      <a href=${addressOf("scene", { scene: `rig/${it.name}` })} data-testid="rig-scene">${t("common.scene")}</a>
       ${found.value && html`
         <div class="switch" role="group" aria-label=${t("rig.shown")}>
           <button
@@ -158,13 +120,7 @@ export function RigPage() {
         </div>
       `}
     </div>
-    <${Working}
-      now=${search.value}
-      what=${t("rig.checking")}
-      stop="stop-rig"
-      why=${refusal.value}
-      name="rig"
-    />
+    <${Working} now=${search.value} what=${t("rig.checking")} stop="stop-rig" why=${refusal.value} name="rig" />
     ${now?.refusal && html`<div class="warning-line" role="alert" data-testid="no-stitched">
       <b>${now.refusal.detail}</b> ${now.refusal.fix}
     </div>`}
@@ -222,9 +178,7 @@ function Picture({ name, at, info }) {
     </div>
     <figcaption>
       ${showMap.value && worst.value && html`<${MapScale} />`}
-      <p class="reason" data-testid="unseen">
-        ${info.unseen.words}
-      </p>
+      <p class="reason" data-testid="unseen">${info.unseen.words}</p>
     </figcaption>
   </figure>`;
 }
@@ -241,121 +195,10 @@ function Cells({ pair, px, k }) {
       row.map((v, i) => {
         if (v === null) return null;
         const [cx, cy] = px([x[i], y[j]]);
-        return html`<rect
-          key=${`${i},${j}`}
-          x=${cx - w / 2}
-          y=${cy - h / 2}
-          width=${w}
-          height=${h}
-          fill=${shadeOf(v)}
-        >
+        return html`<rect key=${`${i},${j}`} x=${cx - w / 2} y=${cy - h / 2} width=${w} height=${h} fill=${shadeOf(v)}>
           <title>${mm(v)} mm</title>
         </rect>`;
       }),
     )}
   </g>`;
-}
-
-export function RigReport() {
-  const it = found.value,
-    titles = Object.fromEntries((rig.value?.cameras ?? []).map((c) => [c.camera, c.title]));
-  if (!it)
-    return html`
-      <${TrackReport} />
-      <section>
-        <h2>${t("rig.advice.title")}</h2>
-        <ul class="plain">
-          <li>
-            ${rich("rig.advice.empty")}
-          </li>
-          <li>
-            ${rich("rig.advice.check")}
-          </li>
-          <li>
-            ${rich("rig.advice.knocked")}
-          </li>
-        </ul>
-      </section>
-    `;
-  const { level, sentence, fix } = it.verdict;
-  return html`
-    <${TrackReport} />
-    <section aria-label=${t("common.verdict")}>
-      <h2>${t("rig.verdict.title")}</h2>
-      <div class="verdict" data-testid="rig-verdict" data-level=${level}>
-        ${level && html`<b class=${`level ${level}`}>${LEVEL[level]}.</b>`} ${sentence}
-        ${fix && html`<p class="fix">${fix}</p>`}
-      </div>
-      ${it.missing.map((m) => html`<p key=${m.camera} class="warning-line">
-        <b>
-          ${titles[m.camera] ?? m.camera}: ${m.text}
-        </b>${" "}
-        ${m.fix}
-      </p>`)}
-    </section>
-    ${it.pairs.map((p) => html`<section
-      key=${`${p.a} ${p.b}`}
-      aria-label=${t("rig.pair", { first: titles[p.a], second: titles[p.b] })}
-      data-testid=${`pair-${p.a}-${p.b}`}
-    >
-      <h2>
-        ${titles[p.a] ?? p.a} – ${titles[p.b] ?? p.b}
-      </h2>
-      <${OnePair} p=${p} />
-    </section>`)}
-  `;
-}
-
-/** @param {{ p: Pair }} props */
-function OnePair({ p }) {
-  const at = p.agreement?.[plane.value];
-  if (p.failed)
-    return html`<p class="reason">
-      <b>${p.failed.what}</b> ${p.failed.fix}
-    </p>`;
-  return html`
-    ${p.verdict?.level && html`<p>
-      <b class=${`level ${p.verdict.level}`}>${LEVEL[p.verdict.level]}.</b> ${p.verdict.sentence}
-    </p>`}
-    ${p.verdict?.fix && html`<p class="fix">${p.verdict.fix}</p>`}
-    ${at && html`<dl class="details">
-      <div>
-        <dt>${t("rig.pair.mean")}</dt>
-        <dd data-testid="pair-mean">${mm(at.mean_mm)} mm</dd>
-      </div>
-      <div>
-        <dt>${t("rig.pair.most-below")}</dt>
-        <dd>${mm(at.p95_mm)} mm</dd>
-      </div>
-      <div>
-        <dt>${t("rig.pair.worst")}</dt>
-        <dd data-testid="pair-max">
-          ${t("rig.pair.worst-at", {
-            worst: mm(at.max_mm),
-            x: number(at.where[0], 0),
-            y: number(at.where[1], 0),
-          })}
-        </dd>
-      </div>
-    </dl>`}
-    ${p.from && html`<p class="reason">
-      ${t("rig.pair.measures", {
-        by: BY[p.from],
-        believed: p.agreement?.believed ?? "",
-        count: p.agreement?.n ?? "",
-        area: number(p.agreement?.overlap_m2, 1),
-      })}
-    </p>`}
-    ${p.fundamental && html`<details class="more">
-      <summary>${t("common.fundamental-matrix")}</summary>
-      <pre>
-        ${p.fundamental.matrix
-          .map((row) => row.map((v) => v.toExponential(5).padStart(13)).join(" "))
-          .join("\n")}
-      </pre>
-      <p class="reason">
-        ${t("rig.pair.foretold", { distance: number(p.fundamental.baseline_mm, 0) })}
-      </p>
-    </details>`}
-  `;
 }

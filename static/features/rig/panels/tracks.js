@@ -62,9 +62,7 @@ export function TrackReport() {
         <b>${why.detail}</b> ${why.fix}
       </p>`
       : !it
-      ? html`<p class="reason" role="status">
-        ${t("rig.tracks.waiting")}
-      </p>`
+      ? html`<p class="reason" role="status">${t("rig.tracks.waiting")}</p>`
       : html`
         <p data-testid="seam" data-level=${level(it.seams.median_mm)}>
           ${it.seams.things && it.seams.median_mm !== null
@@ -86,9 +84,7 @@ export function TrackReport() {
         </p>
       `}
     ${troubles.map((c) => html`<p key=${c.camera} class="warning-line">
-      <b>
-        ${titles[c.camera] ?? c.camera}: ${c.problem?.what}
-      </b>${" "}
+      <b>${titles[c.camera] ?? c.camera}: ${c.problem?.what}</b>${" "}
       ${c.problem?.fix}
     </p>`)}
   </section>`;

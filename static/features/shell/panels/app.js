@@ -82,7 +82,7 @@ function Middle() {
     </section>`;
   const Main = shown.value?.Main;
   if (!Main) return html`<${Stage} Legends=${Legends} />`;
-  const kind = ["pair", "field-editor", "new-field"].includes(route.value.view) ? "paired" : "empty";
+  const kind = ["match", "field-editor", "new-field"].includes(route.value.view) ? "paired" : "empty";
   return html`<section class=${`stage ${kind}`} tabindex="-1" data-testid="stage">
     <${Main} />
   </section>`;
@@ -114,7 +114,7 @@ function Guide() {
     { label } = it ?? current.value,
     { done, sentence } = (it ? viewNextStep.value : current.value) ?? { done: false, sentence: "" };
   return html`<section class=${`guide${done ? " done" : ""}`} aria-live="polite">
-    ${(route.value.view === "pair" || step.value) && html`<h1 class="sr">${label} – Touchline</h1>`}
+    ${(route.value.view === "match" || step.value) && html`<h1 class="sr">${label} – Touchline</h1>`}
     <h2>${label}</h2>
     <p data-testid="sentence">${sentence}</p>
   </section>`;

@@ -6,7 +6,7 @@ import { html } from "../../../core/html.js";
 import { route } from "../../../core/route.js";
 import { t } from "../../../core/words.js";
 import { draft } from "../../calibrate/draft.js";
-import { both } from "../../pair/pair.js";
+import { both } from "../../rig/match_desk.js";
 
 const now = signal(Date.now());
 setInterval(() => {
@@ -17,7 +17,7 @@ export function Saved() {
   const { state, at } = draft.value;
   if (state === "none")
     return (
-      route.value.view === "pair" &&
+      route.value.view === "match" &&
       both.value &&
       html`<span class="saved" data-testid="kept">${t("shell.saved.in-browser")}</span>`
     );

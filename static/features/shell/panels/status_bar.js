@@ -36,13 +36,12 @@ const KEYS = {
     ["G", t("shell.keys.grid")],
     ["E", t("shell.keys.error")],
   ],
-  pair: [
+  match: [
     [t("shell.keys.click"), t("shell.keys.left-right")],
     [t("shell.keys.drag"), t("shell.keys.move")],
     ["←↑→↓", t("shell.keys.nudge")],
     ["N", t("shell.keys.next")],
     ["X", t("shell.keys.worst")],
-    ["S", t("shell.keys.pair-lines")],
     [keyLabel("ctrl+z"), t("shell.keys.undo")],
   ],
 };
@@ -68,7 +67,7 @@ function Health() {
 
 export function StatusBar() {
   const it = version.value,
-    keys = [ALL, ...KEYS[route.value.view === "pair" ? "pair" : step.value]];
+    keys = [ALL, ...KEYS[route.value.view === "match" ? "match" : step.value]];
   return html`<footer>
     <${Health} />
     <span class="standing" data-testid="version">

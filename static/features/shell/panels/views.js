@@ -25,13 +25,12 @@ import { CameraPage, CameraPanel, CameraReport } from "../../live/panels/camera_
 import { CameraImagesPage, ImagesPage } from "../../library/panels/images.js";
 import { Wall } from "../../live/panels/wall.js";
 import { PublishingPage } from "../../network/panels/network.js";
-import { openFiles } from "../../pair/pair.js";
-import { PairForm } from "../../pair/panels/matches.js";
-import { PairPage } from "../../pair/panels/pair_page.js";
-import { PairReport } from "../../pair/panels/pair_report.js";
 import { FieldPage } from "../../rig/panels/field_page.js";
+import { MatchDesk } from "../../rig/panels/match_desk.js";
+import { MatchList } from "../../rig/panels/match_list.js";
 import { NewRig } from "../../rig/panels/new_rig.js";
-import { RigForm, RigPage, RigReport } from "../../rig/panels/rig.js";
+import { RigForm, RigPage } from "../../rig/panels/rig.js";
+import { MatchReport, RigReport } from "../../rig/panels/rig_report.js";
 import { RollsForm, RollsPage, RollsReport } from "../../rolling/panels/rolls.js";
 import { SceneForm, ScenePage, SceneReport } from "../../scene/panels/scene.js";
 import { SettingsPage } from "../../settings/panels/settings.js";
@@ -59,7 +58,8 @@ const VIEWS = {
   field: { label: t("shell.place.field"), Main: FieldPage },
   "new-rig": { label: t("shell.view.new-rig"), Form: RigForm, Main: NewRig },
   rig: { label: t("shell.view.rig"), Form: RigForm, Main: RigPage, Report: RigReport },
-  pair: { label: t("shell.view.pair"), Form: PairForm, Main: PairPage, Report: PairReport, add: openFiles },
+  match: { label: t("rig.match.title"), Form: MatchList, Main: MatchDesk, Report: MatchReport },
+  "former-pair": { label: t("shell.place.field"), Main: FieldPage },
   scene: { label: t("common.scene"), Form: SceneForm, Main: ScenePage, Report: SceneReport },
   lenses: { label: t("shell.place.lenses"), Main: LensesPage },
   board: { label: t("shell.view.board"), Form: BoardForm, Main: BoardPage, Report: LensReport, add: addPictures },
