@@ -257,8 +257,10 @@ def compare(a: Calibration, b: Calibration, field: Field, titles: tuple[str, str
                       expected=(expected_at_tops(a), expected_at_tops(b)))
     things, apart = evidence.by_thing(evidence.offset_mm)
     apart_mm = None
-    if source == "matches" and matches is not None:
-        found["outliers"] = matches.numbers(found["outliers"])
+    if source == "matches" and matches is not None:  # they come first, lines after them
+        is_match = things < len(matches.a)
+        things, apart = things[is_match], apart[is_match]
+        found["outliers"] = matches.numbers([number for number in found["outliers"] if number < len(matches.a)])
         placed = np.full(len(matches.a), np.nan)
         placed[things] = apart
         apart_mm = matches.in_given_order(placed)

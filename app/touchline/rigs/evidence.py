@@ -1,4 +1,4 @@
-"""What two cameras are compared by: matched points, else the field's markings in pictures of both, else the clicks.
+"""What two cameras are compared by: matched points and the field's markings in pictures of both, else the clicks.
 
 Pictures are evidence of today. At even steps along every line and arc that both cameras see, the painted line is
 measured across its direction where both calibrations expect it, to a few hundredths of a pixel (vision/lines/snap.py).
@@ -6,7 +6,7 @@ A camera that was knocked after its calibration shows all of them beside their p
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
@@ -82,17 +82,23 @@ def best_evidence(both: tuple[Calibration, Calibration], models: tuple[CameraMod
                   progress: Progress = no_progress) -> tuple[OffsetMeasurements, Source, list[str]]:
     """Return the best evidence there is, where it is from, and notes; FitFailed nothing-shared where there is none.
 
-    Matches count as far as their heights are known.
+    Matches count as far as their heights are known, and come first: a few of them do not take the place of the lines
+    that pictures show, they add what lines do not tell.
     """
-    if matches is not None and np.isfinite(matches.heights_mm).any():
-        found = from_matches(*models, matches.a, matches.b, matches.heights_mm)
-        return OffsetMeasurements.together([found]), "matches", []
+    parts: list[OffsetMeasurements] = []
     notes: list[str] = []
+    beyond = 0 if matches is None else len(matches.a)  # so that a line has no match's number
+    if matches is not None and np.isfinite(matches.heights_mm).any():
+        parts.append(from_matches(*models, matches.a, matches.b, matches.heights_mm))
+    by_matches = bool(sum(map(len, parts)))
     if pictures[0] is not None and pictures[1] is not None:
         found = from_pictures(models[0], pictures[0], models[1], pictures[1], field, progress)
         if len(found) >= MIN_MEASURES:
-            return found, "pictures", notes
+            found = replace(found, thing=found.thing + beyond)
+            return OffsetMeasurements.together([*parts, found]), "matches" if by_matches else "pictures", notes
         notes.append("The images show too few lines in the area that both cameras cover.")
+    if parts:
+        return OffsetMeasurements.together(parts), "matches", notes
     a, b = both
     return from_clicks(models[0], observations_from_json(a.observations), field.region(a.region, a.rotate), models[1],
                        observations_from_json(b.observations), field.region(b.region, b.rotate), field), "clicks", notes

@@ -207,7 +207,7 @@ async def check_rig(request: Request, services: ServicesDep, name: Id, body: Rig
     """Compare its cameras where two see the same carpet: mm map, largest, mean, p95, max, there and at
     hat height; the fundamental matrix of each pair; and what to do, in plain words.
 
-    By matches where they are given, else by the field's lines in pictures, else by the calibrations' own clicks.
+    By matches and the field's lines in pictures, else by the calibrations' own clicks.
     """
     saved = services.store.rigs.get(name)
     cameras = [c["camera"] for c in saved.body["cameras"]]

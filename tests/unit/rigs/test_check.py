@@ -3,10 +3,12 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tests.support.pair_over_field import matches
 from tests.support.rig_over_field import sim_rig, sim_source, with_member
+from touchline.core.geometry import with_z
 from touchline.rigs.check import check, evaluate_pair, run_check
 from touchline.rigs.rig import Rig, RigMember
 
@@ -90,3 +92,19 @@ def test_matches_without_a_height_show_the_geometry_and_the_clicks_the_agreement
     (pair,) = check(by_borders, {}, [given])["pairs"]
     assert pair["from"] == "clicks" and pair["verdict"]["level"] == "good"
     assert pair["matches"]["fundamental"]["rms_px"] < 1 and pair["matches"]["agreement"]["from"] == "clicks"
+
+
+def test_a_few_matches_add_to_the_lines_of_the_pictures(pictures):
+    rig = sim_rig(2)
+    places = with_z(np.array([[0.0, -1800.0], [40.0, 300.0], [-60.0, 2100.0], [90.0, 900.0]]), 0.0)
+    points = [sim_source(2, number).camera.raw_from_field(places) for number in range(2)]
+    points[1][2] += 40.0  # a mistake
+    given = {"a": "cam0", "b": "cam1", "points_a": points[0].tolist(), "points_b": points[1].tolist(),
+             "z_mm": [0.0, 0.0, 0.0, None]}
+    (by_lines,), (both,) = check(rig, pictures)["pairs"], check(rig, pictures, [given])["pairs"]
+    assert both["from"] == "matches" and both["agreement"]["n"] == by_lines["agreement"]["n"] + 6
+    assert both["agreement"]["carpet"]["p95_mm"] == pytest.approx(by_lines["agreement"]["carpet"]["p95_mm"], abs=2)
+    assert both["agreement"]["outliers"] == [2] and "1 of 3 is an outlier" in both["verdict"]["sentence"]
+    assert both["matches"]["agreement"]["n"] == 3
+    apart_mm = both["matches"]["agreement"]["apart_mm"]
+    assert len(apart_mm) == 4 and max(apart_mm[:2]) < 10 < 50 < apart_mm[2] and apart_mm[3] is None
