@@ -4,8 +4,11 @@ import { signal } from "@preact/signals";
 import { unfold } from "./folds.js";
 import { redirected } from "./redirects.js";
 
-/** Each view and its addresses, in the order of registration; a view with several has the fuller one where its words are
- * known. ":word" stands for one word, "*word" for all that follow. @type {[View, string][]} */
+/**
+ * Each view and its addresses; a view with several has the fuller one where its words are known. ":word" stands for one
+ * word, "*word" for all that follow.
+ * @type {[View, string][]}
+ */
 const ADDRESSES = [];
 const STEPS = new Set(["field", "points", "verify"]);
 

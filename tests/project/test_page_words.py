@@ -19,6 +19,7 @@ from tests.support.words import (
     forms_of,
     like,
     messages,
+    own_faults,
     t,
 )
 
@@ -105,6 +106,19 @@ def test_no_message_uses_a_word_that_a_stranger_does_not_understand(word, instea
     found = {key: text for key, forms in messages().items() for text in forms.values()
              if banned.search(VALUE.sub("", text))}
     assert not found, f"use {instead}"
+
+
+def test_words_that_a_script_brings_itself_agree():
+    assert {path.name: faults for path in SCRIPTS if (faults := own_faults(path.read_text(encoding="utf-8")))} == {}
+
+
+@pytest.mark.parametrize(("english", "german", "fault"), [
+    ('a: "{n} of them"', 'a: "{n} davon"', []), ('a: "Save"', 'b: "Speichern"', ["a", "b"]),
+    ('a: "{n} of them"', 'a: "davon"', ["a: values"]), ('b: "Save"', 'b: "Speichern"', ["b: unused"]),
+    ('a: "Anew"', 'a: "Nochmals"', ["a: use again"])])
+def test_a_fault_in_them_would_be_seen(english, german, fault):
+    source = f'const t = ownWords({{\n  en: {{\n    {english},\n  }},\n  de: {{\n    {german},\n  }},\n}});\nt("a");'
+    assert sorted(own_faults(source)) == fault
 
 
 def test_a_test_reads_the_form_that_the_count_asks_for():
