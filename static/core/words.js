@@ -115,8 +115,7 @@ export const filled = (text, values) => text.replace(VALUE, (_, name) => String(
  * @returns {<K extends keyof M>(key: K, ...rest: import("./words/types").ValuesIn<M[K]>) => string}
  */
 export function ownWords({ en: english, de }) {
-  /** @type {Record<keyof M, Entry>} */
-  const own = language === "de" ? de : (pseudo?.(english) ?? english);
+  const own = language === "de" ? de : /** @type {M} */ (pseudo?.(english) ?? english);
   return (key, ...rest) => {
     const values = /** @type {Values} */ (rest[0] ?? {});
     return filled(formOf(own[key], values), values);
