@@ -1,88 +1,22 @@
-// Starts the page: registers the actions, draws, then starts what listens, saves and asks the server.
+// Starts the page: registers the features, draws, then starts what listens, saves and asks the server.
 import { effect } from "@preact/signals";
 import { render } from "preact";
-import { registerActions } from "./core/actions.js";
+import { registerFeatures } from "./core/features.js";
 import { html } from "./core/html.js";
 import { startKeys } from "./core/keys.js";
-import { startBoard } from "./features/board/board.js";
-import { startCapture } from "./features/board/capture.js";
-import { startLenses } from "./features/board/lenses.js";
-import { startSaving } from "./features/calibrate/draft.js";
-import { startDetecting } from "./features/calibrate/find_lines.js";
-import { startFitting } from "./features/calibrate/fitting.js";
-import { startLineSuggestions } from "./features/calibrate/line_suggestions.js";
-import { startRanking } from "./features/calibrate/model_ranking.js";
-import { loadLists, startPictures } from "./features/calibrate/pictures.js";
-import { startPresence } from "./features/calibrate/presence.js";
-import { startHovering } from "./features/calibrate/residuals.js";
-import { startSnapping } from "./features/calibrate/snapping.js";
-import { startComparing } from "./features/compare/comparison.js";
-import { startGrid } from "./features/compare/grid.js";
-import { startHeat } from "./features/compare/heat.js";
-import { startArrows } from "./features/compare/residual_arrows.js";
-import { startClips } from "./features/detection/clips.js";
-import { startColours } from "./features/detection/colours.js";
-import { startDetection } from "./features/detection/detection.js";
-import { startDisplay } from "./features/detection/display.js";
-import { startFieldPositions } from "./features/detection/field_positions.js";
-import { startHeldFrame } from "./features/detection/held_frame.js";
-import { startFieldEditor } from "./features/field_editor/editor.js";
-import { startJobs } from "./features/jobs/job_list.js";
-import { startCameraForm } from "./features/live/camera_page.js";
-import { startFormerPairs } from "./features/rig/former_pairs.js";
-import { startMatches } from "./features/rig/match_desk.js";
-import { startMatchLines } from "./features/rig/match_lines.js";
-import { startRig } from "./features/rig/rig.js";
-import { startTracks } from "./features/rig/tracks.js";
-import { startRolls } from "./features/rolling/rolls.js";
-import { startScene } from "./features/scene/scene.js";
-import { startStraight } from "./features/straight/straight.js";
-import { ACTION_TABLE } from "./features/shell/action_table.js";
-import { startHealth } from "./features/shell/health.js";
+import { FEATURES } from "./features/index.js";
+import { loadLists } from "./features/calibrate/pictures.js";
 import { App, title } from "./features/shell/panels/app.js";
 
 async function start() {
-  registerActions(ACTION_TABLE);
+  registerFeatures(FEATURES);
+  effect(() => {
+    document.title = title.value;
+  });
   render(html`<${App} />`, /** @type {HTMLElement} */ (document.getElementById("app")));
   startKeys();
-  startPictures();
-  startBoard();
-  startStraight();
-  startCameraForm();
-  startFieldEditor();
-  startFitting();
-  startSaving();
-  startSnapping();
-  startLineSuggestions();
-  startDetecting();
-  startRanking();
-  startComparing();
-  startGrid();
-  startHovering();
-  startJobs();
-  startPresence();
-  startCapture();
-  startHealth();
-  startHeat();
-  startArrows();
-  startLenses();
-  startRig();
-  startMatches();
-  startMatchLines();
-  startFormerPairs();
-  startTracks();
-  startRolls();
-  startScene();
-  startHeldFrame();
-  startDetection();
-  startColours();
-  startClips();
-  startFieldPositions();
-  startDisplay();
+  for (const it of FEATURES) for (const begin of it.start ?? []) begin();
   await loadLists();
 }
 
-effect(() => {
-  document.title = title.value;
-});
 void start();

@@ -24,7 +24,7 @@
  */
 export const ACTIONS = new Map();
 
-/** Add actions to the table; main.js does it once, before anything is drawn. @param {Action[]} actions */
+/** Add actions to the table, before anything is drawn. @param {Action[]} actions */
 export function registerActions(actions) {
   for (const action of actions) ACTIONS.set(action.id, action);
 }

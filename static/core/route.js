@@ -7,44 +7,13 @@ import { redirected } from "./redirects.js";
 /**
  * Each view and its addresses; a view with several has the fuller one where its words are known. ":word" stands for one
  * word, "*word" for all that follow.
+ * @type {[View, string][]}
  */
-const ADDRESSES = /** @type {const} */ ([
-  ["wall", "cameras"],
-  ["new-camera", "cameras/new"],
-  ["live", "cameras/:camera/live"],
-  ["camera-images", "cameras/:camera/calibrate"],
-  ["drift", "cameras/:camera/drift"],
-  ["detection", "cameras/:camera/detection"],
-  ["camera-form", "cameras/:camera/settings"],
-  ["versions", "cameras/:camera/versions"],
-  ["calibrate", "calibrate/:picture/:step"],
-  ["field", "field"],
-  ["new-rig", "field/new"],
-  ["rig", "field/rigs/:rig"],
-  ["match", "field/rigs/:rig/:left/:right"],
-  ["former-pair", "field/pairs/:left/:right"],
-  ["scene", "field/scene/*scene"],
-  ["scene", "field/scene"],
-  ["lenses", "lenses"],
-  ["board", "lenses/board"],
-  ["capture", "lenses/board/:camera"],
-  ["edges", "lenses/edges"],
-  ["ball", "lenses/ball/:camera"],
-  ["images", "library/images"],
-  ["versions", "library/versions"],
-  ["import", "library/import"],
-  ["fields", "library/fields"],
-  ["new-field", "library/new-field/:field"],
-  ["new-field", "library/new-field"],
-  ["field-editor", "library/fields/:field"],
-  ["publishing", "system/publishing"],
-  ["jobs", "system/jobs"],
-  ["server", "system/server"],
-]);
+const ADDRESSES = [];
 const STEPS = new Set(["field", "points", "verify"]);
 
 /**
- * @typedef {(typeof ADDRESSES)[number][0]} View
+ * @typedef {import("../features/index.js").View} View
  * @typedef {"cameras" | "field" | "lenses" | "library" | "system" | ""} Place one of the rail; "" is none
  * @typedef {{ camera: string, picture: string, step: import("./types").StepId, rig: string, left: string,
  *   right: string, scene: string, field: string }} Words what an address names; "" is nothing
@@ -94,8 +63,14 @@ const wordsOf = (address) => address.replace(/^#?\/?/, "").split("/").map(decode
 /** @param {string[]} words */
 const written = (words) => `#/${words.map(encodeURIComponent).join("/")}`;
 
-/** Where the page is. */
-export const route = signal(follow());
+/** Where the page is; nowhere, until the views are registered. */
+export const route = signal(/** @type {Route} */ ({ view: "nowhere", place: "", ...NOTHING }));
+
+/** Add views and their addresses, and go where the address bar says. @param {[View, string][]} addresses */
+export function registerAddresses(addresses) {
+  ADDRESSES.push(...addresses);
+  route.value = follow();
+}
 
 /** The route of the address bar; a former address is replaced by the present one. @returns {Route} */
 function follow() {

@@ -13,12 +13,16 @@ const VALUE = /\{(\w+)\}/g;
 /**
  * The catalogues, by language; any other than English is loaded where it is wanted. `statements`: what the server says,
  * by code. "pseudo" is for tests: whatever it leaves readable comes from no catalogue.
- * @type {Record<string, () => Promise<{ messages: Record<Key, Entry>, statements?: Record<string, string> }>>}
+ * @type {Record<string, () => Promise<{ messages: Record<Key, Entry>, statements?: Record<string, string>,
+ * pseudo?: typeof import("./words/pseudo.js").pseudo }>>}
  */
 const CATALOGUES = {
   en: async () => ({ messages: en }),
   de: () => import("./words/de.js"),
-  pseudo: async () => ({ messages: (await import("./words/pseudo.js")).pseudo(en) }),
+  pseudo: async () => {
+    const { pseudo } = await import("./words/pseudo.js");
+    return { messages: pseudo(en), pseudo };
+  },
 };
 /** The languages that an operator can choose. @type {["en", "de"]} */
 export const LANGUAGES = ["en", "de"];
@@ -35,7 +39,7 @@ export const LOCALE = language === "en" || language === "pseudo" ? "en-GB" : lan
 export const POINT = new Intl.NumberFormat(LOCALE).formatToParts(0.1).find((part) => part.type === "decimal")?.value;
 
 // English where the other catalogue does not arrive: a page in it is better than none.
-const { messages: catalogue, statements } = await CATALOGUES[language]().catch(CATALOGUES.en);
+const { messages: catalogue, statements, pseudo } = await CATALOGUES[language]().catch(CATALOGUES.en);
 const plurals = new Intl.PluralRules(LOCALE);
 document.documentElement.lang = LOCALE;
 
@@ -72,9 +76,14 @@ export const hasStatements = statements !== undefined;
 export function message(key, values) {
   const entry = catalogue[key];
   if (entry === undefined) throw new Error(`No message is called ${key}.`);
-  if (typeof entry === "string") return entry;
-  return /** @type {Record<string, string>} */ (entry)[plurals.select(Number(values.count))] ?? entry.other;
+  return formOf(entry, values);
 }
+
+/** @param {Entry} entry @param {Values} values @returns {string} */
+const formOf = (entry, values) =>
+  typeof entry === "string"
+    ? entry
+    : (/** @type {Record<string, string>} */ (entry)[plurals.select(Number(values.count))] ?? entry.other);
 
 /**
  * The message of a key that ends in an id; ids that operators and cameras gave have none.
@@ -98,3 +107,17 @@ export function t(key, ...rest) {
 
 /** A text with its values in their places. @param {string} text @param {Values} values */
 export const filled = (text, values) => text.replace(VALUE, (_, name) => String(values[name] ?? ""));
+
+/**
+ * The t() of a feature that brings its own words, in the page's language.
+ * @template {Record<string, Entry>} const M
+ * @param {{ en: M, de: Record<keyof M, Entry> }} words
+ * @returns {<K extends keyof M>(key: K, ...rest: import("./words/types").ValuesIn<M[K]>) => string}
+ */
+export function ownWords({ en: english, de }) {
+  const own = language === "de" ? de : /** @type {M} */ (pseudo?.(english) ?? english);
+  return (key, ...rest) => {
+    const values = /** @type {Values} */ (rest[0] ?? {});
+    return filled(formOf(own[key], values), values);
+  };
+}

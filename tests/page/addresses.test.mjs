@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { goTo } from "./window.mjs";
+import "./features.mjs";
 import { isUnfolded } from "../../static/core/folds.js";
 import { redirected } from "../../static/core/redirects.js";
 import { addressOf, go, goInstead, goToStep, route } from "../../static/core/route.js";

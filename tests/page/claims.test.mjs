@@ -1,6 +1,7 @@
 // What the page makes of the server's claims: only what is held is ticked, and each fix leads to where it is done.
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import "./features.mjs";
 import { toCheck } from "../../static/features/verify/claims.js";
 
 const AT = { snapshot: "abc", camera: "north" };

@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { goTo } from "./window.mjs";
+import "./features.mjs";
 import { cameras } from "../../static/core/state.js";
 import { asSnapshot, heldFrame, holdClipFrame } from "../../static/features/detection/held_frame.js";
 

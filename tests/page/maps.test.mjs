@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { goTo } from "./window.mjs";
+import "./features.mjs";
 import { snapshot } from "../../static/core/state.js";
 import { preview } from "../../static/features/calibrate/fitting.js";
 import { differenceFrom, heat, valueAt } from "../../static/features/compare/heat.js";

@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { beforeEach, mock, test } from "node:test";
 import { goTo } from "./window.mjs";
+import "./features.mjs";
 import { dismiss, help, notices, notify, notifyError } from "../../static/core/state.js";
 
 const texts = () => notices.value.map(({ text }) => text);

@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { goTo } from "./window.mjs";
+import "./features.mjs";
 import { cameras, isNowhere, listed, namedCamera, nextCamera } from "../../static/core/state.js";
 import { tabs } from "../../static/features/shell/places.js";
 

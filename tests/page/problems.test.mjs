@@ -1,6 +1,7 @@
 // What needs attention: what the server claims of the site, of images, jobs and the server, the worst first.
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
+import "./features.mjs";
 import { online } from "../../static/core/api.js";
 import { cameras } from "../../static/core/state.js";
 import { t } from "../../static/core/words.js";

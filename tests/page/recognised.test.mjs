@@ -8,6 +8,7 @@ import { offered } from "../../static/features/calibrate/line_suggestions.js";
 import { nextAction } from "../../static/features/shell/steps.js";
 import { t } from "../../static/core/words.js";
 import { goTo } from "./window.mjs";
+import "./features.mjs";
 
 const region = (name, rotate) => ({ name, x: [0, 100], y: [0, 100], rotate });
 const FIELD = { name: "lab", title: "Lab", lines: [], arcs: [], landmarks: {},

@@ -2,13 +2,14 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { goTo } from "./window.mjs";
+import "./features.mjs";
 import { t } from "../../static/core/words.js";
-import { kept, keep, keyOf, matchesIn, matchesOf } from "../../static/features/rig/kept_matches.js";
+import { kept, keep, keyOf, matchesIn, matchesOf } from "../../static/features/rigs/kept_matches.js";
 import { chosen, complete, desk, isChanged, matchNextStep, members, nextHeight, pictures, side, views, wanted,
-  } from "../../static/features/rig/match_desk.js";
-import { matchErrors, worstMatch } from "../../static/features/rig/match_lines.js";
-import * as matches from "../../static/features/rig/matches.js";
-import { rigCheck, rigs } from "../../static/features/rig/rig.js";
+  } from "../../static/features/rigs/match_desk.js";
+import { matchErrors, worstMatch } from "../../static/features/rigs/match_lines.js";
+import * as matches from "../../static/features/rigs/matches.js";
+import { rigCheck, rigs } from "../../static/features/rigs/rig.js";
 
 const PICTURE = { id: "left", width: 640, height: 480, camera: "north" };
 const RIG = { name: "hall", cameras: [

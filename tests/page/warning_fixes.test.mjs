@@ -9,6 +9,7 @@ import { preview } from "../../static/features/calibrate/fitting.js";
 import { isOffArea } from "../../static/features/calibrate/field_sides.js";
 import { FIXES, fixesOf } from "../../static/features/calibrate/warning_fixes.js";
 import { goTo } from "./window.mjs";
+import "./features.mjs";
 
 const region = (name, x) => ({ name, x, y: [-100, 100], rotate: 0 });
 const FIELD = {

@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from collections import defaultdict
 from functools import cache
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 
 from tests.support.import_graph import circles, imported_names, python_graph, python_modules
 from tests.support.paths import NOT_OURS, PACKAGE, ROOT, STATIC
+from touchline.capabilities import CAPABILITIES
 
 SCRIPTS = [path for path in sorted(STATIC.rglob("*.js")) if not NOT_OURS & {*path.parts}]
 
@@ -52,6 +54,18 @@ def test_packages_import_only_packages_below_them():
     assert command, "import-linter is missing: install the dev extra (pip install -e '.[dev]')"
     done = subprocess.run([command, "--no-cache"], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_a_package_outside_the_layers_is_a_capability_that_none_of_them_imports():
+    layers = {name for contract in tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"][
+        "contracts"] for name in contract["layers"]}
+    found = {module.split(".")[1] for module in modules() if "." in module} - layers
+    named = {target.split(".")[1] for one in CAPABILITIES.values()
+             for target in (*one.routes, *one.jobs.values(), *one.savers.values(), *one.camera_parts, *one.claims,
+                            *one.site_claims)}
+    assert found <= named
+    assert [f"{module} imports {name}" for module, imported in python_graph(modules()).items() for name in imported
+            if name.split(".")[1:2] != module.split(".")[1:2] and {*name.split(".")[1:2]} & found] == []
 
 
 def test_no_import_is_excepted_from_the_layers():

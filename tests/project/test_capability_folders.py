@@ -1,6 +1,6 @@
 """A capability that has its folder: which of its files may know what, and that all that is its own has its name.
 
-The layers in pyproject.toml have it on top: nothing imports it but by name, through capabilities.py.
+It stands outside the layers of pyproject.toml: nothing imports it, capabilities.py names what it adds.
 """
 
 from collections.abc import Iterator, Mapping
@@ -46,7 +46,7 @@ def test_a_trespass_is_found():
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_its_tests_its_page_and_its_manual_have_its_name(folder):
     for place in (f"tests/unit/{folder}", f"tests/api/test_rest_{folder}.py", f"static/features/{folder}",
-                  f"static/help/{folder}.md", f"static/core/words/en/{folder}.js"):
+                  f"static/help/{folder}.md"):
         assert (ROOT / place).exists(), place
 
 

@@ -5,16 +5,14 @@ Always the files and lines of each recipe, and that the program finds what they 
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from tests.support.paths import HELP, ROOT
+from tests.support.recipe import copy_project, edit_files, recipes, write_files
 
-COPIED = ("app", "configs", "static", "tests", "pyproject.toml", "README.md", ".oxlintrc.json")
 MODELS_SECTION = """
 ## Inverse division
 
@@ -24,23 +22,10 @@ and its expected error is known as for every physical lens model.
 """
 
 
-def recipes() -> dict[str, str]:
-    """Return each "## Add …" section of the page by its title."""
-    parts = re.split(r"^## (Add .+)$", (HELP / "contributing.md").read_text(), flags=re.MULTILINE)
-    return dict(zip(parts[1::2], parts[2::2], strict=True))
-
-
 @pytest.fixture
 def copy(tmp_path) -> Path:
     """A copy of the project beside nothing: what a contributor has."""
-    folder = tmp_path / "touchline"
-    folder.mkdir()
-    for name in COPIED:
-        if (ROOT / name).is_dir():
-            shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "node_modules"))
-        else:
-            shutil.copy(ROOT / name, folder / name)
-    return folder
+    return copy_project(tmp_path / "touchline")
 
 
 @pytest.fixture
@@ -56,6 +41,10 @@ def done(copy):
 
 def follow(copy: Path, text: str) -> list[tuple[str, str, str]]:
     """Write a recipe's files and its lines in tables; those: table, file, line."""
+    if "```diff" in text:
+        write_files(copy, text)
+        edit_files(copy, text)
+        return []
     files = re.findall(r"in\s+`(app/[\w/]+\.py)`[^`]*?:\n\n```python\n(.*?)```", text, re.DOTALL)
     assert files, "no file to write"
     for name, source in files:

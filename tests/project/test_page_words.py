@@ -19,6 +19,7 @@ from tests.support.words import (
     forms_of,
     like,
     messages,
+    own_faults,
     t,
 )
 
@@ -107,6 +108,19 @@ def test_no_message_uses_a_word_that_a_stranger_does_not_understand(word, instea
     assert not found, f"use {instead}"
 
 
+def test_words_that_a_script_brings_itself_agree():
+    assert {path.name: faults for path in SCRIPTS if (faults := own_faults(path.read_text(encoding="utf-8")))} == {}
+
+
+@pytest.mark.parametrize(("english", "german", "fault"), [
+    ('a: "{n} of them"', 'a: "{n} davon"', []), ('a: "Save"', 'b: "Speichern"', ["a", "b"]),
+    ('a: "{n} of them"', 'a: "davon"', ["a: values"]), ('b: "Save"', 'b: "Speichern"', ["b: unused"]),
+    ('a: "Anew"', 'a: "Nochmals"', ["a: use again"])])
+def test_a_fault_in_them_would_be_seen(english, german, fault):
+    source = f'const t = ownWords({{\n  en: {{\n    {english},\n  }},\n  de: {{\n    {german},\n  }},\n}});\nt("a");'
+    assert sorted(own_faults(source)) == fault
+
+
 def test_a_test_reads_the_form_that_the_count_asks_for():
     assert [t("common.points", count=n) for n in (0, 1, 2)] == ["0 points", "1 point", "2 points"]
     assert like("common.activate-version").search("Press Activate version 12")
@@ -144,8 +158,8 @@ def test_what_is_no_text_passes(source):
 
 def test_every_kind_of_job_has_its_name_on_the_page():
     started = re.compile(r'(?:jobs\.start|finished_or_queued)\(\s*(?:request, services, )?"([a-z-]+)"')
-    routes = *PACKAGE.glob("api/**/*.py"), *PACKAGE.rglob("routes.py")
-    kinds = {kind for path in routes for kind in started.findall(path.read_text())}
-    names = (ROOT / "static" / "features" / "jobs" / "job_list.js").read_text()
+    kinds = {kind for path in PACKAGE.rglob("*.py") if "routes" in str(path)
+             for kind in started.findall(path.read_text())}
+    names = "".join(path.read_text() for path in (STATIC / "features").glob("*/index.js"))
     assert {"auto", "rig-check"} <= kinds
-    assert {kind for kind in kinds if not re.search(rf'^  "?{kind}"?: t\("jobs.kind.{kind}"\)', names, re.M)} == set()
+    assert {kind for kind in kinds if not re.search(rf'\bjobs: {{[^}}]*"?\b{kind}"?: t\(', names)} == set()

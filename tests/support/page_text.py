@@ -119,6 +119,8 @@ def _call(node: tree_sitter.Node) -> Iterator[tuple[int, str]]:
     name = _text(called)
     if name == "html" and arguments.type == "template_string":
         yield from _markup(arguments)
+    elif name == "ownWords":  # words of a feature of one file
+        return
     elif not SELECTING.search(name):
         for argument in arguments.children if name not in ("t", "rich") else arguments.named_children[1:]:
             yield from _visit(argument, "")

@@ -1,6 +1,7 @@
 """A real server in a process of its own, started by the shell's own command, and plain HTTP to it."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -19,14 +20,17 @@ BOUNDARY = "b0undary"
 
 
 @contextmanager
-def served(data: Path, *words: str, log: IO | None = None, python: Path | None = None) -> Iterator[str]:
+def served(data: Path, *words: str, log: IO | None = None, python: Path | None = None,
+           project: Path = ROOT) -> Iterator[str]:
     """The address of a server on that data folder; its log goes there, else to where the test's own goes.
 
-    python: of an environment in which Touchline is installed, instead of this one and the project's sources.
+    python: of an environment in which Touchline is installed, instead of this one and the project's sources. project: a
+    copy of the project, with other sources.
     """
+    environment = {**os.environ, "PYTHONPATH": f"{project / 'app'}"} if project != ROOT else None
     process = subprocess.Popen([python or sys.executable, "-c", "from touchline.cli import main; main()", "serve",
-                                "--port", "0", "--data", str(data), *words], cwd=data if python else ROOT,
-                               env=clean_environment() if python else None, stdout=subprocess.PIPE, stderr=log,
+                                "--port", "0", "--data", str(data), *words], cwd=data if python else project,
+                               env=clean_environment() if python else environment, stdout=subprocess.PIPE, stderr=log,
                                text=True)
     assert process.stdout is not None
     try:

@@ -13,6 +13,8 @@ OTHERS = {"de": sorted((WORDS / "de").glob("*.js"))}  # languages whose catalogu
 STATEMENTS = {"de": sorted((WORDS / "de" / "statements").glob("*.js"))}
 ENTRY = re.compile(r'^  "([^"]+)": (.+),$', re.MULTILINE)
 FORM = re.compile(r'(zero|one|two|few|many|other): ("(?:[^"\\]|\\.)*")')
+OWN = re.compile(r"\bownWords\(\{\n  en: \{\n(.*?)\n  \},\n  de: \{\n(.*?)\n  \},\n\}\);", re.DOTALL)
+OWN_ENTRY = re.compile(r'^    "?([\w-]+)"?: (.+),$', re.MULTILINE)
 VALUE = re.compile(r"\{(\w+)\}")
 TAG = re.compile(r"</?(?:b|code|kbd|small)>")
 
@@ -69,3 +71,18 @@ def forms_of(entry: str) -> dict[str, str]:
     if entry.startswith('"'):
         return {"other": json.loads(entry)}
     return {category: json.loads(text) for category, text in FORM.findall(entry)}
+
+
+def own_faults(source: str) -> list[str]:
+    """Return what is wrong with the words that a script brings itself, in English and German."""
+    found = OWN.search(source)
+    if found is None:
+        return ["no words in en and de"] if "= ownWords(" in source else []
+    english, german = ({key: forms_of(entry) for key, entry in OWN_ENTRY.findall(words)} for words in found.groups())
+    return [*(key for key in english.keys() ^ german.keys()),
+            *(f"{key}: values" for key in english.keys() & german.keys()
+              if len({str(sorted({*VALUE.findall(text)} - {"count"}))
+                      for text in (*english[key].values(), *german[key].values())}) > 1),
+            *(f"{key}: unused" for key in english if f't("{key}"' not in source),
+            *(f"{key}: use {instead}" for key, forms in english.items() for word, instead in BANNED.items()
+              if re.search(rf"\b({word})\b", VALUE.sub("", " ".join(forms.values())), re.IGNORECASE))]

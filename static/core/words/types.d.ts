@@ -9,9 +9,9 @@ export type Values = Record<string, string | number>;
 export type Entry = string | { one: string; other: string };
 
 type NamesIn<S> = S extends `${string}{${infer Name}}${infer Rest}` ? Name | NamesIn<Rest> : never;
-export type NamesOf<K extends Key> = Catalogue[K] extends string
-  ? NamesIn<Catalogue[K]>
-  : "count" | NamesIn<Catalogue[K][keyof Catalogue[K]]>;
+type NamesOf<E> = E extends string ? NamesIn<E> : "count" | NamesIn<E[keyof E]>;
+/** What follows the key of such an entry: nothing, or one record with every value that the message names. */
+export type ValuesIn<E, V = string | number> = [NamesOf<E>] extends [never] ? [] : [Record<NamesOf<E>, V>];
 
-/** What follows the key in t(key, …): nothing, or one record with every value that the message names. */
-export type ValuesOf<K extends Key, V = string | number> = [NamesOf<K>] extends [never] ? [] : [Record<NamesOf<K>, V>];
+/** What follows the key in t(key, …). */
+export type ValuesOf<K extends Key, V = string | number> = ValuesIn<Catalogue[K], V>;

@@ -9,7 +9,7 @@ import { CONTENTS, openManual } from "../../core/manual.js";
 import { addressOf } from "../../core/route.js";
 import { cameras, fields, snapshots } from "../../core/state.js";
 import { t } from "../../core/words.js";
-import { CAMERA_TABS, PLACES, TABS } from "./places.js";
+import { PLACES, tabsOf } from "./places.js";
 
 const SHOWN = 40,
   VERSIONS = 50;
@@ -33,7 +33,7 @@ const to = (kind, label, address) => ({
 /** @returns {Entry[]} */
 const ofPlaces = () =>
   PLACES.flatMap(({ place, view, label }) =>
-    (TABS[place] ?? [[view, ""]])
+    (place === "cameras" ? [/** @type {const} */ ([view, ""])] : tabsOf(place))
       .filter(([tab]) => tab !== "ball") // it rolls before a camera
       .map(([tab, name]) =>
         to(t("shell.palette.kind.place"), name ? `${label}: ${name}` : label, addressOf(tab)),
@@ -43,7 +43,7 @@ const ofPlaces = () =>
 /** @returns {Entry[]} */
 const ofCameras = () =>
   cameras.value.flatMap(({ id, name }) =>
-    CAMERA_TABS.map(([tab, label]) =>
+    tabsOf("cameras").map(([tab, label]) =>
       to(t("shell.palette.kind.camera"), `${name}: ${label}`, addressOf(tab, { camera: id })),
     ),
   );

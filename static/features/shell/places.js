@@ -1,5 +1,6 @@
 // The five places of the rail, and the tabs within each.
 import { computed } from "@preact/signals";
+import { VIEWS } from "../../core/features.js";
 import { addressOf, route } from "../../core/route.js";
 import { cameras, namedCamera } from "../../core/state.js";
 import { t } from "../../core/words.js";
@@ -34,57 +35,22 @@ export const PLACES = [
   },
 ];
 
-/** Of a camera. @type {[View, string][]} */
-export const CAMERA_TABS = [
-  ["live", t("shell.view.live")],
-  ["camera-images", t("shell.view.camera-images")],
-  ["drift", t("shell.view.drift")],
-  ["detection", t("shell.view.detection")],
-  ["versions", t("shell.view.versions")],
-  ["camera-form", t("shell.view.camera-form")],
-];
-/** Of each other place. @type {Record<string, [View, string][]>} */
-export const TABS = {
-  field: [
-    ["field", t("shell.tab.field")],
-    ["scene", t("shell.tab.scene")],
-  ],
-  lenses: [
-    ["lenses", t("shell.tab.lenses")],
-    ["board", t("shell.view.board")],
-    ["edges", t("shell.view.edges")],
-    ["ball", t("shell.view.ball")],
-  ],
-  library: [
-    ["images", t("shell.view.images")],
-    ["versions", t("shell.view.versions")],
-    ["fields", t("shell.view.fields")],
-    ["import", t("shell.view.import")],
-  ],
-  system: [
-    ["publishing", t("shell.view.publishing")],
-    ["jobs", t("shell.view.jobs")],
-    ["server", t("shell.view.server")],
-  ],
-};
-/** Views that stand behind the tab of another one. @type {Partial<Record<View | "nowhere", View>>} */
-const BEHIND = {
-  rig: "field",
-  "new-rig": "field",
-  match: "field",
-  "former-pair": "field",
-  capture: "board",
-  "field-editor": "fields",
-  "new-field": "fields",
-};
+/** The tabs of a place by their rank, as views and labels; at the place of the cameras, those of each one.
+ * @param {Place} place @returns {[View, string][]} */
+export const tabsOf = (place) =>
+  [...VIEWS]
+    .filter(([, it]) => it.tabs?.[place])
+    .toSorted(([, a], [, b]) => Number(a.tabs?.[place]) - Number(b.tabs?.[place]))
+    .map(([view, it]) => [/** @type {View} */ (view), it.tab ?? it.label]);
 
 /** The tabs beside the view that is shown, each with its address. */
 export const tabs = computed(() => {
   const { view, place } = route.value,
     camera = namedCamera.value?.id ?? "",
     isCamera = place === "cameras" && camera !== "",
-    shown = BEHIND[view] ?? view;
-  return (isCamera ? CAMERA_TABS : (TABS[place] ?? [])).flatMap(([id, label]) => {
+    shown = VIEWS.get(view)?.behind ?? view;
+  if (place === "cameras" && !isCamera) return [];
+  return tabsOf(place).flatMap(([id, label]) => {
     const of = id === "ball" && !camera ? (cameras.value[0]?.id ?? "") : camera;
     if (id === "ball" && !of) return []; // it rolls before a camera
     const words = isCamera || id === "ball" ? { camera: of } : {};

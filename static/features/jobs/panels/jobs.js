@@ -1,12 +1,13 @@
 // Long work: running jobs, their progress, how to stop them, and their results.
 import { call } from "../../../core/api.js";
+import { KINDS } from "../../../core/features.js";
 import { dayAndTime, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf, go } from "../../../core/route.js";
 import { notifyError } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { openBoard, showLens } from "../../board/board.js";
-import { KINDS, cancelJob, isConnected, isOver, jobs, running } from "../job_list.js";
+import { cancelJob, isConnected, isOver, jobs, running } from "../job_list.js";
 
 /** @typedef {import("../types").JobInList} JobInList */
 

@@ -9,7 +9,7 @@ import { t } from "../../../core/words.js";
 import { MapScale } from "../../../ui/map_scale.js";
 import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
-import { rigs } from "../../rig/rig.js";
+import { rigs } from "../../rigs/rig.js";
 import {
   before,
   changeView,

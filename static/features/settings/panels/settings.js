@@ -24,10 +24,11 @@ import { RestoreBackup } from "./restore_backup.js";
 
 const MB = 1e6;
 const GENERAL = "general"; // the section of settings that name none
-/** Where what can be changed while the server runs is changed. @type {Record<string, [string, string]>} */
+/** Where what can be changed while the server runs is changed.
+ * @type {Record<string, [import("../../../core/route.js").View, string]>} */
 const CHANGE = {
-  cameras: [addressOf("wall"), t("settings.change.cameras")],
-  network: [addressOf("publishing"), t("settings.change.network")],
+  cameras: ["wall", t("settings.change.cameras")],
+  network: ["publishing", t("settings.change.network")],
 };
 
 export function SettingsPage() {
@@ -226,7 +227,7 @@ function Server({ items }) {
               <small>${s.help}</small>
               ${s.change && html`
                 ${" "}
-                <a href=${CHANGE[s.change][0]}>${CHANGE[s.change][1]}</a>
+                <a href=${addressOf(CHANGE[s.change][0])}>${CHANGE[s.change][1]}</a>
               `}
             </dd>
           </div>`)}

@@ -6,7 +6,7 @@ import { html } from "../../../core/html.js";
 import { route } from "../../../core/route.js";
 import { t } from "../../../core/words.js";
 import { draft } from "../../calibrate/draft.js";
-import { both } from "../../rig/match_desk.js";
+import { both } from "../../rigs/match_desk.js";
 
 const now = signal(Date.now());
 setInterval(() => {

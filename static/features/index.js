@@ -1,0 +1,58 @@
+// The one list of features. Its order is that of the list of keys, and of which action a shared key means first.
+import { board } from "./board/index.js";
+import { calibrate } from "./calibrate/index.js";
+import { check } from "./check/index.js";
+import { compare } from "./compare/index.js";
+import { detection } from "./detection/index.js";
+import { drift } from "./drift/index.js";
+import { fieldEditor } from "./field_editor/index.js";
+import { help } from "./help/index.js";
+import { jobs } from "./jobs/index.js";
+import { library } from "./library/index.js";
+import { live } from "./live/index.js";
+import { network } from "./network/index.js";
+import { rig } from "./rigs/index.js";
+import { rolling } from "./rolling/index.js";
+import { scene } from "./scene/index.js";
+import { settings } from "./settings/index.js";
+import { shell } from "./shell/index.js";
+import { straight } from "./straight/index.js";
+import { verify } from "./verify/index.js";
+import { versions } from "./versions/index.js";
+
+export const FEATURES = /** @type {const} */ ([
+  fieldEditor,
+  calibrate.pictures,
+  live,
+  board,
+  shell.places,
+  rig.rigs,
+  rig.matches,
+  straight,
+  calibrate.field,
+  detection,
+  calibrate.points,
+  scene,
+  rolling,
+  calibrate.lines,
+  check,
+  rig.tracks,
+  drift,
+  calibrate.history,
+  compare,
+  calibrate.models,
+  shell.steps,
+  versions,
+  verify,
+  help,
+  jobs,
+  library,
+  network,
+  settings,
+]);
+
+/**
+ * @template F
+ * @typedef {F extends import("../core/features.js").Feature<infer V extends string> ? V : never} ViewsOf
+ */
+/** @typedef {ViewsOf<(typeof FEATURES)[number]>} View */
