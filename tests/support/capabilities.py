@@ -16,7 +16,7 @@ CAPABILITIES = {
     "league": ("*league*", "*/ssl_*", "*_ssl*", "*/ssl.*", "*publish*", "*packet*", "*geometry_listener*",
                "*/network.*", "static/features/network/*", "tests/*/test_network*.py"),
     "report": ("*report*",),
-    "rigs": ("*/rig*", "*_rig*", "*/pair*", "*_pair*", "*two_view*", "*epipolar*", "*mosaic*"),
+    "rigs": ("*/rig*", "*_rig*", "*/pair*", "*_pair*"),
     "scene": ("*/scene*", "*_scene*"),
     "straight": ("*straight*", "*plumb*", "*/roll*", "*_roll*"),
 }

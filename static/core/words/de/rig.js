@@ -12,7 +12,7 @@ export default /** @type {const} */ ({
   "rig.advice.title": "Prüfung der Übereinstimmung",
   "rig.and": " und ",
   "rig.by.clicks": "aus den Punkten der Kalibrierungen",
-  "rig.by.matches": "aus Punktpaaren",
+  "rig.by.matches": "aus Punktpaaren und sichtbaren Linien",
   "rig.by.pictures": "aus aktuellen Bildern",
   "rig.check": "Kameragruppe prüfen",
   "rig.checking": "Kameragruppe wird geprüft",

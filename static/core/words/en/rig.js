@@ -12,7 +12,7 @@ export default /** @type {const} */ ({
   "rig.advice.title": "Agreement check",
   "rig.and": " and ",
   "rig.by.clicks": "from the points of the calibrations",
-  "rig.by.matches": "from matches",
+  "rig.by.matches": "from matches and visible lines",
   "rig.by.pictures": "from current images",
   "rig.check": "Check the rig",
   "rig.checking": "Checking the rig",
