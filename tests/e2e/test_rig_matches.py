@@ -67,7 +67,9 @@ class Desk:
         report = self.page.get_by_test_id("match-report")
         expect(report).to_have_attribute("data-stale", "false", timeout=LONG_MS)
         verdict = self.server.api("GET", f"/rigs/{RIG}").json()["checked"]["verdict"]["sentence"]
-        expect(report).to_contain_text(verdict.partition("Largest difference: ")[2])
+        largest = verdict.partition("Largest difference: ")[2]
+        assert "differ by" in largest
+        expect(report).to_contain_text(largest)
         complete = [m for m in self.kept() if m["a"] and m["b"]]
         body = {"a": WEST, "b": EAST, "z_mm": [m["z_mm"] for m in complete],
                 **{f"points_{side}": [m[side] for m in complete] for side in "ab"}}
