@@ -417,3 +417,12 @@ def editor(page: Page, field_desk):
     for field in field_desk.api("GET", "/fields").json()["items"]:
         if field["own"]:
             assert field_desk.api("DELETE", f"/fields/{field['name']}").status_code == 204
+
+
+@pytest.fixture
+def access_rig(server):
+    """A rig called access, of which the tests that go through all places see the pages."""
+    rig = {"field": "ssl-div-b", "cameras": ["overhead", "east"]}
+    assert server.api("PUT", "/rigs/access", json=rig).status_code == 201
+    yield
+    server.api("DELETE", "/rigs/access")

@@ -35,12 +35,9 @@ JUMPS = """addEventListener("DOMContentLoaded", () => { window.jumps = [];
 
 
 @pytest.fixture
-def kept(saved, server):
+def kept(saved, access_rig):
     """A picture with its borders clicked and a version saved, and the page before it; and a rig called access."""
-    rig = {"field": "ssl-div-b", "cameras": ["overhead", "east"]}
-    assert server.api("PUT", "/rigs/access", json=rig).status_code == 201
-    yield saved("brown-conrady")
-    server.api("DELETE", "/rigs/access")
+    return saved("brown-conrady")
 
 
 def at_rest(page, place: str = "", step: str = "") -> None:

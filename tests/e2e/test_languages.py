@@ -63,7 +63,7 @@ def pseudo(browser):
     context.close()
 
 
-def test_every_text_of_every_page_and_step_comes_from_the_catalogue(pseudo, saved, server):
+def test_every_text_of_every_page_and_step_comes_from_the_catalogue(pseudo, saved, server, access_rig):
     kept, page, found = saved("brown-conrady"), pseudo.new_page(), {}
     for name, (address, place) in PLACES.items():
         page.goto(f"{server.url}/{address}")
@@ -142,7 +142,8 @@ ENGLISH_ONLY = re.compile(
     r"\b(the|of|is|are|were|with|and|from|this|not|no|your?|its?|has|have|been|to|for|by|at|on)\b")
 
 
-def test_a_german_telephone_gets_a_german_page_with_nothing_english_in_it_and_nothing_cut_off(browser, saved, server):
+def test_a_german_telephone_gets_a_german_page_with_nothing_english_in_it_and_nothing_cut_off(browser, saved, server,
+                                                                                             access_rig):
     kept, size = saved("brown-conrady"), {"width": 360, "height": 740}
     context = browser.new_context(locale="de-DE", viewport=size, has_touch=True)
     page, found = context.new_page(), {}
