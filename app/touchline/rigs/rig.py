@@ -7,6 +7,7 @@ equal corrected coordinates of two cameras mean equal distances on the carpet. T
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -17,6 +18,7 @@ from touchline.core.errors import BadInput, Conflict
 from touchline.core.field import Field, Region
 from touchline.core.field_changes import FIELD_CHANGED_FIX, changes_in_words
 from touchline.core.field_json import field_from_json
+from touchline.core.field_types import FieldJson
 from touchline.core.geometry import ImageSize, Pixels
 from touchline.core.json_values import JsonObject
 from touchline.core.options import read_options
@@ -139,7 +141,11 @@ class Rig:
         """The rectangles that all its cameras should have."""
         return self.given or most_common([own for camera in self.cameras if (own := camera.rectangles) is not None])
 
-    @property
+    @cached_property
+    def field_json(self) -> FieldJson:
+        return self.field.to_json()
+
+    @cached_property
     def titles(self) -> dict[str, str]:
         return {camera.camera: camera.title for camera in self.cameras}
 
@@ -147,11 +153,11 @@ class Rig:
         """Return the calibrations that speak of the field as it is now, by camera."""
         return {camera.camera: camera.calibration for camera in self.cameras if camera.calibration is not None
                 and camera.calibration.field["name"] == self.field.name
-                and not camera.calibration.field_changes(self.field.to_json())}
+                and not camera.calibration.field_changes(self.field_json)}
 
     def to_json(self) -> JsonObject:
         """Return it as from_json reads it: what a job in another process needs."""
-        return {"name": self.name, "title": self.title, "field": self.field.to_json(),
+        return {"name": self.name, "title": self.title, "field": self.field_json,
                 "rectangles": {} if self.given is None else self.given.options(),
                 "cameras": [camera.to_json() for camera in self.cameras]}
 
@@ -214,7 +220,7 @@ def _troubles(rig: Rig, camera: RigMember, wanted: Rectangles | None) -> Iterato
                       say("rig.calibrate-on-field", "Calibrate {camera} on {field}.", camera=title,
                           field=rig.field.name))
         return
-    if changes := calibration.field_changes(rig.field.to_json()):
+    if changes := calibration.field_changes(rig.field_json):
         yield trouble("field-changed", say("rig.field-changed", "{camera} was calibrated before the field was "
                                            "changed: {changes}.", camera=title, changes=changes_in_words(changes)),
                       FIELD_CHANGED_FIX)

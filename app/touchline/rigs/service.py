@@ -119,7 +119,7 @@ class RigChecks:
     def context(self, rig: Rig) -> list[str]:
         """Return what a job needs to keep its result: the rig's name, and what its check depends on."""
         cameras = [[c.camera, c.region, c.rotate, c.calibration and c.calibration.id] for c in rig.cameras]
-        return [rig.name, json.dumps([rig.field.to_json(), rig.given and rig.given.options(), cameras],
+        return [rig.name, json.dumps([rig.field_json, rig.given and rig.given.options(), cameras],
                                      sort_keys=True)]
 
     def save(self, result: RigReport, context: list[str]) -> RigReport:
@@ -221,7 +221,7 @@ def stitcher_for(services: Services, rig: Rig, cameras: Iterable[str], width: in
     cameras = set(cameras)
     shown = ((c.camera, c.region, c.calibration.id) for c in rig.cameras
              if c.camera in cameras and c.calibration is not None)
-    key = (width, json.dumps(rig.field.to_json()), *shown)  # the whole field: one's own may change under its name
+    key = (width, json.dumps(rig.field_json), *shown)  # the whole field: one's own may change under its name
     return services.part(RigState).stitchers.get_or_make(
         key, lambda: stitcher_of(rig, cameras, FieldView(rig.field, width), progress))
 

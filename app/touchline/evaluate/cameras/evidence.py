@@ -88,16 +88,9 @@ def from_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Poi
 
     Those above the carpet need rays in both; without, FitFailed no-rays where there is nothing else.
     """
-    z = np.asarray(z_mm, float)
-    z = np.where((z >= 0) & (z <= MAX_HEIGHT_MM), z, np.nan)
-    return OffsetMeasurements.of_places(*placed_matches(a, b, pixels_a, pixels_b, z), z_mm=z)
-
-
-def placed_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Points,
-                   z_mm: float | Array) -> tuple[Points, Points]:
-    """Return where each camera puts the matches, (n, 2) mm each; NaN where a height is not known."""
     pixels_a, pixels_b = as_matches(pixels_a, pixels_b)
     z = np.broadcast_to(np.asarray(z_mm, float), len(pixels_a))
+    z = np.where((z >= 0) & (z <= MAX_HEIGHT_MM), z, np.nan)
     at_a, at_b = (np.full((len(z), 2), np.nan) for _ in range(2))
     low, up = z == 0, np.isfinite(z) & (z != 0)
     at_a[low], at_b[low] = field_from_raw(a, pixels_a[low]), field_from_raw(b, pixels_b[low])
@@ -106,7 +99,7 @@ def placed_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: P
     elif up.any() and not low.any():
         raise FitFailed(f"This lens model cannot locate a point {z[up][0]:g} mm above the carpet.",
                         "Calibrate both cameras with a physical lens model.", reason="no-rays")
-    return at_a, at_b
+    return OffsetMeasurements.of_places(at_a, at_b, z_mm=z)
 
 
 def from_clicks(a: CameraModel, seen_a: Observations, region_a: Region, b: CameraModel, seen_b: Observations,
@@ -116,16 +109,16 @@ def from_clicks(a: CameraModel, seen_a: Observations, region_a: Region, b: Camer
     It rests on the clicks that the calibrations were made from: what has moved since, it cannot see.
     """
     parts = []
-    for feature, places_a, places_b in shared_clicks(a, seen_a, region_a, b, seen_b, region_b, field):
+    for feature, places_a, places_b in _shared_clicks(a, seen_a, region_a, b, seen_b, region_b, field):
         if isinstance(feature, Landmark):
             at_a, at_b = (places.mean(axis=0, keepdims=True) for places in (places_a, places_b))
             parts.append(OffsetMeasurements.of_places(at_a, at_b, np.array([feature.position])))
         else:
-            parts.append(along_marking(feature, places_a, places_b))
+            parts.append(_along_marking(feature, places_a, places_b))
     return OffsetMeasurements.together(parts)
 
 
-def shared_clicks(a: CameraModel, seen_a: Observations, region_a: Region, b: CameraModel, seen_b: Observations,
+def _shared_clicks(a: CameraModel, seen_a: Observations, region_a: Region, b: CameraModel, seen_b: Observations,
                   region_b: Region, field: Field) -> Iterator[tuple[Landmark | Line | Arc, Points, Points]]:
     """Yield what was clicked on the carpet in both pictures, and where each camera places its clicks, (n, 2) mm each.
 
@@ -137,9 +130,11 @@ def shared_clicks(a: CameraModel, seen_a: Observations, region_a: Region, b: Cam
             if one.z_mm or other.z_mm:
                 continue
             here, there = field.feature(one.feature, region_a), field.feature(other.feature, region_b)
+            if not _is_same(here, there):
+                continue
             places_a, places_b = (places[np.isfinite(places).all(axis=1)] for places in (
                 field_from_raw(a, one.points), field_from_raw(b, other.points)))
-            if len(places_a) and len(places_b) and _is_same(here, there):
+            if len(places_a) and len(places_b):
                 yield here, places_a, places_b
 
 
@@ -158,7 +153,7 @@ def same_line(one: Line, other: Line) -> bool:
     return bool(np.linalg.norm(one.nearest(ends) - ends, axis=1).max() < SAME_MM)
 
 
-def along_marking(marking: Line | Arc, places_a: Points, places_b: Points) -> OffsetMeasurements:
+def _along_marking(marking: Line | Arc, places_a: Points, places_b: Points) -> OffsetMeasurements:
     """Measure both cameras' distances from a marking where both have clicks along it, (n, 2) mm each."""
     return (_along_line(marking, places_a, places_b) if isinstance(marking, Line)
             else _along_arc(marking, places_a, places_b))
