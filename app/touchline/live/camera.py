@@ -167,7 +167,7 @@ class LiveCamera:
                     over_s: float = 0.0) -> tuple[dict[str, Any], bytes]:
         """Return what the picture is, and its PNG; of one frame, or the background of many, spread over so long."""
         timeout_s += over_s
-        return await self._request("still", timeout_s + 5.0, frames=frames, over_s=over_s, timeout_s=timeout_s)
+        return await self.request("still", timeout_s + 5.0, frames=frames, over_s=over_s, timeout_s=timeout_s)
 
     async def first_still(self, timeout_s: float) -> tuple[dict[str, Any], bytes]:
         """Return the same of one frame, from a camera that was just started; what its source refuses is raised."""
@@ -184,25 +184,14 @@ class LiveCamera:
                           say("advice.check-address-cable-power", "Check its address, its cable and its power."),
                           reason="camera-silent")
 
-    async def board(self, board: dict[str, Any], after: int) -> dict[str, Any]:
-        """Return where the board is in a frame after that one: board_capture.py."""
-        return (await self._request("board", 10.0, board=board, after=after))[0]
-
-    async def rolls(self, watch: str, after: int, seq: int) -> dict[str, Any]:
-        """Return what moves in a frame after that one, and the rolls that have ended since: rolls.py."""
-        return (await self._request("rolls", 10.0, watch=watch, after=after, seq=seq))[0]
-
-    async def clip(self, seconds: float) -> tuple[dict[str, Any], bytes]:
-        """Return what a clip's frames are, and their JPEGs one after the other: frame_buffer.py."""
-        return await self._request("clip", seconds + 20.0, seconds=seconds)
-
     async def controls(self) -> list[dict[str, Any]]:
-        return (await self._request("controls", 5.0))[0]["controls"]
+        return (await self.request("controls", 5.0))[0]["controls"]
 
     async def set_control(self, name: str, value: Any) -> dict[str, Any]:
-        return (await self._request("set", 5.0, name=name, value=value))[0]["control"]
+        return (await self.request("set", 5.0, name=name, value=value))[0]["control"]
 
-    async def _request(self, what: str, answer_s: float, /, **values: Any) -> tuple[dict[str, Any], bytes]:
+    async def request(self, what: str, answer_s: float, /, **values: Any) -> tuple[dict[str, Any], bytes]:
+        """Return what a part of its process answers to that request in time: JSON and payload."""
         return await self._supervisor.request({"what": what, **values}, answer_s)
 
     # What goes to the process and comes from it

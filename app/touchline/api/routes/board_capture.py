@@ -1,7 +1,6 @@
 """WS /cameras/{id}/board: a calibration board before a live camera; pictures of it are taken automatically."""
 
 import asyncio
-from collections.abc import Awaitable
 from typing import Annotated, Any
 
 from fastapi import APIRouter, WebSocket
@@ -24,6 +23,7 @@ router = APIRouter(prefix="/cameras", tags=["lenses"])
 
 MIN_INTERVAL_S = 0.2  # between two detections: five a second at most
 IDLE_SHARE = 4  # and four times as long as a detection took, so that a fifth of a core is the most
+REQUEST_S = 10.0
 FIRST_MESSAGE_S = 10.0
 MAX_MESSAGE = 100_000  # characters
 # 2: a page, and the one before its reload
@@ -81,8 +81,8 @@ class BoardSession:
         """Detect the board again and again, and send each result."""
         loop, seq = asyncio.get_running_loop(), 0
 
-        def detect(_left_s: float) -> Awaitable[dict[str, Any]]:
-            return self._camera.board(self._board.to_json(), seq)
+        async def detect(_left_s: float) -> dict[str, Any]:
+            return (await self._camera.request("board", REQUEST_S, board=self._board.to_json(), after=seq))[0]
 
         while True:
             start_s = loop.time()

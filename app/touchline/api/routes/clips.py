@@ -24,6 +24,7 @@ Clips = page_of("Clips", Clip)
 
 MAX_S = 30.0
 START_S = 20.0
+ANSWER_S = 20.0  # after the seconds that are recorded
 Stage = Annotated[str, Query(max_length=64, description="raw, detections, or the name of a stage")]
 PlanName = Annotated[Name | None, Query(description="in place of the camera's own")]
 
@@ -40,7 +41,8 @@ async def record_clip(services: ServicesDep, id: Id, body: RecordRequest | None 
     """
     seconds = (body or RecordRequest()).seconds
     camera = services.live.get(id)
-    head, jpegs = await when_awake(camera, lambda _left_s: camera.clip(seconds), START_S)
+    head, jpegs = await when_awake(camera, lambda _left_s: camera.request("clip", seconds + ANSWER_S, seconds=seconds),
+                                   START_S)
     clip = await services.run_in_thread(services.store.clips.add, id, head, jpegs)
     return created(clip.to_json(), f"clips/{clip.id}")
 

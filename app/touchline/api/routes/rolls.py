@@ -1,7 +1,6 @@
 """/cameras/{id}/rolls and /motion: a ball that rolls straight measures distortion, and gives a lens."""
 
 import asyncio
-from collections.abc import Awaitable
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Query, WebSocket
@@ -31,6 +30,7 @@ router = APIRouter(tags=["rolls"])
 Rolls = response("Rolls", items=list[JsonObject], report=JsonObject | None, etag=str)
 
 MIN_INTERVAL_S = 0.1  # between two messages: ten a second at most
+REQUEST_S = 10.0
 MAX_ROLLS = 1000
 SAVED = ("at", "seconds", "points", "rms_px", "straight_px")
 SESSIONS = SessionLimit(4, "Another user is recording rolls with this camera.",
@@ -90,8 +90,8 @@ async def _send(socket: WebSocket, services: Services, camera: LiveCamera, keep:
     loop, store = asyncio.get_running_loop(), services.store
     watch, after, seq, sent_state = "", 0, 0, None
 
-    def follow(_left_s: float) -> Awaitable[dict[str, Any]]:
-        return camera.rolls(watch, after, seq)
+    async def follow(_left_s: float) -> dict[str, Any]:
+        return (await camera.request("rolls", REQUEST_S, watch=watch, after=after, seq=seq))[0]
 
     while True:
         start_s = loop.time()
