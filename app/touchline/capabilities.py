@@ -29,9 +29,11 @@ class Capability:
     functions of (spec, progress), plain JSON in and out, by the name with which a job is stored: once released, it
     stays. savers: functions of (services, what the job's function returned, context) that store it and return the
     job's result, by the name that a job gives. commands: of the shell, each with the first line of its help.
-    camera_parts: subclasses of CameraPart, of which each camera's process has one. claims: async functions of
-    (services, calibration, is_abandoned) that return what they claim of a version, and what they tried to refute it.
+    camera_parts: subclasses of CameraPart, of which each camera's process has one. camera_feeds: subclasses of
+    CameraFeed, their other half in the server, by the part. claims: async functions of (services, calibration,
+    is_abandoned) that return what they claim of a version, and what they tried to refute it.
     site_claims: functions of (services) that return what they claim of the whole site now, called in a worker thread.
+    saved_rows: functions of (row), by the table, that raise where the row is none that this version can read.
     """
 
     routes: tuple[str, ...] = ()
@@ -39,8 +41,10 @@ class Capability:
     savers: Mapping[str, str] = member(default_factory=dict)
     commands: Mapping[str, tuple[str, str]] = member(default_factory=dict)
     camera_parts: tuple[str, ...] = ()
+    camera_feeds: Mapping[str, str] = member(default_factory=dict)
     claims: tuple[str, ...] = ()
     site_claims: tuple[str, ...] = ()
+    saved_rows: Mapping[str, str] = member(default_factory=dict)
 
 
 ROUTES = "touchline.api.routes"
@@ -122,9 +126,10 @@ CAPABILITIES: Mapping[str, Capability] = {
         commands={"report": ("touchline.cli.reports:report",
                              "Show or write the report of one calibration. Exit code 0 if it is good enough.")}),
     "detection": Capability(
-        routes=(f"{ROUTES}.detections:router", f"{ROUTES}.colours:router", f"{ROUTES}.clips:router",
-                f"{ROUTES}.tracks:router"),
-        camera_parts=("touchline.live.detector:DetectionPart",)),
+        routes=tuple(f"touchline.detection.routes:{name}" for name in ("router", "colours", "clips", "tracks")),
+        camera_parts=("touchline.detection.live:DetectionPart",),
+        camera_feeds={"touchline.detection.live:DetectionPart": "touchline.detection.service:DetectionFeed"},
+        saved_rows={"presets": "touchline.detection.store:read_preset"}),
     "scene": Capability(routes=(f"{ROUTES}.scenes:router",)),
 }
 
@@ -161,6 +166,17 @@ def commands() -> dict[str, tuple[str, str]]:
 def camera_parts() -> tuple[str, ...]:
     """Return every part of a camera's process."""
     return tuple(target for one in capabilities().values() for target in one.camera_parts)
+
+
+def camera_feeds() -> dict[int, str]:
+    """Return every feed of a camera by its part's place in camera_parts()."""
+    parts = camera_parts()
+    return {parts.index(part): feed for one in capabilities().values() for part, feed in one.camera_feeds.items()}
+
+
+def saved_rows() -> dict[str, str]:
+    """Return what reads the rows of a table, by the table."""
+    return {table: target for one in capabilities().values() for table, target in one.saved_rows.items()}
 
 
 def find_command(name: str) -> str | None:

@@ -6,6 +6,7 @@ import pytest
 
 from tests.support.pictures import TURNED, encoded, turned_jpeg, turned_png, turned_webp
 from tests.support.refusals import API
+from touchline.detection.store import ClipRepository
 
 WIDTH, HEIGHT = 64, 48
 
@@ -19,14 +20,14 @@ def shown(answer) -> np.ndarray:
 @pytest.mark.parametrize("name", TURNED)
 def test_a_frame_of_a_clip_is_shown_as_it_is_detected_in(standing, name):
     data = turned_jpeg(name, encoded("jpg"))
-    clip = standing.app.state.services.store.clips.add("north", {
+    clip = standing.app.state.services.store.repository(ClipRepository).add("north", {
         "width": WIDTH, "height": HEIGHT, "frames": [{"seq": 1, "time_s": 0.0, "bytes": len(data)}]}, data)
     assert shown(standing.get(f"{API}/clips/{clip.id}/frames/0.jpg")).shape == (HEIGHT, WIDTH, 3)
 
 
 def test_a_frame_of_a_clip_that_asks_for_nothing_is_the_cameras_own(standing):
     data = encoded("jpg")
-    clip = standing.app.state.services.store.clips.add("north", {
+    clip = standing.app.state.services.store.repository(ClipRepository).add("north", {
         "width": WIDTH, "height": HEIGHT, "frames": [{"seq": 1, "time_s": 0.0, "bytes": len(data)}]}, data)
     assert standing.get(f"{API}/clips/{clip.id}/frames/0.jpg").content == data
 

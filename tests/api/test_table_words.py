@@ -8,9 +8,9 @@ import pytest
 from tests.support.refusals import API
 from tests.support.statements import statements
 from tests.support.words import STATEMENTS, entries, messages
+from touchline.detection.stages import STAGES
 from touchline.fitting import FITTERS
 from touchline.models import MODELS
-from touchline.vision.stages import STAGES
 
 TABLES = {"source": "cameras/sources", "model": "models", "stage": "stages", "option": "stages", "setting": "settings",
           "field": "fields"}  # by the first word of their codes

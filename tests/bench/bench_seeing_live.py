@@ -28,15 +28,17 @@ from tests.support.activation import activate_despite  # noqa: E402
 from tests.support.mjpeg_camera import MjpegCamera  # noqa: E402
 from tests.support.watched_field import calibration_of, colour_clicks, world  # noqa: E402
 from touchline.core.records import Frame  # noqa: E402
+from touchline.detection.colours import learn_profile  # noqa: E402
+from touchline.detection.live import LiveDetector  # noqa: E402
+from touchline.detection.store import named_plan  # noqa: E402
 from touchline.formats import FORMATS  # noqa: E402
+from touchline.images import ImageLimits  # noqa: E402
+from touchline.live.camera_part import PartContext  # noqa: E402
 from touchline.live.capture import FrameCapture  # noqa: E402
-from touchline.live.detector import LiveDetector  # noqa: E402
 from touchline.live.failures import Failures  # noqa: E402
 from touchline.live.picture import AppliedCalibration  # noqa: E402
 from touchline.processes.framing import decode_body  # noqa: E402
 from touchline.sources import SourceContext  # noqa: E402
-from touchline.store.stages import named_plan  # noqa: E402
-from touchline.vision.colour.learning import learn_profile  # noqa: E402
 
 FPS = 60.0
 REEL = 30  # rendered frames, shown to and fro
@@ -70,7 +72,7 @@ def core(seconds: float) -> None:
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     heard: list[bytes] = []
     capture = Reel(frames)
-    seeing = LiveDetector(capture, lambda kind, number, body: heard.append(body), Failures())
+    seeing = LiveDetector(PartContext(capture, heard.append, lambda number, body: None, Failures(), ImageLimits()))
     seeing.apply(AppliedCalibration.of(calibration_of(match)))
     seeing.follow({"on": True, "run": True, "plan": named_plan("ssl").to_json(), "profile": profile, "publish": True,
                    "camera_number": 0, "extent_mm": 1.0})

@@ -20,7 +20,7 @@ from tests.support.labelled import SETS, read_set, tallies, there  # noqa: E402
 from tests.support.sim_truth import truth_at  # noqa: E402
 from tests.support.watched_field import Score, colour_clicks, scored, sight_of, world  # noqa: E402
 from touchline.core.options import read_options  # noqa: E402
-from touchline.vision.stages import STAGES, FrameState  # noqa: E402
+from touchline.detection.stages import STAGES, FrameState  # noqa: E402
 
 SEEDS = (1, 2, 3, 4)
 PERIOD_S = 60.0  # of the simulated light

@@ -15,6 +15,7 @@ PLANTED = {
     "capabilities": "find_command(mm)",
     "client.connection": "to_server(mm)",
     "core.geometry": "inside_picture(points, points)",
+    "detection.detect": "field_area(name, name)",
     "evaluate.board.coverage": "cell_counts(points, maybe_size)",
     "fitting": "sensitivity_of(points)",
     "formats.ssl_field": "field_to_wire(name)",
@@ -36,7 +37,7 @@ PLANTED = {
     "ssl_protocol.ssl_vision_pb2": "SSL_GeometryCameraCalibration(mm, name)",
     "store.checksummed": "json_text({}, maybe_name)",
     "vision.quality.sharpness": "measure_sharpness(points)",
-    "workflows.detection": "field_area(name, name)",
+    "workflows.calibration": "check_size(name, name)",
 }
 AMONG = """
 def planted(points: touchline.core.geometry.Points, size: touchline.core.geometry.ImageSize, mm: float, name: str,

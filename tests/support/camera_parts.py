@@ -1,6 +1,8 @@
 """Parts of a camera's process, as a package beside Touchline may have them."""
 
+from touchline.live.camera_feed import CameraFeed
 from touchline.live.camera_part import CameraPart, PartContext
+from touchline.processes.framing import encode_body
 
 
 class CountingPart(CameraPart):
@@ -33,8 +35,49 @@ class AlwaysFailing(CameraPart):
     def watch(self, streams):
         raise ValueError
 
-    def follow(self, request):
+    def follow(self, settings):
         raise ValueError
 
     def status(self):
+        raise ValueError
+
+
+class EchoingPart(CameraPart):
+    """Sends what it is to follow back to its feed, and says so in its report."""
+
+    def __init__(self, around: PartContext) -> None:
+        self._send = around.send
+        self._followed: dict[str, object] = {}
+
+    def follow(self, settings):
+        self._followed = settings
+        self._send(encode_body({"followed": settings}))
+
+    def status(self):
+        return {"echoed": self._followed}
+
+
+class EchoFeed(CameraFeed):
+    NAME = "echo"
+    echoed = None
+
+    def settings(self):
+        return {"viewers": len(self.viewers)}
+
+    def update_status(self, status):
+        self.echoed = status.get("echoed")
+
+
+class FailingFeed(CameraFeed):
+    """Fails in all that the camera tells it."""
+
+    NAME = "failing"
+
+    def refresh(self):
+        raise ValueError
+
+    def receive(self, body):
+        raise ValueError
+
+    def update_status(self, status):
         raise ValueError

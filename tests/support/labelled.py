@@ -17,11 +17,10 @@ import yaml
 from tests.support.paths import LABELS
 from tests.support.paths import SHARED_DATA as DATA
 from touchline.core.geometry import ImageSize
-from touchline.store.stages import load_plans
-from touchline.vision.colour.learning import BACKGROUND, learn_profile
-from touchline.vision.stage_pipeline import StageConfig, StagePipeline
-from touchline.vision.stages import StageContext
-from touchline.vision.stages.localisation import FieldLocator
+from touchline.detection.colours import BACKGROUND, learn_profile
+from touchline.detection.field_locator import FieldLocator
+from touchline.detection.stages import StageConfig, StageContext, StagePipeline
+from touchline.detection.store import load_plans
 
 SETS = sorted(LABELS.glob("*.yaml"))
 COLOURS = ("orange", "yellow", "blue", "pink", "green", "cyan", "purple", "red", BACKGROUND)

@@ -6,6 +6,10 @@ import numpy as np
 
 from tests.support.sim_truth import truth_at
 from touchline.core.geometry import ImageSize
+from touchline.detection.colours import learn_profile
+from touchline.detection.field_locator import FieldLocator
+from touchline.detection.stages import StageContext, StagePipeline
+from touchline.detection.store import load_plans
 from touchline.sources.sim.camera import SimCamera
 from touchline.sources.sim.illumination import Light
 from touchline.sources.sim.lamps import Lamps
@@ -13,11 +17,6 @@ from touchline.sources.sim.lens import LENSES
 from touchline.sources.sim.motion import Motion
 from touchline.sources.sim.render import Rendering, Sensor
 from touchline.store.fields import load_fields
-from touchline.store.stages import load_plans
-from touchline.vision.colour.learning import learn_profile
-from touchline.vision.stage_pipeline import StagePipeline
-from touchline.vision.stages import StageContext
-from touchline.vision.stages.localisation import FieldLocator
 
 FIELDS = load_fields()
 DRIFT_S = 60.0  # the simulated light comes and goes within that

@@ -6,15 +6,17 @@ The server never touches a pixel and never waits for a camera: its process is wa
 import asyncio
 import contextlib
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 from touchline.core.common_sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED, OPEN_AGAIN
-from touchline.core.errors import Conflict, ProblemJson, Unavailable
+from touchline.core.errors import BadInput, Conflict, ProblemJson, TouchlineError, Unavailable
 from touchline.core.records import Calibration
 from touchline.core.statements import say
 from touchline.live import messages
-from touchline.live.detection_feed import DetectionFeed, Publish
+from touchline.live.camera_feed import CameraFeed
 from touchline.live.failures import failure_words
 from touchline.live.state import (
     calibration_mismatch,
@@ -37,23 +39,26 @@ UNKNOWN_QUALITY: PictureQuality = {"still": None, "print": None, "light": None, 
 SEEN = ("live", "mismatch")  # states of a camera that gives pictures, whatever they are worth
 log = logging.getLogger("touchline")
 Trust = Callable[[Calibration, Identity], None]
+MakeFeed = Callable[[str, Callable[[], None]], CameraFeed]  # of the camera's id, and of what sends its settings
 
 
 class LiveCamera:
     """Only for the event loop's own thread. start() it, and stop() it in the end.
 
     spec: what its process must know: source, fields, pictures, hosts, limits. trust: called with the camera that is
-    seen first with a calibration of which nobody knows for which camera it was made.
+    seen first with a calibration of which nobody knows for which camera it was made. feeds: what capabilities have of
+    it in the server, by the number of their part in spec["parts"].
     """
 
     def __init__(self, id: str, spec: dict[str, Any], trust: Trust = lambda _calibration, _identity: None,
-                 publish: Publish = lambda _packet: None) -> None:
+                 feeds: Mapping[int, MakeFeed] = MappingProxyType({})) -> None:
         self.id = id
         self.spec = spec
         self._trust = trust
         self._supervisor = CameraSupervisor(f"camera {id}", spec, self._on_start, self._on_message)
         self._streams = Streams(self._send_streams)
-        self.detections = DetectionFeed(self._send_detections, publish)
+        self._feed_of_part = {number: make(id, partial(self._send_settings, number)) for number, make in feeds.items()}
+        self.feeds: Mapping[str, CameraFeed] = {feed.NAME: feed for feed in self._feed_of_part.values()}
         self.calibration: Calibration | None = None
         self._picture: dict[str, Any] | None = None
         self._confirmed: Identity | None = None
@@ -69,7 +74,8 @@ class LiveCamera:
         gone = Unavailable(say("camera.changed", "This camera was changed or removed."), OPEN_AGAIN,
                            reason="camera-gone")
         self._streams.end(gone)
-        self.detections.end(gone)
+        for feed in self.feeds.values():
+            feed.end(gone)
 
     # What is known
 
@@ -114,12 +120,17 @@ class LiveCamera:
                 "encoded": values.get("encoded")}
 
     def require_view(self, view: str) -> None:
-        """Raise Conflict, with what to do, where that view cannot be had now."""
+        """Raise Conflict, with what to do, where that view cannot be had now; BadInput for one that is not known."""
         if view == "raw":
             return
         if view not in VIEWS:
-            self.detections.require_view(view)
-            return
+            for feed in self.feeds.values():
+                if view in feed.views:
+                    feed.require_view(view)
+                    return
+            known = (*VIEWS, *(view for feed in self.feeds.values() for view in feed.views))
+            raise BadInput(f"There is no view called {view[:40]!r}.", f"Use one of: {', '.join(known)}.",
+                           reason="unknown-view")
         if self.calibration is None:
             raise Conflict(NOT_CALIBRATED, ACTIVATE_OR_RAW, reason="not-calibrated")
         if mismatch := self._mismatch():
@@ -158,6 +169,12 @@ class LiveCamera:
         """
         self.calibration, self._confirmed, self._picture = calibration, confirmed, picture
         self._send_calibration()
+
+    def refresh(self) -> None:
+        """Let its feeds note that what is saved of it may have changed."""
+        for feed in self.feeds.values():
+            with self._surviving(feed):
+                feed.refresh()
 
     def watching(self, spec: StreamSpec, max_fps: float | None = None) -> contextlib.AbstractContextManager[Viewer]:
         """Return a context whose value is a viewer of that stream."""
@@ -199,22 +216,39 @@ class LiveCamera:
     def _on_start(self) -> None:
         self._streams.clear()
         self._send_calibration()
-        self._send_detections()
+        for number in self._feed_of_part:
+            self._send_settings(number)
         self._send_streams()
 
     def _on_message(self, message: Message) -> None:
         if message.kind == messages.PICTURE:
             self._streams.publish(message.number, message.body, asyncio.get_running_loop().time())
-        elif message.kind == messages.DETECTIONS:
-            self.detections.receive(message.body)
+        elif message.kind == messages.FEED:
+            if message.number not in self._feed_of_part:
+                raise ConnectionResetError
+            feed = self._feed_of_part[message.number]
+            with self._surviving(feed):
+                feed.receive(message.body)
         elif message.kind == messages.STATUS and (process := self._supervisor.status) is not None:
-            self.detections.update_status(process.values)
+            for feed in self.feeds.values():
+                with self._surviving(feed):
+                    feed.update_status(process.values)
             self._log_failures(process.values["failures"])
             if self.calibration is not None and self._confirmed is None and self.identity is not None:
                 self._confirmed = self.identity
                 self._trust(self.calibration, self.identity)
             if self._applied != self._may_apply():
                 self._send_calibration()
+
+    @contextlib.contextmanager
+    def _surviving(self, feed: CameraFeed) -> Iterator[None]:
+        """Return a context in which a feed may fail and the picture goes on. A broken message ends the process."""
+        try:
+            yield
+        except (OSError, TouchlineError):
+            raise
+        except Exception:  # of a package installed beside
+            log.exception("camera %s: the feed %r failed", self.id, feed.NAME)
 
     def _log_failures(self, failures: FailuresJson) -> None:
         """Log the first failure of a process, and whenever there are twice as many."""
@@ -236,8 +270,8 @@ class LiveCamera:
         calibration = self.calibration.to_json() if self.calibration is not None and self._applied else None
         self._supervisor.send(messages.CALIBRATE, {"calibration": calibration, "picture": self._picture})
 
-    def _send_detections(self) -> None:
-        self._supervisor.send(messages.DETECT, self.detections.message())
+    def _send_settings(self, part: int) -> None:
+        self._supervisor.send(messages.FOLLOW, {"part": part, "settings": self._feed_of_part[part].settings()})
 
     def _send_streams(self) -> None:
         self._supervisor.send(messages.STREAMS, {"streams": self._streams.to_json()})

@@ -10,16 +10,20 @@ from touchline.live.failures import Failures
 from touchline.live.picture import AppliedCalibration
 from touchline.live.stream_spec import StreamSpec
 
-Send = Callable[[int, int, bytes], None]  # kind, number and body of a message to the server
 Request = Callable[[JsonObject], tuple[JsonObject, bytes]]  # its values → the answer's JSON and payload
 
 
 @dataclass(frozen=True)
 class PartContext:
-    """What a part works with. failures: where it reports what went wrong without ending it."""
+    """What a part works with.
+
+    send: a message's body to its other half in the server, its CameraFeed. send_picture: a picture of that stream's
+    number, as a viewer receives it. failures: where it reports what went wrong without ending it.
+    """
 
     capture: FrameCapture
-    send: Send
+    send: Callable[[bytes], None]
+    send_picture: Callable[[int, bytes], None]
     failures: Failures
     limits: ImageLimits
 
@@ -39,8 +43,8 @@ class CameraPart:
     def watch(self, streams: Mapping[int, tuple[StreamSpec, float]]) -> None:
         """Draw these streams, of views that are none of the camera's own, each at least so many seconds apart."""
 
-    def follow(self, request: JsonObject) -> None:
-        """Detect this from now on."""
+    def follow(self, settings: JsonObject) -> None:
+        """Do from now on what the settings() of its CameraFeed say."""
 
     def status(self) -> JsonObject:
         """Return its entries of the process's report."""

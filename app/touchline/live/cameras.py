@@ -8,15 +8,13 @@ from typing import Any
 
 from touchline.core.errors import TouchlineError
 from touchline.core.records import Calibration
-from touchline.live.camera import LiveCamera, Trust
-from touchline.live.detection_feed import OFF, Publish
+from touchline.live.camera import LiveCamera, MakeFeed, Trust
 from touchline.live.status_types import CameraStatus
 from touchline.sources import Identity
 
 SpecOf = Callable[[str], dict[str, Any]]
 CalibrationOf = Callable[[str], tuple[Calibration | None, Identity | None]]
 PictureOf = Callable[[Calibration], dict[str, Any] | None]
-DetectionsOf = Callable[[str], Mapping[str, Any]]
 
 
 @dataclass
@@ -25,22 +23,20 @@ class LiveCameras:
 
     spec: what a camera's process must know, by the camera's id; NotFound for an unknown one. calibration: its active
     calibration, and the evidence of which camera that was made for. trust: see LiveCamera. picture: where the picture
-    is stored that a calibration came from, {"name", "path", "sha256"}; None where it is not. detections: what a camera
-    is to detect, by its id. publish: takes the packets of what was detected.
+    is stored that a calibration came from, {"name", "path", "sha256"}; None where it is not. feeds: see LiveCamera.
     """
 
     spec: SpecOf
     calibration: CalibrationOf
     trust: Trust
     picture: PictureOf = lambda _calibration: None
-    detections: DetectionsOf = lambda _id: OFF
-    publish: Publish = lambda _packet: None
+    feeds: Mapping[int, MakeFeed] = field(default_factory=dict)
     _live: dict[str, LiveCamera] = field(default_factory=dict, init=False)
 
     def get(self, id: str) -> LiveCamera:
         """Return one camera, started if it was not; NotFound."""
         if id not in self._live:
-            camera = LiveCamera(id, self.spec(id), self.trust, self.publish)
+            camera = LiveCamera(id, self.spec(id), self.trust, self.feeds)
             self._show(camera)
             camera.start()
             self._live[id] = camera
@@ -60,7 +56,7 @@ class LiveCameras:
         return (self._live.get(id) or LiveCamera(id, {})).status()
 
     def refresh(self, id: str) -> None:
-        """Note that its active calibration, its evidence or what it is to detect has changed.
+        """Note that its active calibration, its evidence or other settings of it have changed.
 
         One that has a calibration is started: whether it still stands as it did is watched though nobody looks.
         """
@@ -73,7 +69,7 @@ class LiveCameras:
     def _show(self, camera: LiveCamera) -> None:
         calibration, confirmed = self.calibration(camera.id)
         camera.show(calibration, confirmed, None if calibration is None else self.picture(calibration))
-        camera.detections.follow(self.detections(camera.id))
+        camera.refresh()
 
     async def forget(self, id: str) -> None:
         """End its process, since it was changed or removed; get() starts it anew with what is known then."""

@@ -12,6 +12,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.drift_status import CameraDrift
 from touchline.core.errors import BadImage, TouchlineError
 from touchline.core.json_values import JsonObject
 from touchline.core.statements import say, sentence_in
@@ -23,7 +24,6 @@ from touchline.live.camera_part import CameraPart, PartContext
 from touchline.live.capture import FrameCapture
 from touchline.live.failures import Failures
 from touchline.live.picture import AppliedCalibration
-from touchline.live.status_types import CameraDrift
 from touchline.processes.limits import give_way
 from touchline.store.files import read_checked
 

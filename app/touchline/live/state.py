@@ -4,10 +4,11 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 from touchline.core.common_sentences import SET_RESOLUTION
+from touchline.core.drift_status import CameraDrift
 from touchline.core.errors import ProblemJson
 from touchline.core.geometry import ImageSize
 from touchline.core.statements import Sentence, say, stated
-from touchline.live.status_types import CameraDrift, ProcessValues
+from touchline.live.status_types import ProcessValues
 from touchline.sources import Identity
 from touchline.vision.quality.stillness import LONG_S, Still
 
@@ -37,7 +38,7 @@ class ProcessStatus:
         """Return the status of a process that has sent none yet."""
         return cls({"state": "connecting", "problem": None, "since_s": 0.0, "seq": 0, "interval_s": 0.0,
                     "identity": None, "reopened": 0, "age_s": None, "size": None, "encoded": 0, "quality": None,
-                    "drift": None, "detector": {"learned": None}, "failures": {"count": 0, "newest": None}}, now)
+                    "drift": None, "failures": {"count": 0, "newest": None}}, now)
 
     def updated(self, values: Any, now: float) -> "ProcessStatus":
         """Return what it is by the newest report, as JSON."""

@@ -4,10 +4,9 @@ from typing import Literal
 
 from typing_extensions import TypedDict
 
-from touchline.core.colour_profile import ProfileJson
+from touchline.core.drift_status import CameraDrift
 from touchline.core.errors import ProblemJson
 from touchline.core.statements import Stated
-from touchline.evaluate.drift.alarm import DriftJson
 from touchline.sources import IdentityJson
 from touchline.vision.quality.flicker import Flicker
 from touchline.vision.quality.light import LightJson
@@ -44,14 +43,6 @@ class PictureQuality(TypedDict):
     words: list[Advice]
 
 
-class CameraDrift(DriftJson):
-    """reference: the picture that is compared with, of the calibration or from the start of following."""
-
-    calibration: str
-    reference: Literal["calibration", "start"] | None
-    took_ms: float
-
-
 class Failure(Stated):
     what: str
     error: str
@@ -63,19 +54,13 @@ class FailuresJson(TypedDict):
     newest: Failure | None
 
 
-class DetectorStatus(TypedDict):
-    """learned: the colours that were found in the picture."""
-
-    learned: ProfileJson | None
-
-
 class ProcessValues(CaptureStatus, total=False):
-    """All that a camera's process reports; some entries are absent before its first report."""
+    """All that a camera's process reports, without what is of interest to one capability alone; some
+    entries are absent before its first report."""
 
     encoded: int
     quality: PictureQuality | None
     drift: CameraDrift | None
-    detector: DetectorStatus
     failures: FailuresJson
 
 

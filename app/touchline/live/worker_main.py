@@ -1,9 +1,10 @@
-"""The process of one camera: reads, corrects, encodes, detects, and reports how it goes."""
+"""The process of one camera: reads, corrects, encodes, runs the parts of capabilities, and reports how it goes."""
 
 import contextlib
 import threading
 import time
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -52,21 +53,22 @@ class CameraWorker:
         self._failures = Failures()
         self._encoder = Encoder(self._capture, connection.send, self._failures)
         self._quality = QualityMonitor(self._capture, self._encoder, self._failures)
-        around = PartContext(self._capture, connection.send, self._failures, limits)
-        self._parts: list[CameraPart] = []
-        for target in arguments.get("parts", ()):
+        self._parts: dict[int, CameraPart] = {}  # by their number in the list that both sides have
+        for number, target in enumerate(arguments.get("parts", ())):
+            around = PartContext(self._capture, partial(connection.send, messages.FEED, number),
+                                 partial(connection.send, messages.PICTURE), self._failures, limits)
             with self._surviving(target):
-                self._parts.append(load(target)(around))
+                self._parts[number] = load(target)(around)
         self._requests: dict[str, Request] = {
             "still": lambda r: take_still(self._capture, r["frames"], r["over_s"], r["timeout_s"]),
             "controls": lambda r: ({"controls": [asdict(c) for c in self._capture.controls()]}, b""),
             "set": lambda r: ({"control": asdict(self._capture.set_control(r["name"], r["value"]))}, b""),
         }
-        for part in self._parts:
+        for part in self._parts.values():
             self._requests.update(part.requests)
 
     def run(self) -> None:
-        threads = (run for part in self._parts for run in part.threads)
+        threads = (run for part in self._parts.values() for run in part.threads)
         for run in (self._capture.run, self._encoder.run, self._quality.run, *threads, self._report):
             threading.Thread(target=run, name=run.__qualname__, daemon=True).start()
         while True:
@@ -77,13 +79,13 @@ class CameraWorker:
             elif kind == messages.CALIBRATE:
                 calibration = head["calibration"] and AppliedCalibration.of(Calibration.from_json(head["calibration"]))
                 self._encoder.apply(calibration)
-                for part in self._parts:
+                for part in self._parts.values():
                     with self._surviving(part):
                         part.apply(calibration, head["picture"])
-            elif kind == messages.DETECT:
-                for part in self._parts:
-                    with self._surviving(part):
-                        part.follow(head)
+            elif kind == messages.FOLLOW:
+                if (followed := self._parts.get(head["part"])) is not None:
+                    with self._surviving(followed):
+                        followed.follow(head["settings"])
             elif kind == messages.REQUEST:
                 threading.Thread(target=answer, args=(self._connection, number, lambda head=head: self._perform(head)),
                                  daemon=True).start()
@@ -95,9 +97,9 @@ class CameraWorker:
 
     def _watch(self, given: list[dict[str, Any]]) -> None:
         streams = {one["number"]: (StreamSpec(**one["spec"]), one["interval_s"]) for one in given}
-        of_parts = {number: one for number, one in streams.items() if one[0].is_detection}
+        of_parts = {number: one for number, one in streams.items() if one[0].is_of_part}
         self._encoder.watch({number: one for number, one in streams.items() if number not in of_parts})
-        for part in self._parts:
+        for part in self._parts.values():
             with self._surviving(part):
                 part.watch(of_parts)
         self._capture.watch(min((interval_s for _, interval_s in streams.values()), default=REST_S))
@@ -108,7 +110,7 @@ class CameraWorker:
                 status: ProcessValues = {
                     **self._capture.status(), "encoded": self._encoder.encoded, "quality": self._quality.newest,
                     "failures": self._failures.to_json()}
-                for part in self._parts:
+                for part in self._parts.values():
                     with self._surviving(part):
                         status |= part.status()  # type: ignore[typeddict-item]
                 self._connection.send(messages.STATUS, 0, encode_body(status))

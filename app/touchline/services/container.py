@@ -12,11 +12,13 @@ from typing import Any, ParamSpec, TypeVar
 import anyio
 from anyio import CapacityLimiter, to_thread
 
+from touchline.capabilities import camera_feeds
 from touchline.core.errors import Cancelled, TouchlineError
 from touchline.core.geometry import ImageSize
 from touchline.core.jobs import NOBODY, Caller
 from touchline.core.progress import Progress
 from touchline.core.records import Frame
+from touchline.core.registry import load
 from touchline.evaluate.claims.claim import Claim
 from touchline.images import ImageDecoder, ImageLimits
 from touchline.jobs import Job, JobEngine
@@ -25,7 +27,6 @@ from touchline.models import CameraModel
 from touchline.scene.scene_registry import SceneRegistry
 from touchline.services.answer_cache import AnswerCache
 from touchline.services.cameras import CameraService
-from touchline.services.detection import DetectionService
 from touchline.services.events import CameraEvents
 from touchline.services.fit_processes import FitProcesses, closed_request
 from touchline.services.live import start_live_cameras, take_frame
@@ -74,7 +75,6 @@ class Services:
         self.fields = FieldRepository(settings.own_fields, store.failures)
         self.cameras = CameraService(settings, store, self.fields, limits)
         self.publishing = PublishingService(settings, store, self.cameras, self.fields)
-        self.detection = DetectionService(store, self.cameras, self.fields, self.publishing)
         self.presence = Presence()
         self.events = CameraEvents()
         self.scene_pages: LruCache[tuple[object, ...], bytes] = LruCache(MAX_SCENE_PAGES)
@@ -95,7 +95,8 @@ class Services:
             self._large = CapacityLimiter(MAX_LARGE)
             self._quick = CapacityLimiter(1)
             self.jobs.open(self.store.jobs, resume=self._serves)
-            live = start_live_cameras(self.cameras, self.detection, wake=self._serves)
+            feeds = {part: partial(load(target), self) for part, target in camera_feeds().items()}
+            live = start_live_cameras(self.cameras, feeds, wake=self._serves)
             async with (self.fits.running(), self.comparisons.running(), aclosing(live) as self.live,
                         aclosing(SceneRegistry()) as self.scenes):
                 with closing(self.publishing.publisher) as publisher:

@@ -3,7 +3,7 @@
 import asyncio
 import logging
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, TypeVar
 
@@ -12,10 +12,9 @@ from touchline.core.errors import Unavailable
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Calibration
 from touchline.core.statements import say, sentence_in
-from touchline.live.camera import SEEN, LiveCamera
+from touchline.live.camera import SEEN, LiveCamera, MakeFeed
 from touchline.live.cameras import LiveCameras
 from touchline.services.cameras import CameraService
-from touchline.services.detection import DetectionService
 from touchline.sources import Identity
 from touchline.store.snapshots import Snapshot
 from touchline.store.store import Store
@@ -81,7 +80,7 @@ def _silent(camera: LiveCamera) -> Unavailable:
     return Unavailable(sentence_in(problem, "what"), sentence_in(problem, "fix"), reason=problem["reason"])
 
 
-def start_live_cameras(cameras: CameraService, detection: DetectionService, wake: bool = True) -> LiveCameras:
+def start_live_cameras(cameras: CameraService, feeds: Mapping[int, MakeFeed], wake: bool = True) -> LiveCameras:
     """Make the live cameras. wake: those with an active calibration at once, not only when they are asked for."""
     tasks: set[asyncio.Task[None]] = set()
 
@@ -96,8 +95,7 @@ def start_live_cameras(cameras: CameraService, detection: DetectionService, wake
         tasks.add(task)
         task.add_done_callback(tasks.discard)
 
-    live = LiveCameras(cameras.process_spec, cameras.active_calibration, trust, cameras.calibration_picture,
-                       detection.process_settings, detection.publish)
+    live = LiveCameras(cameras.process_spec, cameras.active_calibration, trust, cameras.calibration_picture, feeds)
     for camera in cameras.all() if wake else ():
         live.refresh(camera.id)
     return live

@@ -4,18 +4,18 @@ Rows that this version has written can be read; those of an earlier one, of an a
 """
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, NotRequired
 
 from pydantic import TypeAdapter
 from typing_extensions import TypedDict
 
-from touchline.core.colour_profile import ColourProfile
+from touchline.capabilities import call, saved_rows
 from touchline.core.records import Calibration
 from touchline.settings import CameraSettings
 from touchline.sources import Identity
 from touchline.store.checksummed import content
 from touchline.store.snapshots import Snapshot
-from touchline.vision.stage_pipeline import StageConfig
 
 Row = Any  # of a table, intact
 Plain = dict[str, Any]
@@ -115,35 +115,13 @@ class _Roll(TypedDict):
     image_size: tuple[int, int]
 
 
-class _Preset(_Saved):
-    etag: str
-    preset: Plain
-
-
-class _Seeing(TypedDict):
-    on: bool
-    plan: Plain
-    colours: str | None
-    profile: Plain | None
-    publish: bool
-
-
-SEEING, SNAPSHOT = TypeAdapter(_Seeing), TypeAdapter(Snapshot)
+SNAPSHOT = TypeAdapter(Snapshot)
 
 
 def _of(shape: Any, read: Callable[[Any, Row], object] = lambda record, row: record) -> Callable[[Row], object]:
     """Return a reader of rows with content of that shape. read: goes on with the content and its row."""
     adapter = TypeAdapter(shape)
     return lambda row: read(adapter.validate_python(content(row)), row)
-
-
-def _preset(record: _Preset, row: Row) -> object:
-    if row.key.startswith("colours:"):
-        return ColourProfile.from_json(record["preset"])
-    settings = SEEING.validate_python(record["preset"])
-    if settings["profile"] is not None:
-        ColourProfile.from_json(settings["profile"])
-    return StageConfig.from_json(settings["plan"])
 
 
 # By table; each raises for a row that cannot be read.
@@ -157,4 +135,4 @@ READERS: Mapping[str, Callable[[Row], object]] = {
     "identities": _of(_Identity, lambda record, _: Identity(**record["evidence"])),
     "rigs": _of(_Rig),
     "rolls": _of(_Roll),
-    "presets": _of(_Preset, _preset)}
+    **{table: partial(call, target) for table, target in saved_rows().items()}}

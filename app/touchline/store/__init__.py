@@ -14,7 +14,8 @@ has saved survives a killed process and a power cut. One process at a time opens
     opening.py     check, restore or refuse; schema.py and migrations/ bring the tables to their newest form
     database.py    one writer and many readers, on SQLite or PostgreSQL; tables.py: the rows, checksummed.py: checksums
     repository.py  what the repositories share: snapshots, drafts, calibrations, lenses, rolls; documents.py: named
-                   JSON, such as cameras, rigs and presets; jobs.py has a table of its own kind, clips.py files
+                   JSON, such as cameras, rigs and presets; jobs.py has a table of its own kind, capabilities have
+                   their own (Store.repository)
     integrity.py   what is damaged, cannot be read, or is missing; row_counts.py: how many rows there should be
     backups.py     copies of the database; backup_restore.py puts the newest good one in its place, and replaced.py
                    keeps the three newest that it replaced
@@ -24,6 +25,6 @@ has saved survives a killed process and a power cut. One process at a time opens
     archive.py     everything as one zip, and back; restore.py fills an empty folder with it
     files.py, quarantine.py, lock.py    atomic files, what is damaged, one server a folder
 
-Fields and stage plans are YAML files, written by people too: fields.py, stages.py. These, files.py and quarantine.py
-need no database: processes that only compute import them alone.
+Fields are YAML files, written by people too: fields.py. It, files.py and quarantine.py need no database: processes
+that only compute import them alone.
 """

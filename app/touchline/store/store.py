@@ -3,10 +3,11 @@
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from threading import RLock
 from types import MappingProxyType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from touchline.core.errors import Conflict, Unavailable
 from touchline.core.records import Warning
@@ -16,10 +17,11 @@ from touchline.store.backup_restore import Restoration, find_restoration, restor
 from touchline.store.backups import Backups
 from touchline.store.calibrations import CalibrationRepository
 from touchline.store.cameras import CameraRepository, IdentityRepository
-from touchline.store.clips import ClipRepository
+from touchline.store.database import Database
 from touchline.store.disk_usage import disk_usage
 from touchline.store.documents import ColourProfileRepository, DetectionPlanRepository, RigRepository
 from touchline.store.drafts import DraftRepository
+from touchline.store.failures import RecentFailures
 from touchline.store.files import make_folder, remove_temporary_files
 from touchline.store.integrity import Readers
 from touchline.store.jobs import JobRepository
@@ -36,6 +38,19 @@ from touchline.store.rolls import RollRepository
 from touchline.store.snapshots import SnapshotRepository
 
 log = logging.getLogger("touchline")
+Made = TypeVar("Made")
+
+
+@dataclass(frozen=True)
+class StoreContext:
+    """What a repository works with. free space and failures are watched by the quota and by failures.noted()."""
+
+    folder: Path
+    database: Database
+    quarantine: Quarantine
+    clock: Clock
+    quota: PictureQuota
+    failures: RecentFailures
 
 
 class Store:
@@ -93,8 +108,10 @@ class Store:
             self.rolls = RollRepository(*shared)
             self.colour_profiles = ColourProfileRepository(*shared)
             self.detection_plans = DetectionPlanRepository(*shared)
-            self.clips = ClipRepository(self.folder, self._quota, clock, self.failures)
             self.jobs = JobRepository(self._database, clock)
+            self._context = StoreContext(self.folder, self._database, self._quarantine, clock, self._quota,
+                                         self.failures)
+            self._others: dict[object, Any] = {}
             if self._backups is not None:
                 self._backups.start()
                 undo.callback(self._backups.close)
@@ -111,6 +128,14 @@ class Store:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def repository(self, kind: Callable[[StoreContext], Made]) -> Made:
+        """Return what a capability saves here: kind(context), made when it is first asked for."""
+        with self.references:
+            if kind not in self._others:
+                self._others[kind] = kind(self._context)
+            made: Made = self._others[kind]
+            return made
 
     def archive(self, fields: Path | None = None, *, passwords: bool = False) -> Iterator[bytes]:
         """Yield everything as one zip, piece by piece.

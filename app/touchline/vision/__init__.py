@@ -3,9 +3,6 @@
     board/    the inner corners of a chessboard or ChArUco board
     lines/    painted lines and long edges at sub-pixel: chains, ridges, snapping a click, movement since a reference
     quality/  light, sharpness and flicker, over nine zones
-    stages/   detection step by step: noise, colours, blobs, robots, ball, places; stage_pipeline.py runs them
-    colour/   colour profiles: learned, as a lookup table, and how well colours can be told apart
-    blobs/    patches of one colour, and patterns of dots
     motion/   background, moving blobs, their tracks, and straight runs
 
 Members take a picture (height, width) or (height, width, 3) uint8 and give arrays or frozen records; what is not there

@@ -10,19 +10,19 @@ import pytest
 
 from tests.support.live_cameras import SIM, calibrated, capturing, spec
 from tests.support.waiting import LONG_S, until
-from touchline.core.detections import Detections
+from touchline.detection import live as detection
+from touchline.detection.live import FrameBuffer, StageRenderer
+from touchline.detection.records import Detections
+from touchline.detection.stages import FrameResult
 from touchline.images import ImageLimits
-from touchline.live import drift, encoder, frame_buffer, quality_monitor, stage_renderer
+from touchline.live import drift, encoder, quality_monitor
 from touchline.live.camera import LiveCamera
 from touchline.live.drift import CameraDriftMonitor
 from touchline.live.encoder import Encoder
 from touchline.live.failures import Failures, failure_words
-from touchline.live.frame_buffer import FrameBuffer
 from touchline.live.picture import AppliedCalibration
 from touchline.live.quality_monitor import QualityMonitor
-from touchline.live.stage_renderer import StageRenderer
 from touchline.live.stream_spec import StreamSpec
-from touchline.vision.stage_pipeline import FrameResult
 
 
 def fails_once(real, error):
@@ -84,7 +84,7 @@ def test_a_picture_that_cannot_be_judged_is_followed_by_the_next_one(monkeypatch
 
 
 def test_a_picture_that_cannot_be_recorded_is_followed_by_the_next_one(monkeypatch):
-    monkeypatch.setattr(frame_buffer.cv2, "imencode", fails_once(cv2.imencode, cv2.error("odd")))
+    monkeypatch.setattr(detection.cv2, "imencode", fails_once(cv2.imencode, cv2.error("odd")))
     with one_failure(monkeypatch) as (capture, failures, running):
         buffer = running(FrameBuffer(capture, failures))
         told, pictures = buffer.clip(0.2)
@@ -100,10 +100,10 @@ class Ending(dict):
 
 
 def test_a_stage_that_cannot_be_drawn_is_followed_by_the_next_one(monkeypatch):
-    monkeypatch.setattr(stage_renderer, "scaled_down", fails_once(stage_renderer.scaled_down, cv2.error("odd")))
+    monkeypatch.setattr(detection, "scaled_down", fails_once(detection.scaled_down, cv2.error("odd")))
     sent = []
     with one_failure(monkeypatch) as (capture, failures, running):
-        drawing = running(StageRenderer(lambda kind, number, body: sent.append(number), failures))
+        drawing = running(StageRenderer(lambda number, body: sent.append(number), failures))
         taken = capture.next(0, LONG_S)
         seen = FrameResult(Detections((), taken.frame.size), pictures={"colours": taken.frame.pixels})
         for _ in range(2):

@@ -7,7 +7,6 @@ import subprocess
 import sys
 import threading
 import time
-from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -20,15 +19,13 @@ from tests.support.live_cameras import FIELDS, SIM, calibrated, live, pid_of, sp
 from tests.support.paths import ROOT
 from tests.support.pictures import encoded
 from tests.support.tiers import long
-from tests.support.waiting import LONG_S, gone, until, until_async
+from tests.support.waiting import gone, until, until_async
 from touchline.core.errors import BadInput, Conflict, NotFound, Unavailable
 from touchline.core.geometry import ImageSize
-from touchline.core.records import Frame
 from touchline.imaging.correction import correction_map
-from touchline.live import frame_buffer
 from touchline.live.camera import LiveCamera
-from touchline.live.capture import RETRY_S, CapturedFrame
-from touchline.live.failures import Failures
+from touchline.live.camera_feed import CameraFeed
+from touchline.live.capture import RETRY_S
 from touchline.live.picture import AppliedCalibration
 from touchline.live.state import KILL_AFTER_S, STALL_S
 from touchline.live.stream_spec import StreamSpec
@@ -384,87 +381,34 @@ def test_a_process_whose_server_was_killed_ends_by_itself():
     until(lambda: gone(pid))
 
 
-@pytest.mark.parametrize("asked", [("upside-down", 0, 80), ("raw", 7, 80), ("raw", 9000, 80), ("raw", 0, 0)])
+@pytest.mark.parametrize("asked", [("raw", 7, 80), ("raw", 9000, 80), ("raw", 0, 0)])
 def test_a_channel_that_cannot_be_is_refused(asked):
     with pytest.raises(BadInput):
         StreamSpec.requested(*asked)
+
+
+class Drawing(CameraFeed):
+    NAME, views = "drawing", ("sketch",)
+
+    def require_view(self, view):
+        raise Conflict("Not now.", "Wait.", reason=view)
+
+
+def test_a_view_is_the_cameras_own_or_of_one_of_its_feeds():
+    camera = LiveCamera("north", {}, feeds={0: lambda id, changed: Drawing(None, id, changed)})
+    camera.require_view("raw")
+    with pytest.raises(Conflict) as refused:
+        camera.require_view("sketch")
+    assert refused.value.reason == "sketch"
+    with pytest.raises(BadInput) as unknown:
+        camera.require_view("upside-down")
+    assert unknown.value.fix == "Use one of: raw, corrected, side, sketch."
 
 
 def test_wishes_that_differ_little_are_one_channel():
     assert StreamSpec.requested("raw", 950, 78) == StreamSpec.requested("raw", 960, 80)
     assert StreamSpec.requested("raw", 960) != StreamSpec.requested("raw", 961)
     assert StreamSpec.requested("raw", 0).width == 0
-
-
-def recording(buffer) -> threading.Thread:
-    """Its thread, begun; a capture's SystemExit ends it."""
-    def record():
-        with suppress(SystemExit):
-            buffer.run()
-
-    thread = threading.Thread(target=record, daemon=True)
-    thread.start()
-    return thread
-
-
-def test_a_clip_that_could_not_be_had_records_nothing_more(monkeypatch):
-    asked = []
-
-    class Silent:
-        def after(self, seq, timeout_s):
-            asked.append(seq)
-            raise SystemExit  # only so does the thread end
-
-    monkeypatch.setattr(frame_buffer, "SILENT_S", 0.1)
-    monkeypatch.setattr(frame_buffer, "IDLE_S", 0.05)
-    buffer = frame_buffer.FrameBuffer(Silent(), Failures())
-    with pytest.raises(Unavailable):
-        buffer.clip(1.0)
-    thread = recording(buffer)
-    thread.join(0.3)  # in which it would have asked
-    assert not asked
-    buffer.keep(True)
-    thread.join(LONG_S)
-    assert asked
-
-
-def test_a_picture_whose_size_keeps_changing_is_recorded_up_to_the_limit(monkeypatch):
-    class Turned:
-        """Ten frames upright, ten across, and so on: sixty."""
-
-        def after(self, seq, timeout_s):
-            if seq == 60:
-                raise SystemExit
-            across = seq // 10 % 2
-            pixels = np.zeros((48, 64, 3) if across else (64, 48, 3), np.uint8)
-            return CapturedFrame(Frame(pixels), seq + 1, seq / frame_buffer.FPS, seq / frame_buffer.FPS)
-
-    monkeypatch.setattr(frame_buffer, "MAX_BYTES", 3000)  # four of these frames
-    monkeypatch.setattr(frame_buffer, "IDLE_S", 0.05)
-    buffer = frame_buffer.FrameBuffer(Turned(), Failures())
-    buffer.keep(True)
-    recording(buffer).join(LONG_S)
-    clip, jpegs = buffer.clip(0.3)
-    assert [one["seq"] for one in clip["frames"]] == [57, 58, 59, 60] and (clip["width"], clip["height"]) == (64, 48)
-    assert len(jpegs) == sum(one["bytes"] for one in clip["frames"]) <= 3000
-
-
-@pytest.mark.parametrize("step_s", [-3600, 3600])
-def test_a_clip_is_as_long_as_asked_for_while_the_clock_is_set(monkeypatch, step_s):
-    class Stepped:
-        """Sixty frames; the unix clock is set after the fiftieth."""
-
-        def after(self, seq, timeout_s):
-            if seq == 60:
-                raise SystemExit
-            moment = seq / frame_buffer.FPS
-            return CapturedFrame(Frame(np.zeros((48, 64, 3), np.uint8)), seq + 1, moment + (seq >= 50) * step_s, moment)
-
-    monkeypatch.setattr(frame_buffer, "IDLE_S", 0.05)
-    buffer = frame_buffer.FrameBuffer(Stepped(), Failures())
-    buffer.keep(True)
-    recording(buffer).join(LONG_S)
-    assert [one["seq"] for one in buffer.clip(2.0)[0]["frames"]] == list(range(40, 61))
 
 
 def test_a_cameras_process_has_nothing_of_the_servers_half():

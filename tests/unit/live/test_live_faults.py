@@ -227,7 +227,7 @@ def test_many_unpluggings_leave_nothing_behind(times):
     assert after[0] <= before[0] + 6 and after[2][0] <= before[2][0] + 1 and after[2][1] <= before[2][1] + 1
 
 
-@pytest.mark.parametrize(("kind", "body"), [(messages.DETECTIONS, b""), *product((messages.STATUS, ANSWER), (
+@pytest.mark.parametrize(("kind", "body"), [(messages.FEED, b""), *product((messages.STATUS, ANSWER), (
     b"", b"\x09\0\0\0{", b"\x01\0\0\0\xff", encode_body([])))])
 def test_a_process_that_sends_no_json_is_ended_and_another_started(monkeypatch, kind, body):
     started = []

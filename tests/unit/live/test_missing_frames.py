@@ -13,16 +13,17 @@ from tests.support.pictures import encoded, gradient
 from tests.support.waiting import LONG_S
 from touchline.core.errors import Unavailable
 from touchline.core.records import Frame
+from touchline.detection.live import LiveDetector
+from touchline.detection.store import named_plan
 from touchline.images import ImageLimits, read_in_process
 from touchline.live import drift, rolls
+from touchline.live.camera_part import PartContext
 from touchline.live.capture import FrameCapture
-from touchline.live.detector import LiveDetector
 from touchline.live.drift import CameraDriftMonitor
 from touchline.live.failures import Failures
 from touchline.live.rolls import RollMonitor
 from touchline.processes.framing import decode_body
 from touchline.sources import SourceContext
-from touchline.store.stages import named_plan
 
 
 @pytest.fixture
@@ -63,12 +64,12 @@ def test_objects_are_detected_with_the_same_colours_after_a_damaged_frame(captur
     heard: SimpleQueue[dict] = SimpleQueue()
     is_gone = Event()
 
-    def send(_kind: int, _number: int, body: bytes) -> None:
+    def send(body: bytes) -> None:
         if is_gone.is_set():
             raise ConnectionResetError
         heard.put(decode_body(body)[0])
 
-    detector = LiveDetector(capture, send, Failures())
+    detector = LiveDetector(PartContext(capture, send, lambda _number, _body: None, Failures(), ImageLimits()))
     detector._renderer.run = lambda: None  # its thread would outlive the test
     detector.follow({"on": True, "run": True, "plan": named_plan("ssl").to_json(), "profile": None, "publish": False,
                      "camera_number": 0, "extent_mm": 9000.0})
@@ -78,12 +79,12 @@ def test_objects_are_detected_with_the_same_colours_after_a_damaged_frame(captur
         for frame in (whole, damaged, whole):
             capture._keep(read_in_process(frame))
             told = heard.get(timeout=LONG_S)
-            seen.append((told["seq"], bool(told["stages"]), detector.status))
+            seen.append((told["seq"], bool(told["stages"]), detector.learned))
         is_gone.set()
         capture._keep(read_in_process(whole))
         working.result(LONG_S)
     assert [(number, is_whole) for number, is_whole, _ in seen] == [(1, True), (2, False), (3, True)]
-    assert all(status is detector.status for _, _, status in seen)  # learned once
+    assert all(learned is detector.learned is not None for _, _, learned in seen)  # learned once
 
 
 def test_rolls_are_followed_on_after_a_damaged_frame(capture, whole, damaged, monkeypatch):

@@ -109,7 +109,7 @@ def test_what_it_shows_goes_on_while_none_is_made(capture):
 
 def test_the_most_demanding_of_those_who_watch_sets_the_pace(capture):
     rest(capture)
-    worker = CameraWorker(SimpleNamespace(send=None), spec(SIM))
+    worker = CameraWorker(SimpleNamespace(send=lambda *_: None), spec(SIM))
     worker._capture = capture
     for intervals_s, least_s in (((0.6, CARD_S), CARD_S), ((CARD_S, 0), 0), ((), REST_S)):
         worker._watch([{"number": number, "interval_s": interval_s, "spec": {}}

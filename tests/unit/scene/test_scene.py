@@ -11,9 +11,9 @@ from websockets.sync.client import connect
 
 from tests.support.pair_over_field import FIELD
 from tests.support.rig_over_field import sim_task
-from touchline.core.detections import Detection, Detections
 from touchline.core.errors import BadInput
 from touchline.core.geometry import ImageSize
+from touchline.detection.records import Detection, Detections
 from touchline.scene.export import whole_page
 from touchline.scene.messages import KEY_HEADER
 from touchline.scene.scene_view import LAYERS, SceneView, ViewState

@@ -10,6 +10,7 @@ from tests.support.store_opener import damage_row
 from tests.support.store_writer import calibration
 from touchline.core.errors import TouchlineError
 from touchline.core.geometry import ImageSize
+from touchline.detection.store import ClipRepository
 from touchline.store.opening import FILE
 from touchline.store.store import Store
 from touchline.store.tables import ARCHIVED_TABLES, CameraRow
@@ -129,7 +130,7 @@ def test_a_data_folder_that_is_moved_while_it_is_open_is_named_and_refuses_what_
         kept = fill(store)
         folder.rename(moved)
         for work in (lambda: store.snapshots.add(b"new", SIZE, "png"), lambda: store.disk_usage,
-                     lambda: store.clips.add("north", clip, b""), store.archive):
+                     lambda: store.repository(ClipRepository).add("north", clip, b""), store.archive):
             with pytest.raises(TouchlineError) as told:
                 work()
             assert told.value.status == 503 and told.value.fix

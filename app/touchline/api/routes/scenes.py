@@ -177,7 +177,7 @@ class SceneSession:
             if not self._shows_detections:
                 continue
             with (suppress(TouchlineError, TimeoutError),  # switched off, silent, or gone
-                  self._services.live.get(camera).detections.listening(DETECTIONS_FPS) as viewer):
+                  self._services.live.get(camera).feeds["detections"].listening(DETECTIONS_FPS) as viewer):
                 while self._shows_detections:
                     result = decode_body(await viewer.next(SILENT_S))[0]
                     detections = result["items"] if result["calibration"] == calibration else []

@@ -1,14 +1,12 @@
 """The drift status of a camera that is sampled each second: steady, or an alarm that two samples in a row confirm."""
 
 from dataclasses import dataclass, replace
-from typing import Literal
 
-from touchline.core.statements import Sentence, Stated, join, say, stated
+from touchline.core.drift_status import DriftJson, DriftState
+from touchline.core.statements import Sentence, join, say, stated
 from touchline.evaluate.drift.monitor import DriftSample
 from touchline.evaluate.drift.orientation import SAID
 
-State = Literal["learning", "unfollowed", "steady", "misplaced", "knocked", "out-of-focus", "replaced", "covered",
-                "dark"]
 ALARMS = ("misplaced", "knocked", "out-of-focus", "replaced")
 STAYS = ("steady", "misplaced")
 PASSING = ("covered", "dark", "replaced")
@@ -22,7 +20,7 @@ REWORD = 0.15  # of the millimetres: a smaller change does not repeat an alarm's
 HOLD = 2  # looks in a row
 LONGER = 4  # for what may pass by itself: people in the way, a lamp that warms up, a hand before the lens
 
-FIXES: dict[State, str] = {
+FIXES: dict[DriftState, str] = {
     "learning": say("drift.learning.fix", "Wait a few seconds."),
     "unfollowed": say("drift.unfollowed.fix", "Calibrate it with an image that shows the field lines."),
     "steady": "",
@@ -35,7 +33,7 @@ FIXES: dict[State, str] = {
     "covered": say("drift.covered.fix", "Uncover the lines, or wait until they are visible again."),
     "dark": say("drift.dark.fix", "Switch on the lights, or increase the exposure time."),
 }
-SENTENCES: dict[State, Sentence] = {
+SENTENCES: dict[DriftState, Sentence] = {
     "learning": say("drift.learning", "Checking the camera position…"),
     "unfollowed": say("drift.unfollowed", "Too few field lines are at their calibrated position. Movement of the "
                                           "camera cannot be detected."),
@@ -46,37 +44,15 @@ SENTENCES: dict[State, Sentence] = {
 }
 
 
-def state_of(sample: DriftSample, was_knocked: bool = False) -> State:
+def state_of(sample: DriftSample, was_knocked: bool = False) -> DriftState:
     """Return the state that one sample alone shows."""
     if sample.kind == "seen" and sample.judged is not None:
         now, share = sample.judged, BACK if was_knocked else 1.0
         far = now.px >= share * KNOCKED_PX or now.mm >= share * KNOCKED_MM
         return "knocked" if far and now.px >= share * MIN_PX and sample.sure >= SURE else "steady"
-    states: dict[str, State] = {"soft": "out-of-focus", "gone": "replaced", "covered": "covered", "dark": "dark",
+    states: dict[str, DriftState] = {"soft": "out-of-focus", "gone": "replaced", "covered": "covered", "dark": "dark",
                                 "turned": "replaced", "mirrored": "replaced"}
     return states[sample.kind]
-
-
-class DriftJson(Stated):
-    """Whether a camera stands as it did; px and mm are not exceeded by 95 % of its region. since: unix, s.
-
-    monitored: whether a movement would be seen now; an alarm stays while it would not. doubt: what makes the
-    calibration itself only fair, though the camera stays; empty for nothing.
-    """
-
-    state: State
-    alarm: bool
-    monitored: bool
-    since: float
-    px: float | None
-    mm: float | None
-    sigma_px: float | None
-    sigma_mm: float | None
-    softer_px: float | None
-    seen: int
-    sentence: str
-    fix: str
-    doubt: str
 
 
 @dataclass(frozen=True)
@@ -88,13 +64,13 @@ class DriftStatus:
     it only fair. hidden: why an alarm's camera cannot be seen now, None where it can.
     """
 
-    state: State
+    state: DriftState
     since: float
     sample: DriftSample | None = None
     worded: DriftSample | None = None
     misplaced: str = ""
     doubt: str = ""
-    hidden: State | None = None
+    hidden: DriftState | None = None
 
     def with_sample(self, sample: DriftSample) -> "DriftStatus":
         worded = self.worded if self.alarm and self._much_like(sample) else sample
@@ -110,7 +86,7 @@ class DriftStatus:
     def alarm(self) -> bool:
         return self.state in ALARMS
 
-    def outlasts(self, state: State) -> bool:
+    def outlasts(self, state: DriftState) -> bool:
         """Return whether it is an alarm that a look like that does not disprove.
 
         A covered camera is one whose scene is recognised: that disproves that it was replaced.
@@ -140,7 +116,7 @@ class DriftWatch:
 
     def __init__(self, now: float) -> None:
         self.status = DriftStatus("learning", now)
-        self._row: list[tuple[State, float]] = []  # states of the last samples, of one kind
+        self._row: list[tuple[DriftState, float]] = []  # states of the last samples, of one kind
 
     @property
     def doubtful(self) -> bool:
@@ -180,11 +156,11 @@ class DriftWatch:
         return self.status
 
 
-def _same_kind(before: State, state: State) -> bool:
+def _same_kind(before: DriftState, state: DriftState) -> bool:
     return before == state or (before in ALARMS and state in ALARMS)
 
 
-def sentence(state: State, sample: DriftSample | None) -> Sentence:
+def sentence(state: DriftState, sample: DriftSample | None) -> Sentence:
     """Describe the status for the operator."""
     if state == "replaced" and sample is not None and (sample.kind == "turned" or sample.kind == "mirrored"):
         return SAID[sample.kind]

@@ -1,1 +1,0 @@
-"""Patches of one colour, and patterns of such patches."""

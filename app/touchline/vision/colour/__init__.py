@@ -1,1 +1,0 @@
-"""Colour profiles: learned, tabulated, and how well their colours can be told apart."""
