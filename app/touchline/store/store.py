@@ -6,7 +6,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from threading import RLock
 from types import MappingProxyType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from touchline.core.errors import Conflict, Unavailable
 from touchline.core.records import Warning
@@ -30,12 +30,12 @@ from touchline.store.passwords import PasswordKey
 from touchline.store.quarantine import Damage, Quarantine
 from touchline.store.quota import BACKUPS_BYTES, UPLOADS_BYTES, PictureQuota, free_bytes
 from touchline.store.replaced import Replaced
-from touchline.store.repository import Clock, utc_now
+from touchline.store.repository import Clock, Repository, utc_now
 from touchline.store.restore import refuse_unfinished
-from touchline.store.rolls import RollRepository
 from touchline.store.snapshots import SnapshotRepository
 
 log = logging.getLogger("touchline")
+Rows = TypeVar("Rows", bound=Repository)
 
 
 class Store:
@@ -90,7 +90,6 @@ class Store:
             self.cameras.encrypt_passwords()
             self.identities = IdentityRepository(*shared)
             self.rigs = RigRepository(*shared)
-            self.rolls = RollRepository(*shared)
             self.colour_profiles = ColourProfileRepository(*shared)
             self.detection_plans = DetectionPlanRepository(*shared)
             self.clips = ClipRepository(self.folder, self._quota, clock, self.failures)
@@ -111,6 +110,10 @@ class Store:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def repository(self, kind: type[Rows]) -> Rows:
+        """Return a capability's own repository, of rows in one of tables.py's tables."""
+        return kind(self._database, self._quarantine, self._clock)
 
     def archive(self, fields: Path | None = None, *, passwords: bool = False) -> Iterator[bytes]:
         """Yield everything as one zip, piece by piece.

@@ -14,15 +14,16 @@ from tests.support.waiting import LONG_S
 from touchline.core.errors import Unavailable
 from touchline.core.records import Frame
 from touchline.images import ImageLimits, read_in_process
-from touchline.live import drift, rolls
+from touchline.live import drift
 from touchline.live.capture import FrameCapture
 from touchline.live.detector import LiveDetector
 from touchline.live.drift import CameraDriftMonitor
 from touchline.live.failures import Failures
-from touchline.live.rolls import RollMonitor
 from touchline.processes.framing import decode_body
 from touchline.sources import SourceContext
 from touchline.store.stages import named_plan
+from touchline.straight import live as rolls
+from touchline.straight.live import RollMonitor
 
 
 @pytest.fixture
