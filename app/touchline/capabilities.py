@@ -106,11 +106,11 @@ CAPABILITIES: Mapping[str, Capability] = {
         commands={"board": ("touchline.cli.lenses:board",
                             "Calibrate a lens from images of a board, for calibrate --lens.")}),
     "straight": Capability(
-        routes=(f"{ROUTES}.straight:router", f"{ROUTES}.rolls:router"),
-        jobs={"straight.measure": "touchline.workflows.straight_lines_request:run_straightness",
-              "straight.rolls": "touchline.workflows.rolling_request:run_motion"},
-        savers={"motion": f"{SAVERS}:motion"},
-        camera_parts=("touchline.live.rolls:RollPart",)),
+        routes=("touchline.straight.routes:router", "touchline.straight.routes:rolls"),
+        jobs={"straight.measure": "touchline.straight.straightness:run_straightness",
+              "straight.rolls": "touchline.straight.rolling:run_motion"},
+        savers={"motion": "touchline.straight.service:save_motion"},
+        camera_parts=("touchline.straight.live:RollPart",), saved_rows={"rolls": "touchline.straight.service:read_roll"}),
     "rigs": Capability(
         routes=("touchline.rigs.routes:router", "touchline.rigs.routes:pairs"),
         jobs={"rig.check": "touchline.rigs.check:run_check", "rig.pair": "touchline.rigs.check:run_pair"},

@@ -39,8 +39,8 @@ export const EXPLAINED = {
   controls: "cameras.md#settings-while-running",
   board: "boards.md",
   lens: "boards.md",
-  straight: "straight-edges.md",
-  edges: "straight-edges.md#results-and-their-limits",
+  straight: "straight.md",
+  edges: "straight.md#results-and-their-limits",
   network: "ssl-vision.md",
   matches: "rigs.md#matched-points",
   wrong: "troubleshooting.md",
@@ -61,6 +61,9 @@ export const slug = (text) =>
     .replace(/[^\p{L}\p{N}]+/gu, "-")
     .replace(/^-|-$/g, "");
 
+/** Pages that were renamed. @type {Record<string, string>} */
+const FORMER_PAGES = { "straight-edges": "straight.md" };
+
 let newest = 0; // of what was asked for: the last one wins, whichever answer comes first
 
 /** Whether nobody has asked for a page yet. */
@@ -68,7 +71,8 @@ export const isUnread = () => newest === 0;
 
 /** Open a page, "models.md" or "models.md#division", beside the work. @param {string} to */
 export async function openManual(to) {
-  const [name, heading = ""] = to.split("#"),
+  const [page, heading = ""] = to.split("#"),
+    name = FORMER_PAGES[page.replace(/\.md$/, "")] ?? page,
     asked = ++newest;
   help.value = "manual";
   if (name === manualPage.value.name) {

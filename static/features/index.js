@@ -12,7 +12,6 @@ import { library } from "./library/index.js";
 import { live } from "./live/index.js";
 import { network } from "./network/index.js";
 import { rig } from "./rigs/index.js";
-import { rolling } from "./rolling/index.js";
 import { scene } from "./scene/index.js";
 import { settings } from "./settings/index.js";
 import { shell } from "./shell/index.js";
@@ -28,12 +27,12 @@ export const FEATURES = /** @type {const} */ ([
   shell.places,
   rig.rigs,
   rig.matches,
-  straight,
+  straight.edges,
   calibrate.field,
   detection,
   calibrate.points,
   scene,
-  rolling,
+  straight.rolls,
   calibrate.lines,
   check,
   rig.tracks,

@@ -15,9 +15,9 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from tests.support.plumb_pictures import department, picture, straightness_of
 from tests.support.straight_edges import FLOOR_PX, SIZE, lens_of, level_lines, lines_seen
 from touchline.core.geometry import ImageSize
-from touchline.fitting.plumb_line.fit import fit_plumb_lines
+from touchline.straight.fit import fit_plumb_lines
+from touchline.straight.straightness import straightness
 from touchline.vision.lines.edges import edge_chains
-from touchline.workflows.straight_lines import straightness
 
 SEEDS = 16
 WORLDS = {"division": (-0.25,), "division-even": (-0.3, -0.1), "brown-conrady": (-0.28, 0.09)}

@@ -15,15 +15,14 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from tests.support.sim_clicks import border_observations, known_grid, rms_mm  # noqa: E402
 from touchline.core.geometry import ImageSize  # noqa: E402
-from touchline.evaluate.motion.roll_report import RecordedRoll  # noqa: E402
 from touchline.models import field_from_raw, model_from_json  # noqa: E402
 from touchline.sources import SourceContext, source_from_url  # noqa: E402
 from touchline.sources.sim.camera import SimCamera  # noqa: E402
 from touchline.sources.sim.lens import LENSES  # noqa: E402
 from touchline.store.fields import load_fields  # noqa: E402
+from touchline.straight.rolling import RollRecorder, lens_record, refine  # noqa: E402
+from touchline.straight.rolls import RecordedRoll  # noqa: E402
 from touchline.workflows.calibration_request import CalibrationRequest  # noqa: E402
-from touchline.workflows.rolling import RollRecorder  # noqa: E402
-from touchline.workflows.rolling_request import lens_record, refine  # noqa: E402
 
 FIELDS = load_fields()
 SIZE = ImageSize(1224, 1024)

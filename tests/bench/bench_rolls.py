@@ -13,7 +13,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from tests.support.rolling_balls import chords, lens_of  # noqa: E402
 from touchline.core.geometry import ImageSize  # noqa: E402
-from touchline.evaluate.motion.rolls import analyse_rolls, border_pct  # noqa: E402
+from touchline.straight.rolls import analyse_rolls, border_pct  # noqa: E402
 
 SIZE = ImageSize(1224, 1024)
 SETS = 400

@@ -4,6 +4,7 @@ import { beforeEach, test } from "node:test";
 import { goTo } from "./window.mjs";
 import "./features.mjs";
 import { isUnfolded } from "../../static/core/folds.js";
+import { manualPage, openManual } from "../../static/core/manual.js";
 import { redirected } from "../../static/core/redirects.js";
 import { addressOf, go, goInstead, goToStep, route } from "../../static/core/route.js";
 
@@ -139,4 +140,16 @@ test("to go somewhere is one stop on the way back, to be there already is none, 
 
 test("a view without the words that its address needs has none", () => {
   assert.throws(() => addressOf("live"), /live/);
+});
+
+test("a page of the manual that was renamed opens by its former name, at the heading", async () => {
+  const asked = [];
+  globalThis.fetch = async (address) => {
+    asked.push(address);
+    return { ok: true, text: async () => "# Lens check" };
+  };
+  await openManual("straight-edges.md#from-programs");
+  assert.deepEqual(asked, ["help/straight.md"]);
+  assert.equal(manualPage.value.name, "straight.md");
+  assert.equal(manualPage.value.heading, "from-programs");
 });

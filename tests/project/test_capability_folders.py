@@ -16,7 +16,8 @@ FOLDERS = [name for name in OWNERS if (PACKAGE / name / "routes.py").exists()]
 WEB_AND_SHELL = {"touchline.api", "touchline.cli", "fastapi", "starlette", "typer"}
 STATE = {"touchline.services", "touchline.store", "touchline.live", "touchline.jobs", "anyio", "asyncio", "threading",
          "time", "datetime", "pathlib", "os", "logging"}
-MAY_KNOW = {"routes": WEB_AND_SHELL | STATE, "commands": WEB_AND_SHELL | STATE, "service": STATE, "live": STATE, "store": STATE}
+MAY_KNOW = {"routes": WEB_AND_SHELL | STATE, "commands": WEB_AND_SHELL | STATE, "service": STATE, "live": STATE,
+            "store": STATE}
 
 
 def trespasses(imports: Mapping[str, set[str]]) -> Iterator[str]:

@@ -36,6 +36,7 @@ PLANTED = {
     "sources": "source_from_url(mm, touchline.sources.SourceContext())",
     "ssl_protocol.ssl_vision_pb2": "SSL_GeometryCameraCalibration(mm, name)",
     "store.checksummed": "json_text({}, maybe_name)",
+    "straight.search": "initial_bend(name, points)",
     "vision.quality.sharpness": "measure_sharpness(points)",
     "workflows.calibration": "check_size(name, name)",
 }

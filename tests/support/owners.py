@@ -22,8 +22,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "report": ("report.*", "report", "api.routes.reports", "cli.reports"),
     "rigs": ("rigs", "rigs.*"),
     "scene": ("scene.*", "services.scenes", "api.routes.scene*"),
-    "straight": ("fitting.plumb_line.*", "evaluate.motion.roll*", "workflows.straight_lines*",
-                 "workflows.rolling*", "live.rolls", "store.rolls", "api.routes.straight", "api.routes.rolls"),
+    "straight": ("straight", "straight.*"),
 }
 ALLOWED = {("rigs", "drift"), ("fields", "automatic"), ("detection", "league")}
 

@@ -5,8 +5,8 @@ import pytest
 
 from tests.support.paths import SHARED_DATA
 from touchline.core.geometry import ImageSize
+from touchline.straight.straightness import straightness
 from touchline.vision.lines.edges import edge_chains
-from touchline.workflows.straight_lines import straightness
 
 LINES = SHARED_DATA / "lines"
 

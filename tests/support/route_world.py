@@ -29,7 +29,7 @@ from touchline.formats import FORMATS
 from touchline.league.config import PublishingConfig
 from touchline.league.geometry_packet import geometry_packet, published_cameras
 from touchline.store.fields import load_fields
-from touchline.store.store import Store
+from touchline.straight.service import saved_rolls
 from touchline.workflows.calibration_request import CalibrationRequest
 
 NAME, HALVES = "ssl-div-b", ("half-left", "half-right")
@@ -188,9 +188,9 @@ class World:
     @property
     def rolled(self) -> str:
         """A new one of the camera cam1, from (100, 100) straight to the right."""
-        store: Store = self.app.state.services.store  # a camera would have to see one roll
-        id = f"{store.rolls.revision:016x}"
-        store.rolls.add("cam1", id, {"points": [[100 + 10 * step, 100] for step in range(20)], "at": 0.0,
+        rolls = saved_rolls(self.app.state.services)  # a camera would have to see one roll
+        id = f"{rolls.revision:016x}"
+        rolls.add("cam1", id, {"points": [[100 + 10 * step, 100] for step in range(20)], "at": 0.0,
                                      "seconds": 0.6, "rms_px": 0.1, "straight_px": 0.1, "image_size": [320, 256]})
         return id
 

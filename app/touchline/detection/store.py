@@ -30,8 +30,7 @@ from touchline.installation import shipped
 from touchline.store.checksummed import content
 from touchline.store.files import make_folder, read_yaml, write_atomically
 from touchline.store.quota import MB
-from touchline.store.repository import check_etag, content_etag, new_id, timestamp
-from touchline.store.store import StoreContext
+from touchline.store.repository import StoreContext, check_etag, content_etag, new_id, timestamp
 
 LENGTH = struct.Struct("<I")
 MAX_BYTES = 1000 * MB  # all clips together; the oldest go
@@ -68,7 +67,7 @@ class ClipRepository:
 
     def __init__(self, store: StoreContext) -> None:
         self.folder, self._quota = store.folder / "clips", store.quota
-        self._clock, self._failures = store.clock, store.failures
+        self._clock, self._failures = store.clock, store.database.failures
 
     def add(self, camera: str, head: Mapping[str, Any], jpegs: bytes) -> Clip:
         """Save one. head: width, height and frames with their bytes, in the order of the JPEGs."""

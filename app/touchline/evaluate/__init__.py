@@ -4,5 +4,4 @@
     board/    the same of a lens from a board: coverage, cross-validation, residual structure, next view
     cameras/  whether the cameras of a pair or a rig agree where they see the same
     drift/    whether a camera still stands as it did, and when that is an alarm
-    motion/   what straight rolls tell of a lens
 """

@@ -33,13 +33,6 @@ def found_lines(services: Services, result: JsonObject, about: JsonObject) -> Js
     return {"calibration": _saved(services, result["made"], about), **result["told"]}
 
 
-def motion(services: Services, result: JsonObject, about: JsonObject) -> JsonObject:
-    """Save the version or the lens that rolls have given, if they have given one."""
-    version = _saved(services, result["calibration"], about)
-    record = services.store.lenses.add(result["lens"]) if result["lens"] and not version else None  # a version has one
-    return {"report": result["report"], "lens": record and record["id"], "calibration": version}
-
-
 def registered(services: Services, result: JsonObject, about: JsonObject) -> JsonObject:
     """Save the version with the new pose, as the child of the one that it was made from."""
     version = services.store.calibrations.add(Calibration.from_json(result["made"]), about["by"])

@@ -102,19 +102,6 @@ class _Rig(_Saved):
     rig: _RigBody
 
 
-class _Roll(TypedDict):
-    id: str
-    camera: str
-    kept_at: str
-    left_out: bool
-    at: float
-    seconds: float
-    rms_px: float
-    straight_px: float
-    points: list[tuple[float, float]]
-    image_size: tuple[int, int]
-
-
 SNAPSHOT = TypeAdapter(Snapshot)
 
 
@@ -134,5 +121,4 @@ READERS: Mapping[str, Callable[[Row], object]] = {
     "cameras": _of(_Camera, lambda record, row: CameraSettings(id=row.id, **record["camera"])),
     "identities": _of(_Identity, lambda record, _: Identity(**record["evidence"])),
     "rigs": _of(_Rig),
-    "rolls": _of(_Roll),
     **{table: partial(call, target) for table, target in saved_rows().items()}}

@@ -13,9 +13,8 @@ has saved survives a killed process and a power cut. One process at a time opens
     store.py       the Store, one folder with all of it
     opening.py     check, restore or refuse; schema.py and migrations/ bring the tables to their newest form
     database.py    one writer and many readers, on SQLite or PostgreSQL; tables.py: the rows, checksummed.py: checksums
-    repository.py  what the repositories share: snapshots, drafts, calibrations, lenses, rolls; documents.py: named
-                   JSON, such as cameras, rigs and presets; jobs.py has a table of its own kind, capabilities have
-                   their own (Store.repository)
+    repository.py  what the repositories share: snapshots, drafts, calibrations, lenses, and those of capabilities;
+                   documents.py: named JSON, such as cameras, rigs and presets; jobs.py has a table of its own kind
     integrity.py   what is damaged, cannot be read, or is missing; row_counts.py: how many rows there should be
     backups.py     copies of the database; backup_restore.py puts the newest good one in its place, and replaced.py
                    keeps the three newest that it replaced

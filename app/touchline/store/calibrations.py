@@ -19,7 +19,17 @@ from touchline.core.records import Calibration
 from touchline.core.statements import say
 from touchline.store.cache import LruCache
 from touchline.store.checksummed import checksummed, content, json_text
-from touchline.store.repository import Page, Repository, check_etag, column_text, content_etag, is_id, new_id, timestamp
+from touchline.store.repository import (
+    Page,
+    Repository,
+    StoreContext,
+    check_etag,
+    column_text,
+    content_etag,
+    is_id,
+    new_id,
+    timestamp,
+)
 from touchline.store.tables import ActivationRow, ActiveRow, CalibrationRow
 
 SHOWN = CalibrationRow.deleted_at.is_(None)  # a deleted version keeps its row and its number
@@ -83,8 +93,8 @@ class CalibrationRepository(Repository):
     table, noun = CalibrationRow, "calibration"
     listing = "List them with GET /api/v1/calibrations."
 
-    def __init__(self, *args: Any) -> None:
-        super().__init__(*args)
+    def __init__(self, store: StoreContext) -> None:
+        super().__init__(store)
         self._parsed: Parsed = LruCache(MAX_PARSED, lambda sized: sized[0])
         self._cameras: dict[str, str | None] = {}  # by key
         self._moments: dict[int, float] = {}  # by an activation's sequence, monotonic: of those since we were opened

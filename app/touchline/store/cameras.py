@@ -17,11 +17,10 @@ from touchline.core.records import Warning
 from touchline.core.statements import say
 from touchline.sources.address import without_password, without_secrets
 from touchline.store.checksummed import checksummed, content, is_intact, json_text, update_checksum
-from touchline.store.database import Database
 from touchline.store.documents import DocumentRepository, check_name, is_name
 from touchline.store.passwords import FILE, PasswordKey
-from touchline.store.quarantine import DamagedFile, Quarantine
-from touchline.store.repository import Clock, Repository, timestamp
+from touchline.store.quarantine import DamagedFile
+from touchline.store.repository import Repository, StoreContext, timestamp
 from touchline.store.tables import CameraRow, IdentityRow
 
 ENCRYPTED = "encrypted"  # in a row's JSON: the whole address
@@ -36,9 +35,9 @@ class CameraRepository(DocumentRepository):
     listing = "List them with GET /api/v1/cameras."
     max_count = 10_000
 
-    def __init__(self, database: Database, quarantine: Quarantine, clock: Clock, key: PasswordKey) -> None:
-        super().__init__(database, quarantine, clock)
-        self._password_key = key
+    def __init__(self, store: StoreContext) -> None:
+        super().__init__(store)
+        self._password_key = PasswordKey(store.folder)
 
     def encrypt_passwords(self) -> None:
         """Encrypt what an earlier version, an archive or a backup has in clear; never an error."""

@@ -15,9 +15,7 @@ from sqlalchemy.orm import Session
 from touchline.core.errors import BadInput, Conflict, NotFound, Stale, TouchlineError
 from touchline.core.statements import Sentence, say
 from touchline.store.checksummed import checksummed, content
-from touchline.store.database import Database
-from touchline.store.quarantine import Quarantine
-from touchline.store.repository import Clock, Repository, check_etag, new_id, timestamp
+from touchline.store.repository import Repository, StoreContext, check_etag, new_id, timestamp
 from touchline.store.tables import PresetRow, RigRow
 
 
@@ -40,8 +38,8 @@ class DocumentRepository(Repository):
     plural: str
     max_count = 300
 
-    def __init__(self, database: Database, quarantine: Quarantine, clock: Clock) -> None:
-        super().__init__(database, quarantine, clock)
+    def __init__(self, store: StoreContext) -> None:
+        super().__init__(store)
         self._key = inspect(self.table).primary_key[0]
         self._what = f"The {self.noun}"
 

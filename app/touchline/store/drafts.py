@@ -13,9 +13,8 @@ from sqlalchemy import select
 
 from touchline.core.statements import say
 from touchline.store.checksummed import checksummed, content
-from touchline.store.database import Database
-from touchline.store.quarantine import DamagedFile, Quarantine
-from touchline.store.repository import Clock, Repository, check_etag, timestamp
+from touchline.store.quarantine import DamagedFile
+from touchline.store.repository import Repository, StoreContext, check_etag, timestamp
 from touchline.store.snapshots import SnapshotRepository
 from touchline.store.tables import DraftRow
 
@@ -53,8 +52,8 @@ class DraftRepository(Repository):
 
     table = DraftRow
 
-    def __init__(self, database: Database, quarantine: Quarantine, clock: Clock, snapshots: SnapshotRepository) -> None:
-        super().__init__(database, quarantine, clock)
+    def __init__(self, store: StoreContext, snapshots: SnapshotRepository) -> None:
+        super().__init__(store)
         self._snapshots = snapshots
 
     def get(self, snapshot: str) -> Draft:

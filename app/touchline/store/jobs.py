@@ -14,17 +14,15 @@ from touchline.core.errors import NotFound
 from touchline.core.jobs import ENDED, WAITING, Job
 from touchline.core.statements import STATEMENTS, say, sentence_in, stated
 from touchline.store.checksummed import json_text
-from touchline.store.database import Database
-from touchline.store.repository import Clock, is_id, new_id, timestamp
+from touchline.store.repository import StoreContext, is_id, new_id, timestamp
 from touchline.store.tables import JobRow
 
 
 class JobRepository:
     """The table of jobs. Thread-safe."""
 
-    def __init__(self, database: Database, clock: Clock) -> None:
-        self._database = database
-        self._clock = clock
+    def __init__(self, store: StoreContext) -> None:
+        self._database, self._clock = store.database, store.clock
 
     def add(self, kind: str, spec: Any) -> Job:
         """Add a job, queued."""

@@ -4,8 +4,10 @@ import re
 import secrets
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from hashlib import sha256
+from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from sqlalchemy import ColumnElement, Select, select
@@ -17,6 +19,7 @@ from touchline.store.checksummed import is_intact, json_text, update_checksum
 from touchline.store.database import Database
 from touchline.store.integrity import mark_damaged
 from touchline.store.quarantine import Damage, DamagedFile, Quarantine
+from touchline.store.quota import PictureQuota
 
 T = TypeVar("T")
 MAX_PAGE = 200
@@ -54,6 +57,17 @@ class Page(NamedTuple, Generic[T]):
     next_cursor: str | None
 
 
+@dataclass(frozen=True)
+class StoreContext:
+    """What a repository works with. folder: of all data; what takes room there asks the quota first."""
+
+    folder: Path
+    database: Database
+    quarantine: Quarantine
+    clock: Clock
+    quota: PictureQuota
+
+
 class Repository:
     """The checksummed rows of one table. Thread-safe.
 
@@ -64,10 +78,8 @@ class Repository:
     noun: str
     listing: str
 
-    def __init__(self, database: Database, quarantine: Quarantine, clock: Clock) -> None:
-        self._database = database
-        self._quarantine = quarantine
-        self._clock = clock
+    def __init__(self, store: StoreContext) -> None:
+        self._database, self._quarantine, self._clock = store.database, store.quarantine, store.clock
 
     def _unknown(self, id: str) -> NotFound:
         return NotFound(say(f"{self.noun}.unknown", f"There is no {self.noun} {{id!r}}.", id=id), self.listing,

@@ -16,11 +16,9 @@ from sqlalchemy.orm import Session
 
 from touchline.core.geometry import ImageSize
 from touchline.store.checksummed import checksummed, content, json_text
-from touchline.store.database import Database
 from touchline.store.files import cannot_read, make_folder, remove_temporary_files, write_atomically
-from touchline.store.quarantine import Damage, DamagedFile, Quarantine
-from touchline.store.quota import PictureQuota
-from touchline.store.repository import Clock, Page, Repository, column_text, new_id, timestamp
+from touchline.store.quarantine import Damage, DamagedFile
+from touchline.store.repository import Page, Repository, StoreContext, column_text, new_id, timestamp
 from touchline.store.tables import CalibrationRow, DraftRow, LensRow, SnapshotRow
 
 
@@ -59,14 +57,13 @@ class SnapshotRepository(Repository):
     table, noun = SnapshotRow, "snapshot"
     listing = "List them with GET /api/v1/snapshots, or send the image again."
 
-    def __init__(self, database: Database, quarantine: Quarantine, clock: Clock, folder: Path,
-                 quota: PictureQuota) -> None:
-        super().__init__(database, quarantine, clock)
-        self._pictures = make_folder(folder / "pictures")
-        self._quota = quota
+    def __init__(self, store: StoreContext) -> None:
+        super().__init__(store)
+        self._pictures = make_folder(store.folder / "pictures")
+        self._quota = store.quota
         self._files = RLock()  # a file that is about to get its row must not be removed as one that has none
         remove_temporary_files(self._pictures)
-        quota.count(self._pictures)
+        self._quota.count(self._pictures)
 
     def add(self, data: bytes, size: ImageSize, format: str, camera: str | None = None,
             purpose: str = "picture") -> Snapshot:

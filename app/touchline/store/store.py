@@ -3,7 +3,6 @@
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from threading import RLock
 from types import MappingProxyType
@@ -17,40 +16,24 @@ from touchline.store.backup_restore import Restoration, find_restoration, restor
 from touchline.store.backups import Backups
 from touchline.store.calibrations import CalibrationRepository
 from touchline.store.cameras import CameraRepository, IdentityRepository
-from touchline.store.database import Database
 from touchline.store.disk_usage import disk_usage
 from touchline.store.documents import ColourProfileRepository, DetectionPlanRepository, RigRepository
 from touchline.store.drafts import DraftRepository
-from touchline.store.failures import RecentFailures
 from touchline.store.files import make_folder, remove_temporary_files
 from touchline.store.integrity import Readers
 from touchline.store.jobs import JobRepository
 from touchline.store.lenses import LensRepository
 from touchline.store.lock import FolderLock, PostgresLock
 from touchline.store.opening import FILE, check_rows, open_postgresql, open_sqlite
-from touchline.store.passwords import PasswordKey
 from touchline.store.quarantine import Damage, Quarantine
 from touchline.store.quota import BACKUPS_BYTES, UPLOADS_BYTES, PictureQuota, free_bytes
 from touchline.store.replaced import Replaced
-from touchline.store.repository import Clock, utc_now
+from touchline.store.repository import Clock, StoreContext, utc_now
 from touchline.store.restore import refuse_unfinished
-from touchline.store.rolls import RollRepository
 from touchline.store.snapshots import SnapshotRepository
 
 log = logging.getLogger("touchline")
 Made = TypeVar("Made")
-
-
-@dataclass(frozen=True)
-class StoreContext:
-    """What a repository works with. free space and failures are watched by the quota and by failures.noted()."""
-
-    folder: Path
-    database: Database
-    quarantine: Quarantine
-    clock: Clock
-    quota: PictureQuota
-    failures: RecentFailures
 
 
 class Store:
@@ -93,25 +76,22 @@ class Store:
             self.failures = self._database.failures
             if self._database_lock is not None:
                 undo.callback(self._database_lock.close)
-            shared = (self._database, self._quarantine, clock)
-            self.snapshots = SnapshotRepository(*shared, self.folder, self._quota)
+            context = self._context = StoreContext(self.folder, self._database, self._quarantine, clock, self._quota)
+            self._repositories: dict[object, Any] = {}
+            self.snapshots = SnapshotRepository(context)
             self._lost = self.snapshots.lost()
             if self._lost:
                 log.error("pictures are missing from %s: %s", self.folder / "pictures", ", ".join(sorted(self._lost)))
-            self.drafts = DraftRepository(*shared, self.snapshots)
-            self.calibrations = CalibrationRepository(*shared)
-            self.lenses = LensRepository(*shared)
-            self.cameras = CameraRepository(*shared, PasswordKey(self.folder))
+            self.drafts = DraftRepository(context, self.snapshots)
+            self.calibrations = CalibrationRepository(context)
+            self.lenses = LensRepository(context)
+            self.cameras = CameraRepository(context)
             self.cameras.encrypt_passwords()
-            self.identities = IdentityRepository(*shared)
-            self.rigs = RigRepository(*shared)
-            self.rolls = RollRepository(*shared)
-            self.colour_profiles = ColourProfileRepository(*shared)
-            self.detection_plans = DetectionPlanRepository(*shared)
-            self.jobs = JobRepository(self._database, clock)
-            self._context = StoreContext(self.folder, self._database, self._quarantine, clock, self._quota,
-                                         self.failures)
-            self._others: dict[object, Any] = {}
+            self.identities = IdentityRepository(context)
+            self.rigs = RigRepository(context)
+            self.colour_profiles = ColourProfileRepository(context)
+            self.detection_plans = DetectionPlanRepository(context)
+            self.jobs = JobRepository(context)
             if self._backups is not None:
                 self._backups.start()
                 undo.callback(self._backups.close)
@@ -132,9 +112,9 @@ class Store:
     def repository(self, kind: Callable[[StoreContext], Made]) -> Made:
         """Return what a capability saves here: kind(context), made when it is first asked for."""
         with self.references:
-            if kind not in self._others:
-                self._others[kind] = kind(self._context)
-            made: Made = self._others[kind]
+            if kind not in self._repositories:
+                self._repositories[kind] = kind(self._context)
+            made: Made = self._repositories[kind]
             return made
 
     def archive(self, fields: Path | None = None, *, passwords: bool = False) -> Iterator[bytes]:

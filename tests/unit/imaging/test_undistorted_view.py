@@ -7,7 +7,7 @@ from tests.support.bar_pictures import SIZE, STRAIGHT, bars_behind
 from tests.support.straight_edges import lens_of
 from touchline.core.errors import Conflict
 from touchline.imaging.undistorted_view import UndistortedView
-from touchline.workflows.straight_lines import undistort
+from touchline.straight.straightness import undistort
 
 LENSES = [lens_of(name, terms, size=SIZE) for name, terms in (
     ("division", (-0.3,)), ("division", (0.08,)), ("division-even", (-0.6, -0.1)), ("brown-conrady", (-0.28, 0.09)))]

@@ -16,14 +16,15 @@ from touchline.core.records import Frame
 from touchline.detection.live import LiveDetector
 from touchline.detection.store import named_plan
 from touchline.images import ImageLimits, read_in_process
-from touchline.live import drift, rolls
+from touchline.live import drift
 from touchline.live.camera_part import PartContext
 from touchline.live.capture import FrameCapture
 from touchline.live.drift import CameraDriftMonitor
 from touchline.live.failures import Failures
-from touchline.live.rolls import RollMonitor
 from touchline.processes.framing import decode_body
 from touchline.sources import SourceContext
+from touchline.straight import live as rolls
+from touchline.straight.live import RollMonitor
 
 
 @pytest.fixture

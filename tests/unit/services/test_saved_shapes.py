@@ -18,6 +18,7 @@ from touchline.store.checksummed import update_checksum
 from touchline.store.drafts import EMPTY
 from touchline.store.store import Store
 from touchline.store.tables import CHECKSUMMED_TABLES, LedgerRow
+from touchline.straight.service import RollRepository
 
 TABLES = {table.__tablename__: table for table in CHECKSUMMED_TABLES}
 LENS = {"model": "division", "camera": None, "note": "", "board": None, "image_size": [64, 48], "lens": {"focal": 1.0},
@@ -45,7 +46,7 @@ def filled(tmp_path_factory):
         store.cameras.add("north", {"name": "North", "source": "sim://table", "field": "table", "region": None})
         store.identities.confirm(made, {"address": "sim://table", "serial": "7"})
         store.rigs.add("pair", RIG)
-        store.rolls.add("north", "0" * 16, ROLL)
+        store.repository(RollRepository).add("north", "0" * 16, ROLL)
         store.colour_profiles.add("hall", COLOURS)
     return folder, [
         "/health", "/settings", "/publishing", "/readiness", "/events", "/jobs", "/cameras", "/cameras/north",

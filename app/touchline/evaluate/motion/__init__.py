@@ -1,1 +1,1 @@
-"""What moves over the field: tracks of robots and balls, and what rolls tell of a lens."""
+"""What moves over the field: tracks of robots and balls."""

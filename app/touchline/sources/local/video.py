@@ -1,11 +1,12 @@
 """video://NAME: a video file as if it were a camera, in real time or as fast as it can be read."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from touchline.core.errors import BadInput, Unavailable
+from touchline.core.errors import BadInput, NotFound, Unavailable
 from touchline.core.options import Option
 from touchline.core.records import Frame
 from touchline.core.statements import say
@@ -110,6 +111,27 @@ class VideoSource(BaseSource):
         self._moment_s = max(0.0, stated_s or 0.0) if believable else self._index * self._interval_s
         self._index += 1
         return frame
+
+
+def read_video(path: str) -> Generator[tuple[float, Frame], None, None]:
+    """Yield the frames of a video file, as fast as they can be read, each with its time since the first one, s.
+
+    NotFound, or BadInput for what is no video.
+    """
+    file = Path(path)
+    if not file.is_file():
+        raise NotFound(say("rolls.unknown-video", "There is no video {name!r}.", name=file.name),
+                       say("rolls.check-path", "Check the path."), reason="unknown-video")
+    options = {"loop": False, "pace": "fast", "start_s": 0.0, "fps": None}
+    with closing(VideoSource.open(file.name, options, SourceContext(pictures=file.parent))) as video:
+        while True:
+            try:
+                frame = video.read()
+            except Unavailable as error:
+                if error.reason != "source-ended":
+                    raise
+                return
+            yield video.moment_s, frame
 
 
 class _Pace:

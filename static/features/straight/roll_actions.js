@@ -18,7 +18,7 @@ import {
 } from "./rolls.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
-export const ROLLING_ACTIONS = [
+export const ROLL_ACTIONS = [
   {
     id: "watch-rolls",
     label: t("rolling.action.watch-rolls"),

@@ -31,7 +31,7 @@ import {
   wantsCorrected,
   workRefusal,
 } from "../rolls.js";
-import { KINDS } from "../../straight/panels/straight.js";
+import { KINDS } from "./straight.js";
 
 /** @typedef {import("../types").SavedRoll} SavedRoll */
 

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.support.straight_edges import SIZE, lens_of, level_lines, lines_seen
-from touchline.workflows.straight_lines import straightness
+from touchline.straight.straightness import straightness
 
 STRAIGHT = lens_of(terms=(0.0, 0.0))
 

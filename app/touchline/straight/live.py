@@ -9,26 +9,27 @@ import secrets
 import threading
 import time
 from collections import deque
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from touchline.core.common_sentences import SECURE_CAMERA
 from touchline.core.errors import BadImage
+from touchline.core.json_values import JsonObject
 from touchline.core.statements import join, say, stated
 from touchline.live.camera_part import CameraPart, PartContext
 from touchline.live.capture import CapturedFrame, FrameCapture, no_frames
 from touchline.processes.limits import give_way
-from touchline.workflows.rolling import RollRecorder
+from touchline.straight.rolling import RollRecorder
 
 KEEP_S = 3.0  # without a poll: then nobody watches any more
 WAIT_S = 2.0  # for the next frame
 MAX_ROLLS = 100  # rolls that somebody may still ask for
 NICE = 5  # niceness: the picture goes first, and yet frames should not be missed
-DRAWN_FRAMES = 240  # points of a track that are drawn, as
+MAX_DRAWN_FRAMES = 240  # newest points of a track that are drawn, as
 MAX_DRAWN_POINTS = 40
-PICTURE_CHANGES = say("rolls.picture-changes", "Nearly the whole picture changes repeatedly.")
 MIN_MOVED_SHARE = 0.02  # of the picture's width: what has come less far stands
+PICTURE_CHANGES = say("rolls.picture-changes", "Nearly the whole picture changes repeatedly.")
 
 
 class RollPart(CameraPart):
@@ -47,10 +48,10 @@ class RollMonitor:
         self._lock = threading.Condition()
         self._follow_until = 0.0
         self._thread: threading.Thread | None = None
-        self._newest: dict[str, Any] | None = None
-        self._rolls: deque[dict[str, Any]] = deque(maxlen=MAX_ROLLS)
+        self._newest: JsonObject | None = None
+        self._rolls: deque[JsonObject] = deque(maxlen=MAX_ROLLS)
 
-    def poll(self, watch: str, after: int, seq: int) -> dict[str, Any]:
+    def poll(self, watch: str, after: int, seq: int) -> JsonObject:
         """Return what moves in a frame after that one, and the rolls after that number; of another watch all."""
         with self._lock:
             self._follow_until = time.monotonic() + KEEP_S
@@ -67,8 +68,7 @@ class RollMonitor:
 
     def _follow(self) -> None:
         give_way(NICE)
-        # Watch and four digits of a roll's number are an id.
-        watch, rolling, count, seq = secrets.token_hex(6), RollRecorder(live=True), 0, 0
+        watch, seq = _Watch(), 0
         self._rolls.clear()
         while True:
             taken = self._capture.after(seq, WAIT_S)
@@ -83,35 +83,48 @@ class RollMonitor:
                 pixels = taken.frame.pixels
             except BadImage:  # the next one is whole again
                 continue
-            if rolling.frames and rolling.size != size:
-                watch, rolling, count = secrets.token_hex(6), RollRecorder(live=True), 0
-            ended = rolling.add(taken.moment, pixels, seq)
-            rolling.rolls.clear()  # they go to whoever polls, and are stored there
-            new = []
-            for roll in ended:
-                count += 1
-                new.append({"number": count, "id": f"{watch}{count % 65536:04x}",
-                            "at": round(taken.time - (taken.moment - roll.to_s), 3), "seconds": roll.seconds,
-                            "points": roll.points.round(2).tolist(), "rms_px": roll.rms_px,
-                            "straight_px": roll.straight_px})
+            if watch.recorder.frames and watch.recorder.size != size:
+                watch = _Watch()
+            new = watch.add(taken, pixels)
             with self._lock:
-                if count == len(new):
+                if watch.count == len(new):  # those that are there are of the watch before
                     self._rolls.clear()
                 self._rolls.extend(new)
                 self._newest = stated({
-                    "watch": watch, "seq": seq, "time": taken.time, "width": size.width, "height": size.height,
-                    "tracks": _drawn_tracks(rolling, taken),
-                    "hint": "" if rolling.is_still else join(PICTURE_CHANGES, SECURE_CAMERA)})
+                    "watch": watch.id, "seq": seq, "time": taken.time, "width": size.width, "height": size.height,
+                    "tracks": _drawn_tracks(watch.recorder, size.width),
+                    "hint": "" if watch.recorder.is_still else join(PICTURE_CHANGES, SECURE_CAMERA)})
                 self._lock.notify_all()
 
 
-def _drawn_tracks(rolling: RollRecorder, taken: CapturedFrame) -> list[list[list[float]]]:
+class _Watch:
+    """The following of frames of one size, from one beginning. count: its rolls so far."""
+
+    def __init__(self) -> None:
+        self.id, self.recorder, self.count = secrets.token_hex(6), RollRecorder(live=True), 0
+
+    def add(self, taken: CapturedFrame, pixels: NDArray[np.uint8]) -> list[JsonObject]:
+        """Follow into the next frame; return the rolls that have ended, as poll() does."""
+        ended = self.recorder.add(taken.moment, pixels, taken.seq)
+        self.recorder.rolls.clear()  # they go to whoever polls, and are stored there
+        new = []
+        for roll in ended:
+            self.count += 1
+            # Watch and four digits of a roll's number are its id.
+            new.append({"number": self.count, "id": f"{self.id}{self.count % 65536:04x}",
+                        "at": round(taken.time - (taken.moment - roll.to_s), 3), "seconds": roll.seconds,
+                        "points": roll.points.round(2).tolist(), "rms_px": roll.rms_px,
+                        "straight_px": roll.straight_px})
+        return new
+
+
+def _drawn_tracks(recorder: RollRecorder, width_px: int) -> list[list[list[float]]]:
     """Return where things came from in the last seconds, px; what stands is not drawn."""
     tracks = []
-    for track in rolling.now:
-        recent = track.points[-DRAWN_FRAMES:]
-        if np.ptp(recent, axis=0).max() < MIN_MOVED_SHARE * taken.frame.size.width:
+    for track in recorder.open_tracks:
+        recent = track.points[-MAX_DRAWN_FRAMES:]
+        if np.ptp(recent, axis=0).max() < MIN_MOVED_SHARE * width_px:
             continue
-        few = np.unique(np.linspace(0, len(recent) - 1, MAX_DRAWN_POINTS).round().astype(int))
-        tracks.append(recent[few].round(1).tolist())
+        drawn = np.unique(np.linspace(0, len(recent) - 1, MAX_DRAWN_POINTS).round().astype(int))
+        tracks.append(recent[drawn].round(1).tolist())
     return tracks

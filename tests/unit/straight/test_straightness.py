@@ -7,9 +7,9 @@ import pytest
 from tests.support.plumb_pictures import department, picture, straightness_of
 from tests.support.tiers import long, rounds
 from touchline.core.geometry import ImageSize
-from touchline.fitting.plumb_line.fit import fit_plumb_lines
+from touchline.straight.fit import fit_plumb_lines
+from touchline.straight.straightness import straightness
 from touchline.vision.lines.edges import edge_chains
-from touchline.workflows.straight_lines import straightness
 
 
 def shrunk(pixels, by):

@@ -16,23 +16,16 @@ from tests.support.waiting import LONG_S, until
 from touchline.core.errors import BadInput, Conflict, FitFailed, NotFound
 from touchline.core.geometry import ImageSize
 from touchline.core.progress import no_progress
-from touchline.evaluate.motion.roll_report import RecordedRoll, roll_report
-from touchline.evaluate.motion.rolls import analyse_rolls, border_pct
 from touchline.imaging.undistorted_view import UndistortedView
 from touchline.live import capture as live_capture
-from touchline.live import rolls as live_rolls
 from touchline.models import field_from_raw, model_from_json
 from touchline.sources.sim.camera import SimCamera
 from touchline.sources.sim.lens import LENSES
 from touchline.store.fields import load_fields
-from touchline.vision.motion import tracks as tracking
-from touchline.vision.motion.foreground import MovingBlob
-from touchline.vision.motion.straight_runs import straight_runs
-from touchline.vision.motion.tracks import Tracker
-from touchline.workflows import rolling as recording
-from touchline.workflows.calibration_request import CalibrationRequest
-from touchline.workflows.rolling import RollRecorder
-from touchline.workflows.rolling_request import (
+from touchline.straight import live as live_rolls
+from touchline.straight import rolling as recording
+from touchline.straight.rolling import (
+    RollRecorder,
     check_refinable,
     lens_record,
     refine,
@@ -40,6 +33,12 @@ from touchline.workflows.rolling_request import (
     stored_rolls_json,
     track_film,
 )
+from touchline.straight.rolls import RecordedRoll, analyse_rolls, border_pct, roll_report
+from touchline.vision.motion import tracks as tracking
+from touchline.vision.motion.foreground import MovingBlob
+from touchline.vision.motion.straight_runs import straight_runs
+from touchline.vision.motion.tracks import Tracker
+from touchline.workflows.calibration_request import CalibrationRequest
 
 LARGE = ImageSize(1224, 1024)
 CHORDS = [((60, 60), (580, 70), 40), ((590, 90), (560, 430), 30), ((540, 440), (60, 430), 40),
@@ -134,7 +133,7 @@ def test_live_a_roll_is_told_soon_after_its_end_though_the_ball_is_still_followe
 
 
 def test_what_is_followed_all_day_takes_no_more_room(monkeypatch):
-    monkeypatch.setattr(recording, "KNOWN_FRAMES", 100)
+    monkeypatch.setattr(recording, "MAX_KNOWN_FRAMES", 100)
     monkeypatch.setattr(tracking, "MAX_POINTS", 60)
     tracker, rolling, lengths = Tracker(), RollRecorder(live=True), []
     for frame in range(160):
@@ -256,7 +255,7 @@ def test_a_job_makes_a_report_a_lens_or_a_better_calibration_of_a_film(filmed):
 def test_a_calibration_for_another_size_is_refused(filmed):
     _, made = calibrated_over_rolls()
     with pytest.raises(Conflict, match="640"):
-        track_film(filmed(-0.25)[1], calibration=made)
+        track_film(str(filmed(-0.25)[1]), calibration=made)
 
 
 def test_rolls_tell_the_lens_within_three_sigma_and_a_fit_that_holds_it_needs_few_clicks():
@@ -321,7 +320,7 @@ def recorded_of(path, first, last):
 @rounds("part", (102, 136), None)
 def test_a_pool_ball_rolls_straight_to_a_third_of_a_pixel(real_data, part):
     path = real_data("motion/pool_smartcue/2019_PoolChamp_Clip15.mp4")
-    told = (recorded_of(path, *part) if part else track_film(path)).report()
+    told = (recorded_of(path, *part) if part else track_film(str(path))).report()
     longest = max(told["runs"], key=lambda run: np.hypot(*np.subtract(run["points"][0], run["points"][-1])))
     assert len(longest["points"]) >= 20 and longest["straight_px"] < 0.35 and longest["rms_px"] < 0.2
     assert np.hypot(*np.subtract(longest["points"][0], longest["points"][-1])) > 290
@@ -331,7 +330,7 @@ def test_a_pool_ball_rolls_straight_to_a_third_of_a_pixel(real_data, part):
 def test_a_camera_in_somebodys_hand_is_refused(real_data, part):
     path = real_data("motion/foosball/sample.avi")
     with pytest.raises(BadInput, match="not steady"):
-        (recorded_of(path, *part) if part else track_film(path)).report()
+        (recorded_of(path, *part) if part else track_film(str(path))).report()
 
 
 def test_what_moves_is_followed_only_while_somebody_asks(monkeypatch):

@@ -12,13 +12,13 @@ from tests.support.straight_edges import FLOOR_PX, SIZE, arc, lens_of, lines_see
 from tests.support.tiers import rounds
 from touchline.core.errors import BadInput, FitFailed
 from touchline.core.geometry import homogeneous
-from touchline.fitting.plumb_line.fit import fit_plumb_lines
-from touchline.fitting.plumb_line.line_sag import sag_px, sag_verdict
-from touchline.fitting.plumb_line.problem import Chains, LineFit
-from touchline.fitting.plumb_line.search import with_best_lines
 from touchline.models.distortion import LINE_LENSES, Distortion
 from touchline.models.lenses.even_division import EvenDivisionLens
-from touchline.workflows.straight_lines import straightness
+from touchline.straight.bow import sag_px, sag_verdict
+from touchline.straight.fit import fit_plumb_lines
+from touchline.straight.problem import Chains, LineFit
+from touchline.straight.search import with_best_lines
+from touchline.straight.straightness import straightness
 
 FEW_OR_ALL = rounds("seeds", 1, 8)
 WORLDS = [("division", (-0.25,)), ("division", (0.08,)), ("division-even", (-0.3, -0.1)),

@@ -1,7 +1,8 @@
 """How far points lie from the picture of a straight line, with the lines themselves eliminated.
 
-A chain's line in the plane is n·u = c, n = (cos a, sin a); a place on it u(t) = c n + t d. The picture of it is the
-curve D(u(t)), and a point's residual is its distance from that curve in raw pixels, along the curve's normal m:
+A chain's line in the undistorted plane is n·u = c, n = (cos a, sin a); a place on it u(t) = c n + t d. The picture of
+it is the curve D(u(t)), and a point's residual is its distance from that curve in raw pixels, along the curve's normal
+m:
 
     r = m · (p - D(u(t))),   ∂r/∂x = -m · ∂D(u(t))/∂x   at the foot t, where the distance stands still along the curve.
 
@@ -26,7 +27,11 @@ REGULARISATION = 1e-12  # of a chain's own information: two points on one place 
 
 @dataclass(frozen=True, eq=False)
 class Chains:
-    """Points of all chains, one after the other: pixels (n, 2), starts (c,) where each begins, unit_px, noise_px."""
+    """Points of all chains, one after the other.
+
+    pixels (n, 2) raw px. starts (c,): where each chain begins. unit_px: length of the plane's unit. noise_px: σ of a
+    point across its line.
+    """
 
     pixels: Points
     starts: Indices
@@ -34,12 +39,14 @@ class Chains:
     noise_px: float
 
     @classmethod
-    def of(cls, chains: Sequence[Points], unit: float = 1.0, noise_px: float = 1.0) -> Self:
-        lengths = np.array([len(c) for c in chains])
-        return cls(np.concatenate(chains), np.concatenate([[0], np.cumsum(lengths)[:-1]]), unit, noise_px)
+    def of(cls, chains: Sequence[Points], unit_px: float = 1.0, noise_px: float = 1.0) -> Self:
+        """Join chains, (n, 2) px each."""
+        lengths = np.array([len(chain) for chain in chains])
+        return cls(np.concatenate(chains), np.concatenate([[0], np.cumsum(lengths)[:-1]]), unit_px, noise_px)
 
     @property
     def counts(self) -> Indices:
+        """Return how many points each chain has, (c,)."""
         return np.diff(np.append(self.starts, len(self.pixels)))
 
     @property
@@ -56,10 +63,18 @@ class Chains:
         """Sum over each chain, (n, …) to (c, …)."""
         return np.add.reduceat(values, self.starts, axis=0)
 
+    def plane(self, centre: Array) -> Points:
+        """Return the points about a centre (2,) px in units of the plane, (n, 2), still distorted."""
+        return (self.pixels - centre) / self.unit_px
+
 
 @dataclass(frozen=True, eq=False)
 class Linearisation:
-    """Residuals (n,) px, derivatives by terms (n, k) and centre (n, 2), by each chain's turn and shift (n, 2)."""
+    """Residuals and their derivatives, px.
+
+    residuals (n,). by_lens (n, k + 2): by terms, then by the centre's x and y. by_line (n, 2): by the angle and the
+    offset of the chain's own line.
+    """
 
     residuals: Array
     by_lens: Array
@@ -68,7 +83,11 @@ class Linearisation:
 
 @dataclass(frozen=True, eq=False)
 class LineFit:
-    """A lens, its centre (2,) px, and each chain's line: angle and offset (c,), feet (n,), in units of the plane."""
+    """A lens with a line for each chain.
+
+    terms (k,). centre (2,) px. angle, offset (c,): each line, in units of the plane. feet (n,): places of the points
+    along their lines; NaN where the lens does not reach.
+    """
 
     lens: type[Lens]
     terms: Array
@@ -81,19 +100,24 @@ class LineFit:
         """Return residuals and derivatives at the feet."""
         return _linearise(self, chains)[0]
 
+    def undistorted(self, chains: Chains) -> Array:
+        """Return the points in the plane without the lens's distortion, (n, 2); NaN where it does not reach."""
+        return self.lens.undistort(self.terms, chains.plane(self.centre))[..., :2]
+
 
 def fit_lines(state: LineFit, chains: Chains) -> LineFit:
     """Fit every chain's line by the robust loss; NaN in feet where the lens cannot reach."""
     for _ in range(MAX_STEPS):
-        linearisation, onward = _linearise(state, chains)
+        linearisation, foot_step = _linearise(state, chains)
         if not np.isfinite(linearisation.residuals).all():
             return replace(state, feet=np.full_like(state.feet, np.nan))
         weight = robust_weight(linearisation.residuals, chains.noise_px)
         turn, shift = _line_steps(linearisation.by_line, linearisation.residuals, weight, chains).T
-        feet = state.feet + onward
+        feet = state.feet + foot_step
         state = replace(state, angle=state.angle + turn, offset=state.offset + shift, feet=feet)
-        across = np.abs(turn).max() * np.abs(feet).max() + np.abs(shift).max()
-        if across * chains.unit_px < LINE_TOLERANCE_PX and np.abs(onward).max() * chains.unit_px < FOOT_TOLERANCE_PX:
+        line_step = np.abs(turn).max() * np.abs(feet).max() + np.abs(shift).max()
+        if (line_step * chains.unit_px < LINE_TOLERANCE_PX
+                and np.abs(foot_step).max() * chains.unit_px < FOOT_TOLERANCE_PX):
             break
     return state
 
@@ -104,11 +128,12 @@ def robust_weight(residuals: Array, noise_px: float) -> Array:
 
 
 def project_out_lines(linearisation: Linearisation, chains: Chains) -> Array:
-    """Return derivatives by terms and centre (n, k + 2), px, each chain's line eliminated."""
+    """Return by_lens (n, k + 2) with each chain's line eliminated."""
     weight = robust_weight(linearisation.residuals, chains.noise_px)
-    taken = np.stack([_line_steps(linearisation.by_line, column, weight, chains)
+    # How each chain's line follows when one column of the lens moves its points.
+    steps = np.stack([_line_steps(linearisation.by_line, column, weight, chains)
                       for column in linearisation.by_lens.T], axis=-1)
-    return linearisation.by_lens + np.einsum("nl,nlk->nk", linearisation.by_line, taken[chains.owner])
+    return linearisation.by_lens + np.einsum("nl,nlk->nk", linearisation.by_line, steps[chains.owner])
 
 
 def lines_through(plane: Array, chains: Chains) -> tuple[Array, Array, Array]:
@@ -116,7 +141,7 @@ def lines_through(plane: Array, chains: Chains) -> tuple[Array, Array, Array]:
     count = chains.counts
     middle = np.add.reduceat(plane, chains.starts, axis=-2) / count[:, None]
     about = plane - np.repeat(middle, count, axis=-2)
-    xx, yy, xy = (np.add.reduceat(v, chains.starts, axis=-1) for v in
+    xx, yy, xy = (np.add.reduceat(product, chains.starts, axis=-1) for product in
                   (about[..., 0] ** 2, about[..., 1] ** 2, about[..., 0] * about[..., 1]))
     angle = 0.5 * np.arctan2(2 * xy, xx - yy) + np.pi / 2  # across the direction of greatest spread
     normal = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -127,26 +152,28 @@ def lines_through(plane: Array, chains: Chains) -> tuple[Array, Array, Array]:
 def _linearise(state: LineFit, chains: Chains) -> tuple[Linearisation, Array]:
     """Linearise; also return how far each foot is from the nearest place to its point, (n,) in units of the plane."""
     owner = chains.owner
-    n = np.stack([np.cos(state.angle), np.sin(state.angle)], axis=-1)[owner]
-    d = np.stack([-n[:, 1], n[:, 0]], axis=-1)
-    observed = (chains.pixels - state.centre) / chains.unit_px
+    normal = np.stack([np.cos(state.angle), np.sin(state.angle)], axis=-1)[owner]
+    direction = np.stack([-normal[:, 1], normal[:, 0]], axis=-1)
+    on_line = state.offset[owner, None] * normal + state.feet[:, None] * direction
     with np.errstate(all="ignore"):  # beyond reach: NaN, which the least squares steps back from
-        curve, by_ray, by_terms = state.lens.distort_jacobian(
-            state.terms, homogeneous(state.offset[owner, None] * n + state.feet[:, None] * d))
-    along = np.einsum("nij,nj->ni", by_ray[..., :2], d)
-    speed = np.sum(along**2, axis=1)
+        on_curve, by_ray, by_terms = state.lens.distort_jacobian(state.terms, homogeneous(on_line))
+    by_place = by_ray[..., :2]
+    tangent = np.einsum("nij,nj->ni", by_place, direction)
+    speed2 = np.sum(tangent**2, axis=1)
+    off_curve = chains.plane(state.centre) - on_curve
     with np.errstate(all="ignore"):
-        onward = np.sum(along * (observed - curve), axis=1) / speed
-        m = np.stack([along[:, 1], -along[:, 0]], axis=-1) / np.sqrt(speed)[:, None]  # d turned back by 90° is n
-    q = np.einsum("ni,nij,nj->n", m, by_ray[..., :2], n)
-    residuals = np.sum(m * (observed - curve), axis=1) * chains.unit_px
-    by_terms = -np.einsum("ni,nik->nk", m, by_terms) * chains.unit_px
+        foot_step = np.sum(tangent * off_curve, axis=1) / speed2
+        # The line's direction turned back by 90° is its normal: so is the curve's.
+        curve_normal = np.stack([tangent[:, 1], -tangent[:, 0]], axis=-1) / np.sqrt(speed2)[:, None]
+    q = np.einsum("ni,nij,nj->n", curve_normal, by_place, normal)
+    residuals = np.sum(curve_normal * off_curve, axis=1) * chains.unit_px
+    by_terms = -np.einsum("ni,nik->nk", curve_normal, by_terms) * chains.unit_px
     by_line = np.stack([state.feet * q, -q], axis=-1) * chains.unit_px
-    return Linearisation(residuals, np.concatenate([by_terms, -m], axis=1), by_line), onward
+    return Linearisation(residuals, np.concatenate([by_terms, -curve_normal], axis=1), by_line), foot_step
 
 
 def _line_steps(by_line: Array, values: Array, weight: Array, chains: Chains) -> Array:
-    """Return for each chain the turn and shift (c, 2) that best undo values (n,)."""
+    """Return for each chain the turn and shift (c, 2) that best undo values (n,): weighted normal equations, 2 × 2."""
     a, b = by_line[:, 0], by_line[:, 1]
     aa, ab, bb, av, bv = chains.sums(np.stack([a * a, a * b, b * b, a * values, b * values], axis=1)
                                      * weight[:, None]).T
