@@ -1,5 +1,5 @@
 // The one list of features. Its order is that of the list of keys, and of which action a shared key means first.
-import { board } from "./board/index.js";
+import { board } from "./boards/index.js";
 import { calibrate } from "./calibrate/index.js";
 import { check } from "./check/index.js";
 import { compare } from "./compare/index.js";

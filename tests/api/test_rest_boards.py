@@ -12,7 +12,7 @@ from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
 from tests.support.store_opener import damage_row
-from touchline.core.board import Board
+from touchline.boards.board import Board
 from touchline.store.store import Store
 from touchline.store.tables import LensRow
 

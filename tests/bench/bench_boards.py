@@ -12,9 +12,8 @@ import pytest
 
 from tests.support.bench_peers import mrcal, opencv
 from tests.support.board_views import BOARD, PLAIN, SIZE, TRUTH, median_difference, views_of, walked, zoomed_views
-from touchline.evaluate.board.focal_drift import FocalDrift
-from touchline.evaluate.board.lens_uncertainty import expected_px, lens_sensitivity
-from touchline.fitting.board.fit import fit_board
+from touchline.boards.fit import fit_board
+from touchline.boards.uncertainty import FocalDrift, expected_px, lens_sensitivity
 from touchline.models import MODELS
 from touchline.models.lens_difference import lens_difference
 

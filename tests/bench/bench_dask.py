@@ -14,9 +14,9 @@ from tests.support import sample_jobs
 from tests.support.board_views import SIZE, TRUTH, picture_of, views_of
 from tests.support.dask_cluster import dask_cluster
 from tests.support.pictures import encoded
-from touchline.core.board import Board
+from touchline.boards.board import Board
+from touchline.boards.request import BoardCalibrationRequest, run_pictures, run_views
 from touchline.jobs import JobEngine
-from touchline.workflows.board_request import BoardCalibrationRequest, run_pictures, run_views
 
 SMALL, LENSES, PICTURES = 200, 16, 200
 

@@ -11,9 +11,9 @@ import yaml
 from tests.support.board_views import BOARD, SIZE, TRUTH, picture_of, views_of
 from tests.support.lens_over_field import FIELD, clicks_through_the_lens
 from tests.support.paths import CLICKS as CLICKS_FOLDER
+from touchline.boards.board import Board
+from touchline.boards.request import BoardCalibrationRequest
 from touchline.cli.files import write_lens
-from touchline.core.board import Board
-from touchline.workflows.board_request import BoardCalibrationRequest
 
 CLICKS = CLICKS_FOLDER / "ssl_2008_half.json"
 SMALL = Board("chessboard", 8, 6, 30.0)

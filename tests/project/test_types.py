@@ -12,11 +12,12 @@ from tests.support.paths import PACKAGE, ROOT
 PLANTED = {
     "api.responses": "created({}, mm)",
     "cli.files": "read_bytes(maybe_folder)",
+    "boards.poses": "cell_counts(points, maybe_size)",
     "capabilities": "find_command(mm)",
     "client.connection": "to_server(mm)",
     "core.geometry": "inside_picture(points, points)",
     "detection.detect": "field_area(name, name)",
-    "evaluate.board.coverage": "cell_counts(points, maybe_size)",
+    "evaluate.fit.distortion": "distortion_kind(name)",
     "fitting": "sensitivity_of(points)",
     "formats.ssl_field": "field_to_wire(name)",
     "images.limits": "checked_size(1280, mm, touchline.images.limits.ImageLimits())",

@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from touchline.core.board import Board, BoardView
+from touchline.boards.board import Board, BoardView
 from touchline.core.geometry import ImageSize
 from touchline.models.intrinsics import Intrinsics
 

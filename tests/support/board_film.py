@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 
 from tests.support.board_views import picture_of
-from touchline.core.board import Board
+from touchline.boards.board import Board
+from touchline.boards.poses import BoardPose, pose_history
 from touchline.core.geometry import ImageSize
-from touchline.evaluate.board.poses import BoardPose, pose_history
 
 BOARD = Board("chessboard", 9, 6, 30.0)
 SIZE = ImageSize(640, 480)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from touchline.core.board import Board, BoardView
+from touchline.boards.board import Board, BoardView
 from touchline.core.geometry import ImageSize
 from touchline.models.intrinsics import Intrinsics
 from touchline.models.lens_difference import lens_difference

@@ -10,7 +10,7 @@ from tests.support import folder_pictures, pair_over_field
 from tests.support.bar_pictures import BENT, bars_behind
 from tests.support.board_views import picture_of
 from tests.support.rolling_balls import FPS, SIZE, film, lens_of
-from touchline.core.board import Board
+from touchline.boards.board import Board
 from touchline.formats import FORMATS
 from touchline.store.store import Store
 

@@ -1,1 +1,1 @@
-"""What every other package builds on: errors, geometry, the records that flow, fields, boards, options."""
+"""What every other package builds on: errors, geometry, the records that flow, fields, options."""

@@ -4,8 +4,7 @@ A fitter (contract.Fitter) takes observations, a field, a region and options, an
 it rests on, warnings, and the covariance of its parameters. To add one for a model with a lens: a subclass of RayFitter
 in ray_camera/fitters.py and a line here; any other model: a folder here with its own Fitter.
 
-Beside the fitters: board/ (a lens from a calibration board), field_lines/ (a camera from detected lines, without
-clicks), image_motion (a bumped camera).
+Beside the fitters: field_lines/ (a camera from detected lines, without clicks), image_motion (a bumped camera).
 """
 
 from collections.abc import Mapping

@@ -22,12 +22,6 @@ def calibrations(services: Services, result: JsonObject, about: JsonObject) -> J
     return {"calibrations": [_saved(services, record, about) for record in result["made"]]}
 
 
-def lens(services: Services, result: JsonObject, about: JsonObject) -> JsonObject:
-    """Save a lens."""
-    record = services.store.lenses.add({**result, **about})
-    return {"lens": record["id"], "record": record}
-
-
 def found_lines(services: Services, result: JsonObject, about: JsonObject) -> JsonObject:
     """Save the version that the automatic detection has made, if it has made one."""
     return {"calibration": _saved(services, result["made"], about), **result["told"]}

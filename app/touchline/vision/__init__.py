@@ -1,6 +1,5 @@
 """Pixels to observations: what is looked for in a picture, and how exactly it is found.
 
-    board/    the inner corners of a chessboard or ChArUco board
     lines/    painted lines and long edges at sub-pixel: chains, ridges, snapping a click, movement since a reference
     quality/  light, sharpness and flicker, over nine zones
     motion/   background, moving blobs, their tracks, and straight runs

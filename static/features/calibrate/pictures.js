@@ -20,7 +20,7 @@ import {
 } from "../../core/state.js";
 import { t } from "../../core/words.js";
 import { fit } from "../../canvas/viewport.js";
-import { applyChosenLens } from "../board/board.js";
+import { applyChosenLens } from "../boards/board.js";
 import { importFile, isCalibrationFile } from "../versions/imports.js";
 import { findVersion, forgetVersion } from "../versions/versions.js";
 import { closeDraft, fetchDraft, openDraft } from "./draft.js";

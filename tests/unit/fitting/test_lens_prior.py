@@ -10,11 +10,11 @@ from tests.support.board_views import SIZE as BOARD_SIZE
 from tests.support.board_views import TRUTH, views_of
 from tests.support.operator import REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
 from tests.support.tiers import long
+from touchline.boards.fit import fit_board
 from touchline.core.errors import BadInput
 from touchline.core.field import HAT_MM
 from touchline.core.geometry import ImageSize
 from touchline.evaluate.fit.uncertainty import expected_error, grid_over
-from touchline.fitting.board.fit import fit_board
 from touchline.fitting.ray_camera.distortion_prior import DistortionEstimate
 from touchline.fitting.ray_camera.lens_prior import camera_intrinsics, lens_prior, read_lens
 from touchline.models import MODELS, parameters_json

@@ -17,12 +17,12 @@ from tests.support.paths import ROOT, TESTS
 from tests.support.pictures import encoded, gradient
 from tests.support.tiers import long
 from tests.support.waiting import ended, until
+from touchline.boards.request import BoardCalibrationRequest, run_pictures, run_views
 from touchline.core.errors import BadInput
 from touchline.jobs import JobEngine
 from touchline.jobs.dask_task import do
 from touchline.main import create_app
 from touchline.settings import Settings
-from touchline.workflows.board_request import BoardCalibrationRequest, run_pictures, run_views
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ from tests.support.board_views import BOARD, SIZE, TRUTH, views_of
 from tests.support.examples import plain_examples
 from tests.support.pair_over_field import FIELD
 from tests.support.rig_over_field import sim_task, true_models
+from touchline.boards.request import calibrate_board
 from touchline.core.errors import Conflict, TouchlineError
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Calibration, Observation
@@ -21,7 +22,6 @@ from touchline.scene.geometry.picking import carpet_intersection, describe_place
 from touchline.scene.geometry.scene_camera import SceneCamera
 from touchline.scene.geometry.shapes import carpet, goals, paint
 from touchline.scene.geometry.views import Viewpoint
-from touchline.workflows.board_request import calibrate_board
 from touchline.workflows.calibration import uncertainty
 
 RAYS = [(name, number) for name in MODELS if isinstance(MODELS[name], type) and issubclass(MODELS[name], RayCamera)

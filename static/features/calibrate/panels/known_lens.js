@@ -4,7 +4,7 @@ import { dayAndTime, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras, modelName, snapshot } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
-import { calibrations, isSuited, lenses } from "../../board/lenses.js";
+import { calibrations, isSuited, lenses } from "../../boards/lenses.js";
 
 /** @typedef {import("./options.js").Props} Props */
 

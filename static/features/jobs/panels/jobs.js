@@ -6,7 +6,7 @@ import { html } from "../../../core/html.js";
 import { addressOf, go } from "../../../core/route.js";
 import { notifyError } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
-import { openBoard, showLens } from "../../board/board.js";
+import { openBoard, showLens } from "../../boards/board.js";
 import { cancelJob, isConnected, isOver, jobs, running } from "../job_list.js";
 
 /** @typedef {import("../types").JobInList} JobInList */

@@ -6,7 +6,7 @@ import { addressOf } from "../../../core/route.js";
 import { busy, cameras, fields } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { rich } from "../../../ui/rich.js";
-import { LensForNextPicture } from "../../board/panels/board.js";
+import { LensForNextPicture } from "../../boards/panels/board.js";
 import { LEVEL } from "../../calibrate/panels/levels.js";
 import { takePicture } from "../../calibrate/pictures.js";
 import { TourButton } from "../../help/panels/tour.js";

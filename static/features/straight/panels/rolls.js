@@ -10,7 +10,7 @@ import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
 import { Working } from "../../../ui/working.js";
 import { path } from "../../../canvas/drawing.js";
-import { useLens } from "../../board/board.js";
+import { useLens } from "../../boards/board.js";
 import { LiveView } from "../../live/layers/live_view.js";
 import {
   all,

@@ -1,6 +1,6 @@
-"""A lens from pictures of a board, or from corners found elsewhere, with its report.
+"""A lens from images of a board, or from corners found elsewhere, with its report.
 
-    view = find(frame.pixels, board)                for every picture
+    view = require_board(frame.pixels, board)       for every image
     answer = calibrate_board(views, board, image_size, "brown-conrady")
     answer["lens"]                                  fixed in a later fit: {"name": answer["model"], "lens": …}
 """
@@ -10,34 +10,32 @@ from dataclasses import dataclass
 from dataclasses import field as member
 from typing import Any, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
-from touchline.core.board import Board, BoardView, views_from_json
+from touchline.boards.board import Board, BoardView, views_from_json
+from touchline.boards.detection import find_board
+from touchline.boards.fit import board_model, board_options, fit_board
+from touchline.boards.report import board_report
 from touchline.core.common_sentences import PROGRESS_DONE, image_name, previous_images_differ
 from touchline.core.errors import BadInput, Conflict, FitFailed
-from touchline.core.geometry import ImageSize
+from touchline.core.geometry import ImageSize, Pixels
+from touchline.core.json_values import JsonObject
 from touchline.core.options import read_options
 from touchline.core.progress import Progress, no_progress, subprogress
 from touchline.core.records import Warning
 from touchline.core.statements import say
 from touchline.core.text_format import sentence
-from touchline.evaluate.board.report import board_report
-from touchline.fitting.board.fit import board_model, board_options, fit_board
 from touchline.installation import __version__
-from touchline.vision.board.detection import find_board
 from touchline.workflows.job_pictures import Pictures, job_pictures
 
-FITTING = 0.7  # of the time of a calibration from views
+FITTING_SHARE = 0.7  # of the time of a calibration from views
+DETECTION_SHARE = 0.6  # of one from images: finding the board takes longer than all arithmetic
 COUNT_CORNERS = say("board.count-corners",
                     "Count the inner corners again. The whole board must be visible and sharp in the image.")
 CHECK_KIND = say("board.check-kind",
                  "Check columns, rows and dictionary, and whether the board has the legacy pattern.")
-LOOKING = 0.6  # of a calibration from pictures: finding the board takes longer than all arithmetic
 
 
-def find(pixels: NDArray[np.uint8], board: Board, name: str = "") -> BoardView:
-    """Find the board in one picture; FitFailed where there is none."""
+def require_board(pixels: Pixels, board: Board, name: str = "") -> BoardView:
+    """Find the board in one image; FitFailed where there is none."""
     view = find_board(pixels, board, name)
     if view is None:
         raise FitFailed(say("board.not-in-image", "{image} shows no {kind} of {columns} × {rows} inner corners.",
@@ -49,11 +47,14 @@ def find(pixels: NDArray[np.uint8], board: Board, name: str = "") -> BoardView:
 
 def calibrate_board(views: Sequence[BoardView], board: Board | None, image_size: ImageSize,
                     model: str = "brown-conrady", options: Mapping[str, Any] | None = None,
-                    progress: Progress = no_progress) -> dict[str, Any]:
-    """{"model", "lens", "board", "image_size", "report"}, plain JSON. board: None where views bring their places."""
+                    progress: Progress = no_progress) -> JsonObject:
+    """Return {"model", "lens", "board", "image_size", "report"}, plain JSON.
+
+    board: None where views bring their places.
+    """
     fit = fit_board(tuple(views), image_size, board_model(model), options,
-                    lambda fraction, message: progress(fraction * FITTING, message))
-    progress(FITTING, say("progress.evaluating-lens", "Evaluating the lens"))
+                    lambda fraction, message: progress(fraction * FITTING_SHARE, message))
+    progress(FITTING_SHARE, say("progress.evaluating-lens", "Evaluating the lens"))
     report = board_report(fit)
     progress(1.0, PROGRESS_DONE)
     return {"model": model, "lens": fit.lens.to_json(), "board": board.to_json() if board else None,
@@ -72,22 +73,22 @@ class BoardCalibrationRequest:
         read_options(board_options(board_model(self.model)), self.options)  # refused before a job starts
 
     def from_views(self, views: tuple[BoardView, ...], size: ImageSize,
-                   progress: Progress = no_progress) -> dict[str, Any]:
+                   progress: Progress = no_progress) -> JsonObject:
         """Fit views; return the lens with its report as JSON, not yet stored."""
-        done = calibrate_board(views, self.board, size, self.model, self.options, progress)
-        return {**done, "software": f"touchline {__version__}"}
+        found = calibrate_board(views, self.board, size, self.model, self.options, progress)
+        return {**found, "software": f"touchline {__version__}"}
 
-    def from_pictures(self, pictures: Pictures, progress: Progress = no_progress) -> dict[str, Any]:
+    def from_pictures(self, pictures: Pictures, progress: Progress = no_progress) -> JsonObject:
         """Find the board in pictures of one size and fit. A picture without a board is left out, with a warning."""
         if self.board is None:
             raise BadInput(say("board.missing", "The board is missing."),
                            say("board.enter", "Enter the board in the images: kind, columns, rows and square_mm."),
                            reason="no-board")
-        views, blank, size, count = [], [], None, len(pictures)
-        for number, (name, read) in enumerate(pictures):
-            progress(LOOKING * number / count,
+        views, without_board, size, count = [], [], None, len(pictures)
+        for index, (name, read) in enumerate(pictures):
+            progress(DETECTION_SHARE * index / count,
                      say("progress.board", "Detecting the board in {image} ({number} of {count})",
-                         image=image_name(name), number=number + 1, count=count))
+                         image=image_name(name), number=index + 1, count=count))
             frame = read()
             size = size or frame.size
             if frame.size != size:
@@ -95,18 +96,19 @@ class BoardCalibrationRequest:
                                say("board.one-resolution", "Take all images with one camera at one resolution."),
                                reason="size-mismatch")
             try:
-                views.append(find(frame.pixels, self.board, name))
-            except FitFailed as none:
-                blank.append((number, none))
+                views.append(require_board(frame.pixels, self.board, name))
+            except FitFailed as error:
+                without_board.append((index, error))
         if size is None or not views:
-            raise blank[0][1] if blank else BadInput(say("board.no-images", "There are no images."),
-                                                     say("board.use-images", "Use about 20 images of the board."),
-                                                     reason="too-few-views")
-        done = self.from_views(tuple(views), size, subprogress(progress, LOOKING, 1.0))
-        warnings = [Warning(none.reason, none.what, none.fix, index=number).to_json() for number, none in blank]
-        return {**done, "report": {**done["report"], "warnings": [*done["report"]["warnings"], *warnings]}}
+            raise without_board[0][1] if without_board else BadInput(
+                say("board.no-images", "There are no images."),
+                say("board.use-images", "Use about 20 images of the board."), reason="too-few-views")
+        found = self.from_views(tuple(views), size, subprogress(progress, DETECTION_SHARE, 1.0))
+        found["report"]["warnings"] += [Warning(error.reason, error.what, error.fix, index=index).to_json()
+                                        for index, error in without_board]
+        return found
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> JsonObject:
         return {"board": self.board.to_json() if self.board else None, "model": self.model,
                 "options": dict(self.options)}
 
@@ -116,13 +118,13 @@ class BoardCalibrationRequest:
         return cls(board, value["model"], value["options"])
 
 
-def run_views(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: {"task", "views", "image_size"}."""
+def run_views(spec: Any, progress: Progress) -> JsonObject:
+    """Run a job: {"task", "views", "image_size"}."""
     request = BoardCalibrationRequest.from_json(spec["task"])
     return request.from_views(views_from_json(spec["views"]), ImageSize.of(spec["image_size"]), progress)
 
 
-def run_pictures(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: {"task", "pictures": [{"name", "path", "sha256"}, …]}; untrusted, decoded in a child."""
+def run_pictures(spec: Any, progress: Progress) -> JsonObject:
+    """Run a job: {"task", "pictures": [{"name", "path", "sha256"}, …]}; untrusted, decoded in a child."""
     with job_pictures(spec["pictures"]) as pictures:
         return BoardCalibrationRequest.from_json(spec["task"]).from_pictures(pictures, progress)

@@ -1,4 +1,4 @@
-"""A calibration board: its corners in millimetres, and what one picture showed of it.
+"""A calibration board: its corners in millimetres, and what one image showed of it.
 
 The board's frame: x along a row of corners, y along a column, z = 0 on its face, the first inner corner at (0, 0).
 Only inner corners count, those where four squares meet.
@@ -10,34 +10,37 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from annotated_types import Interval
-from numpy.typing import NDArray
 
 from touchline.core.errors import BadInput
-from touchline.core.geometry import MAX_COORDINATE, Points, as_points
+from touchline.core.geometry import MAX_COORDINATE, Array, Mask, Points, as_points
+from touchline.core.json_values import JsonObject
 from touchline.core.reading import Whole, read
 from touchline.core.text_format import sentence
 
 FORM = ('Send {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 30}: columns and rows of inner corners, '
         '3 to 100; or "kind": "charuco" with "marker_mm" and "dictionary" as well.')
-Corners = Annotated[int, Interval(ge=3, le=100), Whole()]  # along one side; finders take no fewer
+CornerCount = Annotated[int, Interval(ge=3, le=100), Whole()]  # along one side; detectors accept no fewer
 MIN_MM, MAX_MM = 0.01, 10_000  # of a square's or a marker's side
-# The families that OpenCV prints and how many markers each has; a name outside is looked up nowhere.
+# The families that OpenCV prints, and how many markers each has. OpenCV is asked for no other name.
 DICTIONARIES = {**{f"DICT_{n}X{n}_{count}": count for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
                 "DICT_ARUCO_ORIGINAL": 1024, "DICT_APRILTAG_16h5": 30, "DICT_APRILTAG_25h9": 35,
                 "DICT_APRILTAG_36h10": 2320, "DICT_APRILTAG_36h11": 587}
 MAX_VIEWS = 1000
 MAX_CORNERS = 10_000  # in one view
-MAX_WORK = 300_000  # views times the corners of the fullest: 2000 views of a usual board, and a few hundred megabytes
+MAX_PADDED_CORNERS = 300_000  # views × corners of the fullest: 2000 views of a usual board, some hundred megabytes
 
 
 @dataclass(frozen=True)
 class Board:
-    """columns × rows inner corners, square_mm apart. legacy: a ChArUco board of OpenCV before 4.6, whose even rows of
-    squares begin with a marker where newer ones begin with a black square."""
+    """columns × rows inner corners, square_mm apart.
+
+    legacy: a ChArUco board of OpenCV before 4.6, whose even rows of squares begin with a marker where newer ones begin
+    with a black square.
+    """
 
     kind: Literal["chessboard", "charuco"]
-    columns: Corners
-    rows: Corners
+    columns: CornerCount
+    rows: CornerCount
     square_mm: Annotated[float, Interval(ge=MIN_MM, le=MAX_MM)]
     marker_mm: float = 0.0
     dictionary: str = ""
@@ -45,46 +48,51 @@ class Board:
 
     @classmethod
     def from_json(cls, value: Any) -> Self:
-        """Read a board; refuse what is not of its form, by name."""
+        """Read a board; BadInput names what is not of its form."""
         board = read(cls, value, "The board", FORM, "bad-board")
         if board.kind == "chessboard":
             extra = [name for name in ("marker_mm", "dictionary", "legacy") if getattr(board, name)]
             if extra:
-                raise _refused(f"A chessboard has no {extra[0]}.", FORM)
+                raise _bad_board(f"A chessboard has no {extra[0]}.", FORM)
             return board
         if board.marker_mm < MIN_MM:
-            raise _refused(f"The board: marker_mm is missing, or less than {MIN_MM:g}.", FORM)
+            raise _bad_board(f"The board: marker_mm is missing, or less than {MIN_MM:g}.", FORM)
         if board.marker_mm >= board.square_mm:
-            raise _refused(f"Markers of {board.marker_mm:g} mm do not fit into squares of {board.square_mm:g} mm.",
+            raise _bad_board(f"Markers of {board.marker_mm:g} mm do not fit into squares of {board.square_mm:g} mm.",
                            "Measure both: the marker is smaller than the square.")
         if board.dictionary not in DICTIONARIES:
-            raise _refused(f"Unknown marker dictionary: {board.dictionary[:40]!r}.",
+            raise _bad_board(f"Unknown marker dictionary: {board.dictionary[:40]!r}.",
                            f"Use one of: {', '.join(DICTIONARIES)}.")
-        needed, there_are = (board.columns + 1) * (board.rows + 1) // 2, DICTIONARIES[board.dictionary]
-        if needed > there_are:
-            raise _refused(f"The board has {needed} markers; {board.dictionary} has only {there_are}.",
+        needed, available = (board.columns + 1) * (board.rows + 1) // 2, DICTIONARIES[board.dictionary]
+        if needed > available:
+            raise _bad_board(f"The board has {needed} markers; {board.dictionary} has only {available}.",
                            "Choose the dictionary that the board was printed with.")
         return board
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> JsonObject:
         plain = {"kind": self.kind, "columns": self.columns, "rows": self.rows, "square_mm": self.square_mm}
         if self.kind == "chessboard":
             return plain
         return {**plain, "marker_mm": self.marker_mm, "dictionary": self.dictionary, "legacy": self.legacy}
 
     @property
-    def places_mm(self) -> NDArray[np.float64]:
-        """(columns · rows, 3), row by row."""
+    def places_mm(self) -> Array:
+        """Return where the inner corners are, (columns · rows, 3), row by row."""
         y, x = np.mgrid[:self.rows, :self.columns]
         return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1) * self.square_mm
+
+    @property
+    def outline(self) -> list[int]:
+        """Return which of places_mm are the outermost corners: (0, 0), (1, 0), (1, 1), (0, 1)."""
+        return [0, self.columns - 1, self.columns * self.rows - 1, self.columns * (self.rows - 1)]
 
 
 @dataclass(frozen=True, eq=False)
 class BoardView:
-    """One picture's corners: pixels (n, 2) raw, places_mm (n, 3) on the board. name: for messages."""
+    """The corners of one image: pixels (n, 2) raw, places_mm (n, 3) on the board. name: for messages."""
 
     pixels: Points
-    places_mm: NDArray[np.float64]
+    places_mm: Array
     name: str = ""
 
     def __post_init__(self) -> None:
@@ -95,15 +103,16 @@ class BoardView:
         for array in (self.pixels, self.places_mm):
             array.setflags(write=False)
 
-    def only(self, keep: NDArray[np.bool_]) -> "BoardView":
+    def only(self, keep: Mask) -> "BoardView":
+        """Return the view with some of its corners. keep (n,)."""
         return BoardView(self.pixels[keep], self.places_mm[keep], self.name)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> JsonObject:
         return {"image_points": self.pixels.tolist(), "object_points": self.places_mm.tolist(), "name": self.name}
 
 
 def views_from_json(value: Any) -> tuple[BoardView, ...]:
-    """Read [{"image_points": [[x, y], …], "object_points": [[X, Y, Z], …] mm}, …]."""
+    """Read [{"image_points": [[x, y], …] px, "object_points": [[X, Y, Z], …] mm}, …]; BadInput names the wrong view."""
     form = 'Send [{"image_points": [[x, y], …], "object_points": [[X, Y, Z], …]}, …], millimetres on the board.'
     if not isinstance(value, Sequence) or isinstance(value, str):
         raise BadInput("The views are not a list.", form, reason="bad-view")
@@ -120,15 +129,15 @@ def views_from_json(value: Any) -> tuple[BoardView, ...]:
         if len(pixels) > MAX_CORNERS:
             raise BadInput(sentence(f"{name} has {len(pixels)} corners; at most {MAX_CORNERS} are possible."),
                            "Use a board with fewer squares.", reason="too-many-points")
-        views.append(BoardView(pixels, _places(item.get("object_points", ()), name), name))
-    most = max((len(view.pixels) for view in views), default=0)
-    if len(views) * most > MAX_WORK:
-        raise BadInput(f"{len(views)} views with up to {most} corners exceed the limit of a calibration.",
+        views.append(BoardView(pixels, _read_places(item.get("object_points", ()), name), name))
+    fullest = max((len(view.pixels) for view in views), default=0)
+    if len(views) * fullest > MAX_PADDED_CORNERS:
+        raise BadInput(f"{len(views)} views with up to {fullest} corners exceed the limit of a calibration.",
                        "Send fewer views.", reason="too-many-points")
     return tuple(views)
 
 
-def _places(value: Any, name: str) -> NDArray[np.float64]:
+def _read_places(value: Any, name: str) -> Array:
     try:
         places = np.array(value, dtype=np.float64)
         if places.size and (places.ndim != 2 or places.shape[1] not in (2, 3)):
@@ -143,5 +152,5 @@ def _places(value: Any, name: str) -> NDArray[np.float64]:
     return places if places.shape[1] == 3 else np.pad(places, ((0, 0), (0, 1)))
 
 
-def _refused(what: str, fix: str) -> BadInput:
+def _bad_board(what: str, fix: str) -> BadInput:
     return BadInput(what, fix, reason="bad-board")

@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 
 from tests.support.board_views import BOARD, FISHEYE, PLAIN, SIZE, TRUTH, picture_of, views_of
-from touchline.core.board import Board, BoardView, views_from_json
+from touchline.boards.board import Board, BoardView, views_from_json
+from touchline.boards.coverage import next_view, tilts
+from touchline.boards.fit import fit_board
+from touchline.boards.poses import NEXT_SHARE, cell_counts, rotation_to, tilt_vector
+from touchline.boards.problem import BoardObservations
+from touchline.boards.report import neighbour_correlation
+from touchline.boards.request import calibrate_board, require_board
+from touchline.boards.uncertainty import expected_over_picture
 from touchline.core.errors import BadInput, FitFailed
-from touchline.evaluate.board.coverage import NEXT_SHARE, cell_counts, lean_vector, next_view, rotation_to, tilts
-from touchline.evaluate.board.lens_uncertainty import expected_over_picture
-from touchline.evaluate.board.report import neighbour_correlation
-from touchline.fitting.board.fit import fit_board
-from touchline.fitting.board.parameters import BoardObservations
 from touchline.models import MODELS
 from touchline.models.rotation import matrix_from_vector
-from touchline.workflows.board_request import calibrate_board, find
 
 BROWN = MODELS["brown-conrady"]
 
@@ -76,7 +77,7 @@ def test_the_next_view_helps_as_much_as_it_says():
     told = next_view(before)
     assert "left" in told.text.split(",")[0]
     ray, middle = TRUTH.rays(np.array(told.place_px)), BOARD.places_mm.mean(axis=0)
-    facing, leaning = matrix_from_vector(np.array([rotation_to(ray), lean_vector(told.nearer)]))
+    facing, leaning = matrix_from_vector(np.array([rotation_to(ray), tilt_vector(told.nearer)]))
     distance = 2 * middle[0] * TRUTH.focal_px / (NEXT_SHARE * SIZE.width)
     pixels = TRUTH.project((BOARD.places_mm - middle) @ (facing @ leaning).T + ray * distance)
     inside = ((pixels > 0) & (pixels < np.array(tuple(SIZE)) - 1)).all(axis=1)
@@ -92,7 +93,7 @@ def test_tilts_and_cells_are_those_of_the_views():
     degrees, nearer = tilts(fit)
     assert cell_counts(fit.observations.pixels[fit.observations.present], SIZE).sum() == 1200
     for k, (deg, edge) in enumerate(zip(degrees, nearer, strict=True)):
-        rays, pixels = fit.state.rays(fit.observations)[k], fit.observations.pixels[k]
+        rays, pixels = fit.state.camera_points(fit.observations)[k], fit.observations.pixels[k]
         if not edge:
             assert deg <= 12
             continue
@@ -104,11 +105,11 @@ def test_tilts_and_cells_are_those_of_the_views():
 
 
 def test_noise_has_no_neighbours_and_a_shape_has():
-    sights, rng = BoardObservations.of(views_of(count=6)), np.random.default_rng(0)
-    noise = rng.normal(0, 1, sights.pixels.shape)
-    assert abs(neighbour_correlation(noise, sights)) < 0.1
+    observations, rng = BoardObservations.of(views_of(count=6)), np.random.default_rng(0)
+    noise = rng.normal(0, 1, observations.pixels.shape)
+    assert abs(neighbour_correlation(noise, observations)) < 0.1
     rows = np.repeat(rng.normal(0, 1, (6, 10, 2)), 10, axis=1)  # alike along each row, and rows know nothing of others
-    assert neighbour_correlation(rows, sights) == pytest.approx(1.0)
+    assert neighbour_correlation(rows, observations) == pytest.approx(1.0)
     shuffled = rng.permutation(100)  # the order in which corners are listed is nobody's business
     mixed = BoardObservations.of(tuple(v.only(shuffled) for v in views_of(count=6)))
     assert neighbour_correlation(rows[:, shuffled], mixed) == pytest.approx(1.0)
@@ -116,8 +117,8 @@ def test_noise_has_no_neighbours_and_a_shape_has():
 
 @pytest.mark.parametrize("edge, corner", [("left", 0), ("right", 9), ("top", 4), ("bottom", 94)])
 def test_a_lean_brings_its_edge_nearer(edge, corner):
-    away = (matrix_from_vector(lean_vector(edge)) @ (BOARD.places_mm - BOARD.places_mm.mean(axis=0)).T)[2]
-    assert away[corner] < -200 and lean_vector("").tolist() == [0, 0, 0]
+    away = (matrix_from_vector(tilt_vector(edge)) @ (BOARD.places_mm - BOARD.places_mm.mean(axis=0)).T)[2]
+    assert away[corner] < -200 and tilt_vector("").tolist() == [0, 0, 0]
 
 
 def test_corners_that_are_found_badly_are_said_to_be():
@@ -143,9 +144,9 @@ def test_few_views_have_no_cross_validation_and_say_null():
 def test_a_picture_becomes_a_view_or_says_what_to_check():
     board = Board("chessboard", 9, 6, 30.0)
     picture = picture_of(board, np.array([[1.9, 0.25, 260], [-0.12, 1.75, 240], [2.2e-4, -1.5e-4, 1.0]]))
-    assert len(find(picture, board).pixels) == 54
+    assert len(require_board(picture, board).pixels) == 54
     with pytest.raises(FitFailed, match="8 × 6") as refusal:
-        find(picture[:, :300], Board("chessboard", 8, 6, 30.0), "door.png")
+        require_board(picture[:, :300], Board("chessboard", 8, 6, 30.0), "door.png")
     assert refusal.value.what.startswith("door.png shows no chessboard")
     assert refusal.value.reason == "no-board"
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tests.support.board_views import SIZE, views_of, walked, zoomed_views
-from touchline.evaluate.board.focal_drift import FocalDrift
-from touchline.evaluate.board.report import board_report
-from touchline.fitting.board.fit import fit_board
+from touchline.boards.fit import fit_board
+from touchline.boards.report import board_report
+from touchline.boards.uncertainty import FocalDrift
 from touchline.models import MODELS
 
 TERMS = {"terms": ["k1", "k2", "p1", "p2"]}

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from tests.support.board_views import picture_of
-from touchline.core.board import Board
-from touchline.vision.board.corners import refine_corners_by_square
-from touchline.vision.board.detection import find_board
+from touchline.boards.board import Board
+from touchline.boards.detection import find_board, refine_corners_by_square
 
 CHESS = Board("chessboard", 9, 6, 30.0)
 CHARUCO = Board("charuco", 7, 5, 30.0, 22.0, "DICT_4X4_100")

@@ -7,12 +7,11 @@ import pytest
 
 from tests.support.board_views import BOARD, FISHEYE, PLAIN, SIZE, TRUTH, median_difference, views_of
 from tests.support.tiers import rounds
-from touchline.core.board import BoardView
+from touchline.boards.board import BoardView
+from touchline.boards.fit import board_model, fit_board, term_sets_for
+from touchline.boards.uncertainty import expected_px, lens_sensitivity
 from touchline.core.errors import BadInput, FitFailed
 from touchline.core.geometry import ImageSize
-from touchline.evaluate.board.lens_uncertainty import expected_px, lens_sensitivity
-from touchline.fitting.board.fit import board_model, fit_board
-from touchline.fitting.board.model_selection import term_sets_for
 from touchline.models import MODELS
 from touchline.models.lens_difference import lens_difference
 

@@ -1,16 +1,17 @@
-"""board: pictures of a calibration board in, a lens out."""
+"""board: images of a calibration board in, a lens out."""
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
+from touchline.boards.board import Board
+from touchline.boards.request import BoardCalibrationRequest
 from touchline.cli import files
 from touchline.cli.progress import progress_bar
 from touchline.cli.requests import ReportAsJson, options_from
-from touchline.core.board import Board
-from touchline.workflows.board_request import BoardCalibrationRequest
+from touchline.core.json_values import JsonObject
 
 
 def board(
@@ -33,17 +34,17 @@ def board(
 ) -> None:
     """Calibrate a lens from images of a board, for calibrate --lens."""
     markers = {"marker_mm": marker_mm, "dictionary": dictionary, "legacy": legacy}
-    known = Board.from_json({"kind": kind, "columns": columns, "rows": rows, "square_mm": square_mm,
-                             **{name: value for name, value in markers.items() if value}})
-    task = BoardCalibrationRequest(known, model, options_from(option))
+    described = Board.from_json({"kind": kind, "columns": columns, "rows": rows, "square_mm": square_mm,
+                                 **{name: value for name, value in markers.items() if value}})
+    request = BoardCalibrationRequest(described, model, options_from(option))
     with progress_bar("Detecting the board") as progress, files.decoded(pictures) as reads:
-        found = task.from_pictures(reads, progress)
-    told = json.dumps(found["report"], allow_nan=False) if as_json else _board_summary(found, output)
+        found = request.from_pictures(reads, progress)
+    summary = json.dumps(found["report"], allow_nan=False) if as_json else _board_summary(found, output)
     files.write_lens(output, found)
-    print(told)
+    print(summary)
 
 
-def _board_summary(found: dict[str, Any], output: Path) -> str:
+def _board_summary(found: JsonObject, output: Path) -> str:
     report, lens = found["report"], found["lens"]
     used = sum(view["used"] for view in report["views"])
     lines = [report["verdict"]["sentence"],

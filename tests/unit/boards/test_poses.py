@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 from tests.support.board_views import picture_of
-from touchline.core.board import Board, BoardView
+from touchline.boards.board import Board, BoardView
+from touchline.boards.coverage import EDGES
+from touchline.boards.detection import find_board_quickly
+from touchline.boards.poses import MIN_VIEWS, STILL_S, BoardCapture, BoardPose, pose_history
 from touchline.core.errors import BadInput
 from touchline.core.geometry import ImageSize
-from touchline.evaluate.board.coverage import LEANS
-from touchline.evaluate.board.poses import ENOUGH_VIEWS, BoardPose, pose_history
-from touchline.live.board_capture import STILL_S, BoardCapture
-from touchline.vision.board.detection import find_board_quickly
 
 BOARD = Board("chessboard", 9, 6, 30.0)
 SIZE = ImageSize(640, 480)
@@ -34,12 +33,12 @@ def test_who_does_as_he_is_told_has_enough_in_the_end_and_no_view_twice():
     told = list(suggestions())
     poses = [BoardPose.from_points(w["outline"], SIZE) for w in told]
     done = pose_history(poses, BOARD, SIZE)
-    assert ENOUGH_VIEWS <= len(told) <= 30
-    assert (done.cells > 0).mean() > 0.7 and min(done.leans.values()) >= 2
-    assert not any(a.is_like(b) for i, a in enumerate(poses) for b in poses[:i])
+    assert MIN_VIEWS <= len(told) <= 30
+    assert (done.cells > 0).mean() > 0.7 and min(done.tilts.values()) >= 2
+    assert not any(a.is_similar(b) for i, a in enumerate(poses) for b in poses[:i])
 
 
-@pytest.mark.parametrize("nearer", LEANS)
+@pytest.mark.parametrize("nearer", EDGES)
 def test_the_edge_that_is_drawn_nearer_is_seen_nearer(nearer):
     for wanted in suggestions():
         if wanted["nearer"] == nearer:
@@ -49,8 +48,8 @@ def test_the_edge_that_is_drawn_nearer_is_seen_nearer(nearer):
 
 def test_turning_the_board_upside_down_is_no_new_view():
     quad = pose("facing the camera").quad
-    turned = BoardPose.from_points(np.roll(quad, 2, axis=0), SIZE)
-    assert turned.is_like(BoardPose.from_points(quad, SIZE)) and turned.moved_px(BoardPose.from_points(quad, SIZE)) == 0
+    turned, before = BoardPose.from_points(np.roll(quad, 2, axis=0), SIZE), BoardPose.from_points(quad, SIZE)
+    assert turned.is_similar(before) and turned.moved_px(before) == 0
 
 
 def test_a_part_of_a_board_tells_where_the_rest_is():

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from tests.support.tiers import long, rounds
-from touchline.core.board import Board, BoardView
+from touchline.boards.board import Board, BoardView
+from touchline.boards.detection import find_board
+from touchline.boards.fit import fit_board
+from touchline.boards.request import calibrate_board
 from touchline.core.errors import FitFailed
 from touchline.core.geometry import ImageSize
-from touchline.fitting.board.fit import fit_board
 from touchline.models import MODELS
-from touchline.vision.board.detection import find_board
-from touchline.workflows.board_request import calibrate_board
 
 PLAIN = {"terms": ["k1", "k2", "p1", "p2", "k3"]}
 CHESS = Board("chessboard", 9, 6, 30.0)

@@ -1,0 +1,1 @@
+"""A lens from images of a calibration board: chessboard or ChArUco."""

@@ -1,1 +1,0 @@
-"""Fit a lens to views of a calibration board."""

@@ -1,1 +1,0 @@
-"""The corners of a calibration board in a picture."""
