@@ -134,47 +134,59 @@ NO_BLOBS = Blobs.of(NO_RUNS)
 
 
 def fine_middles(pixels: NDArray[np.uint8], blobs: Blobs, labels: NDArray[np.uint8] | None = None) -> Points:
-    """(n, 2) px: middles weighted by how much of each pixel the blob covers. labels: what belongs to another colour.
+    """Return middles (n, 2) px weighted by how much of each pixel the blob covers.
 
-    A pixel at the rim is a mixture p = α blob + (1 - α) beside; α is found along the way from one colour to the other.
+    labels: what belongs to another colour. A pixel at the rim is a mixture p = α blob + (1 - α) beside; α is found
+    along the way from one colour to the other.
     """
     middles = blobs.middle.copy()
-    height, width = pixels.shape[:2]
-    half = (blobs.box[:, 2:] - blobs.box[:, :2] + 1) / 2
-    small = np.flatnonzero((half.max(axis=1, initial=0) <= _MAX_HALF) & (blobs.area >= 4))
+    half_size = (blobs.box[:, 2:] - blobs.box[:, :2] + 1) / 2
+    small = np.flatnonzero((half_size.max(axis=1, initial=0) <= _MAX_HALF) & (blobs.area >= 4))
     if not small.size:
         return middles
-    reach = int(np.ceil(half[small].max())) + _BESIDE_PX
-    steps = np.arange(-reach, reach + 1)
-    centre = np.rint((blobs.box[small, :2] + blobs.box[small, 2:]) / 2).astype(int)
-    x, y = centre[:, 0, None, None] + steps[None, None, :], centre[:, 1, None, None] + steps[None, :, None]
-    inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-    y_in, x_in = np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)
+    half, box, coarse = half_size[small], blobs.box[small], middles[small]
+    x, y, inside = _windows(half, box, pixels)
+    y_in, x_in = np.clip(y, 0, pixels.shape[0] - 1), np.clip(x, 0, pixels.shape[1] - 1)
     window = pixels[y_in, x_in].astype(np.float32)  # (n, k, k, 3)
     if labels is not None:  # a patch that touches is neither of this one nor what lies beside it
         owner = labels[y_in, x_in]
         inside &= (owner == 0) | (owner == blobs.colour[small, None, None])
-    about = (blobs.box[small, :2] + blobs.box[small, 2:]) / 2
-    # In half-sizes of the blob's own ellipse: 1 is its rim.
-    out_x = np.abs(x - about[:, 0, None, None]) - half[small, 0, None, None]
-    out_y = np.abs(y - about[:, 1, None, None]) - half[small, 1, None, None]
-    from_middle = np.hypot((x - middles[small, 0, None, None]) / half[small, 0, None, None],
-                           (y - middles[small, 1, None, None]) / half[small, 1, None, None])
+    # px outside the box, and the distance from the middle in half-sizes of the blob's own ellipse: 1 is its rim.
+    about = (box[:, :2] + box[:, 2:]) / 2
+    out_x = np.abs(x - about[:, 0, None, None]) - half[:, 0, None, None]
+    out_y = np.abs(y - about[:, 1, None, None]) - half[:, 1, None, None]
+    from_middle = np.hypot((x - coarse[:, 0, None, None]) / half[:, 0, None, None],
+                           (y - coarse[:, 1, None, None]) / half[:, 1, None, None])
     core = inside & (from_middle < 0.6)
     beside = inside & (np.maximum(out_x, out_y) > 0.5) & (np.maximum(out_x, out_y) <= _BESIDE_PX)
-    own, other = _mean(window, core), _mean(window, beside)
-    way = own - other
-    share = ((window - other[:, None, None]) * way[:, None, None]).sum(-1) / np.maximum((way * way).sum(-1), 1)[:, None,
-                                                                                                             None]
-    near = inside & (out_x <= 1.5) & (out_y <= 1.5) & (from_middle < 1 + 1.5 / half[small].min(axis=1)[:, None, None])
+    share = _share_of_blob(window, _mean(window, core), _mean(window, beside))
+    near = inside & (out_x <= 1.5) & (out_y <= 1.5) & (from_middle < 1 + 1.5 / half.min(axis=1)[:, None, None])
     weight = np.where(near, np.clip(share, 0, 1), 0)
     weight[weight < 0.15] = 0  # what lies beside is never quite of one colour
     sums = weight.sum(axis=(1, 2))
     fine = np.stack([(weight * x).sum(axis=(1, 2)), (weight * y).sum(axis=(1, 2))], -1) / np.maximum(sums, 1)[:, None]
     # Two pixels from where its pixels say it is, something else was weighed.
-    good = (sums > 0.5 * blobs.area[small]) & (np.linalg.norm(fine - middles[small], axis=1) < 2)
+    good = (sums > 0.5 * blobs.area[small]) & (np.linalg.norm(fine - coarse, axis=1) < 2)
     middles[small[good]] = fine[good]
     return middles
+
+
+def _windows(half: Array, box: NDArray[np.int64],
+             pixels: NDArray[np.uint8]) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+    """Return columns (n, 1, k) and rows (n, k, 1) around each box, as many for all, and which are in the picture."""
+    reach = int(np.ceil(half.max())) + _BESIDE_PX
+    steps = np.arange(-reach, reach + 1)
+    centre = np.rint((box[:, :2] + box[:, 2:]) / 2).astype(int)
+    x, y = centre[:, 0, None, None] + steps[None, None, :], centre[:, 1, None, None] + steps[None, :, None]
+    return x, y, (x >= 0) & (x < pixels.shape[1]) & (y >= 0) & (y < pixels.shape[0])
+
+
+def _share_of_blob(window: NDArray[np.float32], own: NDArray[np.float32],
+                   other: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return α (n, k, k) of each pixel: how far it is along the way from the colour beside to the blob's own."""
+    way = own - other
+    along = ((window - other[:, None, None]) * way[:, None, None]).sum(-1)
+    return along / np.maximum((way * way).sum(-1), 1)[:, None, None]
 
 
 def _mean(values: NDArray[np.float32], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
