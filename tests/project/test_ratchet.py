@@ -16,10 +16,10 @@ from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
 
 MOST = {
-    "tokens": 502_500,
-    "files": 579,
-    "untyped dictionaries": 579,
-    "modules with one importer": 133,
+    "tokens": 501_500,
+    "files": 570,
+    "untyped dictionaries": 543,
+    "modules with one importer": 129,
     "breaks": 22,
 }
 SLACK = 0.01  # of tokens: what a usual change adds; far below it the figure is lowered here
