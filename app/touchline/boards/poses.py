@@ -167,7 +167,10 @@ class BoardPose:
 
 @dataclass(frozen=True)
 class PoseHistory:
-    """What views cover so far. cells: (rows, columns) of corners; tilts: views by nearer edge; next_view: None: enough."""
+    """What views cover so far.
+
+    cells: (rows, columns) of corners. tilts: views by nearer edge. next_view: to take; None: all is covered.
+    """
 
     cells: Array
     tilts: dict[str, int]
