@@ -19,7 +19,7 @@ def poses(count: int) -> list[np.ndarray]:
     """Quads of somebody who does what he is told: all different."""
     shown: list[BoardPose] = []
     while len(shown) < count:
-        wanted = pose_history(shown, BOARD, SIZE).wanted
+        wanted = pose_history(shown, BOARD, SIZE).next_view
         assert wanted is not None
         shown.append(BoardPose.from_points(wanted["outline"], SIZE))
     return [pose.quad for pose in shown]

@@ -54,12 +54,11 @@ BOARD_OPTIONS: tuple[Option, ...] = (
 class BoardFit:
     """A lens and what it was fitted to.
 
-    used (all views,); left_out: why the others are not. outliers (used views, m): corners left out, in the
-    order of the view's own. tried: σ in px by set of terms. solved: the last fit; its views are the used ones.
+    solution: the last fit; its views are the used ones. used (all views,); left_out: why the others are not. outliers
+    (used views, m): corners left out, in the order of the view's own. tried: σ in px by set of terms.
     """
 
     lens: Intrinsics
-    model: type[RayCamera]
     solver: BoardSolver
     solution: BoardSolution
     views: tuple[BoardView, ...]
@@ -145,7 +144,7 @@ def fit_board(views: tuple[BoardView, ...], image_size: ImageSize, model: type[R
                  for i, reason in enumerate(found.reasons) if reason]
     estimated, covariance = lens_covariance(solution)
     lens = solution.minimum.state.lens_of(model.NAME, image_size, estimated, covariance)
-    return BoardFit(lens, model, solver, solution, views, used, tuple(sorted(left_out, key=lambda out: out.index)),
+    return BoardFit(lens, solver, solution, views, used, tuple(sorted(left_out, key=lambda out: out.index)),
                     found.outliers[found.used], tried or {" ".join(solution.terms): solution.sigma_px})
 
 

@@ -167,15 +167,18 @@ class BoardPose:
 
 @dataclass(frozen=True)
 class PoseHistory:
-    """What views cover so far. cells: (rows, columns) of corners; tilts: views by nearer edge; wanted: next view."""
+    """What views cover so far.
+
+    cells: (rows, columns) of corners. tilts: views by nearer edge. next_view: to take; None: all is covered.
+    """
 
     cells: Array
     tilts: dict[str, int]
-    wanted: JsonObject | None
+    next_view: JsonObject | None
 
     def to_json(self) -> JsonObject:
         return {"cells": self.cells.tolist(), "share": float((self.cells > 0).mean()), "tilts": self.tilts,
-                "wanted": self.wanted}
+                "wanted": self.next_view}
 
 
 def pose_history(poses: list[BoardPose], board: Board, size: ImageSize) -> PoseHistory:

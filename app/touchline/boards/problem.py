@@ -181,7 +181,7 @@ def _by_pose(arms: Array, by_ray: Array) -> Array:
     return by_pose
 
 
-class Linearisation(NamedTuple):
+class BlockLinearisation(NamedTuple):
     """Residuals and their derivatives, all in σ, 0 where there is no corner."""
 
     residuals: Array  # (v, m, 2)
@@ -201,7 +201,7 @@ class BoardProblem:
     image_size: ImageSize
     sigma_px: float
 
-    def linearise(self, state: BoardParameters) -> Linearisation:
+    def linearise(self, state: BoardParameters) -> BlockLinearisation:
         """Return residuals and derivatives in σ, 0 where there is no corner; beyond the horizon there is no slope."""
         with np.errstate(all="ignore"):
             pixels, by_shared, by_pose = state.project_jacobian(self.observations, self.free)
@@ -214,7 +214,7 @@ class BoardProblem:
         residuals *= weight
         by_shared *= weight[..., None]
         by_pose *= weight[..., None]
-        return Linearisation(residuals, by_shared, by_pose)
+        return BlockLinearisation(residuals, by_shared, by_pose)
 
     def residuals_px(self, state: BoardParameters) -> Array:
         """Return residuals (v, m, 2) px, observed − projected; NaN where no corner is, or it cannot be projected."""

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from touchline.boards.problem import BoardObservations, BoardParameters, BoardProblem, Linearisation, free_mask
+from touchline.boards.problem import BlockLinearisation, BoardObservations, BoardParameters, BoardProblem, free_mask
 from touchline.core.geometry import Array, ImageSize, Mask, homogeneous
 from touchline.fitting.ray_camera.fit import lens_fitter
 from touchline.models.lenses import Lens
@@ -158,7 +158,7 @@ def _null_vectors(rays: Array, places: Array, present: Mask) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class BoardMinimum:
-    """Where the search ended. residuals, by_shared, by_pose: of Linearisation there, without robust weights."""
+    """Where the search ended. residuals, by_shared, by_pose: of BlockLinearisation there, without robust weights."""
 
     state: BoardParameters
     cost: float
@@ -286,7 +286,7 @@ class NormalEquations(NamedTuple):
     b: Array
 
 
-def _normal_equations(linear: Linearisation, weight: Array | None) -> NormalEquations:
+def _normal_equations(linear: BlockLinearisation, weight: Array | None) -> NormalEquations:
     """Sum up the normal equations; weight (v, m): of each corner, None for 1."""
     v, rows = len(linear.residuals), linear.residuals[0].size
     residuals = linear.residuals.reshape(v, rows)

@@ -106,7 +106,7 @@ def analyse_rolls(points: Sequence[Points], seconds: Sequence[float], size: Imag
     points: of each roll (n, 2) px, in order along it, of a picture of that size, raw or corrected. seconds: each roll's
     duration. Without a roll σ is infinite. Rolls with fewer than five finite points are left out.
     """
-    finite = [p[np.isfinite(p).all(axis=1)] for p in points]
+    finite = [p[np.isfinite(p).all(axis=1)] for p, _ in zip(points, seconds, strict=True)]
     numbers = [i for i, p in enumerate(finite) if len(p) >= MIN_POINTS and np.ptp(p, axis=0).max() > 1]
     first_sideways = SIDEWAYS * float(np.hypot(size.width, size.height))
     if not numbers:

@@ -23,7 +23,7 @@ def pose(text: str) -> BoardPose:
 def suggestions():
     """What is wanted one after the other by somebody who always does as he is told."""
     poses = []
-    while (wanted := pose_history(poses, BOARD, SIZE).wanted) is not None:
+    while (wanted := pose_history(poses, BOARD, SIZE).next_view) is not None:
         yield wanted
         poses.append(BoardPose.from_points(wanted["outline"], SIZE))
         assert len(poses) < 60, "there is no end to what is wanted"
