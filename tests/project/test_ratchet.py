@@ -64,10 +64,10 @@ def test_it_is_lowered_here_as_well(figure):
 
 def test_a_break_is_seen():
     planted = {"touchline.core.field": {"touchline.rigs.check"}, "touchline.main": {"touchline.core.field"},
-               "touchline.workflows.check": {"touchline.scene.page"},
+               "touchline.workflows.check": {"touchline.scene.service"},
                "touchline.rigs.check": {"touchline.evaluate.drift.change"}}
     assert [*breaks(planted)] == [("touchline.core.field", "touchline.rigs.check"),
-                                  ("touchline.workflows.check", "touchline.scene.page")]
+                                  ("touchline.workflows.check", "touchline.scene.service")]
 
 
 def test_every_pattern_is_of_some_module():
