@@ -134,7 +134,8 @@ CAPABILITIES: Mapping[str, Capability] = {
         camera_parts=("touchline.detection.live:DetectionPart",),
         camera_feeds={"touchline.detection.live:DetectionPart": "touchline.detection.service:DetectionFeed"},
         saved_rows={"presets": "touchline.detection.store:read_preset"}),
-    "scene": Capability(routes=("touchline.scene.routes:router",), page_routes=("touchline.scene.routes:viser_proxy",)),
+    "scene": Capability(routes=("touchline.scene.routes:router",),
+                        page_routes=("touchline.scene.routes:viser_proxy",)),
 }
 
 
