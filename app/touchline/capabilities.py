@@ -25,10 +25,11 @@ log = logging.getLogger("touchline")
 class Capability:
     """What one subject adds.
 
-    routes: routers of FastAPI, below /api/v1; where two paths match a request, the first one in the table wins. jobs:
-    functions of (spec, progress), plain JSON in and out, by the name with which a job is stored: once released, it
-    stays. savers: functions of (services, what the job's function returned, context) that store it and return the
-    job's result, by the name that a job gives. commands: of the shell, each with the first line of its help.
+    routes: routers of FastAPI, below /api/v1; where two paths match a request, the first one in the table wins.
+    page_routes: routers beside /api/v1, for the page alone. jobs: functions of (spec, progress), plain JSON in and out,
+    by the name with which a job is stored: once released, it stays. savers: functions of (services, what the job's
+    function returned, context) that store it and return the job's result, by the name that a job gives.
+    commands: of the shell, each with the first line of its help.
     camera_parts: subclasses of CameraPart, of which each camera's process has one. camera_feeds: subclasses of
     CameraFeed, their other half in the server, by the part. claims: async functions of (services, calibration,
     is_abandoned) that return what they claim of a version, and what they tried to refute it.
@@ -37,6 +38,7 @@ class Capability:
     """
 
     routes: tuple[str, ...] = ()
+    page_routes: tuple[str, ...] = ()
     jobs: Mapping[str, str] = member(default_factory=dict)
     savers: Mapping[str, str] = member(default_factory=dict)
     commands: Mapping[str, tuple[str, str]] = member(default_factory=dict)
@@ -132,7 +134,8 @@ CAPABILITIES: Mapping[str, Capability] = {
         camera_parts=("touchline.detection.live:DetectionPart",),
         camera_feeds={"touchline.detection.live:DetectionPart": "touchline.detection.service:DetectionFeed"},
         saved_rows={"presets": "touchline.detection.store:read_preset"}),
-    "scene": Capability(routes=(f"{ROUTES}.scenes:router",)),
+    "scene": Capability(routes=("touchline.scene.routes:router",),
+                        page_routes=("touchline.scene.routes:viser_proxy",)),
 }
 
 

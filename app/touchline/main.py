@@ -18,7 +18,7 @@ from touchline.api.middleware.connections import limited_connections
 from touchline.api.middleware.limits import MB, BodyLimits
 from touchline.api.middleware.page_files import PageFiles
 from touchline.api.responses import API
-from touchline.api.routes import docs, scene_proxy
+from touchline.api.routes import docs
 from touchline.api.schemas.requests import PROBLEMS
 from touchline.capabilities import CALIBRATION, call, jobs, loaded, savers
 from touchline.images import ImageLimits
@@ -80,7 +80,8 @@ def _add_page(app: FastAPI, settings: Settings) -> None:
     token = settings.token.get_secret_value() if settings.token else None
     app.include_router(login_router(token))
     app.include_router(docs.docs_router(static))
-    app.include_router(scene_proxy.router)
+    for router in loaded("page_routes"):
+        app.include_router(router)
     pages = [page.read_text(encoding="utf-8") for page in static.glob("*.html")] + [docs.PAGE]
     hosts = () if token else (*LOOPBACK, settings.server.host, *settings.server.allowed_hosts)
     # The last one added is the outermost.

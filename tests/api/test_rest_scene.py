@@ -18,10 +18,9 @@ from tests.support.servers import served
 from tests.support.tiers import long
 from tests.support.viser_page import LOOK, PROTOCOL
 from tests.support.waiting import until
-from touchline.api.routes import scenes
 from touchline.formats import FORMATS
 from touchline.main import create_app
-from touchline.scene import scene_registry
+from touchline.scene import routes, service
 from touchline.settings import Settings
 
 HOST = {"host": "127.0.0.1:8000"}
@@ -46,7 +45,7 @@ def opened(client, **headers):
 
 
 def processes(client):
-    return list(client.app.state.services.scenes._open.values())
+    return list(client.app.state.services.part(service.SceneState).open._open.values())
 
 
 def is_reaped(pid: int) -> bool:
@@ -118,7 +117,7 @@ def test_what_cannot_be_shown_is_told_and_the_line_stays_open(standing, kept, st
                                   "x" * 50_000])
 def test_what_nobody_can_mean_is_refused(word):
     with pytest.raises(ValidationError):
-        scenes.SceneMessage.model_validate_json(word)
+        routes.SceneMessage.model_validate_json(word)
 
 
 def test_a_refused_word_ends_the_line_in_words(standing):
@@ -145,21 +144,21 @@ def test_ten_scenes_opened_and_closed_leave_no_process_and_no_port(standing, kep
         until(lambda process=process: is_reaped(process.pid) and is_closed(process.port))
         assert standing.get(address).status_code == 404
     assert len({pid for pid, _ in seen}) == times and not processes(standing)
-    until(lambda: standing.app.state.services.scenes._count == 0)
+    until(lambda: standing.app.state.services.part(service.SceneState).open._count == 0)
 
 
 def test_so_many_scenes_and_no_more(standing, monkeypatch):
-    monkeypatch.setattr(scene_registry, "MAX_SCENES", 1)
+    monkeypatch.setattr(service, "MAX_SCENES", 1)
     with opened(standing) as line:
         line.receive_json()
         with opened(standing) as one_more:
             assert "scenes are open" in one_more.receive_json()["detail"]
-    until(lambda: standing.app.state.services.scenes._count == 0)
+    until(lambda: standing.app.state.services.part(service.SceneState).open._count == 0)
 
 
 def test_a_scene_that_nobody_looks_at_is_closed(standing, kept, monkeypatch):
-    monkeypatch.setattr(scenes, "IDLE_S", 0.5)
-    monkeypatch.setattr(scenes, "POLL_S", 0.1)
+    monkeypatch.setattr(routes, "IDLE_S", 0.5)
+    monkeypatch.setattr(routes, "POLL_S", 0.1)
     with opened(standing) as line:
         line.receive_json()
         assert line.receive_json()["type"] == "/problems/scene-idle"
@@ -182,7 +181,7 @@ def scene_processes(folder) -> list[int]:
         except OSError:  # it has just ended
             return ""
     pids = [pid for pid in os.listdir("/proc")
-            if pid.isdigit() and "touchline.scene.worker_main" in words(pid, "cmdline")]
+            if pid.isdigit() and "touchline.scene.live" in words(pid, "cmdline")]
     return [int(pid) for pid in pids
             if str(folder) in words(words(pid, "stat").rpartition(")")[2].split()[1], "cmdline")]
 
@@ -249,7 +248,7 @@ def test_the_scene_as_a_file(standing, kept, monkeypatch):
     assert answer.headers["content-security-policy"].startswith("sandbox allow-scripts;")
     assert "-scene.html" in answer.headers["content-disposition"]
     # A version never changes: the same file needs no process again.
-    monkeypatch.setattr(scene_registry, "MAX_SCENES", 0)
+    monkeypatch.setattr(service, "MAX_SCENES", 0)
     assert standing.get(f"/api/v1/calibrations/{kept}/scene.html?dark=true").content == answer.content
     busy = standing.get(f"/api/v1/calibrations/{kept}/scene.html")
     assert busy.status_code == 429 and busy.json()["fix"]

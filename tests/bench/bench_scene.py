@@ -106,6 +106,6 @@ def test_an_open_scene_leaves_a_live_stream_its_frames(tmp_path):
 
 def _is_scene(pid: str) -> bool:
     try:
-        return "touchline.scene.worker_main" in (Path("/proc") / pid / "cmdline").read_text()
+        return "touchline.scene.live" in (Path("/proc") / pid / "cmdline").read_text()
     except OSError:
         return False

@@ -13,7 +13,7 @@ from tests.support.manual_pictures import manual_picture
 from tests.support.scene_calibrations import border_and_circle_clicks
 from tests.support.waiting import until
 
-FOV_DEG, ROOM = 50, 1.12  # app/touchline/scene/geometry/views.py
+FOV_DEG, ROOM = 50, 1.12  # app/touchline/scene/frustum.py
 CARPET = (36, 100, 56)  # RGB about as it is drawn in the dark
 NEAR, STILL = 40, 0.5  # of 255
 

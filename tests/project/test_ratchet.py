@@ -16,11 +16,11 @@ from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
 
 MOST = {
-    "tokens": 501_000,
-    "files": 540,
-    "untyped dictionaries": 517,
-    "modules with one importer": 120,
-    "breaks": 11,
+    "tokens": 500_600,
+    "files": 527,
+    "untyped dictionaries": 496,
+    "modules with one importer": 114,
+    "breaks": 9,
 }
 SLACK = 0.01  # of tokens: what a usual change adds; far below it the figure is lowered here
 LAYOUT = {tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.COMMENT, tokenize.ENDMARKER}
@@ -64,10 +64,10 @@ def test_it_is_lowered_here_as_well(figure):
 
 def test_a_break_is_seen():
     planted = {"touchline.core.field": {"touchline.rigs.check"}, "touchline.main": {"touchline.core.field"},
-               "touchline.workflows.check": {"touchline.scene.page"},
+               "touchline.workflows.check": {"touchline.scene.service"},
                "touchline.rigs.check": {"touchline.evaluate.drift.change"}}
     assert [*breaks(planted)] == [("touchline.core.field", "touchline.rigs.check"),
-                                  ("touchline.workflows.check", "touchline.scene.page")]
+                                  ("touchline.workflows.check", "touchline.scene.service")]
 
 
 def test_every_pattern_is_of_some_module():

@@ -31,7 +31,7 @@ PLANTED = {
     "processes.framing": "encode_body(points)",
     "report.drawing": "data_address(points, name)",
     "rigs.mosaic": "FieldView(mm, name)",
-    "scene.export": "whole_page(mm, name)",
+    "scene.shapes": "paint(name)",
     "services.result_savers": "save_new_version(name, name, name)",
     "settings": "load_settings(name)",
     "sources": "source_from_url(mm, touchline.sources.SourceContext())",

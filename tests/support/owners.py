@@ -20,7 +20,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "league": ("league.*", "services.publishing*", "api.routes.publishing", "api.routes.packets"),
     "report": ("report.*", "report", "api.routes.reports", "cli.reports"),
     "rigs": ("rigs", "rigs.*"),
-    "scene": ("scene.*", "services.scenes", "api.routes.scene*"),
+    "scene": ("scene", "scene.*"),
     "straight": ("straight", "straight.*"),
 }
 ALLOWED = {("rigs", "drift"), ("fields", "automatic"), ("detection", "league")}

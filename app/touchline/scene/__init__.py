@@ -1,25 +1,13 @@
-"""The 3-D scene: viser draws what touchline/scene/geometry has computed, in a process of its own, and computes nothing.
+"""The 3-D scene: viser draws what is computed here from records alone, in a process of its own for each scene.
 
-    scene_registry.py  every open scene: started on request, ended with its last viewer; the process of each
-    worker_main.py     that process, which answers the server
-    messages.py        the messages between them
-    secured_viser.py   viser on this machine alone, with a key, without tunnels to elsewhere
-    scene_view.py      everything that one scene shows, and how it is viewed
-    cameras.py         cameras, their pictures and footprints
-    drawing.py         the field, rays, residuals, expected error, detected balls and robots, board poses
-    export.py          the scene as one HTML file that needs no server
+    service.py       every open scene: started on request, ended with its last viewer; what it shows; viser's own page
+    routes.py        the page's socket, the scene as a file, and the way to viser under our own port and login
+    messages.py      between the server and a scene's process
+    live.py          that process: viser on this machine alone, what one scene shows, how it is viewed
+    drawing.py       the nodes of viser: field, cameras, arrows, detections, boards, expected error
+    scene_camera.py  one calibration with all that a scene shows of it; a clicked place in every camera
+    frustum.py       a camera's pose and field of view, boards before a lens, viewpoints
+    shapes.py        meshes of the field to scale, level pictures, the surface of expected error
 
-viser counts in metres and we in millimetres; METRES stands where one becomes the other.
+Lengths are mm in the field frame.
 """
-
-from typing import TypedDict
-
-METRES = 1e-3
-
-
-class Shadows(TypedDict):
-    cast_shadow: bool
-    receive_shadow: bool
-
-
-NO_SHADOWS = Shadows(cast_shadow=False, receive_shadow=False)

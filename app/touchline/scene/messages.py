@@ -1,8 +1,8 @@
 """What the server and a scene's process say to each other, in the messages of processes/framing.py.
 
-To the process: START {"key"}, DRAW {…as scene_view.py takes it} and EXPORT {"title", "dark"}, which are answered,
-SET_VIEW (scene_view.py), PICTURE {"key"} with a JPEG, DETECTIONS {"key", "things"}. From it: START {"port"}, ANSWER,
-CLICKED (picking.py), VIEWERS {"count"}.
+To the process: START {"key"}, DRAW {…as SceneView.show takes it} and EXPORT {"dark"}, which are answered, SET_VIEW
+{…as ViewState has it}, PICTURE {"key"} with a JPEG, DETECTIONS {"key", "things"}. From it: START {"port"}, ANSWER,
+CLICKED {…as describe_place returns it}, VIEWERS {"count"}.
 """
 
 from touchline.processes.framing import FIRST_KIND

@@ -5,7 +5,7 @@ import os
 import threading
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
-from contextlib import aclosing, asynccontextmanager, closing, suppress
+from contextlib import AsyncExitStack, aclosing, asynccontextmanager, closing, suppress
 from functools import partial
 from typing import Any, ParamSpec, TypeVar
 
@@ -24,7 +24,6 @@ from touchline.images import ImageDecoder, ImageLimits
 from touchline.jobs import Job, JobEngine
 from touchline.live.cameras import LiveCameras
 from touchline.models import CameraModel
-from touchline.scene.scene_registry import SceneRegistry
 from touchline.services.answer_cache import AnswerCache
 from touchline.services.cameras import CameraService
 from touchline.services.events import CameraEvents
@@ -46,7 +45,6 @@ Result = TypeVar("Result")
 Part = TypeVar("Part")
 IsAbandoned = Callable[[], Awaitable[bool]]  # whether the caller has gone
 MAX_FRAME_BYTES = 256 << 20  # decoded snapshots: a picture that is looked at is asked for many times in a row
-MAX_SCENE_PAGES = 4  # of 1 MB each; one takes a process and two seconds, and a version never changes
 MAX_MODELS = 100  # by their version's checksum; to restore one may take a millisecond
 MAX_CLAIMS_KEPT = 500  # of versions, by what never changes: their own pictures, and one another
 MAX_PRINTS_KEPT = 500  # of calibration images, 3 kB each
@@ -58,11 +56,10 @@ POLLS_PER_CHECK = 10  # and after how many looks whether its caller still waits
 
 
 class Services:
-    """Made from the settings alone; decoder, live cameras and scenes exist while it is running()."""
+    """Made from the settings alone; decoder, live cameras and parts exist while it is running()."""
 
     decoder: ImageDecoder
     live: LiveCameras
-    scenes: SceneRegistry
     _threads: CapacityLimiter
     _large: CapacityLimiter
     _quick: CapacityLimiter
@@ -77,7 +74,6 @@ class Services:
         self.publishing = PublishingService(settings, store, self.cameras, self.fields)
         self.presence = Presence()
         self.events = CameraEvents()
-        self.scene_pages: LruCache[tuple[object, ...], bytes] = LruCache(MAX_SCENE_PAGES)
         self.answers = AnswerCache()
         self.models: LruCache[str, CameraModel] = LruCache(MAX_MODELS)
         self.claims_kept: LruCache[tuple[str, ...], Sequence[Claim]] = LruCache(MAX_CLAIMS_KEPT)
@@ -98,7 +94,7 @@ class Services:
             feeds = {part: partial(load(target), self) for part, target in camera_feeds().items()}
             live = start_live_cameras(self.cameras, feeds, wake=self._serves)
             async with (self.fits.running(), self.comparisons.running(), aclosing(live) as self.live,
-                        aclosing(SceneRegistry()) as self.scenes):
+                        self._closing_parts()):
                 with closing(self.publishing.publisher) as publisher:
                     if self._serves:
                         publisher.start()
@@ -106,12 +102,28 @@ class Services:
                         yield
 
     def part(self, kind: type[Part]) -> Part:
-        """Return what a capability keeps while the server runs: kind(services), made when it is first asked for."""
+        """Return what a capability keeps while the server runs: kind(services), made when it is first asked for.
+
+        One that has aclose() is closed when the server stops.
+        """
         with self._parts_lock:
             if kind not in self._parts:
                 self._parts[kind] = kind(self)  # type: ignore[call-arg]
             made: Part = self._parts[kind]
             return made
+
+    @asynccontextmanager
+    async def _closing_parts(self) -> AsyncIterator[None]:
+        """Close all parts at the end, the last one that was made first, each also where another one fails."""
+        try:
+            yield
+        finally:
+            with self._parts_lock:
+                parts, self._parts = self._parts, {}
+            async with AsyncExitStack() as stack:
+                for part in parts.values():
+                    if hasattr(part, "aclose"):
+                        stack.push_async_callback(part.aclose)
 
     def frame(self, snapshot: str) -> Frame:
         """Return a snapshot decoded; NotFound."""

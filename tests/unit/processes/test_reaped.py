@@ -13,7 +13,7 @@ from tests.support.live_cameras import live, pid_of
 from tests.support.waiting import until, until_async
 from touchline.images import ImageDecoder
 from touchline.jobs import JobEngine
-from touchline.scene.scene_registry import SceneRegistry
+from touchline.scene.service import SceneRegistry
 
 
 def is_gone(pid: int) -> bool:

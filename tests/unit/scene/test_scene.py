@@ -14,10 +14,9 @@ from tests.support.rig_over_field import sim_task
 from touchline.core.errors import BadInput
 from touchline.core.geometry import ImageSize
 from touchline.detection.records import Detection, Detections
-from touchline.scene.export import whole_page
+from touchline.scene.live import LAYERS, SceneView, SecuredViser, ViewState
 from touchline.scene.messages import KEY_HEADER
-from touchline.scene.scene_view import LAYERS, SceneView, ViewState
-from touchline.scene.secured_viser import SecuredViser
+from touchline.scene.service import whole_page
 
 KEY = "the-key-of-this-scene"
 PROTOCOL = f"viser-v{viser.__version__}"

@@ -15,13 +15,9 @@ from touchline.core.geometry import ImageSize
 from touchline.core.records import Calibration, Observation
 from touchline.models import MODELS, field_from_raw, parameters_json, raw_from_field
 from touchline.models.ray_camera import RayCamera
-from touchline.scene.geometry.arrows import PoseChange, RayHits
-from touchline.scene.geometry.boards import BoardViews
-from touchline.scene.geometry.frustum import IN_FRONT, MAX_FOV_DEG, Frustum
-from touchline.scene.geometry.picking import carpet_intersection, describe_place
-from touchline.scene.geometry.scene_camera import SceneCamera
-from touchline.scene.geometry.shapes import carpet, goals, paint
-from touchline.scene.geometry.views import Viewpoint
+from touchline.scene.frustum import IN_FRONT, MAX_FOV_DEG, BoardViews, Frustum, Viewpoint
+from touchline.scene.scene_camera import PoseChange, RayHits, SceneCamera, carpet_intersection, describe_place
+from touchline.scene.shapes import carpet, goals, paint
 from touchline.workflows.calibration import uncertainty
 
 RAYS = [(name, number) for name in MODELS if isinstance(MODELS[name], type) and issubclass(MODELS[name], RayCamera)

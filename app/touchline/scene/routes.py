@@ -1,41 +1,60 @@
-"""WS /scene: a 3-D scene for one page, while the socket is open; GET …/scene.html: the same as a file."""
+"""WS /scene: a 3-D scene for one page, while the socket is open; GET …/scene.html: the same as a file.
+
+/viser/NAME/: an open scene under our own port and login; viser itself accepts only this proxy.
+"""
 
 import asyncio
 from contextlib import suppress
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query, WebSocket
 from pydantic import Field, StringConstraints
 from starlette.responses import HTMLResponse
+from starlette.websockets import WebSocketDisconnect
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import WebSocketException
+from websockets.typing import Subprotocol
 
 from touchline.api.dependencies import ServicesDep
 from touchline.api.responses import disposition
 from touchline.api.schemas.media import HTML
 from touchline.api.schemas.requests import Id
 from touchline.api.sockets import receive_json, run_until_first, send_json, websocket_session
-from touchline.core.errors import TouchlineError, Unavailable
+from touchline.core.errors import NotFound, TouchlineError, Unavailable
+from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration
 from touchline.core.statements import say, stated
 from touchline.live.stream_spec import StreamSpec
 from touchline.processes.framing import decode_body, split_body
 from touchline.scene import messages
-from touchline.scene.page import EXPORT_POLICY
-from touchline.scene.scene_registry import SceneProcess
+from touchline.scene.service import (
+    EXPORT_POLICY,
+    PAGE_POLICY,
+    SceneProcess,
+    SceneState,
+    calibration_jpeg,
+    client_page,
+    scene_content,
+    title_of,
+)
 from touchline.services.container import Services
 from touchline.services.forms import Strict
-from touchline.services.scenes import calibration_jpeg, scene_content, title_of
 
 router = APIRouter(tags=["scene"])
+viser_proxy = APIRouter(prefix="/viser", include_in_schema=False)
 
-PICTURE_PX, PICTURE_QUALITY, DETECTIONS_FPS = 480, 70, 5.0
+LIVE_PX, LIVE_QUALITY, DETECTIONS_FPS = 480, 70, 5.0
 SAVED_PICTURE_S = 2.0
 IDLE_S = 300.0  # without a viewer: a tab that sleeps, or a script that has forgotten
 POLL_S = 1.0
 SILENT_S = 5.0  # without detections
 MAX_WAITING = 50  # messages for a page that takes none
-Dark = Annotated[bool, Query(description="on a dark ground")]
 MAX_MESSAGE = 20_000  # characters
 MAX_CAMERAS = 16
+VISER_PROTOCOL = "viser-v"
+MAX_VIEWER_BYTES = 1 << 20  # of a viewer's message: cameras and clicks have some hundred bytes
+OPEN_S = 10.0
+Dark = Annotated[bool, Query(description="on a dark ground")]
 SceneName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
 Layer = Literal["pictures", "rays", "arrows", "footprints", "labels", "moved", "things"]
 
@@ -52,7 +71,7 @@ class SceneShow(Strict):
 
 
 class SceneSet(Strict):
-    """How the scene is viewed: see touchline/scene/scene_view.py."""
+    """How the scene is viewed: see ViewState."""
 
     layers: Annotated[list[Layer], Field(max_length=16)] | None = None
     hidden: Annotated[list[SceneName], Field(max_length=MAX_CAMERAS)] | None = None
@@ -76,9 +95,9 @@ async def open_scene(socket: WebSocket, services: ServicesDep) -> None:
 
     The scene's process starts with the connection and ends with it, or when nobody looks any more.
     """
-    session = SceneSession(socket, services)
+    session, scenes = SceneSession(socket, services), services.part(SceneState)
     async with (websocket_session(socket),
-                services.scenes.scene(lambda click: session.queue({"clicked": click})) as (name, process)):
+                scenes.open.scene(lambda click: session.queue({"clicked": click})) as (name, process)):
         session.queue({"address": f"/viser/{name}/"})
         try:
             await run_until_first(session.receive(process), session.send(), _until_over(process))
@@ -104,11 +123,11 @@ class SceneSession:
 
     def __init__(self, socket: WebSocket, services: Services) -> None:
         self._socket, self._services = socket, services
-        self._waiting: asyncio.Queue[dict[str, Any]] = asyncio.Queue(MAX_WAITING)
+        self._waiting: asyncio.Queue[JsonObject] = asyncio.Queue(MAX_WAITING)
         self._shows_detections = False
         self._feeds: list[asyncio.Task[None]] = []
 
-    def queue(self, message: dict[str, Any]) -> None:
+    def queue(self, message: JsonObject) -> None:
         """Send a message to the page, in order; one that takes nothing gets no more."""
         with suppress(asyncio.QueueFull):
             self._waiting.put_nowait(message)
@@ -161,7 +180,7 @@ class SceneSession:
         await asyncio.sleep(SAVED_PICTURE_S)  # viser loses a picture that it still unpacks when the next one comes
         with suppress(TouchlineError):  # the camera was removed, or changed meanwhile
             camera = self._services.live.get(calibration.camera)
-            channel = StreamSpec.requested("raw", PICTURE_PX, PICTURE_QUALITY)
+            channel = StreamSpec.requested("raw", LIVE_PX, LIVE_QUALITY)
             with camera.watching(channel, show.fps) as viewer:
                 async for body in viewer:
                     status = camera.status()
@@ -170,8 +189,10 @@ class SceneSession:
                         process.send(messages.PICTURE, {"key": key}, bytes(split_body(body)[1]))
 
     async def _feed_detections(self, process: SceneProcess, key: str, camera: str, calibration: str) -> None:
-        """Send what the camera detects by this very calibration, while that layer is shown: the camera's process works
-        for it."""
+        """Send what the camera detects by this very calibration, while that layer is shown.
+
+        Else it does not listen: the camera's process works for listeners.
+        """
         while True:
             await asyncio.sleep(POLL_S)
             if not self._shows_detections:
@@ -197,17 +218,58 @@ async def read_scene_page(services: ServicesDep, id: Id, dark: Dark = False, bef
     title = f"{title_of(services, calibration)}, version {calibration.version}"
     jpeg = await services.run_in_thread(calibration_jpeg, services, calibration)
     key = (id, before, dark, title, jpeg)
-    html = services.scene_pages.get(key)
+    scenes = services.part(SceneState)
+    html = scenes.files.get(key)
     if html is None:
-        async with services.scenes.scene() as (_, process):
+        async with scenes.open.scene() as (_, process):
             process.send(messages.SET_VIEW, {"dark": dark})
             await process.show(content.records)
             if jpeg is not None:
                 process.send(messages.PICTURE, {"key": id}, jpeg)
             html = await process.export(f"Scene of {title}", dark)
-        services.scene_pages.put(key, html)
+        scenes.files.put(key, html)
     name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}-scene.html"
     return HTMLResponse(html, headers={
         # an origin of its own: whatever runs in it has no part in ours
         "Content-Security-Policy": f"sandbox allow-scripts; {EXPORT_POLICY}; frame-ancestors 'self'",
         "Cache-Control": "no-cache", "Content-Disposition": disposition("inline", name)})
+
+
+@viser_proxy.get("/{name}/")
+async def show_viser(services: ServicesDep, name: str) -> HTMLResponse:
+    services.part(SceneState).open.get(name)
+    return HTMLResponse(client_page(), headers={"Content-Security-Policy": PAGE_POLICY, "Cache-Control": "no-cache"})
+
+
+@viser_proxy.websocket("/{name}")
+async def forward_viser(socket: WebSocket, services: ServicesDep, name: str) -> None:
+    """Forward bytes both ways and the subprotocol's name; nothing is read or stored."""
+    offered = [Subprotocol(one) for one in socket.scope.get("subprotocols") or () if one.startswith(VISER_PROTOCOL)]
+    try:
+        scene = services.part(SceneState).open.get(name)
+        inner = await connect(f"ws://127.0.0.1:{scene.port}/", subprotocols=offered or None, proxy=None,
+                              additional_headers={messages.KEY_HEADER: scene.key}, max_size=None, compression=None,
+                              open_timeout=OPEN_S)
+    except (NotFound, OSError, TimeoutError, WebSocketException):
+        await socket.close(1008)  # before it was accepted: 403
+        return
+    async with inner:
+        await socket.accept(subprotocol=inner.subprotocol)
+        await run_until_first(_to_client(inner, socket), _to_viser(socket, inner))
+
+
+async def _to_client(inner: ClientConnection, socket: WebSocket) -> None:
+    async for message in inner:
+        if isinstance(message, bytes):
+            await socket.send_bytes(message)
+
+
+async def _to_viser(socket: WebSocket, inner: ClientConnection) -> None:
+    while True:
+        message = await socket.receive()
+        if message["type"] == "websocket.disconnect":
+            raise WebSocketDisconnect
+        data = message.get("bytes")
+        if data is None or len(data) > MAX_VIEWER_BYTES:
+            return
+        await inner.send(data)

@@ -1,15 +1,26 @@
-"""Shapes to scale: a field's carpet, lines, arcs and goals as meshes, and level rectangles that carry a picture."""
+"""Shapes to scale: a field's carpet, lines, arcs and goals as meshes, and level rectangles that carry a picture.
+
+Expected error over a region is such a picture, on the carpet or at hat height.
+"""
 
 from dataclasses import dataclass
-from typing import Self
+from itertools import combinations
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core import opencv
+from touchline.core.errors import TouchlineError
 from touchline.core.field import Arc, Field, Line, Region
+from touchline.models import CameraModel
+from touchline.workflows.calibration import uncertainty
 
 ARC_STEP_DEG = 4.0
 GOAL_MM = {"width_mm": 1000.0, "depth_mm": 180.0, "height_mm": 160.0}  # where a field's definition leaves them out
+ERROR_PX = 256  # of the longer side: colours are interpolated between the grid's nodes
+ERROR_ALPHA = 190  # of 255: the field's lines are seen through it
+SHADES = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +32,7 @@ class Mesh:
 
     @classmethod
     def joined(cls, parts: list[Self]) -> Self:
+        """Return all parts as one mesh."""
         before = np.cumsum([0, *(len(part.vertices) for part in parts)])
         return cls(np.concatenate([part.vertices for part in parts]),
                    np.concatenate([part.faces + start for part, start in zip(parts, before, strict=False)]))
@@ -62,7 +74,7 @@ def _ribbon(points: NDArray[np.float64], width_mm: float) -> Mesh:
 
 
 def goals(field: Field) -> NDArray[np.float64]:
-    """(n, 2, 3) mm: the edges of both goals; none for a field that says nothing of goals."""
+    """Return the edges of both goals, (n, 2, 3) mm; none for a field that says nothing of goals."""
     if "goal" not in field.extras:
         return np.empty((0, 2, 3))
     size = {**GOAL_MM, **field.extras["goal"]}
@@ -70,11 +82,12 @@ def goals(field: Field) -> NDArray[np.float64]:
     edges = []
     for end in (-1, 1):
         front, back = end * field.length_mm / 2, end * (field.length_mm / 2 + deep)
-        spots = [(x, y, z) for x in (front, back) for y in (-half, half) for z in (0.0, high)]
-        # an edge joins two corners that differ in one coordinate; the mouth stays open at the carpet
-        edges += [(p, q) for i, p in enumerate(spots) for q in spots[i + 1:]
-                  if sum(a != b for a, b in zip(p, q, strict=True)) == 1 and not (p[0] == q[0] == front
-                                                                                  and p[2] == q[2] == 0)]
+        corners = [(x, y, z) for x in (front, back) for y in (-half, half) for z in (0.0, high)]
+        for a, b in combinations(corners, 2):
+            is_edge = sum(of_a != of_b for of_a, of_b in zip(a, b, strict=True)) == 1  # of a box
+            across_mouth = a[0] == b[0] == front and a[2] == b[2] == 0  # it stays open at the carpet
+            if is_edge and not across_mouth:
+                edges.append((a, b))
     return np.array(edges, float)
 
 
@@ -91,13 +104,45 @@ class TexturedQuad:
 
     @classmethod
     def through(cls, corners: NDArray[np.float64], z_mm: float = 0.0) -> Self:
-        """From its top-left, top-right and bottom-left corners (3, 2) mm."""
+        """Return the rectangle with these top-left, top-right and bottom-left corners (3, 2) mm."""
         across, along = corners[1] - corners[0], corners[2] - corners[0]
         width, height = float(np.linalg.norm(across)), float(np.linalg.norm(along))
         return cls(corners[0] + (across + along) / 2, width, height, across / width, along / height, z_mm)
 
     @classmethod
     def over(cls, region: Region, z_mm: float = 0.0) -> Self:
-        """The whole region, as it stands in the corrected picture."""
+        """Return the whole region, as it stands in the corrected picture."""
         w, h = region.width_mm, region.height_mm
         return cls.through(region.field_from_region(np.array([[0.0, 0.0], [w, 0.0], [0.0, h]])), z_mm)
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorSurface:
+    """sigma_mm (rows, columns), NaN where the camera sees nothing; quad: its place."""
+
+    sigma_mm: NDArray[np.float64]
+    quad: TexturedQuad
+
+    @property
+    def largest_mm(self) -> float:
+        return float(np.nanmax(self.sigma_mm))
+
+    def picture(self, top_mm: float) -> NDArray[np.uint8]:
+        """Return RGBA (h, w, 4): dark is 0, bright top_mm and more; transparent where nothing is known."""
+        scale = ERROR_PX / max(self.quad.width_mm, self.quad.height_mm)
+        size = [max(2, round(side * scale)) for side in (self.quad.width_mm, self.quad.height_mm)]
+        values = opencv.resize_grid(self.sigma_mm, *size)
+        shades = np.clip(np.nan_to_num(values) / top_mm * (SHADES - 1), 0, SHADES - 1).astype(int)
+        picture = np.empty((*values.shape, 4), np.uint8)
+        picture[..., :3] = opencv.viridis()[shades][..., ::-1]
+        picture[..., 3] = np.where(np.isfinite(values), ERROR_ALPHA, 0)
+        return picture
+
+
+def error_surface(model: CameraModel, covariance: Any, region: Region, z_mm: float) -> ErrorSurface | TouchlineError:
+    """Compute the surface, or return why there is none."""
+    try:
+        found = uncertainty(model, covariance, region, z_mm)
+    except TouchlineError as refusal:
+        return refusal
+    return ErrorSurface(np.array(found["grid"]["sigma_mm"], float), TexturedQuad.over(region, z_mm))

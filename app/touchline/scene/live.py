@@ -1,20 +1,41 @@
-"""Everything that one scene shows, and how it is viewed. Thread-safe: viser calls from its own threads."""
+"""The process of one scene: viser, what it shows, how it is viewed, and the server's messages that say so.
 
+By itself viser admits everybody. It asks for no login and looks at no Origin, so that any page in a browser on this
+machine could read the scene; and any viewer could have it call a server elsewhere that passes the scene on. Here a
+connection without the key is refused, no file is served, and no tunnel opened. The page reaches the scene through our
+own server, which has the key and asks for the login (routes.py).
+"""
+
+import hmac
+import http
+import os
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
+import cv2
 import numpy as np
 import viser
+import websockets.asyncio.server
+from viser import _messages
+from websockets.http11 import Request, Response
 
 from touchline.core.errors import BadInput
 from touchline.core.field import Field
+from touchline.core.geometry import Pixels
+from touchline.core.json_values import JsonObject
+from touchline.core.opencv import shrink_to_width
 from touchline.core.records import Calibration
 from touchline.core.statements import say
-from touchline.scene import METRES
-from touchline.scene.cameras import COLOURS, CameraNode, Pixels, shrink
+from touchline.processes.framing import START, Connection, answer, decode_body, encode_body
+from touchline.scene import messages
 from touchline.scene.drawing import (
+    COLOURS,
+    METRES,
+    QUAD_PX,
+    CameraNode,
     common_scale_mm,
     draw_boards,
     draw_detections,
@@ -25,20 +46,112 @@ from touchline.scene.drawing import (
     draw_residuals,
     draw_scale,
 )
-from touchline.scene.geometry.boards import BoardViews
-from touchline.scene.geometry.picking import carpet_intersection, describe_place
-from touchline.scene.geometry.scene_camera import SceneCamera
-from touchline.scene.geometry.views import Viewpoint
-from touchline.scene.secured_viser import SecuredViser
+from touchline.scene.frustum import BoardViews, Viewpoint
+from touchline.scene.scene_camera import SceneCamera, carpet_intersection, describe_place
 
 MARK, MARK_MM = (255, 80, 200), 45.0
-OnMessage = Callable[[dict[str, Any]], None]
 LAYERS = ("pictures", "rays", "arrows", "footprints", "labels", "moved", "things")
-VIEWS = ("free", "above", "camera")
+PORT_FROM_OUTSIDE = "_VISER_PORT_OVERRIDE"
+UNWANTED = (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect, _messages.FileTransferStartUpload,
+            _messages.FileTransferPart)
+OnMessage = Callable[[JsonObject], None]
+
+
+def main(connection: Connection, arguments: JsonObject) -> None:
+    """Serve until the server goes. arguments: {"key"} that viser's port wants."""
+    SceneWorker(connection, arguments["key"]).run()
+
+
+class SceneWorker:
+    """One connection, one scene."""
+
+    def __init__(self, connection: Connection, key: str) -> None:
+        self._connection = connection
+        server = SecuredViser(key)
+        self._view = SceneView(server, lambda click: self._send(messages.CLICKED, click))
+        server.on_client_connect(lambda _: self._report_viewers())
+        server.on_client_disconnect(lambda _: self._report_viewers())
+        self._send(START, {"port": server.get_port()})
+
+    def run(self) -> None:
+        view = self._view
+        actions: dict[int, Callable[[int, JsonObject, bytes], Any]] = {
+            messages.DRAW: lambda number, head, _: answer(self._connection, number, lambda: (view.show(head), b"")),
+            messages.EXPORT: lambda number, head, _: answer(self._connection, number,
+                                                            lambda: ({}, self._exported(head))),
+            messages.SET_VIEW: lambda _, head, __: view.set_state(head),
+            messages.PICTURE: lambda _, head, jpeg: self._show_picture(head["key"], jpeg),
+            messages.DETECTIONS: lambda _, head, __: view.show_detections(head["key"], head["things"]),
+        }
+        while True:
+            kind, number, body = self._connection.receive()
+            head, payload = decode_body(body)
+            actions[kind](number, head, bytes(payload))
+
+    def _show_picture(self, key: str, jpeg: bytes) -> None:
+        """Show a JPEG that our own server or a camera's process has encoded."""
+        raw = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+        if raw is not None:
+            self._view.show_picture(key, np.asarray(raw, np.uint8))
+
+    def _exported(self, head: JsonObject) -> bytes:
+        return self._view.server.scene.as_html(dark_mode=head["dark"]).encode("utf-8", "replace")
+
+    def _report_viewers(self) -> None:
+        self._send(messages.VIEWERS, {"count": len(self._view.server.get_clients())})
+
+    def _send(self, kind: int, head: JsonObject) -> None:
+        self._connection.send(kind, 0, encode_body(head))
+
+
+class SecuredViser(viser.ViserServer):
+    """A ViserServer at 127.0.0.1 on any free port; get_port() says which."""
+
+    def __init__(self, key: str) -> None:
+        os.environ.pop(PORT_FROM_OUTSIDE, None)
+        with _requiring_key(key) as secured:
+            super().__init__(host="127.0.0.1", port=0, verbose=False)
+        if not secured:
+            self.stop()
+            raise RuntimeError("this viser starts its server in a way that we cannot secure")
+        for unwanted in UNWANTED:
+            self._websock_server._incoming_handlers.pop(unwanted, None)
+        self.gui.configure_theme(show_logo=False, show_share_button=False)
+
+    def request_share_url(self, verbose: bool = True) -> None:
+        """Refuse: the scene is for those who may open the page."""
+        return None
+
+
+@contextmanager
+def _requiring_key(key: str) -> Iterator[list[bool]]:
+    """Make a server that viser starts meanwhile answer 403 without the key; the list is then not empty."""
+    secured: list[bool] = []
+    module = vars(websockets.asyncio.server)
+    plain = module["serve"]
+
+    def require_key(connection: Any, request: Request) -> Response | None:
+        given = request.headers.get(messages.KEY_HEADER, "")
+        if hmac.compare_digest(given.encode("utf-8", "replace"), key.encode()):
+            return None
+        return connection.respond(http.HTTPStatus.FORBIDDEN, "Open it through Touchline's own page.\n")
+
+    def serve(*args: Any, **more: Any) -> Any:
+        secured.append(True)
+        return plain(*args, **{**more, "process_request": require_key})
+
+    module["serve"] = serve
+    try:
+        yield secured
+    finally:
+        module["serve"] = plain
 
 
 class SceneView:
-    """One viser server with one scene. on_click: receives the description of a clicked place on the carpet."""
+    """One viser server with one scene. Thread-safe: viser calls from its own threads.
+
+    on_click: receives the description of a clicked place on the carpet.
+    """
 
     def __init__(self, server: SecuredViser, on_click: OnMessage = lambda _: None) -> None:
         self.server = server
@@ -56,7 +169,7 @@ class SceneView:
 
     # What is shown
 
-    def show(self, given: Mapping[str, Any]) -> dict[str, Any]:
+    def show(self, given: Mapping[str, Any]) -> JsonObject:
         """Replace the scene: {"cameras": [{"key", "title", "calibration", "before"}, …]} or {"lens": a stored lens}.
 
         Return what the page shows beside the scene, as JSON. A record that cannot be shown changes nothing.
@@ -88,7 +201,7 @@ class SceneView:
             self._aim_all()
         return {"cameras": shown, "sheet_top_mm": top, "scale": scale, "boards": None}
 
-    def _show_lens(self, lens: Mapping[str, Any]) -> dict[str, Any]:
+    def _show_lens(self, lens: Mapping[str, Any]) -> JsonObject:
         boards = BoardViews.of(lens)
         with self._lock, self.server.atomic():
             self._clear(None)
@@ -108,7 +221,7 @@ class SceneView:
         """Show a camera's newer raw picture (h, w, 3) BGR; ignored where the camera is no longer shown."""
         with self._lock:
             if camera := self._nodes.get(key):
-                camera.show_picture(shrink(raw))
+                camera.show_picture(shrink_to_width(raw, QUAD_PX))
                 self._apply()
 
     def show_detections(self, key: str, found: Sequence[Mapping[str, Any]]) -> None:
