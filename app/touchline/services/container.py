@@ -5,14 +5,14 @@ import os
 import threading
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
-from contextlib import aclosing, asynccontextmanager, closing, suppress
+from contextlib import ExitStack, aclosing, asynccontextmanager, closing, suppress
 from functools import partial
 from typing import Any, ParamSpec, TypeVar
 
 import anyio
 from anyio import CapacityLimiter, to_thread
 
-from touchline.capabilities import camera_feeds
+from touchline.capabilities import camera_feeds, loaded
 from touchline.core.errors import Cancelled, TouchlineError
 from touchline.core.geometry import ImageSize
 from touchline.core.jobs import NOBODY, Caller
@@ -31,7 +31,7 @@ from touchline.services.events import CameraEvents
 from touchline.services.fit_processes import FitProcesses, closed_request
 from touchline.services.live import start_live_cameras, take_frame
 from touchline.services.presence import Presence
-from touchline.services.publishing import PublishingService
+from touchline.services.running_part import RunningPart
 from touchline.settings import CameraSettings, Settings
 from touchline.store.backup_restore import Restoration
 from touchline.store.cache import LruCache
@@ -74,7 +74,6 @@ class Services:
         remove_temporary_files(settings.own_fields)
         self.fields = FieldRepository(settings.own_fields, store.failures)
         self.cameras = CameraService(settings, store, self.fields, limits)
-        self.publishing = PublishingService(settings, store, self.cameras, self.fields)
         self.presence = Presence()
         self.events = CameraEvents()
         self.scene_pages: LruCache[tuple[object, ...], bytes] = LruCache(MAX_SCENE_PAGES)
@@ -99,11 +98,18 @@ class Services:
             live = start_live_cameras(self.cameras, feeds, wake=self._serves)
             async with (self.fits.running(), self.comparisons.running(), aclosing(live) as self.live,
                         aclosing(SceneRegistry()) as self.scenes):
-                with closing(self.publishing.publisher) as publisher:
-                    if self._serves:
-                        publisher.start()
+                with ExitStack() as started:
+                    for part in self.running_parts:
+                        started.enter_context(closing(part))
+                        if self._serves:
+                            part.start()
                     async with self.events.following(live):
                         yield
+
+    @property
+    def running_parts(self) -> list[RunningPart]:
+        """What capabilities keep running, in the order of their table."""
+        return [self.part(kind) for kind in loaded("running")]
 
     def part(self, kind: type[Part]) -> Part:
         """Return what a capability keeps while the server runs: kind(services), made when it is first asked for."""
