@@ -16,11 +16,11 @@ from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
 
 MOST = {
-    "tokens": 501_000,
-    "files": 540,
-    "untyped dictionaries": 517,
-    "modules with one importer": 120,
-    "breaks": 11,
+    "tokens": 500_800,
+    "files": 537,
+    "untyped dictionaries": 506,
+    "modules with one importer": 117,
+    "breaks": 8,
 }
 SLACK = 0.01  # of tokens: what a usual change adds; far below it the figure is lowered here
 LAYOUT = {tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.COMMENT, tokenize.ENDMARKER}

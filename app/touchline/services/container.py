@@ -58,11 +58,15 @@ POLLS_PER_CHECK = 10  # and after how many looks whether its caller still waits
 
 
 class Services:
-    """Made from the settings alone; decoder, live cameras and scenes exist while it is running()."""
+    """Made from the settings alone; decoder, live cameras, scenes and running parts exist while it is running().
+
+    running_parts: what capabilities keep running, in the order of their table.
+    """
 
     decoder: ImageDecoder
     live: LiveCameras
     scenes: SceneRegistry
+    running_parts: Sequence[RunningPart]
     _threads: CapacityLimiter
     _large: CapacityLimiter
     _quick: CapacityLimiter
@@ -98,18 +102,14 @@ class Services:
             live = start_live_cameras(self.cameras, feeds, wake=self._serves)
             async with (self.fits.running(), self.comparisons.running(), aclosing(live) as self.live,
                         aclosing(SceneRegistry()) as self.scenes):
-                with ExitStack() as started:
+                self.running_parts = [self.part(kind) for kind in loaded("running")]
+                with ExitStack() as closed_at_end:
                     for part in self.running_parts:
-                        started.enter_context(closing(part))
+                        closed_at_end.enter_context(closing(part))
                         if self._serves:
                             part.start()
                     async with self.events.following(live):
                         yield
-
-    @property
-    def running_parts(self) -> list[RunningPart]:
-        """What capabilities keep running, in the order of their table."""
-        return [self.part(kind) for kind in loaded("running")]
 
     def part(self, kind: type[Part]) -> Part:
         """Return what a capability keeps while the server runs: kind(services), made when it is first asked for."""
