@@ -104,16 +104,16 @@ class Publisher:
             cameras = published_cameras(self._active(), self.config, self._fit, self._fields)
             packet = geometry_packet(cameras, self._fields, self._passed_on())
             if self._ended or packet is None:
-                return PublishStatus(before.packets, b"", before.last_s, 0, None, cameras)
+                return replace(before, packet=b"", failures=0, problem=None, cameras=cameras)
             self.sender.send(packet)
-            return PublishStatus(before.packets + 1, packet, time.monotonic(), 0, None, cameras)
+            return PublishStatus(before.packets + 1, packet, time.monotonic(), cameras=cameras)
         except TouchlineError as error:
             problem = error
         except Exception:
             log.exception("geometry could not be published")
             problem = Unavailable(say("publishing.failed", "The geometry cannot be published."), TRIES_AGAIN,
                                   reason="publishing-failed")
-        return PublishStatus(before.packets, before.packet, before.last_s, before.failures + 1, problem, cameras)
+        return replace(before, failures=before.failures + 1, problem=problem, cameras=cameras)
 
 
 class _Budget:
@@ -182,17 +182,17 @@ class GeometryListener:
         try:
             self.problem = None
             self.joined.set()
-            at = time.monotonic()
+            last_s = time.monotonic()
             while not self._ended.is_set():
                 datagram = receiver.receive(RECEIVE_S)
                 now = time.monotonic()
                 if datagram is not None:
                     self._receive(datagram)
-                    at = now
-                elif now - at > REJOIN_S:
+                    last_s = now
+                elif now - last_s > REJOIN_S:
                     fresh = MulticastReceiver(self.address)  # before the old one goes, so that nothing is missed
                     receiver.close()
-                    receiver, at = fresh, now
+                    receiver, last_s = fresh, now
         finally:
             receiver.close()
 
@@ -230,7 +230,7 @@ class GeometryListener:
                                    cameras=len(packet.geometry.calib)),
                                say("packet.fewer-cameras", "Send fewer cameras."), reason="bad-protobuf")
         except BadInput as refused:
-            return replace(sender, refused=sender.refused + 1, why=refused.what)
+            return replace(sender, refused=sender.refused + 1, refusal=refused.what)
         return replace(sender, geometries=sender.geometries + 1, geometry=packet.geometry, data=data,
                        source=packet.source, geometry_s=time.monotonic(), geometry_at=time.time())
 
@@ -241,11 +241,15 @@ class GeometryListener:
                 if now - publisher.last_s > FORGET_S:
                     self._forget(other)
             while len(self._publishers) >= MAX_SENDERS:
-                self._forget(min(self._publishers, key=lambda k: (self._publishers[k].geometry is not None,
-                                                             self._publishers[k].last_s)))
+                self._forget(min(self._publishers, key=self._worth))
             self._publishers[key] = RemotePublisher(*key, now)
             self._budgets[key] = _Budget(CPU_SHARE_PER_SENDER)
             return self._publishers[key]
+
+    def _worth(self, key: tuple[str, int]) -> tuple[bool, float]:
+        """Order senders by what it costs to forget them, the least first."""
+        publisher = self._publishers[key]
+        return publisher.geometry is not None, publisher.last_s
 
     def _forget(self, key: tuple[str, int]) -> None:
         del self._publishers[key], self._budgets[key]

@@ -15,6 +15,7 @@ from touchline.core.errors import Conflict, TouchlineError
 from touchline.core.field import Field
 from touchline.core.field_changes import FIELD_CHANGED_FIX, changes_in_words
 from touchline.core.field_json import field_from_json
+from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration
 from touchline.core.statements import say
 from touchline.formats.ssl_field import field_to_wire, names_are_the_leagues
@@ -58,7 +59,7 @@ class PublishedCamera:
         sent.camera_id = self.number
         return sent
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> JsonObject:
         c, packet = self.calibration, self.packet
         figures = {"exact": False, "loss": None, "level": None, "expected": None, "fit_expected": None} \
             if packet is None else packet.to_json()
@@ -105,10 +106,10 @@ class PassedOn:
         return saved is None or self.heard_at - saved.heard_at > SAVE_EVERY_S or (
             self.field, self.models) != (saved.field, saved.models)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> JsonObject:
         return {"address": self.address, "source": self.source, "heard_at": self.heard_at, "models": bool(self.models)}
 
-    def saved(self) -> dict[str, Any]:
+    def saved(self) -> JsonObject:
         """Return it as JSON for from_saved()."""
         return {"address": self.address, "source": self.source, "heard_at": self.heard_at,
                 "packet": b64encode(self.packet).decode("ascii")}
@@ -132,7 +133,7 @@ def published_cameras(calibrations: Sequence[Calibration], config: PublishingCon
 
     fields: as they are now; a calibration made when its field was otherwise is not sent.
     """
-    name = _field(calibrations, config)
+    name = _chosen_field(calibrations, config)
     field = fields[name].to_json() if name is not None and name in fields else None
     cameras: list[PublishedCamera] = []
     for calibration in calibrations:
@@ -141,7 +142,7 @@ def published_cameras(calibrations: Sequence[Calibration], config: PublishingCon
             cameras.append(PublishedCamera(calibration, config.numbers.get(calibration.camera or "", 0), None, made))
             continue
         one = PublishedCamera(calibration, config.numbers.get(calibration.camera or "", made.sent.camera_id), made)
-        cameras.append(replace(one, problem=_problem(one, made.judged_mm, cameras, config, name, field)))
+        cameras.append(replace(one, problem=_reason_left_out(one, made.judged_mm, cameras, config, name, field)))
     return tuple(cameras)
 
 
@@ -172,7 +173,7 @@ def geometry_packet(candidates: Sequence[PublishedCamera], fields: Mapping[str, 
     return encode(GeometryPartsPacket(geometry=parts, source=SSL_Source.OTHER))
 
 
-def _field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str | None:
+def _chosen_field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str | None:
     """Choose the packet's one field: the configured one, else that of most cameras, the first of equals."""
     if config.field is not None:
         return config.field
@@ -180,9 +181,13 @@ def _field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str
     return max(names, key=lambda name: names[name], default=None)
 
 
-def _problem(one: PublishedCamera, judged_mm: float, before: Iterable[PublishedCamera], config: PublishingConfig,
-             field_name: str | None, field: Mapping[str, Any] | None) -> TouchlineError | None:
-    """Return why an encoded camera is left out; None where it is sent."""
+def _reason_left_out(one: PublishedCamera, judged_mm: float, before: Iterable[PublishedCamera],
+                     config: PublishingConfig, field_name: str | None,
+                     field: Mapping[str, Any] | None) -> TouchlineError | None:
+    """Return why an encoded camera is left out; None where it is sent.
+
+    before: the cameras of the packet so far. field: of that name as it is now, None where it is not known here.
+    """
     name = one.name
     if one.calibration.field["name"] != field_name:
         return Conflict(say("publishing.other-field", "{camera} covers the field {covered}, but a packet has one "

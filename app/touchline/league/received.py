@@ -24,8 +24,7 @@ STALE_S = 30.0  # geometry older than this counts no more
 DERIVED = ("derived_camera_world_tx", "derived_camera_world_ty", "derived_camera_world_tz", "pixel_image_width",
            "pixel_image_height")  # of a calibration: they add nothing to it
 MARKINGS = ("field_lines", "field_arcs")  # compared by their places
-SIZE = ("field_length", "field_width")
-SAME = 1e-3  # of a float of four bytes
+MAX_ROUNDING = 1e-3  # of a float of four bytes
 MAX_NAMED = 4  # of what differs; the rest is counted
 
 
@@ -39,7 +38,7 @@ class RemotePublisher:
     packets: int = 0
     geometries: int = 0
     refused: int = 0
-    why: str = ""  # the newest packet was refused
+    refusal: str = ""  # why the last of the refused was
     skipped: int = 0
     source: int = 0
     geometry: SSL_GeometryData | None = None
@@ -72,7 +71,7 @@ def received_json(publisher: RemotePublisher, now_s: float, fields: Iterable[Fie
     found = {"id": publisher.id, "address": publisher.address, "port": publisher.port,
              "source": publisher.source_name, "age_s": round(now_s - publisher.last_s, 3),
              "packets": publisher.packets, "geometries": publisher.geometries, "refused": publisher.refused,
-             "refusal": publisher.why or None, "skipped": publisher.skipped, "geometry_age_s": None, "sha256": None,
+             "refusal": publisher.refusal or None, "skipped": publisher.skipped, "geometry_age_s": None, "sha256": None,
              "field": None, "problem": None, "cameras": [], "differs": []}
     if geometry is None:
         return found
@@ -88,7 +87,7 @@ def received_json(publisher: RemotePublisher, now_s: float, fields: Iterable[Fie
         return {**found, "problem": error.to_json()}
     differs = () if packet is None else geometry_differences(geometry, packet)
     return {**found, "differs": [stated({"text": text}) for text in differs],
-            "cameras": [_camera(sent, field, numbers.get(sent.camera_id)) for sent in geometry.calib]}
+            "cameras": [_camera_json(sent, field, numbers.get(sent.camera_id)) for sent in geometry.calib]}
 
 
 def contradictions(publishers: Iterable[RemotePublisher], ours: Iterable[PublishedCamera],
@@ -96,7 +95,7 @@ def contradictions(publishers: Iterable[RemotePublisher], ours: Iterable[Publish
     """Pair each publisher with the camera of ours for whose number it sends another calibration."""
     return [(publisher, one) for publisher in publishers for one in ours
             for sent in _current_cameras(publisher, now_s)
-            if one.sent is not None and one.number == sent.camera_id and not _same(one.sent, sent)]
+            if one.sent is not None and one.number == sent.camera_id and not _repeats(one.sent, sent)]
 
 
 def _current_cameras(publisher: RemotePublisher, now_s: float) -> Sequence[SSL_GeometryCameraCalibration]:
@@ -105,11 +104,11 @@ def _current_cameras(publisher: RemotePublisher, now_s: float) -> Sequence[SSL_G
     return geometry.calib if geometry is not None and publisher.is_current(now_s) else ()
 
 
-def _camera(sent: SSL_GeometryCameraCalibration, field: Field, ours: PublishedCamera | None) -> JsonObject:
+def _camera_json(sent: SSL_GeometryCameraCalibration, field: Field, ours: PublishedCamera | None) -> JsonObject:
     found = {"camera_id": sent.camera_id, "image_size": None, "position_mm": None,
              "focal_px": sent.focal_length, "distortion": sent.distortion, "problem": None,
              "ours": None if ours is None else ours.name,
-             "contradicts": ours is not None and ours.sent is not None and not _same(ours.sent, sent)}
+             "contradicts": ours is not None and ours.sent is not None and not _repeats(ours.sent, sent)}
     try:
         file = camera_from_wire(sent, field)
     except TouchlineError as error:
@@ -118,7 +117,7 @@ def _camera(sent: SSL_GeometryCameraCalibration, field: Field, ours: PublishedCa
             "image_size": None if file.image_size is None else list(file.image_size)}
 
 
-def _same(ours: SSL_GeometryCameraCalibration, theirs: SSL_GeometryCameraCalibration) -> bool:
+def _repeats(ours: SSL_GeometryCameraCalibration, theirs: SSL_GeometryCameraCalibration) -> bool:
     """Tell whether they only repeat ours: vision software that took our calibration over sends it on."""
     return _calibration_values(decode(SSL_GeometryCameraCalibration, encode(ours))) == _calibration_values(theirs)
 
@@ -143,16 +142,16 @@ def geometry_to_pass_on(publishers: Iterable[RemotePublisher], now_s: float,
 
 def geometry_differences(theirs: SSL_GeometryData, ours: SSL_GeometryData) -> list[Sentence]:
     """Say what differs for a program that hears both; nothing where it takes them for one field."""
-    size = [(getattr(one.field, SIZE[0]), getattr(one.field, SIZE[1])) for one in (theirs, ours)]
-    if size[0] != size[1]:
+    length, width = theirs.field.field_length, theirs.field.field_width
+    our_length, our_width = ours.field.field_length, ours.field.field_width
+    if (length, width) != (our_length, our_width):
         return [say("receiving.differs.size", "It sends a field of {length} × {width} mm; you send {our_length} × "
-                    "{our_width} mm.", length=size[0][0], width=size[0][1], our_length=size[1][0],
-                    our_width=size[1][1])]
+                    "{our_width} mm.", length=length, width=width, our_length=our_length, our_width=our_width)]
     found = []
-    for names, words in ((markings_alone(theirs.field, ours.field), say(
-            "receiving.differs.theirs", "Only it sends these markings, or at this place:")), (
-            markings_alone(ours.field, theirs.field), say(
-            "receiving.differs.ours", "Only you send these markings, or at this place:"))):
+    only_theirs = say("receiving.differs.theirs", "Only it sends these markings, or at this place:")
+    only_ours = say("receiving.differs.ours", "Only you send these markings, or at this place:")
+    for words, names in ((only_theirs, markings_alone(theirs.field, ours.field)),
+                         (only_ours, markings_alone(ours.field, theirs.field))):
         if names:
             found.append(say("receiving.differs.markings", "{words} {names}.", words=words, names=_first_names(names)))
     if values := _different_values(theirs.field, ours.field):
@@ -169,7 +168,7 @@ def _different_values(theirs: SSL_GeometryFieldSize, ours: SSL_GeometryFieldSize
     for field in theirs.DESCRIPTOR.fields:
         if field.name not in MARKINGS:
             a, b = (getattr(one, field.name) if one.HasField(field.name) else None for one in (theirs, ours))
-            if a != b and not (a is not None and b is not None and abs(a - b) <= SAME):
+            if a != b and not (a is not None and b is not None and abs(a - b) <= MAX_ROUNDING):
                 found.append(f"{field.name} {_number(a)}, {_number(b)}")
     return found
 

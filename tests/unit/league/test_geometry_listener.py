@@ -95,7 +95,7 @@ def test_two_senders_are_told_apart_and_the_newest_whole_packet_of_each_is_kept(
     one, other = (listener.get(f"127.0.0.1-{port}") for port in (port_a, port_b))
     assert (one.data, other.data) == (GOOD, packet(2))
     assert (one.packets - one.skipped, one.geometries, one.refused) == (3, 2, 1) and other.refused == 0
-    assert one.source == SSL_Source.OTHER and "ends within" in one.why
+    assert one.source == SSL_Source.OTHER and "ends within" in one.refusal
 
 
 @pytest.mark.parametrize("kind", WRONG)
@@ -105,7 +105,7 @@ def test_what_is_no_whole_packet_is_counted_and_left(there, kind):
         id = f"127.0.0.1-{said(GOOD, **told, sock=stranger)}"
         until(lambda: (found := listener.get(id)) and found.geometries == 1)
         found = read_by(listener, id, WRONG[kind], told, stranger)
-        assert found.refused == 1 and found.data == GOOD and found.why
+        assert found.refused == 1 and found.data == GOOD and found.refusal
         assert read_by(listener, id, GOOD, told, stranger).geometries == 2
 
 

@@ -162,4 +162,4 @@ def test_a_packet_that_ends_within_the_ball_models_is_refused():
     packet.geometry.models.straight_two_phase.ClearField("k_switch")
     reader = GeometryListener.__new__(GeometryListener)
     after = reader._read(RemotePublisher("127.0.0.1", 1, 0.0), packet.SerializePartialToString())
-    assert after.refused == 1 and "k_switch" in after.why
+    assert after.refused == 1 and "k_switch" in after.refusal

@@ -163,9 +163,9 @@ def test_a_version_is_worked_out_once(monkeypatch):
         calibration.id) or packet_camera(calibration))
     wiring, calibration = PacketCameraCache(), example("ssl", 0)
     assert wiring(calibration) is wiring(calibration) and asked == [calibration.id]
-    for i in range(2 * PacketCameraCache.CAPACITY):
+    for i in range(2 * PacketCameraCache.MAX_CAMERAS):
         wiring(replace(calibration, id=f"c{i}", model_parameters={}))
-    assert len(wiring._cache) <= PacketCameraCache.CAPACITY
+    assert len(wiring._cache) <= PacketCameraCache.MAX_CAMERAS
 
 
 def test_ttl_and_interface_are_those_that_were_set():
