@@ -34,6 +34,7 @@ class Capability:
     CameraFeed, their other half in the server, by the part. claims: async functions of (services, calibration,
     is_abandoned) that return what they claim of a version, and what they tried to refute it.
     site_claims: functions of (services) that return what they claim of the whole site now, called in a worker thread.
+    running: subclasses of RunningPart, each started and closed with the server; services.part() returns it.
     saved_rows: functions of (row), by the table, that raise where the row is none that this version can read.
     """
 
@@ -46,6 +47,7 @@ class Capability:
     camera_feeds: Mapping[str, str] = member(default_factory=dict)
     claims: tuple[str, ...] = ()
     site_claims: tuple[str, ...] = ()
+    running: tuple[str, ...] = ()
     saved_rows: Mapping[str, str] = member(default_factory=dict)
 
 
@@ -122,9 +124,10 @@ CAPABILITIES: Mapping[str, Capability] = {
         claims=("touchline.rigs.service:neighbour_claims",),
         site_claims=("touchline.rigs.service:site_claims",)),
     "league": Capability(
-        routes=(f"{ROUTES}.publishing:router", f"{ROUTES}.packets:router"),
-        claims=("touchline.services.publishing_claims:packet_claims",),
-        site_claims=("touchline.services.publishing_claims:site_claims",)),
+        routes=("touchline.league.routes:router", "touchline.league.routes:packets"),
+        claims=("touchline.league.service:packet_claims",),
+        site_claims=("touchline.league.service:site_claims",),
+        running=("touchline.league.service:PublishingService",)),
     "report": Capability(
         routes=(f"{ROUTES}.reports:router",),
         commands={"report": ("touchline.cli.reports:report",

@@ -7,6 +7,8 @@ knows is an error, so a typing mistake is reported and not ignored.
 
 import os
 from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from math import inf
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,8 +18,10 @@ from pydantic_settings import BaseSettings, InitSettingsSource, SettingsConfigDi
 from pydantic_settings import PydanticBaseSettingsSource as Source
 
 from touchline.core.errors import BadInput, NotFound
+from touchline.core.json_values import JsonObject
+from touchline.core.statements import say
 from touchline.installation import shipped
-from touchline.league.config import NetworkConfig
+from touchline.network.address import GROUP, PORT, MulticastAddress
 
 Port = Annotated[int, Field(ge=0, le=65535)]
 Count = Annotated[int, Field(ge=1)]
@@ -25,6 +29,7 @@ Seconds = Annotated[float, Field(gt=0, le=3600, allow_inf_nan=False)]
 Megabytes = Annotated[float, Field(gt=0, le=4096, allow_inf_nan=False)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$")]
 FORM = "Write lines of the form name: value, as in configs/touchline.yaml."
+MIN_INTERVAL_S, MAX_INTERVAL_S = 0.1, 60.0  # between two packets of geometry
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 
@@ -88,6 +93,44 @@ class CameraSettings(_Section):
         return self.name or self.id
 
 
+@dataclass(frozen=True)
+class PublishSettings:
+    """What the settings file says of geometry on the network.
+
+    enabled: send geometry. absorb: listen to the group. interval_s: between packets. limit_mm: a camera that
+    teams would receive with a larger expected error is sent once that was approved. pass_on: send another publisher's
+    field and ball models as they came.
+    """
+
+    enabled: bool = False
+    absorb: bool = False
+    group: str = GROUP
+    port: int = PORT
+    interface: str = ""
+    ttl: int = 1
+    interval_s: float = 3.0
+    limit_mm: float = 30.0
+    pass_on: bool = True
+
+    def __post_init__(self) -> None:
+        _ = self.address  # which checks its parts
+        if not MIN_INTERVAL_S <= self.interval_s <= MAX_INTERVAL_S:
+            raise BadInput(say("publishing.bad-interval", "{interval_s:g} s is not a valid interval.",
+                               interval_s=self.interval_s),
+                           say("publishing.interval-range", "Give {least_s:g} to {most_s:g} seconds.",
+                               least_s=MIN_INTERVAL_S, most_s=MAX_INTERVAL_S), reason="bad-interval")
+        if not 0 <= self.limit_mm < inf:
+            raise BadInput(say("publishing.bad-limit", "The limit is not a valid length."),
+                           say("publishing.limit-range", "Give millimetres, 0 or more."), reason="bad-limit")
+
+    @property
+    def address(self) -> MulticastAddress:
+        return MulticastAddress(self.group, self.port, self.interface, self.ttl)
+
+    def to_json(self) -> JsonObject:
+        return asdict(self)
+
+
 class Settings(BaseSettings):
     """All settings, frozen: what create_app() and the commands work from."""
 
@@ -103,7 +146,7 @@ class Settings(BaseSettings):
     sources: SourceSettings = SourceSettings()
     storage: StorageSettings = StorageSettings()
     jobs: JobSettings = JobSettings()
-    publish: NetworkConfig = NetworkConfig()
+    publish: PublishSettings = PublishSettings()
     cameras: tuple[CameraSettings, ...] = ()
 
     @model_validator(mode="after")

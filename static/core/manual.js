@@ -41,7 +41,7 @@ export const EXPLAINED = {
   lens: "boards.md",
   straight: "straight.md",
   edges: "straight.md#results-and-their-limits",
-  network: "ssl-vision.md",
+  network: "league.md",
   matches: "rigs.md#matched-points",
   wrong: "troubleshooting.md",
   scene: "scene.md",
@@ -62,7 +62,7 @@ export const slug = (text) =>
     .replace(/^-|-$/g, "");
 
 /** Pages that were renamed. @type {Record<string, string>} */
-const FORMER_PAGES = { "straight-edges": "straight.md" };
+const FORMER_PAGES = { "ssl-vision": "league.md", "straight-edges": "straight.md" };
 
 let newest = 0; // of what was asked for: the last one wins, whichever answer comes first
 

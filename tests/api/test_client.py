@@ -19,6 +19,7 @@ from touchline import Client
 from touchline.core.errors import BadInput, Cancelled, NotFound, TouchlineError, Unavailable
 from touchline.core.jobs import JobSpec
 from touchline.formats import FORMATS
+from touchline.league.service import PublishingService
 from touchline.store.store import Store
 
 UNREACHABLE = "http://127.0.0.1:1"
@@ -140,7 +141,7 @@ def test_in_this_process_cameras_sleep_and_what_a_server_left_waits_for_the_next
                         "publish: {enabled: true, interface: lo, ttl: 0, interval_s: 0.1}\n")
     with Client(data=tmp_path, config=settings) as client:
         services = client._http.app.state.services
-        assert services.live.running == () and not services.publishing.publisher._running
+        assert services.live.running == () and not services.part(PublishingService)._running
         (job,) = client.items("/jobs")
         assert job["state"] == "queued"
 

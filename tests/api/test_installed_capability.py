@@ -6,19 +6,26 @@ import subprocess
 import sys
 from importlib.metadata import EntryPoint
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
+from starlette.testclient import TestClient
 
 from tests.support.activation import activate_despite
 from tests.support.exported import example
 from tests.support.installed import python_with_pip
 from tests.support.paths import HELP, ROOT
-from tests.support.refusals import API
+from tests.support.refusals import API, refusal
 from tests.support.servers import served
 from touchline import Client, capabilities
 from touchline.capabilities import Capability
+from touchline.core.records import Warning
 from touchline.core.registry import load
 from touchline.formats import FORMATS
+from touchline.main import create_app
+from touchline.services.running_part import RunningPart
+from touchline.settings import Settings
+from touchline.store.fields import load_fields
 
 
 def package_of_the_manual(folder: Path) -> Path:
@@ -71,7 +78,36 @@ class Beside:
     TAKEN = Capability(jobs={"rig.check": "tests.api.nowhere:check"})
     BROKEN = Capability(routes=("tests.api.nowhere:router",))
     FAULTY = Capability(claims=(f"{__name__}:raise_async",), site_claims=(f"{__name__}:raise_at_once",))
+    RUNNING = Capability(running=(f"{__name__}:Watch",))
+    STOPPED = Capability(running=(f"{__name__}:NeverStarted",))
     NO_CAPABILITY = "a text"
+
+
+class Watch(RunningPart):
+    """A part that runs with the server, and what it was asked: of all of them, in order."""
+
+    calls: ClassVar[list[str]] = []
+
+    def start(self):
+        self.calls.append("start")
+
+    def close(self):
+        self.calls.append("close")
+
+    def wake(self):
+        self.calls.append("wake")
+
+    @property
+    def warnings(self):
+        return (Warning("watched", "Something is to be seen.", "Look."),)
+
+    def uses_of_field(self, name):
+        return [f"the watch of {name}"]
+
+
+class NeverStarted(RunningPart):
+    def start(self):
+        raise_at_once()
 
 
 async def raise_async(*_):
@@ -116,6 +152,36 @@ def test_no_name_is_in_the_table_twice():
         assert len(names) == len({*names})
     for targets in (capabilities.jobs(), capabilities.savers()):
         assert all(callable(load(target)) for target in targets.values())
+
+
+def test_a_part_runs_with_the_server_and_is_told_what_changes(beside, tmp_path, monkeypatch):
+    monkeypatch.setattr(Watch, "calls", [])
+    beside(watch="RUNNING")
+    field = {**load_fields()["table"].to_json(), "name": "own"}
+    with TestClient(create_app(Settings(data=tmp_path)), base_url="http://127.0.0.1:8000") as client:
+        assert Watch.calls == ["start"]
+        assert "watched" in [one["reason"] for one in client.get(f"{API}/health").json()["warnings"]]
+        kept = client.put(f"{API}/fields/own", json=field)
+        assert kept.status_code == 200 and Watch.calls == ["start", "wake"]
+        told = refusal(client.delete(f"{API}/fields/own", headers={"If-Match": kept.headers["etag"]}), 409,
+                       "field-used")
+        assert told["users"] == ["the watch of own"]
+    assert Watch.calls == ["start", "wake", "close"]
+
+
+def test_a_part_does_not_start_where_nothing_is_served(beside, tmp_path, monkeypatch):
+    monkeypatch.setattr(Watch, "calls", [])
+    beside(watch="RUNNING")
+    with Client(data=tmp_path):
+        pass
+    assert Watch.calls == ["close"]
+
+
+def test_a_part_that_does_not_start_is_logged_and_stops_nothing(beside, tmp_path, caplog):
+    beside(stopped="STOPPED", watch="RUNNING")
+    with TestClient(create_app(Settings(data=tmp_path)), base_url="http://127.0.0.1:8000") as client:
+        assert "watched" in [one["reason"] for one in client.get(f"{API}/health").json()["warnings"]]
+    assert "The part of 'stopped' cannot run: ValueError: a fault of its own" in caplog.text
 
 
 def test_checks_of_a_package_that_fail_are_named_and_stop_nothing(beside, standing, clicks, caplog):

@@ -35,7 +35,7 @@ def shelf(folder):
 def test_the_page_asks_for_every_module_that_it_loads_at_once_and_gets_it(standing):
     page = standing.get("/index.html")
     asked = re.findall(r'<link rel="modulepreload" href="([^"]+)">', page.text)
-    assert asked[0] == "main.js" and "vendor/preact.js" in asked and "features/network/panels/network.js" in asked
+    assert asked[0] == "main.js" and "vendor/preact.js" in asked and "features/league/panels/network.js" in asked
     assert len(asked) == len(set(asked)) > 100
     for name in asked:
         answer = standing.get(f"/{name}")

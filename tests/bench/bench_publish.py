@@ -28,9 +28,9 @@ from tests.support.ssl_messages import changed
 from tests.support.waiting import until
 from touchline.formats.ssl_field import field_to_wire
 from touchline.league.config import PublishingConfig
-from touchline.league.geometry_listener import GeometryListener
-from touchline.league.geometry_packet import geometry_packet, published_cameras
-from touchline.league.multicast_address import MulticastAddress
+from touchline.league.live import GeometryListener
+from touchline.league.packet import geometry_packet, published_cameras
+from touchline.network.address import MulticastAddress
 from touchline.ssl_protocol.protobuf import decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import (
     SSL_DetectionFrame,

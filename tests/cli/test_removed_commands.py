@@ -15,7 +15,7 @@ from tests.support.waiting import until
 from touchline.capabilities import commands
 from touchline.cli.removed_commands import REMOVED
 from touchline.league.config import PublishingConfig
-from touchline.league.geometry_packet import geometry_packet, published_cameras
+from touchline.league.packet import geometry_packet, published_cameras
 from touchline.workflows import interchange
 
 OTHERS = {"scene", "publish", "absorb", "batch"}  # batch: tests/api/test_scripts_manual.py

@@ -152,4 +152,6 @@ test("a page of the manual that was renamed opens by its former name, at the hea
   assert.deepEqual(asked, ["help/straight.md"]);
   assert.equal(manualPage.value.name, "straight.md");
   assert.equal(manualPage.value.heading, "from-programs");
+  await openManual("ssl-vision.md");
+  assert.equal(manualPage.value.name, "league.md");
 });

@@ -16,11 +16,11 @@ from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
 
 MOST = {
-    "tokens": 500_600,
-    "files": 527,
-    "untyped dictionaries": 496,
-    "modules with one importer": 114,
-    "breaks": 9,
+    "tokens": 500_500,
+    "files": 524,
+    "untyped dictionaries": 480,
+    "modules with one importer": 111,
+    "breaks": 6,
 }
 SLACK = 0.01  # of tokens: what a usual change adds; far below it the figure is lowered here
 LAYOUT = {tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.COMMENT, tokenize.ENDMARKER}

@@ -14,7 +14,7 @@ CAPABILITIES = {
     "drift": ("*drift*", "*/check*", "*_check*", "*reregister*"),
     "fields": ("*/fields.*", "*_fields.*", "*field_editor*", "*measured*", "*tape*"),
     "league": ("*league*", "*/ssl_*", "*_ssl*", "*/ssl.*", "*publish*", "*packet*", "*geometry_listener*",
-               "*/network.*", "static/features/network/*", "tests/*/test_network*.py"),
+               "*/network.*", "static/features/league/*", "tests/*/test_network*.py"),
     "report": ("*report*",),
     "rigs": ("*/rig*", "*_rig*", "*/pair*", "*_pair*"),
     "scene": ("*/scene*", "*_scene*"),

@@ -10,9 +10,8 @@ from io import FileIO
 from tests.support.exported import example
 from tests.support.waiting import until
 from touchline.league.config import PublishingConfig
-from touchline.league.geometry_listener import GeometryListener
+from touchline.league.live import GeometryListener, Publisher
 from touchline.league.packet_camera import packet_camera
-from touchline.league.publisher import Publisher
 
 SIOCSIFFLAGS, SIOCGIFFLAGS, SIOCSIFADDR, IFF_UP = 0x8914, 0x8913, 0x8916, 1
 TUNSETIFF, TAP = 0x400454CA, 0x1002

@@ -17,7 +17,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "drift": ("evaluate.drift.*", "workflows.check", "workflows.reregister", "live.drift", "services.drift_claims",
               "evaluate.claims.pictures", "api.routes.drift",
               "cli.checking"),
-    "league": ("league.*", "services.publishing*", "api.routes.publishing", "api.routes.packets"),
+    "league": ("league", "league.*"),
     "report": ("report.*", "report", "api.routes.reports", "cli.reports"),
     "rigs": ("rigs", "rigs.*"),
     "scene": ("scene", "scene.*"),

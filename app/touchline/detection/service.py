@@ -29,6 +29,7 @@ from touchline.detection.stages import DRAWN, STAGE, STAGES, StageConfig, stage_
 from touchline.detection.store import ClipRepository, named_plan
 from touchline.detection.tracks import ObjectTracker, seams_of
 from touchline.formats.ssl_geometry import camera_number
+from touchline.league.service import PublishingService
 from touchline.live.camera import LiveCamera
 from touchline.live.camera_feed import CameraFeed
 from touchline.live.streams import Viewer
@@ -53,7 +54,7 @@ class DetectionService:
 
     def __init__(self, services: Services) -> None:
         self._store, self._cameras, self._fields = services.store, services.cameras, services.fields
-        self._publishing = services.publishing
+        self._publishing = services.part(PublishingService)
 
     def settings(self, id: str) -> tuple[dict[str, Any], str]:
         """Return {"on", "plan", "colours", "profile", "publish"} of a camera, and its ETag; NotFound."""
@@ -138,7 +139,7 @@ class DetectionService:
 
     def publish(self, packet: bytes) -> TouchlineError | None:
         """Send a packet to the league's multicast group; return why it could not be sent."""
-        sender = self._publishing.publisher.sender
+        sender = self._publishing.sender
         if sender is None:
             return Conflict(say("publishing.off", "Publishing is off."),
                             say("publishing.switch-on", 'Switch it on: PUT /api/v1/publishing with "enabled": true.'),
@@ -171,7 +172,7 @@ class DetectionService:
         """Return the camera's number in packets, the same as in the published geometry."""
         if calibration is None:
             return 0
-        numbers = self._publishing.publisher.config.numbers
+        numbers = self._publishing.config.numbers
         if id in numbers:
             return numbers[id]
         field = field_from_json(calibration.field)

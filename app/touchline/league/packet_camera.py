@@ -6,7 +6,6 @@ area, at the carpet and at robot tops. Its error is that lens's expected error a
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from touchline.core.errors import TouchlineError
 from touchline.core.field import Field, Region
 from touchline.core.field_json import field_from_json
 from touchline.core.geometry import inside_picture, with_z
+from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration, Fit, Warning, observations_from_json
 from touchline.core.statements import say
 from touchline.evaluate.fit.approximation import ApproximationError, approximation_error
@@ -33,7 +33,7 @@ from touchline.models.top_view import RECTANGLE_FIELDS
 from touchline.ssl_protocol.protobuf import decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import SSL_GeometryCameraCalibration
 
-IGNORED_PX = 0.5  # of a negative term, from which its reader's fault is told
+MIN_IGNORED_PX = 0.5  # of a negative term, from which operators are warned of readers that ignore it
 
 
 @dataclass(frozen=True)
@@ -72,11 +72,11 @@ class PacketCamera:
         """Say what teams should know of the camera of that name."""
         found = []
         if self.expected is not None and self.level != "good":
-            found.append(Warning("packet-error", _received(name, self.expected, self.fit), say(
+            found.append(Warning("packet-error", _expected_error_in_words(name, self.expected, self.fit), say(
                 "publishing.packet-error.fix", "A packet has one lens term. A lens with less distortion, or a "
                 "smaller area for each camera, reduces the error.") if not self.exact else say(
                 "publishing.calibrate-again", "Add points, or calibrate again with a better image.")))
-        if self.ignored_px > IGNORED_PX:
+        if self.ignored_px > MIN_IGNORED_PX:
             found.append(Warning("negative-term", say(
                 "publishing.negative-term", "The lens term of {camera} is negative (pincushion). SSL-Vision ignores "
                 "negative terms when it maps field positions to pixels: it is up to {px:.0f} px off there. Its "
@@ -84,7 +84,7 @@ class PacketCamera:
                 "publishing.negative-term.fix", "Do not judge this calibration by the lines that SSL-Vision draws.")))
         return found
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> JsonObject:
         """Return the figures as JSON; None for what is not known."""
         return {"exact": self.exact, "loss": self.loss.to_json(), "level": self.level, "expected": self.expected,
                 "fit_expected": self.fit}
@@ -93,7 +93,7 @@ class PacketCamera:
 class PacketCameraCache:
     """Fits each calibration's packet camera once: a version never changes, and fitting takes a while."""
 
-    CAPACITY = 64
+    MAX_CAMERAS = 64
 
     def __init__(self) -> None:
         self._cache: dict[str, PacketCamera | TouchlineError] = {}
@@ -101,7 +101,7 @@ class PacketCameraCache:
     def __call__(self, calibration: Calibration) -> PacketCamera | TouchlineError:
         """Return the message, or why the league's lens cannot represent the calibration."""
         if calibration.id not in self._cache:
-            while len(self._cache) >= self.CAPACITY:
+            while len(self._cache) >= self.MAX_CAMERAS:
                 self._cache.pop(next(iter(self._cache)), None)
             self._cache[calibration.id] = packet_camera(calibration)
         return self._cache[calibration.id]
@@ -110,28 +110,33 @@ class PacketCameraCache:
 def packet_camera(calibration: Calibration) -> PacketCamera | TouchlineError:
     """Return the packet's camera with its expected error, or why the league's lens cannot represent the calibration."""
     try:
-        return _fitted(calibration)
+        return _nearest_packet_camera(calibration)
     except TouchlineError as refused:
         return refused
 
 
-def _fitted(calibration: Calibration) -> PacketCamera:
+def _nearest_packet_camera(calibration: Calibration) -> PacketCamera:
     model, field, region = Restored.of(calibration)
+    hat_mm = field.hat_height_mm
     fit = _determined_fit(calibration, model, region)
     source = model if fit is None else fit.model
     camera = exact_camera(source, SSL_VISION.lenses, SSL_VISION.square_pixels)
     is_exact = camera is not None and source is model
     if camera is None:
-        camera, _ = nearest_camera(source, tuple(SSL_VISION.lenses.items()), SSL_VISION.square_pixels, region,
-                                   field.hat_height_mm)
+        camera, _ = nearest_camera(source, tuple(SSL_VISION.lenses.items()), SSL_VISION.square_pixels, region, hat_mm)
     sent = camera_to_wire(camera, camera_number(field, region))
-    read = camera_from_wire(decode(SSL_GeometryCameraCalibration, encode(sent)), field)
-    back = read.camera({name: getattr(camera, name) for name in RECTANGLE_FIELDS})
-    expected = None if fit is None else sigma_report(
-        fit, region, field.hat_height_mm, _height_is_known(calibration, fit, model, field, region), stand_in=back)
-    return PacketCamera(sent, approximation_error(model, back, region, field.hat_height_mm), is_exact, expected,
-                        calibration.report.get("sigma_mm"), _ignored_px(back, region, field.hat_height_mm),
-                        _own_level(calibration) if source is model else "good")
+
+    # What teams have is what they decode: the error is that of the camera after rounding to four bytes.
+    decoded = camera_from_wire(decode(SSL_GeometryCameraCalibration, encode(sent)), field)
+    received = decoded.camera({name: getattr(camera, name) for name in RECTANGLE_FIELDS})
+    loss = approximation_error(model, received, region, hat_mm)
+    expected = None
+    if fit is not None:
+        is_height_known = _height_is_known(calibration, fit, model, field, region)
+        expected = sigma_report(fit, region, hat_mm, is_height_known, stand_in=received)
+    return PacketCamera(sent, loss, is_exact, expected, fit=calibration.report.get("sigma_mm"),
+                        ignored_px=_error_without_negative_term_px(received, region, hat_mm),
+                        own_level=_own_level(calibration) if source is model else "good")
 
 
 def _own_level(calibration: Calibration) -> Level:
@@ -169,21 +174,22 @@ def _height_is_known(calibration: Calibration, fit: Fit, model: CameraModel, fie
     return "height-unknown" not in warnings
 
 
-def _ignored_px(camera: RayCamera, region: Region, hat_height_mm: float) -> float:
+def _error_without_negative_term_px(camera: RayCamera, region: Region, hat_height_mm: float) -> float:
     """Return how far a reader is off that takes a negative term for none, as SSL-Vision's field-to-pixel does."""
     if camera.lens_terms[0] >= 0:
         return 0.0
     places = grid_over(region).reshape(-1, 2)
     points = np.concatenate([with_z(places), with_z(places, hat_height_mm)])
     pixels = camera.project(points)
-    seen = inside_picture(pixels, camera.image_size)
-    off = np.linalg.norm(replace(camera, lens_terms=(0.0,)).project(points[seen]) - pixels[seen], axis=1)
-    return float(off.max(initial=0.0))
+    is_seen = inside_picture(pixels, camera.image_size)
+    without_term = replace(camera, lens_terms=(0.0,))
+    errors_px = np.linalg.norm(without_term.project(points[is_seen]) - pixels[is_seen], axis=1)
+    return float(errors_px.max(initial=0.0))
 
 
-def _received(name: str, expected: SigmaReport, fit: SigmaReport | None) -> str:
+def _expected_error_in_words(name: str, expected: SigmaReport, fit: SigmaReport | None) -> str:
     mm, hat = expected["rms"], expected.get("hat")
-    values: dict[str, Any] = {"camera": name, "mm": mm, "fit_mm": fit["rms"] if fit else mm}
+    values: JsonObject = {"camera": name, "mm": mm, "fit_mm": fit["rms"] if fit else mm}
     if hat is None or max(mm, hat["rms"]) <= max(mm, GOOD_MM):
         return say("publishing.received", "Teams receive {camera} with an expected error of {mm:.1f} mm; the "
                    "calibration itself has {fit_mm:.1f} mm.", **values)

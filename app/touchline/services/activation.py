@@ -28,7 +28,8 @@ async def activate(services: Services, id: str, by: str, etag: str | None, despi
     activated = await services.run_in_thread(store.activate, id, by, etag, against)
     if activated.camera is not None:
         services.live.refresh(activated.camera)
-    services.publishing.publisher.wake()
+    for part in services.running_parts:
+        part.wake()
     return activated
 
 

@@ -1,18 +1,19 @@
 """The parts of a running server in one object, which every route and socket receives as `services`."""
 
 import asyncio
+import logging
 import os
 import threading
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
-from contextlib import AsyncExitStack, aclosing, asynccontextmanager, closing, suppress
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
+from contextlib import AsyncExitStack, aclosing, asynccontextmanager, suppress
 from functools import partial
 from typing import Any, ParamSpec, TypeVar
 
 import anyio
 from anyio import CapacityLimiter, to_thread
 
-from touchline.capabilities import camera_feeds
+from touchline.capabilities import CAPABILITIES, camera_feeds, loaded_by_name
 from touchline.core.errors import Cancelled, TouchlineError
 from touchline.core.geometry import ImageSize
 from touchline.core.jobs import NOBODY, Caller
@@ -30,7 +31,7 @@ from touchline.services.events import CameraEvents
 from touchline.services.fit_processes import FitProcesses, closed_request
 from touchline.services.live import start_live_cameras, take_frame
 from touchline.services.presence import Presence
-from touchline.services.publishing import PublishingService
+from touchline.services.running_part import RunningPart
 from touchline.settings import CameraSettings, Settings
 from touchline.store.backup_restore import Restoration
 from touchline.store.cache import LruCache
@@ -40,6 +41,7 @@ from touchline.store.snapshots import Snapshot
 from touchline.store.store import Store
 from touchline.vision.picture_print import PicturePrint
 
+log = logging.getLogger("touchline")
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
 Part = TypeVar("Part")
@@ -56,10 +58,14 @@ POLLS_PER_CHECK = 10  # and after how many looks whether its caller still waits
 
 
 class Services:
-    """Made from the settings alone; decoder, live cameras and parts exist while it is running()."""
+    """Made from the settings alone; decoder, live cameras and parts exist while it is running().
+
+    running_parts: what capabilities keep running, in the order of their table.
+    """
 
     decoder: ImageDecoder
     live: LiveCameras
+    running_parts: Sequence[RunningPart]
     _threads: CapacityLimiter
     _large: CapacityLimiter
     _quick: CapacityLimiter
@@ -71,7 +77,6 @@ class Services:
         remove_temporary_files(settings.own_fields)
         self.fields = FieldRepository(settings.own_fields, store.failures)
         self.cameras = CameraService(settings, store, self.fields, limits)
-        self.publishing = PublishingService(settings, store, self.cameras, self.fields)
         self.presence = Presence()
         self.events = CameraEvents()
         self.answers = AnswerCache()
@@ -95,11 +100,9 @@ class Services:
             live = start_live_cameras(self.cameras, feeds, wake=self._serves)
             async with (self.fits.running(), self.comparisons.running(), aclosing(live) as self.live,
                         self._closing_parts()):
-                with closing(self.publishing.publisher) as publisher:
-                    if self._serves:
-                        publisher.start()
-                    async with self.events.following(live):
-                        yield
+                self.running_parts = [*self._started_parts()]
+                async with self.events.following(live):
+                    yield
 
     def part(self, kind: type[Part]) -> Part:
         """Return what a capability keeps while the server runs: kind(services), made when it is first asked for.
@@ -111,6 +114,19 @@ class Services:
                 self._parts[kind] = kind(self)  # type: ignore[call-arg]
             made: Part = self._parts[kind]
             return made
+
+    def _started_parts(self) -> Iterator[RunningPart]:
+        for name, kind in loaded_by_name("running"):
+            try:
+                part: RunningPart = self.part(kind)
+                if self._serves:
+                    part.start()
+            except Exception as error:  # another's code
+                if name in CAPABILITIES:
+                    raise
+                log.error("The part of %r cannot run: %s: %s", name, type(error).__name__, error)
+                continue
+            yield part
 
     @asynccontextmanager
     async def _closing_parts(self) -> AsyncIterator[None]:

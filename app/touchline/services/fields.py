@@ -37,7 +37,8 @@ def save_field(services: Services, name: str, value: dict[str, Any], etag: str |
     """
     with services.store.references:
         field = services.fields.put(name, value, etag, new, lambda changed: _refuse_lost_regions(services, changed))
-    services.publishing.publisher.wake()
+    for part in services.running_parts:
+        part.wake()
     return field
 
 
@@ -70,8 +71,7 @@ def _users(services: Services, name: str) -> list[str]:
     simulating = simulated(services, name)
     cameras = [_camera(camera) for camera in services.cameras.all() if camera.field == name or camera.id in simulating]
     rigs = [_rig(rig) for rig in services.store.rigs.all() if rig.body["field"] == name]
-    publishing = [say("field.used-by-publishing", "publishing")]
-    return [*cameras, *rigs, *(publishing if services.publishing.publisher.config.field == name else [])]
+    return [*cameras, *rigs, *(use for part in services.running_parts for use in part.uses_of_field(name))]
 
 
 def _refuse_lost_regions(services: Services, changed: Field) -> None:

@@ -2,7 +2,7 @@
 import { online } from "../../core/api.js";
 import { polling } from "../../core/polling.js";
 import { startStatuses } from "../live/camera_status.js";
-import { followNetwork } from "../network/network.js";
+import { followNetwork } from "../league/network.js";
 import { fetchHealth } from "../settings/settings.js";
 import { startReadiness } from "./readiness.js";
 

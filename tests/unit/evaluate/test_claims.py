@@ -8,11 +8,12 @@ import pytest
 
 from touchline.core.records import Warning
 from touchline.evaluate.claims.claim import Claim, gate_of, mm, problems
-from touchline.evaluate.claims.others import difference_claims, packet_claim, publishing_claim
+from touchline.evaluate.claims.others import difference_claims
 from touchline.evaluate.claims.own_report import field_claims, report_claims
 from touchline.evaluate.claims.pictures import another_cameras, ends_claim, lines_claim, live_claim
 from touchline.evaluate.claims.readiness import SiteCamera, camera_claims
 from touchline.evaluate.drift.orientation import Orientation
+from touchline.league.claims import packet_claim, publishing_claim
 from touchline.rigs.verdict import CheckedLevel, neighbour_claim, rig_claim
 
 GOOD = {"verdict": {"mm": 0.4, "level": "good", "sentence": "Accurate."}, "rms_px": 0.21, "cv_rms_mm": 0.5,

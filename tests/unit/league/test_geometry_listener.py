@@ -17,18 +17,17 @@ from hypothesis import strategies as st
 from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said
 from tests.support.paths import ROOT
+from tests.support.publishing import publishing_of
 from tests.support.ssl_messages import changed
 from tests.support.tiers import long
 from tests.support.waiting import until
 from touchline.core.errors import TouchlineError
 from touchline.league.config import PublishingConfig
-from touchline.league.geometry_listener import MAX_CAMERAS, MAX_SENDERS, GeometryListener, RemotePublisher
-from touchline.league.geometry_packet import geometry_packet, published_cameras
-from touchline.league.multicast_address import MulticastAddress
+from touchline.league.live import MAX_CAMERAS, MAX_SENDERS, GeometryListener, Publisher
+from touchline.league.packet import geometry_packet, published_cameras
 from touchline.league.packet_camera import packet_camera
-from touchline.league.publisher import Publisher
-from touchline.league.publishing import Publishing
-from touchline.league.received import contradictions, received_json
+from touchline.league.received import RemotePublisher, contradictions, received_json
+from touchline.network.address import MulticastAddress
 from touchline.ssl_protocol.protobuf import decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import SSL_DetectionFrame, SSL_GeometryData, SSL_Source, SSL_WrapperPacket
 from touchline.store.fields import load_fields
@@ -96,7 +95,7 @@ def test_two_senders_are_told_apart_and_the_newest_whole_packet_of_each_is_kept(
     one, other = (listener.get(f"127.0.0.1-{port}") for port in (port_a, port_b))
     assert (one.data, other.data) == (GOOD, packet(2))
     assert (one.packets - one.skipped, one.geometries, one.refused) == (3, 2, 1) and other.refused == 0
-    assert one.source == SSL_Source.OTHER and "ends within" in one.why
+    assert one.source == SSL_Source.OTHER and "ends within" in one.refusal
 
 
 @pytest.mark.parametrize("kind", WRONG)
@@ -106,7 +105,7 @@ def test_what_is_no_whole_packet_is_counted_and_left(there, kind):
         id = f"127.0.0.1-{said(GOOD, **told, sock=stranger)}"
         until(lambda: (found := listener.get(id)) and found.geometries == 1)
         found = read_by(listener, id, WRONG[kind], told, stranger)
-        assert found.refused == 1 and found.data == GOOD and found.why
+        assert found.refused == 1 and found.data == GOOD and found.refusal
         assert read_by(listener, id, GOOD, told, stranger).geometries == 2
 
 
@@ -120,7 +119,7 @@ def test_any_bytes_are_told_as_they_are_or_refused(examples):
         lambda cut: GOOD[:cut[0]] + cut[1] + GOOD[cut[0] + len(cut[1]):])))
     def is_told(data):
         after = listener._read(RemotePublisher("127.0.0.1", 1, 0.0), data)
-        told = received_json(replace(after, geometry_s=after.last_s), FIELDS.values(), ours)
+        told = received_json(replace(after, geometry_s=after.last_s), time.monotonic(), FIELDS.values(), ours)
         assert told["refused"] == (1 if told["refusal"] else 0)
 
     is_told()
@@ -133,7 +132,8 @@ def test_detections_are_counted_and_passed_over(there):
     said(frame, **told)
     (found,) = until(lambda: listener.publishers)
     assert (found.packets, found.geometries, found.refused) == (1, 0, 0)
-    assert received_json(found, (), ())["source"] == "grsim" and received_json(found, (), ())["cameras"] == []
+    described = received_json(found, time.monotonic(), (), ())
+    assert described["source"] == "grsim" and described["cameras"] == []
 
 
 def test_our_own_packets_are_not_somebody_elses():
@@ -151,14 +151,14 @@ def test_our_own_packets_are_not_somebody_elses():
         publisher.close()
 
 
-def test_our_own_packets_stay_ours_while_the_settings_change():
+def test_our_own_packets_stay_ours_while_the_settings_change(tmp_path):
     """The first of a new sender and the last of the one before are heard while they are exchanged."""
     told = free_group()
-    publishing = Publishing(PublishingConfig(enabled=True, interval_s=0.1, **told), lambda: [example("ssl", 0)])
+    publishing = publishing_of(tmp_path, lambda: [example("ssl", 0)], enabled=True, interval_s=0.1, **told)
     publishing.start()
     try:
         for number in range(20):
-            publishing.apply(replace(publishing.config, numbers={"north": number}))
+            publishing.change({"numbers": {"north": number}})
             own = publishing.received()["own"]
             until(lambda own=own: publishing.received()["own"] > own)
         assert publishing.received()["items"] == []
@@ -173,12 +173,12 @@ def test_another_calibration_for_our_number_contradicts_and_an_echo_of_ours_does
     for name, data in (("echo", GOOD), ("other", packet(1)), ("elsewhere", packet(1, numbers={"north": 5}))):
         port = said(data, **told)
         found = until(lambda port=port: (one := listener.get(f"127.0.0.1-{port}")) and one.geometry and one)
-        (cameras[name],) = received_json(found, FIELDS.values(), ours)["cameras"]
+        (cameras[name],) = received_json(found, time.monotonic(), FIELDS.values(), ours)["cameras"]
     assert {name: (one["ours"], one["contradicts"]) for name, one in cameras.items()} == {
         "echo": ("north", False), "other": ("north", True), "elsewhere": (None, False)}
     found = replace(found, data=packet(1), geometry=decode(SSL_WrapperPacket, packet(1)).geometry,
                     geometry_s=found.geometry_s - 3600)
-    assert not received_json(found, FIELDS.values(), ours)["cameras"][0]["contradicts"]  # long silent
+    assert not received_json(found, time.monotonic(), FIELDS.values(), ours)["cameras"][0]["contradicts"]  # long silent
 
 
 def test_an_echo_with_a_zero_of_another_sign_or_a_field_of_tomorrow_contradicts_nobody():
@@ -187,9 +187,9 @@ def test_an_echo_with_a_zero_of_another_sign_or_a_field_of_tomorrow_contradicts_
     calib = encode(changed(zero.sent, distortion=0.0)) + b"\xd0\x3e\x01"
     echo = changed(SENT, calib=[type(zero.sent).FromString(calib)])
     sender = RemotePublisher("127.0.0.1", 1, 0.0, geometry=echo, geometry_s=time.monotonic())
-    assert contradictions([sender], [zero]) == []
+    assert contradictions([sender], [zero], time.monotonic()) == []
     echo.calib[0].distortion = 0.01
-    assert contradictions([sender], [zero]) == [(sender, zero)]
+    assert contradictions([sender], [zero], time.monotonic()) == [(sender, zero)]
 
 
 def test_the_field_that_is_sent_is_found_among_those_known_here(there):
@@ -200,7 +200,7 @@ def test_the_field_that_is_sent_is_found_among_those_known_here(there):
         sent = SENT if field is None else changed(SENT, field=field_to_wire(FIELDS[field]))
         port = said(encode(SSL_WrapperPacket(geometry=sent)), **told)
         found = until(lambda port=port: (one := listener.get(f"127.0.0.1-{port}")) and one.geometry and one)
-        one = received_json(found, FIELDS.values(), ())
+        one = received_json(found, time.monotonic(), FIELDS.values(), ())
         assert one["field"]["known"] is known and (field is None or one["field"]["name"] == field)
         assert one["cameras"][0]["position_mm"][2] == pytest.approx(model_of("ssl", 0).position_mm[2], abs=0.1)
 
@@ -214,7 +214,7 @@ def test_a_field_or_a_camera_that_cannot_be_is_told_and_harms_nobody(there):
                         (odd, lambda one: [c["problem"] is None for c in one["cameras"]] == [False, True])):
         port = said(encode(SSL_WrapperPacket(geometry=sent)), **told)
         found = until(lambda port=port: (one := listener.get(f"127.0.0.1-{port}")) and one.geometry and one)
-        assert check(received_json(found, FIELDS.values(), ()))
+        assert check(received_json(found, time.monotonic(), FIELDS.values(), ()))
 
 
 def test_a_number_of_a_source_that_nobody_has_given_yet_is_unknown():
@@ -241,7 +241,7 @@ def test_so_many_senders_are_remembered_first_those_with_geometry(there):
 
 def test_a_flood_is_read_sparingly_and_the_league_is_heard_through_it(there, monkeypatch):
     # On any machine a heavy packet takes longer.
-    monkeypatch.setattr("touchline.league.geometry_listener.CPU_SHARE_PER_SENDER", 1e-4)
+    monkeypatch.setattr("touchline.league.live.CPU_SHARE_PER_SENDER", 1e-4)
     told, listener = there
     league = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     id = f"127.0.0.1-{said(GOOD, **told, sock=league)}"

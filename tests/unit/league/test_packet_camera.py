@@ -17,7 +17,7 @@ from touchline.evaluate.fit.approximation import approximate_camera
 from touchline.evaluate.fit.uncertainty import grid_over
 from touchline.formats.ssl_geometry import camera_from_wire
 from touchline.league.config import PublishingConfig
-from touchline.league.geometry_packet import published_cameras
+from touchline.league.packet import published_cameras
 from touchline.league.packet_camera import packet_camera
 from touchline.models.lens_models import Fisheye, Ssl
 from touchline.models.restored import model_of

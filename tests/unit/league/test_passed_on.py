@@ -1,6 +1,8 @@
 """What another publisher says of the field beyond its cameras is passed on byte for byte; the rest is told."""
 
+import json
 import socket
+import time
 from contextlib import closing
 from dataclasses import replace
 
@@ -10,14 +12,14 @@ from tests.support import ssl_listener as listener
 from tests.support.exported import model_of, of_model
 from tests.support.group_listener import Listener, free_group, said
 from tests.support.league_geometry import PROGRAMS, packet_of
+from tests.support.publishing import publishing_of
 from tests.support.waiting import until
 from touchline.core.field import Field
 from touchline.league.config import PublishingConfig
-from touchline.league.geometry_difference import geometry_differences
-from touchline.league.geometry_listener import STALE_S, GeometryListener, RemotePublisher
-from touchline.league.geometry_packet import geometry_packet, published_cameras
-from touchline.league.passed_on import KEPT_S, PassedOn, heard_geometry
-from touchline.league.publishing import Publishing
+from touchline.league.live import GeometryListener
+from touchline.league.packet import MAX_AGE_S, PassedOn, geometry_packet, published_cameras
+from touchline.league.received import STALE_S, RemotePublisher, geometry_differences, geometry_to_pass_on
+from touchline.league.service import RECEIVED_FILE
 from touchline.models.lens_models import Ssl
 from touchline.ssl_protocol.protobuf import decode
 from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPacket, GeometryPartsPacket
@@ -56,7 +58,7 @@ def sender(packet: bytes, address: str = "10.0.0.2", geometry_s: float = 100.0) 
 
 
 def heard(packet: bytes) -> PassedOn:
-    return heard_geometry([sender(packet)], 100.0, None)
+    return geometry_to_pass_on([sender(packet)], 100.0, None)
 
 
 @pytest.mark.parametrize("program", PROGRAMS)
@@ -84,18 +86,18 @@ def test_another_field_or_one_with_exchanged_names_is_not_passed_on():
 
 def test_one_sender_is_kept_as_long_as_it_is_heard():
     one, other = (packet_of(program, "ssl-div-b").SerializeToString() for program in PROGRAMS)
-    first = heard_geometry([sender(one, "10.0.0.2", 100.0)], 100.0, None)
+    first = geometry_to_pass_on([sender(one, "10.0.0.2", 100.0)], 100.0, None)
     both = [sender(one, "10.0.0.2", 100.0), sender(other, "10.0.0.3", 101.0)]
-    assert heard_geometry(both, 102.0, first) == first
-    assert heard_geometry(both, 102.0, None).address == "10.0.0.3"
-    assert heard_geometry(both, 100.5 + STALE_S, first).address == "10.0.0.3"  # it has fallen silent
-    assert heard_geometry(both, 200.0 + STALE_S, first) == first  # all have
+    assert geometry_to_pass_on(both, 102.0, first) == first
+    assert geometry_to_pass_on(both, 102.0, None).address == "10.0.0.3"
+    assert geometry_to_pass_on(both, 100.5 + STALE_S, first).address == "10.0.0.3"  # it has fallen silent
+    assert geometry_to_pass_on(both, 200.0 + STALE_S, first) == first  # all have
 
 
 def test_what_was_heard_is_kept_for_a_day():
     found = heard(packet_of("ssl-vision", "ssl-div-b").SerializeToString())
     assert PassedOn.from_saved(found.saved(), found.heard_at + 10) == found
-    assert PassedOn.from_saved(found.saved(), found.heard_at + KEPT_S + 1) is None
+    assert PassedOn.from_saved(found.saved(), found.heard_at + MAX_AGE_S + 1) is None
     for wrong in (None, {}, [], {**found.saved(), "packet": "§"}, {**found.saved(), "packet": ""},
                   {**found.saved(), "heard_at": "x"}, {**found.saved(), "packet": "AAAA"}):
         assert PassedOn.from_saved(wrong, found.heard_at) is None
@@ -118,11 +120,10 @@ def test_what_differs_is_said():
     assert "12000 × 9000" in only and "9000 × 6000" in only
 
 
-def test_it_is_heard_and_passed_on_over_the_network_and_kept():
-    told, kept = free_group(), []
+def test_it_is_heard_and_passed_on_over_the_network_and_kept(tmp_path):
+    told, kept = free_group(), tmp_path / RECEIVED_FILE
     theirs = packet_with_unknown("vision-processor")
-    publishing = Publishing(PublishingConfig(enabled=True, interval_s=0.1, **told), lambda: [over(FIELD)], FIELDS,
-                            keep=kept.append)
+    publishing = publishing_of(tmp_path, lambda: [over(FIELD)], FIELDS, enabled=True, interval_s=0.1, **told)
     with Listener(**told) as ear, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         publishing.start()
         try:
@@ -134,21 +135,23 @@ def test_it_is_heard_and_passed_on_over_the_network_and_kept():
             until(lambda: publishing.status()["passed_on"])
             item = until(lambda: next((one for one in publishing.received()["items"] if one["differs"] == []), None))
             assert item["source"] == "vision-processor"
-            assert [one.packet for one in kept] == [theirs]
-            publishing.apply(replace(publishing.config, pass_on=False))
+            saved = json.loads(kept.read_bytes())
+            assert PassedOn.from_saved(saved, time.time()).packet == theirs
+            publishing.change({"pass_on": False})
             ear.hear_until(lambda came: came.sender[1] != port and not parts_of(came.data).models)
             assert publishing.status()["passed_on"] is None
             until(lambda: publishing.received()["items"][0]["differs"])
+            assert json.loads(kept.read_bytes()) == saved  # once, while it stays the same
         finally:
             publishing.close()
 
 
-def test_a_sender_that_is_heard_is_remembered_by_the_next_publisher():
+def test_a_sender_that_is_heard_is_remembered_by_the_next_publisher(tmp_path):
     found = heard(packet_of("ssl-vision", "ssl-div-b").SerializeToString())
     told = free_group()
     with Listener(**told) as ear:
-        publishing = Publishing(PublishingConfig(enabled=True, interval_s=0.1, **told), lambda: [over(FIELD)], FIELDS,
-                                found)
+        (tmp_path / RECEIVED_FILE).write_text(json.dumps({**found.saved(), "heard_at": time.time() - 1}))
+        publishing = publishing_of(tmp_path, lambda: [over(FIELD)], FIELDS, enabled=True, interval_s=0.1, **told)
         publishing.start()
         with closing(publishing):
             assert parts_of(ear.receive().data).models == found.models
@@ -159,4 +162,4 @@ def test_a_packet_that_ends_within_the_ball_models_is_refused():
     packet.geometry.models.straight_two_phase.ClearField("k_switch")
     reader = GeometryListener.__new__(GeometryListener)
     after = reader._read(RemotePublisher("127.0.0.1", 1, 0.0), packet.SerializePartialToString())
-    assert after.refused == 1 and "k_switch" in after.why
+    assert after.refused == 1 and "k_switch" in after.refusal

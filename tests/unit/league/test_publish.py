@@ -16,12 +16,12 @@ from tests.support.waiting import until
 from touchline.core.errors import BadInput, TouchlineError
 from touchline.core.marking_names import marking_name
 from touchline.league.config import PublishingConfig
-from touchline.league.geometry_packet import geometry_packet, published_cameras
-from touchline.league.multicast import MulticastSender
-from touchline.league.multicast_address import MulticastAddress, NetworkError, is_here
+from touchline.league.live import Publisher
+from touchline.league.packet import geometry_packet, published_cameras
 from touchline.league.packet_camera import PacketCameraCache, packet_camera
-from touchline.league.publisher import Publisher
 from touchline.models import MODELS, RayModel
+from touchline.network.address import MulticastAddress, NetworkError, is_here
+from touchline.network.multicast import MulticastSender
 from touchline.ssl_protocol.protobuf import MAX_BYTES, decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import SSL_DetectionFrame, SSL_WrapperPacket, Vector2f
 
@@ -163,9 +163,9 @@ def test_a_version_is_worked_out_once(monkeypatch):
         calibration.id) or packet_camera(calibration))
     wiring, calibration = PacketCameraCache(), example("ssl", 0)
     assert wiring(calibration) is wiring(calibration) and asked == [calibration.id]
-    for i in range(2 * PacketCameraCache.CAPACITY):
+    for i in range(2 * PacketCameraCache.MAX_CAMERAS):
         wiring(replace(calibration, id=f"c{i}", model_parameters={}))
-    assert len(wiring._cache) <= PacketCameraCache.CAPACITY
+    assert len(wiring._cache) <= PacketCameraCache.MAX_CAMERAS
 
 
 def test_ttl_and_interface_are_those_that_were_set():
@@ -302,7 +302,7 @@ def test_a_plan_is_kept_as_it_is_and_nonsense_is_refused():
 
 def test_whoever_listens_shares_the_port():
     """League programs set one or the other way of sharing; each must be able to listen beside us."""
-    from touchline.league.multicast import MulticastReceiver
+    from touchline.network.multicast import MulticastReceiver
 
     told = free_group()
     address = MulticastAddress(**told)

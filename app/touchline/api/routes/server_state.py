@@ -20,8 +20,7 @@ from touchline.api.schemas.base import JsonObject, list_of, response
 from touchline.api.schemas.media import files
 from touchline.core.statements import named, stated
 from touchline.installation import __version__, shipped
-from touchline.league.config import NetworkConfig
-from touchline.settings import Settings
+from touchline.settings import PublishSettings, Settings
 from touchline.store import backup_restore
 
 router = APIRouter()
@@ -45,7 +44,8 @@ def read_health(services: ServicesDep, request: Request) -> Json:
     token = services.settings.token
     if token is not None and not has_token(request.headers, token.get_secret_value()):
         return Json({"status": "ok"})
-    warnings = (*services.store.warnings, *services.fields.warnings, *services.publishing.warnings)
+    warnings = (*services.store.warnings, *services.fields.warnings,
+                *(warning for part in services.running_parts for warning in part.warnings))
     return Json({"status": "ok", "version": __version__, "uptime_s": round(time.monotonic() - services.started_s, 3),
                  "warnings": [stated({"reason": w.reason, "text": w.text, "fix": w.fix}) for w in warnings],
                  "damaged": [damage.to_json() for damage in services.store.damaged]})
@@ -66,7 +66,7 @@ def _all(settings: Settings) -> Iterator[tuple[str, Any, Any]]:
     """Yield (name, value, default) of each, in the file's order; a section's as section.name."""
     for name, field in Settings.model_fields.items():
         value, default = getattr(settings, name), field.default
-        if isinstance(value, BaseModel | NetworkConfig):
+        if isinstance(value, BaseModel | PublishSettings):
             for inner in vars(value):
                 yield f"{name}.{inner}", getattr(value, inner), getattr(default, inner)
         elif name == "cameras":  # an address may contain a password; GET /cameras shows it without

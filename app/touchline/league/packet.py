@@ -1,23 +1,30 @@
-"""The league's geometry packet: which cameras are in it, which are not and why, and the field."""
+"""The league's geometry packet: which cameras are in it, which are not and why, and the field.
 
+Ball models and the width of the substitution area are nowhere in Touchline, and a program that hears two fields by
+turns starts anew with each: so whoever publishes beside another passes on the other's field as it came, byte for byte.
+"""
+
+from base64 import b64decode, b64encode
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 from touchline.core.errors import Conflict, TouchlineError
 from touchline.core.field import Field
 from touchline.core.field_changes import FIELD_CHANGED_FIX, changes_in_words
 from touchline.core.field_json import field_from_json
+from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration
 from touchline.core.statements import say
-from touchline.formats.ssl_field import field_to_wire
+from touchline.formats.ssl_field import field_to_wire, names_are_the_leagues
+from touchline.formats.ssl_known_field import known_field
 from touchline.league.config import PublishingConfig
 from touchline.league.packet_camera import PacketCamera, packet_camera
-from touchline.league.passed_on import PassedOn
-from touchline.ssl_protocol.protobuf import encode
+from touchline.ssl_protocol.protobuf import decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import (
+    GeometryPacket,
     GeometryParts,
     GeometryPartsPacket,
     SSL_GeometryCameraCalibration,
@@ -25,6 +32,8 @@ from touchline.ssl_protocol.ssl_vision_pb2 import (
 )
 
 NO_FIELDS: Mapping[str, Field] = {}
+MAX_AGE_S = 86_400.0  # after a day, what was received is another event's
+SAVE_EVERY_S = 3600.0
 FitPacketCamera = Callable[[Calibration], PacketCamera | TouchlineError]
 
 
@@ -50,7 +59,7 @@ class PublishedCamera:
         sent.camera_id = self.number
         return sent
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> JsonObject:
         c, packet = self.calibration, self.packet
         figures = {"exact": False, "loss": None, "level": None, "expected": None, "fit_expected": None} \
             if packet is None else packet.to_json()
@@ -61,6 +70,62 @@ class PublishedCamera:
                 "problem": self.problem and self.problem.to_json()}
 
 
+@dataclass(frozen=True)
+class PassedOn:
+    """Another sender's newest packet with geometry, as received, of which field and ball models are passed on.
+
+    heard_at: unix s.
+    """
+
+    address: str
+    source: str
+    heard_at: float
+    packet: bytes
+
+    @property
+    def field(self) -> bytes:
+        """The field's message."""
+        return self._parts.field
+
+    @property
+    def models(self) -> bytes:
+        """The ball models' message; empty where none was sent."""
+        return self._parts.models
+
+    @property
+    def _parts(self) -> GeometryParts:
+        return decode(GeometryPartsPacket, self.packet).geometry
+
+    def is_of(self, field: Field) -> bool:
+        """Tell whether it is that field, under the league's names."""
+        sent = decode(GeometryPacket, self.packet).geometry.field
+        return known_field(sent, (field,)) is not None and names_are_the_leagues(sent)
+
+    def needs_saving(self, saved: Self | None) -> bool:
+        """Tell whether what is saved says something else, or is an hour old."""
+        return saved is None or self.heard_at - saved.heard_at > SAVE_EVERY_S or (
+            self.field, self.models) != (saved.field, saved.models)
+
+    def to_json(self) -> JsonObject:
+        return {"address": self.address, "source": self.source, "heard_at": self.heard_at, "models": bool(self.models)}
+
+    def saved(self) -> JsonObject:
+        """Return it as JSON for from_saved()."""
+        return {"address": self.address, "source": self.source, "heard_at": self.heard_at,
+                "packet": b64encode(self.packet).decode("ascii")}
+
+    @classmethod
+    def from_saved(cls, value: Any, now: float) -> Self | None:
+        """Read what saved() wrote; None for anything else, and for what is older than a day. now: unix s."""
+        try:
+            found = cls(str(value["address"])[:64], str(value["source"])[:32], float(value["heard_at"]),
+                        b64decode(value["packet"], validate=True))
+            return found if decode(GeometryPacket, found.packet).HasField("geometry") and (
+                0 <= now - found.heard_at < MAX_AGE_S) else None
+        except (TouchlineError, KeyError, TypeError, ValueError):
+            return None
+
+
 def published_cameras(calibrations: Sequence[Calibration], config: PublishingConfig,
                       fit_camera: FitPacketCamera = packet_camera,
                       fields: Mapping[str, Field] = NO_FIELDS) -> tuple[PublishedCamera, ...]:
@@ -68,7 +133,7 @@ def published_cameras(calibrations: Sequence[Calibration], config: PublishingCon
 
     fields: as they are now; a calibration made when its field was otherwise is not sent.
     """
-    name = _field(calibrations, config)
+    name = _chosen_field(calibrations, config)
     field = fields[name].to_json() if name is not None and name in fields else None
     cameras: list[PublishedCamera] = []
     for calibration in calibrations:
@@ -77,7 +142,7 @@ def published_cameras(calibrations: Sequence[Calibration], config: PublishingCon
             cameras.append(PublishedCamera(calibration, config.numbers.get(calibration.camera or "", 0), None, made))
             continue
         one = PublishedCamera(calibration, config.numbers.get(calibration.camera or "", made.sent.camera_id), made)
-        cameras.append(replace(one, problem=_problem(one, made.judged_mm, cameras, config, name, field)))
+        cameras.append(replace(one, problem=_reason_left_out(one, made.judged_mm, cameras, config, name, field)))
     return tuple(cameras)
 
 
@@ -108,7 +173,7 @@ def geometry_packet(candidates: Sequence[PublishedCamera], fields: Mapping[str, 
     return encode(GeometryPartsPacket(geometry=parts, source=SSL_Source.OTHER))
 
 
-def _field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str | None:
+def _chosen_field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str | None:
     """Choose the packet's one field: the configured one, else that of most cameras, the first of equals."""
     if config.field is not None:
         return config.field
@@ -116,9 +181,13 @@ def _field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str
     return max(names, key=lambda name: names[name], default=None)
 
 
-def _problem(one: PublishedCamera, judged_mm: float, before: Iterable[PublishedCamera], config: PublishingConfig,
-             field_name: str | None, field: Mapping[str, Any] | None) -> TouchlineError | None:
-    """Return why an encoded camera is left out; None where it is sent."""
+def _reason_left_out(one: PublishedCamera, judged_mm: float, before: Iterable[PublishedCamera],
+                     config: PublishingConfig, field_name: str | None,
+                     field: Mapping[str, Any] | None) -> TouchlineError | None:
+    """Return why an encoded camera is left out; None where it is sent.
+
+    before: the cameras of the packet so far. field: of that name as it is now, None where it is not known here.
+    """
     name = one.name
     if one.calibration.field["name"] != field_name:
         return Conflict(say("publishing.other-field", "{camera} covers the field {covered}, but a packet has one "

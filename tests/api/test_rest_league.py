@@ -16,9 +16,9 @@ from tests.support.refusals import API, refusal
 from tests.support.tiers import long
 from tests.support.waiting import LONG_S, until
 from touchline.league.config import PublishingConfig
-from touchline.league.geometry_packet import geometry_packet, published_cameras
-from touchline.league.multicast import MulticastReceiver
+from touchline.league.packet import geometry_packet, published_cameras
 from touchline.main import create_app
+from touchline.network.multicast import MulticastReceiver
 from touchline.settings import Settings
 from touchline.workflows import interchange
 
@@ -224,7 +224,7 @@ def test_it_says_that_it_listens_once_it_has_joined_the_group(client, way, monke
             may_join.wait(LONG_S)
             super().__init__(address)
 
-    monkeypatch.setattr("touchline.league.geometry_listener.MulticastReceiver", SlowReceiver)
+    monkeypatch.setattr("touchline.league.live.MulticastReceiver", SlowReceiver)
     put(client, absorb=True, **way)
     assert not client.get(f"{API}/publishing/heard").json()["listening"]
     may_join.set()

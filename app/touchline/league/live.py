@@ -1,67 +1,119 @@
-"""Listen for other publishers in the group: keep the newest whole geometry of each, whatever strangers send.
+"""Two threads on the league's multicast group: one sends our geometry, one keeps the newest of other publishers.
 
-Anybody may send here, so everything is bounded: how many senders are remembered, how much time their packets may take,
-how long a packet is. What is no whole packet is counted and ignored.
+Geometry is sent every few seconds, and at once after a change; failures are retried. Anybody may send to the group, so
+everything that is received is bounded: how many senders are remembered, how much time their packets may take, how long
+a packet is. What is no whole packet is counted and ignored.
 """
 
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from touchline.core.common_sentences import TRIES_AGAIN
 from touchline.core.errors import BadInput, TouchlineError, Unavailable
+from touchline.core.field import Field
+from touchline.core.json_values import JsonObject
+from touchline.core.records import Calibration
 from touchline.core.statements import say
-from touchline.league.multicast import Datagram, MulticastReceiver
-from touchline.league.multicast_address import MulticastAddress
+from touchline.league.config import PublishingConfig
+from touchline.league.packet import (
+    NO_FIELDS,
+    FitPacketCamera,
+    PassedOn,
+    PublishedCamera,
+    geometry_packet,
+    published_cameras,
+)
+from touchline.league.received import RemotePublisher
+from touchline.network.address import MulticastAddress
+from touchline.network.multicast import Datagram, MulticastReceiver, MulticastSender
 from touchline.ssl_protocol.protobuf import decode
-from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPacket, SSL_GeometryData, SSL_Source
+from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPacket
 
 log = logging.getLogger("touchline")
+RETRY_S = 1.0  # after a failure, or sooner where the interval of publishing is shorter
+JOIN_S = 5.0
 MAX_SENDERS = 32
 MAX_CAMERAS = 64  # of one sender; the league has at most eight
 RECEIVE_S = 0.25
 REJOIN_S = 5.0  # of silence: an interface that came back, or a switch that lost us, needs a new join
-RETRY_S = 1.0
 CPU_SHARE, CPU_SHARE_PER_SENDER = 0.2, 0.05  # of one core's time for decoding: all senders together, and one
 PAUSE_S = 0.002  # between packets that are skipped: a flood must not occupy the process
 FORGET_S = 600.0
-STALE_S = 30.0  # geometry older than this counts no more
-JOIN_S = 5.0
 
 
 @dataclass(frozen=True)
-class RemotePublisher:
-    """One sender. data: its newest whole packet with geometry, as received; times are time.monotonic()."""
+class PublishStatus:
+    """What was sent so far. packet: the newest; last_s: its time.monotonic(); failures: since then."""
 
-    address: str
-    port: int
-    last_s: float
     packets: int = 0
-    geometries: int = 0
-    refused: int = 0
-    why: str = ""  # the newest packet was refused
-    skipped: int = 0
-    source: int = 0
-    geometry: SSL_GeometryData | None = None
-    data: bytes = b""
-    geometry_s: float = 0.0
-    geometry_at: float = 0.0  # unix s, for people
+    packet: bytes = b""
+    last_s: float | None = None
+    failures: int = 0
+    problem: TouchlineError | None = None
+    cameras: tuple[PublishedCamera, ...] = ()
 
-    @property
-    def id(self) -> str:
-        return f"{self.address}-{self.port}"
+    def to_json(self) -> JsonObject:
+        age_s = None if self.last_s is None else round(time.monotonic() - self.last_s, 3)
+        return {"packets": self.packets, "bytes": len(self.packet), "age_s": age_s, "failures": self.failures}
 
-    @property
-    def source_name(self) -> str:
-        """SSL_Source in lower case: "ssl-vision"; "unknown" for a number that is not assigned."""
-        return (SSL_Source.Name(self.source).lower().replace("_", "-") if self.source in SSL_Source.values()
-                else "unknown")
 
-    def is_current(self, now_s: float) -> bool:
-        """Tell whether its geometry counts at now_s, time.monotonic()."""
-        return self.geometry is not None and now_s - self.geometry_s <= STALE_S
+class Publisher:
+    """A thread that publishes until it is closed.
+
+    active: returns the active calibrations. fit: fits a calibration's packet camera. fields: as they are now, by name.
+    passed_on: returns what another publisher's geometry adds. sender: open to other packets as well.
+    """
+
+    def __init__(self, config: PublishingConfig, active: Callable[[], Sequence[Calibration]],
+                 fit: FitPacketCamera, fields: Mapping[str, Field] = NO_FIELDS,
+                 passed_on: Callable[[], PassedOn | None] = lambda: None,
+                 sender: MulticastSender | None = None) -> None:
+        self.config = config
+        self.sender = sender or MulticastSender(config.address)
+        self.status = PublishStatus()
+        self._active, self._fit, self._fields, self._passed_on = active, fit, fields, passed_on
+        self._wakened = threading.Event()
+        self._ended = False
+        self._thread = threading.Thread(target=self._run, name="publisher", daemon=True)
+        self._thread.start()
+
+    def wake(self) -> None:
+        """Publish now: something has changed."""
+        self._wakened.set()
+
+    def close(self) -> None:
+        """End the thread; no packet leaves afterwards."""
+        self._ended = True
+        self._wakened.set()
+        self._thread.join(JOIN_S)
+        self.sender.close()
+
+    def _run(self) -> None:
+        while not self._ended:
+            self._wakened.clear()  # before looking: what changes meanwhile is sent in the next round
+            self.status = self._publish()
+            self._wakened.wait(self.config.interval_s if self.status.problem is None else
+                               min(RETRY_S, self.config.interval_s))
+
+    def _publish(self) -> PublishStatus:
+        before, cameras = self.status, self.status.cameras
+        try:
+            cameras = published_cameras(self._active(), self.config, self._fit, self._fields)
+            packet = geometry_packet(cameras, self._fields, self._passed_on())
+            if self._ended or packet is None:
+                return replace(before, packet=b"", failures=0, problem=None, cameras=cameras)
+            self.sender.send(packet)
+            return PublishStatus(before.packets + 1, packet, time.monotonic(), cameras=cameras)
+        except TouchlineError as error:
+            problem = error
+        except Exception:
+            log.exception("geometry could not be published")
+            problem = Unavailable(say("publishing.failed", "The geometry cannot be published."), TRIES_AGAIN,
+                                  reason="publishing-failed")
+        return replace(before, failures=before.failures + 1, problem=problem, cameras=cameras)
 
 
 class _Budget:
@@ -130,17 +182,17 @@ class GeometryListener:
         try:
             self.problem = None
             self.joined.set()
-            at = time.monotonic()
+            last_s = time.monotonic()
             while not self._ended.is_set():
                 datagram = receiver.receive(RECEIVE_S)
                 now = time.monotonic()
                 if datagram is not None:
                     self._receive(datagram)
-                    at = now
-                elif now - at > REJOIN_S:
+                    last_s = now
+                elif now - last_s > REJOIN_S:
                     fresh = MulticastReceiver(self.address)  # before the old one goes, so that nothing is missed
                     receiver.close()
-                    receiver, at = fresh, now
+                    receiver, last_s = fresh, now
         finally:
             receiver.close()
 
@@ -178,7 +230,7 @@ class GeometryListener:
                                    cameras=len(packet.geometry.calib)),
                                say("packet.fewer-cameras", "Send fewer cameras."), reason="bad-protobuf")
         except BadInput as refused:
-            return replace(sender, refused=sender.refused + 1, why=refused.what)
+            return replace(sender, refused=sender.refused + 1, refusal=refused.what)
         return replace(sender, geometries=sender.geometries + 1, geometry=packet.geometry, data=data,
                        source=packet.source, geometry_s=time.monotonic(), geometry_at=time.time())
 
@@ -189,11 +241,15 @@ class GeometryListener:
                 if now - publisher.last_s > FORGET_S:
                     self._forget(other)
             while len(self._publishers) >= MAX_SENDERS:
-                self._forget(min(self._publishers, key=lambda k: (self._publishers[k].geometry is not None,
-                                                             self._publishers[k].last_s)))
+                self._forget(min(self._publishers, key=self._worth))
             self._publishers[key] = RemotePublisher(*key, now)
             self._budgets[key] = _Budget(CPU_SHARE_PER_SENDER)
             return self._publishers[key]
+
+    def _worth(self, key: tuple[str, int]) -> tuple[bool, float]:
+        """Order senders by what it costs to forget them, the least first."""
+        publisher = self._publishers[key]
+        return publisher.geometry is not None, publisher.last_s
 
     def _forget(self, key: tuple[str, int]) -> None:
         del self._publishers[key], self._budgets[key]

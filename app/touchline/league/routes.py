@@ -1,4 +1,4 @@
-"""/publishing: geometry on the league's multicast group, sent, and received from others."""
+"""/publishing: geometry on the league's multicast group, sent and received; and what teams receive of a version."""
 
 import hashlib
 from datetime import UTC, datetime
@@ -15,10 +15,12 @@ from touchline.api.schemas.requests import CameraId, Id
 from touchline.core.errors import Conflict
 from touchline.core.statements import say
 from touchline.league.config import PublishingConfig
+from touchline.league.service import PublishingService
 from touchline.services.forms import Name, Number, Rotate, Size, Strict
 from touchline.services.import_file import OPTIONS, import_file
 
 router = APIRouter(prefix="/publishing", tags=["publishing"])
+packets = APIRouter(tags=["judging"])
 
 PublishedCamera = response("PublishedCamera", camera=str, calibration=str, version=int, model=str, field=str,
     region=str, camera_id=int, published=bool, exact=bool, loss=JsonObject | None,
@@ -33,6 +35,8 @@ GeometrySender = response("GeometrySender", id=str, address=str, port=int, sourc
     differs=list[JsonObject])
 GeometrySenders = response("GeometrySenders", listening=bool, problem=Texts | None, datagrams=int, own=int,
     items=list_of(GeometrySender))
+Packet = response("Packet", calibration=str, exact=bool, loss=JsonObject | None, expected=JsonObject | None,
+    fit_expected=JsonObject | None, level=str | None, asked=bool, warnings=list[JsonObject], problem=Texts | None)
 
 Text = Annotated[str, Field(max_length=64)]
 WireNumber = Annotated[int, Field(ge=0, le=2**32 - 1)]
@@ -77,8 +81,9 @@ def read_publishing(services: ServicesDep) -> Json:
 
     The ETag of the settings goes into the next PUT's If-Match.
     """
-    etag = services.publishing.etag  # an older one than the settings only makes a change too careful
-    return versioned(services.publishing.publisher.status(), etag)
+    publishing = services.part(PublishingService)
+    etag = publishing.etag  # an older one than the settings only makes a change too careful
+    return versioned(publishing.status(), etag)
 
 
 @router.put("", response_model=Publishing)
@@ -87,7 +92,8 @@ async def update_publishing(services: ServicesDep, body: PublishingChanges, if_m
 
     With If-Match only if nobody has changed them since: else 412, with `current`.
     """
-    await services.run_in_thread(services.publishing.change, body.model_dump(exclude_unset=True), etag=if_match)
+    publishing = services.part(PublishingService)
+    await services.run_in_thread(publishing.change, body.model_dump(exclude_unset=True), etag=if_match)
     for camera in await services.run_in_thread(services.cameras.all):  # their detections go by the same numbers
         services.live.refresh(camera.id)
     return await read_publishing(services)
@@ -97,14 +103,14 @@ async def update_publishing(services: ServicesDep, body: PublishingChanges, if_m
 @in_thread
 def list_geometry_senders(services: ServicesDep) -> Json:
     """List who else publishes geometry: each sender's newest complete packet, and what of it contradicts ours."""
-    return Json(services.publishing.publisher.received())
+    return Json(services.part(PublishingService).received())
 
 
 @router.post("/heard/{id}/import", status_code=201, response_model=responses.Calibration)
 @in_thread
 def import_geometry_camera(services: ServicesDep, by: OperatorDep, id: Id, body: ImportBody) -> Json:
     """Save one camera of a sender's newest packet as a new version of a calibration; its note says who sent it."""
-    sender = services.publishing.publisher.remote_publisher(id)
+    sender = services.part(PublishingService).remote_publisher(id)
     if body.sha256 is not None and body.sha256 != hashlib.sha256(sender.data).hexdigest():
         raise Conflict(say("receiving.geometry-changed", "{sender} has sent a different geometry since then.",
                            sender=id), say("receiving.check-geometry", "Check the new geometry, then import it."),
@@ -118,3 +124,14 @@ def import_geometry_camera(services: ServicesDep, by: OperatorDep, id: Id, body:
               f"{body.camera_id}, at {at}.")
     record = import_file(services, sender.data, texts, by, origin)[0]
     return created(record, f"calibrations/{record['id']}")
+
+
+@packets.get("/calibrations/{id}/packet", response_model=Packet)
+@in_thread
+def read_packet(services: ServicesDep, id: Id) -> Json:
+    """Return what teams receive of a version through the league's packet, whether it is published or not.
+
+    expected: the error of that, on the carpet and at robot tops; fit_expected: the version's own. asked: whether it is
+    published only after approval. problem: why a packet cannot hold it.
+    """
+    return Json(services.part(PublishingService).packet_json(services.store.calibrations.get(id)))

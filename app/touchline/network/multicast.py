@@ -9,11 +9,15 @@ from typing import NamedTuple
 
 from touchline.core.errors import BadInput
 from touchline.core.statements import say
-from touchline.league.multicast_address import MulticastAddress, is_here
+from touchline.network.address import MulticastAddress, is_here
 from touchline.ssl_protocol.protobuf import MAX_BYTES
 
-OWN_PORTS = 4  # of sockets that were opened one after the other: their last packets may still be heard
-STALE = (errno.ENETUNREACH, errno.ENETDOWN, errno.EHOSTUNREACH, errno.ENODEV, errno.EADDRNOTAVAIL, errno.ENXIO)
+MAX_DATAGRAM_BYTES = 65_536  # a byte more than UDP carries
+QUEUE_BYTES = 1 << 20  # a burst of detections from eight cameras waits here
+IP_MULTICAST_ALL = 49  # Linux: 0 gives a socket only the groups that it joined itself
+MAX_OWN_PORTS = 4  # of sockets that were opened one after the other: their last packets may still be heard
+NETWORK_CHANGED = (errno.ENETUNREACH, errno.ENETDOWN, errno.EHOSTUNREACH, errno.ENODEV, errno.EADDRNOTAVAIL,
+                   errno.ENXIO)
 
 
 class MulticastSender:
@@ -28,7 +32,7 @@ class MulticastSender:
         self.address = address
         self._lock = threading.Lock()
         self._socket: socket.socket | None = None
-        self._ports: deque[int] = deque(maxlen=OWN_PORTS)
+        self._ports: deque[int] = deque(maxlen=MAX_OWN_PORTS)
 
     def check(self) -> None:
         """NetworkError where a packet would not leave now; nothing is sent."""
@@ -59,7 +63,7 @@ class MulticastSender:
                     return
                 except OSError as error:
                     self._close()
-                    if last or error.errno not in STALE:
+                    if last or error.errno not in NETWORK_CHANGED:
                         raise self.address.network_error(error) from None
 
     def is_own_packet(self, address: str, port: int) -> bool:
@@ -90,11 +94,6 @@ class MulticastSender:
         if self._socket is not None:
             self._socket.close()
             self._socket = None
-
-
-MAX_DATAGRAM_BYTES = 65_536  # a byte more than UDP carries
-QUEUE_BYTES = 1 << 20  # a burst of detections from eight cameras waits here
-IP_MULTICAST_ALL = 49  # Linux: 0 gives a socket only the groups that it joined itself
 
 
 class Datagram(NamedTuple):

@@ -1,0 +1,52 @@
+"""Claims on geometry on the network: what teams receive of a version, and whether they receive anything."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from touchline.core.records import Warning
+from touchline.core.statements import Sentence, join, say, sentence_in
+from touchline.evaluate.claims.claim import Case, Claim, mm
+
+
+def packet_claim(found: Mapping[str, Any]) -> Claim:
+    """Return what teams receive. found: as GET /calibrations/{id}/packet answers."""
+    title, problem = say("claim.packet", "Received by teams"), found["problem"]
+    if problem is not None:
+        return Claim("packet", "refuted", say("claim.packet.none", "Cannot be published as it is"),
+                     sentence_in(problem, "what"), sentence_in(problem, "fix"), ("packet",))
+    expected, loss = found["expected"], found["loss"]
+    notes = [sentence_in(one, "text") for one in found["warnings"] if one["reason"] != "packet-error"]
+    asked = say("claim.packet.asked", "You are asked before it is published.") if found["asked"] else Sentence("")
+    if expected is None:
+        return Claim("packet", "not-tested", title, join(say(
+            "claim.packet.unknown", "From the calibration, at most. Its own error is unknown."), asked, *notes),
+            figure=mm(loss["worst_mm"], at_most=True))
+    return Claim("packet", "held" if found["level"] == "good" and not notes else "refuted", title,
+                 join(asked, _tops(expected.get("hat")), *notes), tried=("packet-decoded",), figure=mm(expected["rms"]))
+
+
+def publishing_claim(state: str, warnings: Sequence[Warning]) -> Claim:
+    """Return whether teams receive anything. state: "on-air" only where packets go out; warnings: what keeps teams from
+    what was calibrated."""
+    what, tried = say("claim.publishing.geometry", "SSL-Vision geometry"), ("sent-packets",)
+    if warnings:
+        first = warnings[0]
+        title = (say("claim.publishing.failing", "Not publishing") if state == "failing" else
+                 say("claim.publishing.problems", "Publishing has problems"))
+        return Claim("publishing", "refuted", title, first.text, first.fix, tried, True, cure="publishing",
+                     cases=tuple(Case(one.text, one.fix) for one in warnings))
+    if state == "on-air":
+        return Claim("publishing", "held", say("claim.publishing.on-air", "Publishing"), what, tried=tried,
+                     cure="publishing")
+    return Claim("publishing", "refuted", say("claim.publishing.off", "Not publishing"), what, tried=tried,
+                 cure="publishing")
+
+
+def _tops(hat: Mapping[str, Any] | None) -> Sentence:
+    if hat is None:
+        return Sentence("")
+    if hat.get("known") is False:
+        return say("claim.packet.tops-unknown", "The error at robot tops is unknown, because the camera height is "
+                   "unknown.")
+    return say("claim.packet.tops", "Robot tops ({height:.0f} mm): {error:.1f} mm.", height=hat["z_mm"],
+               error=hat["rms"])

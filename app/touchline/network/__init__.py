@@ -1,0 +1,1 @@
+"""UDP multicast on this machine's network: an address with the interface, packets out, and packets in."""
