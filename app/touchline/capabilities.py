@@ -35,7 +35,8 @@ class Capability:
     is_abandoned) that return what they claim of a version, and what they tried to refute it.
     site_claims: functions of (services) that return what they claim of the whole site now, called in a worker thread.
     running: subclasses of RunningPart, each started and closed with the server; services.part() returns it.
-    saved_rows: functions of (row), by the table, that raise where the row is none that this version can read.
+    saved_rows: functions of (row), by the table, that raise where the row is none that this version can read; those of
+    packages beside are not asked.
     """
 
     routes: tuple[str, ...] = ()
@@ -176,15 +177,16 @@ def camera_parts() -> tuple[str, ...]:
     return tuple(target for one in capabilities().values() for target in one.camera_parts)
 
 
-def camera_feeds() -> dict[int, str]:
-    """Return every feed of a camera by its part's place in camera_parts()."""
-    parts = camera_parts()
-    return {parts.index(part): feed for one in capabilities().values() for part, feed in one.camera_feeds.items()}
+def camera_feeds() -> dict[int, Any]:
+    """Return every feed of a camera, imported, by its part's place in camera_parts(); see loaded()."""
+    places = {part: place for place, part in enumerate(camera_parts())}
+    return {places[part]: feed for name, one in capabilities().items() for part, target in one.camera_feeds.items()
+            if part in places and (feed := _loaded(name, target)) is not None}
 
 
 def saved_rows() -> dict[str, str]:
-    """Return what reads the rows of a table, by the table."""
-    return {table: target for one in capabilities().values() for table, target in one.saved_rows.items()}
+    """Return what reads the rows of a table, by the table; our own alone: no package beside says what is damaged."""
+    return {table: target for one in CAPABILITIES.values() for table, target in one.saved_rows.items()}
 
 
 def find_command(name: str) -> str | None:
@@ -206,19 +208,24 @@ def loaded_by_name(kind: str) -> Iterator[tuple[str, Any]]:
     """Yield the same with the name of its capability."""
     for name, one in capabilities().items():
         for target in getattr(one, kind):
-            try:
-                made = load(target)
-            except Exception as error:  # another's code
-                if name in CAPABILITIES:
-                    raise
-                log.error("%s of %r cannot be used: %s: %s", target, name, type(error).__name__, error)
-                continue
-            yield name, made
+            if (made := _loaded(name, target)) is not None:
+                yield name, made
 
 
 def call(target: str, *values: Any) -> Any:
     """Call what "module:attribute" names, imported now."""
     return load(target)(*values)
+
+
+def _loaded(name: str, target: str) -> Any | None:
+    """Return what a capability of that name names; None, and logged, where a package beside cannot be imported."""
+    try:
+        return load(target)
+    except Exception as error:  # another's code
+        if name in CAPABILITIES:
+            raise
+        log.error("%s of %r cannot be used: %s: %s", target, name, type(error).__name__, error)
+        return None
 
 
 def _installed(point: "EntryPoint", found: Mapping[str, Capability]) -> Capability | None:

@@ -79,6 +79,9 @@ class Beside:
     BROKEN = Capability(routes=("tests.api.nowhere:router",))
     FAULTY = Capability(claims=(f"{__name__}:raise_async",), site_claims=(f"{__name__}:raise_at_once",))
     RUNNING = Capability(running=(f"{__name__}:Watch",))
+    FEEDLESS = Capability(camera_parts=("tests.api.nowhere:Part",),
+                          camera_feeds={"tests.api.nowhere:Part": "tests.api.nowhere:Feed"},
+                          saved_rows={"calibrations": "tests.api.nowhere:read"})
     STOPPED = Capability(running=(f"{__name__}:NeverStarted",))
     NO_CAPABILITY = "a text"
 
@@ -178,9 +181,11 @@ def test_a_part_does_not_start_where_nothing_is_served(beside, tmp_path, monkeyp
 
 
 def test_a_part_that_does_not_start_is_logged_and_stops_nothing(beside, tmp_path, caplog):
-    beside(stopped="STOPPED", watch="RUNNING")
+    beside(stopped="STOPPED", feedless="FEEDLESS", watch="RUNNING")
     with TestClient(create_app(Settings(data=tmp_path)), base_url="http://127.0.0.1:8000") as client:
         assert "watched" in [one["reason"] for one in client.get(f"{API}/health").json()["warnings"]]
+    assert "tests.api.nowhere:Feed of 'feedless' cannot be used" in caplog.text
+    assert capabilities.saved_rows().keys().isdisjoint({"calibrations"})  # what is damaged is ours to say
     assert "The part of 'stopped' cannot run: ValueError: a fault of its own" in caplog.text
 
 

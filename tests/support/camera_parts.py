@@ -1,5 +1,6 @@
 """Parts of a camera's process, as a package beside Touchline may have them."""
 
+from touchline.core.errors import BadInput
 from touchline.live.camera_feed import CameraFeed
 from touchline.live.camera_part import CameraPart, PartContext
 from touchline.processes.framing import encode_body
@@ -68,15 +69,28 @@ class EchoFeed(CameraFeed):
         self.echoed = status.get("echoed")
 
 
+class NeverMade(CameraFeed):
+    def __init__(self, services, camera, changed):
+        raise MemoryError
+
+
 class FailingFeed(CameraFeed):
     """Fails in all that the camera tells it."""
 
     NAME = "failing"
 
     def refresh(self):
-        raise ValueError
+        raise BadInput("No.", "Nothing.")
+
+    def settings(self):
+        if self.viewers:
+            raise ValueError
+        return {}
 
     def receive(self, body):
+        raise BadInput("No.", "Nothing.")
+
+    def end(self, why):
         raise ValueError
 
     def update_status(self, status):

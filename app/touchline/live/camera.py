@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from touchline.core.common_sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED, OPEN_AGAIN
-from touchline.core.errors import BadInput, Conflict, ProblemJson, TouchlineError, Unavailable
+from touchline.core.errors import BadInput, Conflict, ProblemJson, Unavailable
 from touchline.core.records import Calibration
 from touchline.core.statements import say
 from touchline.live import messages
@@ -57,7 +57,10 @@ class LiveCamera:
         self._trust = trust
         self._supervisor = CameraSupervisor(f"camera {id}", spec, self._on_start, self._on_message)
         self._streams = Streams(self._send_streams)
-        self._feed_of_part = {number: make(id, partial(self._send_settings, number)) for number, make in feeds.items()}
+        self._feed_of_part: dict[int, CameraFeed] = {}
+        for number, make in feeds.items():
+            with self._surviving(f"feed of part {number}"):
+                self._feed_of_part[number] = make(id, partial(self._send_settings, number))
         self.feeds: Mapping[str, CameraFeed] = {feed.NAME: feed for feed in self._feed_of_part.values()}
         self.calibration: Calibration | None = None
         self._picture: dict[str, Any] | None = None
@@ -75,7 +78,8 @@ class LiveCamera:
                            reason="camera-gone")
         self._streams.end(gone)
         for feed in self.feeds.values():
-            feed.end(gone)
+            with self._surviving(feed.NAME):
+                feed.end(gone)
 
     # What is known
 
@@ -173,7 +177,7 @@ class LiveCamera:
     def refresh(self) -> None:
         """Let its feeds note that what is saved of it may have changed."""
         for feed in self.feeds.values():
-            with self._surviving(feed):
+            with self._surviving(feed.NAME):
                 feed.refresh()
 
     def watching(self, spec: StreamSpec, max_fps: float | None = None) -> contextlib.AbstractContextManager[Viewer]:
@@ -227,11 +231,11 @@ class LiveCamera:
             if message.number not in self._feed_of_part:
                 raise ConnectionResetError
             feed = self._feed_of_part[message.number]
-            with self._surviving(feed):
+            with self._surviving(feed.NAME):
                 feed.receive(message.body)
         elif message.kind == messages.STATUS and (process := self._supervisor.status) is not None:
             for feed in self.feeds.values():
-                with self._surviving(feed):
+                with self._surviving(feed.NAME):
                     feed.update_status(process.values)
             self._log_failures(process.values["failures"])
             if self.calibration is not None and self._confirmed is None and self.identity is not None:
@@ -241,14 +245,14 @@ class LiveCamera:
                 self._send_calibration()
 
     @contextlib.contextmanager
-    def _surviving(self, feed: CameraFeed) -> Iterator[None]:
+    def _surviving(self, feed: str) -> Iterator[None]:
         """Return a context in which a feed may fail and the picture goes on. A broken message ends the process."""
         try:
             yield
-        except (OSError, TouchlineError):
+        except ConnectionResetError:
             raise
         except Exception:  # of a package installed beside
-            log.exception("camera %s: the feed %r failed", self.id, feed.NAME)
+            log.exception("camera %s: the feed %r failed", self.id, feed)
 
     def _log_failures(self, failures: FailuresJson) -> None:
         """Log the first failure of a process, and whenever there are twice as many."""
@@ -271,7 +275,9 @@ class LiveCamera:
         self._supervisor.send(messages.CALIBRATE, {"calibration": calibration, "picture": self._picture})
 
     def _send_settings(self, part: int) -> None:
-        self._supervisor.send(messages.FOLLOW, {"part": part, "settings": self._feed_of_part[part].settings()})
+        if (feed := self._feed_of_part.get(part)) is not None:  # None while it is being made
+            with self._surviving(feed.NAME):
+                self._supervisor.send(messages.FOLLOW, {"part": part, "settings": feed.settings()})
 
     def _send_streams(self) -> None:
         self._supervisor.send(messages.STREAMS, {"streams": self._streams.to_json()})

@@ -19,7 +19,6 @@ from touchline.core.geometry import ImageSize
 from touchline.core.jobs import NOBODY, Caller
 from touchline.core.progress import Progress
 from touchline.core.records import Frame
-from touchline.core.registry import load
 from touchline.evaluate.claims.claim import Claim
 from touchline.images import ImageDecoder, ImageLimits
 from touchline.jobs import Job, JobEngine
@@ -96,7 +95,7 @@ class Services:
             self._large = CapacityLimiter(MAX_LARGE)
             self._quick = CapacityLimiter(1)
             self.jobs.open(self.store.jobs, resume=self._serves)
-            feeds = {part: partial(load(target), self) for part, target in camera_feeds().items()}
+            feeds = {part: partial(feed, self) for part, feed in camera_feeds().items()}
             live = start_live_cameras(self.cameras, feeds, wake=self._serves)
             async with (self.fits.running(), self.comparisons.running(), aclosing(live) as self.live,
                         self._closing_parts()):

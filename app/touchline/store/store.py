@@ -111,11 +111,9 @@ class Store:
 
     def repository(self, kind: Callable[[StoreContext], Made]) -> Made:
         """Return what a capability saves here: kind(context), made when it is first asked for."""
-        with self.references:
-            if kind not in self._repositories:
-                self._repositories[kind] = kind(self._context)
-            made: Made = self._repositories[kind]
-            return made
+        made: Made | None = self._repositories.get(kind)
+        # No lock: the event loop asks too. Of two that are made at once, both callers get the first.
+        return made if made is not None else self._repositories.setdefault(kind, kind(self._context))
 
     def archive(self, fields: Path | None = None, *, passwords: bool = False) -> Iterator[bytes]:
         """Yield everything as one zip, piece by piece.

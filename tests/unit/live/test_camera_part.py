@@ -5,7 +5,7 @@ from functools import partial
 
 import pytest
 
-from tests.support.camera_parts import EchoFeed, FailingFeed
+from tests.support.camera_parts import EchoFeed, FailingFeed, NeverMade
 from tests.support.live_cameras import SIM, spec
 from tests.support.waiting import LONG_S
 from touchline.capabilities import CAPABILITIES, camera_feeds, camera_parts
@@ -76,20 +76,22 @@ def test_a_part_follows_its_feed_and_whoever_listens_there_gets_what_it_sends():
 
 def test_the_picture_goes_on_whatever_a_feed_does(caplog):
     async def story():
-        camera = await when_live("EchoingPart", "CountingPart", feeds={0: FailingFeed})
+        camera = await when_live("EchoingPart", "CountingPart", feeds={0: FailingFeed, 1: NeverMade})
         try:
             camera.refresh()
-            head, _ = await camera.request("newest", 20.0, after=0)
+            with camera.feeds["failing"].listening():  # which asks for its settings
+                head, _ = await camera.request("newest", 20.0, after=0)
             assert (await camera.request("newest", 20.0, after=head["seq"]))[0]["seq"] > head["seq"]
         finally:
             await camera.stop()
     asyncio.run(story())
-    assert {record.getMessage() for record in caplog.records} >= {"camera north: the feed 'failing' failed"}
+    assert {record.getMessage() for record in caplog.records} >= {
+        "camera north: the feed 'failing' failed", "camera north: the feed 'feed of part 1' failed"}
 
 
 def test_every_part_of_the_table_is_one_and_every_feed_is_one_of_a_part():
     assert all(issubclass(load(target), CameraPart) for target in camera_parts())
     assert len(camera_parts()) == sum(len(one.camera_parts) for one in CAPABILITIES.values()) > 3
-    assert all(issubclass(load(target), CameraFeed) for target in camera_feeds().values())
+    assert all(issubclass(feed, CameraFeed) for feed in camera_feeds().values())
     assert sorted(camera_feeds()) == sorted(camera_parts().index(part) for one in CAPABILITIES.values()
                                             for part in one.camera_feeds) != []
