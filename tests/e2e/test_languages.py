@@ -9,7 +9,7 @@ from playwright.sync_api import expect
 from tests.e2e.test_access import PLACES, STEPS, at_rest, cut_off
 from tests.support.page_text import UNITS
 from touchline.core.field import BORDERS
-from touchline.core.marking_names import AREAS, MARKINGS
+from touchline.core.sentences import AREAS, MARKINGS
 
 # Before anything else runs: the language, and a list of all that the server says, which is English.
 PSEUDO = """localStorage.setItem("touchline-language", "pseudo");

@@ -25,7 +25,7 @@ SIDE_EFFECTS = {"time", "datetime", "os", "pathlib", "io", "shutil", "tempfile",
                 "multiprocessing", "concurrent", "asyncio", "logging", "sqlite3", "sqlalchemy", "fastapi", "starlette",
                 "uvicorn", "pydantic", "requests", "urllib", "http", "yaml", "random", "secrets", "glob"}
 # These parse what is at hand; they open nothing.
-PARSERS = {("touchline.core.strict_yaml", "yaml"), ("touchline.core.reading", "pydantic")}
+PARSERS = {("touchline.core.strict_yaml", "yaml"), ("touchline.core.json_values", "pydantic")}
 
 MAX_SCRIPT_COLUMNS = 120
 CATALOGUES = STATIC / "core" / "words"  # one message a line, as long as its sentence

@@ -19,8 +19,7 @@ from touchline.api.json_text import json_bytes
 from touchline.api.middleware.problems import MANUAL
 from touchline.api.revalidation import revalidated
 from touchline.core.errors import Cancelled
-from touchline.core.jobs import error_of
-from touchline.core.progress import Progress
+from touchline.core.jobs import Progress, error_of
 from touchline.evaluate.fit.approximation import ApproximationError
 from touchline.images import ENCODED_MEDIA_TYPES, encode
 from touchline.jobs import Job

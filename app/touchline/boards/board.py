@@ -13,9 +13,8 @@ from annotated_types import Interval
 
 from touchline.core.errors import BadInput
 from touchline.core.geometry import MAX_COORDINATE, Array, Mask, Points, as_points
-from touchline.core.json_values import JsonObject
-from touchline.core.reading import Whole, read
-from touchline.core.text_format import sentence
+from touchline.core.json_values import JsonObject, Whole, read
+from touchline.core.statements import sentence
 
 FORM = ('Send {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 30}: columns and rows of inner corners, '
         '3 to 100; or "kind": "charuco" with "marker_mm" and "dictionary" as well.')

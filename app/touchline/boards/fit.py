@@ -19,8 +19,8 @@ from touchline.boards.problem import WARP, BoardObservations, BoardParameters
 from touchline.boards.solver import BoardSolution, BoardSolver, start_states, state_with_poses
 from touchline.core.errors import BadInput, FitFailed
 from touchline.core.geometry import Array, ImageSize, Indices, Mask
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.options import Option, read_options
-from touchline.core.progress import Progress, no_progress
 from touchline.core.statements import join, say
 from touchline.fitting import FITTERS
 from touchline.models import MODELS

@@ -11,7 +11,7 @@ from touchline.boards.solver import BoardSolution, BoardSolver
 from touchline.core.errors import FitFailed
 from touchline.core.geometry import Array, ImageSize, Mask, inside_picture
 from touchline.core.json_values import JsonObject
-from touchline.core.text_format import format_number, sentence
+from touchline.core.statements import format_number, sentence
 
 MIN_CORNERS = 6  # a pose takes six of twelve numbers; with four corners, one wrong corner would go unseen
 MIN_WIDTH_SHARE = 0.02  # corners narrower than this share of their length are on one line

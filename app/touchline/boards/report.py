@@ -12,8 +12,7 @@ from touchline.boards.uncertainty import CrossValidation, FocalDrift, cross_vali
 from touchline.core.geometry import Array
 from touchline.core.json_values import JsonObject, finite_json
 from touchline.core.records import Warning
-from touchline.core.statements import say, stated
-from touchline.core.text_format import format_number, format_with_sigma
+from touchline.core.statements import format_number, format_with_sigma, say, stated
 
 SAME_ROW = 1e-3  # of the board's half diagonal
 MAX_GOOD_SIGMAS = 3.0  # of a corner: so well a lens is known from about twenty well-spread views

@@ -14,15 +14,14 @@ from touchline.boards.board import Board, BoardView, views_from_json
 from touchline.boards.detection import find_board
 from touchline.boards.fit import board_model, board_options, fit_board
 from touchline.boards.report import board_report
-from touchline.core.common_sentences import PROGRESS_DONE, image_name, previous_images_differ
 from touchline.core.errors import BadInput, Conflict, FitFailed
 from touchline.core.geometry import ImageSize, Pixels
+from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.json_values import JsonObject
 from touchline.core.options import read_options
-from touchline.core.progress import Progress, no_progress, subprogress
 from touchline.core.records import Warning
-from touchline.core.statements import say
-from touchline.core.text_format import sentence
+from touchline.core.sentences import PROGRESS_DONE, image_name, previous_images_differ
+from touchline.core.statements import say, sentence
 from touchline.installation import __version__
 from touchline.workflows.job_pictures import Pictures, job_pictures
 

@@ -10,9 +10,9 @@ import typer
 from touchline.cli import files, requests
 from touchline.cli.progress import progress_bar
 from touchline.core.errors import FitFailed
-from touchline.core.marking_names import marking_names
-from touchline.core.progress import subprogress
+from touchline.core.jobs import subprogress
 from touchline.core.records import Calibration
+from touchline.core.sentences import marking_names
 from touchline.models.ray_camera import RayCamera
 from touchline.models.restored import model_of
 from touchline.workflows.job_pictures import median_frame

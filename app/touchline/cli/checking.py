@@ -13,8 +13,8 @@ from touchline.cli.console import Enough, EnoughOption, exit_below
 from touchline.cli.progress import progress_bar
 from touchline.cli.requests import AsJson
 from touchline.core.geometry import Pixels
-from touchline.core.marking_names import marking_names
-from touchline.core.progress import subprogress
+from touchline.core.jobs import subprogress
+from touchline.core.sentences import marking_names
 from touchline.evaluate.fit.verdict import level_of
 from touchline.workflows.check import Check
 from touchline.workflows.check import check as check_calibration

@@ -7,8 +7,8 @@ import typer
 
 from touchline.cli import files
 from touchline.cli.requests import OwnFields, RegionName, Rotate, own_fields
-from touchline.core.marking_names import area_name
 from touchline.core.records import Calibration
+from touchline.core.sentences import area_name
 from touchline.workflows import interchange
 from touchline.workflows.calibration_request import with_new_id
 

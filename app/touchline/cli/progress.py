@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
 
-from touchline.core.progress import Progress
+from touchline.core.jobs import Progress
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from touchline.client import connection
 from touchline.client.answers import Calibration, Job, Snapshot
 from touchline.core.errors import BadInput, Cancelled, NotFound, Unavailable
-from touchline.core.progress import Progress, no_progress
+from touchline.core.jobs import Progress, no_progress
 
 API = "/api/v1"
 Frame = Literal["image", "corrected", "field"]

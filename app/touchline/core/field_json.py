@@ -1,11 +1,11 @@
-"""Reads a field from plain data, as it comes from YAML or JSON, and refuses everything that is no field.
+"""Read a field from plain data, and find what has changed of the one that a calibration rests on.
 
 The form is the one that Field.to_json writes and the REST contract shows. Lengths are mm. Optional shorthands:
 `line_width_mm` for all markings that give none, and a region either as {x, y, rotate} or as its four border lines.
 """
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -24,7 +24,58 @@ from touchline.core.field import (
     Point,
     Region,
 )
-from touchline.core.statements import STATEMENTS
+from touchline.core.sentences import AREAS, area_name, marking_name
+from touchline.core.statements import STATEMENTS, Sentence, say
+
+NAMED = 3  # in a sentence
+FIELD_CHANGED_FIX = say("field-change.calibrate-again",
+                        "Calibrate it again from its saved points, then activate the new version.")
+SIZE = say("field-change.size", "its size")
+
+
+def field_changes(before: Mapping[str, Any], now: Mapping[str, Any], region: str,
+                  observed: Iterable[Any]) -> tuple[str, ...]:
+    """Name what lies elsewhere in `now` than in `before`, or is gone, and would make a calibration wrong.
+
+    Both are fields as Field.to_json writes them. A calibration rests on the field's size, its region, every line and
+    arc, and the landmarks among its observed features; markings that were added, line widths, other regions and words
+    leave it right.
+    """
+    return tuple(_changes(before, now, region, observed))
+
+
+def _changes(before: Mapping[str, Any], now: Mapping[str, Any], region: str, observed: Iterable[Any]) -> Iterator[str]:
+    if any(before[side] != now[side] for side in ("length_mm", "width_mm")):
+        yield SIZE
+    then, today = before["regions"].get(region), now["regions"].get(region)
+    if today is None or (then is not None and any(then[axis] != today[axis] for axis in ("x", "y"))):
+        yield region
+    here = _places(now)
+    for name, place in _places(before).items():
+        if here.get(name) != place:
+            yield name
+    landmarks = before["landmarks"]
+    for name in dict.fromkeys(name for name in observed if isinstance(name, str) and name in landmarks):
+        if now["landmarks"].get(name) != landmarks[name]:
+            yield name
+
+
+def _places(field: Mapping[str, Any]) -> dict[str, tuple[Any, ...]]:
+    """Return where each line and arc lies; a line is the same from either end."""
+    lines = {line["name"]: tuple(sorted((tuple(line["from"]), tuple(line["to"])))) for line in field["lines"]}
+    arcs = {arc["name"]: (*arc["centre"], arc["radius_mm"], arc["start_deg"], arc["end_deg"]) for arc in field["arcs"]}
+    return lines | arcs
+
+
+def changes_in_words(changes: Sequence[str]) -> Sentence:
+    """Return "its size", "centre circle and left half", or the first three and how many more."""
+    names = [SIZE if name == SIZE else area_name(name) if name in AREAS else marking_name(name) for name in changes]
+    if len(names) > NAMED:
+        return say("field-change.more", "{names} and {more} more", names=names[:NAMED], more=len(names) - NAMED)
+    if len(names) > 1:
+        return say("field-change.several", "{names} and {last}", names=names[:-1], last=names[-1])
+    return names[0]
+
 
 NAME = re.compile(r"[a-z0-9]+(?:-[a-z0-9]+)*")
 MAX_NAME = 64

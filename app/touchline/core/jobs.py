@@ -1,6 +1,9 @@
-"""A job: who wants it (Caller), what it is to do (JobSpec), and one state of it (Job), wherever it is computed."""
+"""A job: who wants it (Caller), what it is to do (JobSpec), how it reports its progress, and one state of it (Job).
 
-from collections.abc import Mapping
+Cancelling makes the call raise.
+"""
+
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, Self
 
@@ -15,7 +18,19 @@ from touchline.core.errors import (
     TouchlineError,
     Unavailable,
 )
-from touchline.core.statements import STATEMENTS, say, sentence_in, stated
+from touchline.core.statements import STATEMENTS, join, say, sentence_in, stated
+
+Progress = Callable[[float, str], None]
+
+
+def no_progress(fraction: float, message: str) -> None:
+    """Ignore progress."""
+
+
+def subprogress(progress: Progress, start: float, end: float, title: str = "") -> Progress:
+    """Return the progress callback of one part of a longer work, mapped to [start, end] of the whole."""
+    return lambda share, words: progress(start + share * (end - start), join(title, words))
+
 
 State = Literal["queued", "running", "done", "failed", "cancelled"]
 ENDED: tuple[State, ...] = ("done", "failed", "cancelled")

@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 from typing_extensions import TypedDict
 
 from touchline.core.errors import BadInput
-from touchline.core.field_changes import field_changes
+from touchline.core.field_json import field_changes
 from touchline.core.geometry import ImageSize, Points, as_points
-from touchline.core.json_values import PointJson, number
-from touchline.core.marking_names import marking_name
-from touchline.core.report_json import read_report
+from touchline.core.json_values import PointJson, number, read_report
+from touchline.core.sentences import marking_name
 from touchline.core.statements import Sentence, Stated, stated
 
 Kind = Literal["line", "landmark"]

@@ -15,13 +15,13 @@ from typing import Any
 import cv2
 import numpy as np
 
-from touchline.core.common_sentences import CALIBRATE_THIS_SIZE, other_image_size
 from touchline.core.errors import BadInput, Conflict
 from touchline.core.field import Field
 from touchline.core.field_json import field_from_json
 from touchline.core.geometry import Array, ImageSize, Pixels, Points, as_points
-from touchline.core.progress import Progress, no_progress
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.records import Calibration, Frame
+from touchline.core.sentences import CALIBRATE_THIS_SIZE, other_image_size
 from touchline.core.statements import say, stated
 from touchline.detection.colours import (
     BACKGROUND,

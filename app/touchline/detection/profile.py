@@ -17,7 +17,7 @@ from annotated_types import Interval, Len, Predicate
 from typing_extensions import TypedDict
 
 from touchline.core.errors import BadInput
-from touchline.core.reading import read
+from touchline.core.json_values import read
 from touchline.core.statements import Sentence, named
 
 Bgr = tuple[float, float, float]

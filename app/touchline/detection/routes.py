@@ -20,7 +20,7 @@ from touchline.api.schemas.media import PICTURE, files
 from touchline.api.schemas.requests import Format, Id
 from touchline.api.sockets import run_until_first, send_text, until_disconnect, websocket_session
 from touchline.core.errors import BadInput, Conflict, NotFound, Unavailable
-from touchline.core.progress import Progress
+from touchline.core.jobs import Progress
 from touchline.core.records import Calibration, Frame
 from touchline.core.statements import named, say, stated
 from touchline.detection.colours import health_json

@@ -14,13 +14,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
-from touchline.core.common_sentences import NOT_CALIBRATED, OPEN_AGAIN, SENDS_NO_FRAMES, use_one_of
 from touchline.core.errors import Conflict, NotFound, Stale, TouchlineError, Unavailable
 from touchline.core.field import Field
 from touchline.core.field_json import field_from_json
 from touchline.core.geometry import Pixels
 from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration
+from touchline.core.sentences import NOT_CALIBRATED, OPEN_AGAIN, SENDS_NO_FRAMES, use_one_of
 from touchline.core.statements import say
 from touchline.detection.detect import colour_profile_for, detection_json, detections_image, pipeline_for
 from touchline.detection.profile import ColourProfile, ProfileJson

@@ -20,9 +20,9 @@ from typing import Any
 from pydantic import TypeAdapter
 from typing_extensions import TypedDict
 
-from touchline.core.common_sentences import use_one_of
 from touchline.core.errors import BadInput, DiskFull, NotFound
 from touchline.core.json_values import JsonObject
+from touchline.core.sentences import use_one_of
 from touchline.core.statements import say
 from touchline.detection.profile import ColourProfile
 from touchline.detection.stages import StageConfig

@@ -12,7 +12,7 @@ from numpy.polynomial import chebyshev
 
 from touchline.core.errors import FitFailed
 from touchline.core.geometry import Array, Indices, Mask, root_mean_square
-from touchline.core.marking_names import the_border
+from touchline.core.sentences import the_border
 from touchline.core.statements import Sentence, capitalised, say
 from touchline.fitting.clicks import first_of_each_place
 from touchline.models.border_curve import Curve

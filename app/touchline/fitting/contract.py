@@ -6,8 +6,8 @@ from typing import Any, ClassVar, Protocol
 
 from touchline.core.field import Field, Region
 from touchline.core.geometry import Array, ImageSize, Points
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.options import Option
-from touchline.core.progress import Progress, no_progress
 from touchline.core.records import Fit, Observations
 from touchline.models import CameraModel
 

@@ -14,10 +14,9 @@ import numpy as np
 from typing_extensions import TypedDict
 
 from touchline.core.errors import BadInput, Conflict
-from touchline.core.field import Field
+from touchline.core.field import Field, FieldJson
 from touchline.core.field_json import field_from_json
 from touchline.core.field_moves import ArcChange, JoinedField, Shift, rounded_field
-from touchline.core.field_types import FieldJson
 from touchline.core.geometry import Array
 from touchline.core.records import Calibration, Warning, WarningJson
 from touchline.fitting.least_squares import Minimum, minimise

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from touchline.core.marking_names import marking_name
 from touchline.core.records import Warning
+from touchline.core.sentences import marking_name
 from touchline.core.statements import say
 
 FAR_SIGMAS = 6.0  # of the field's own σ: 18 mm where it says 3

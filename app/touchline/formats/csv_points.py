@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from touchline.core.errors import BadInput
-from touchline.core.progress import Progress, no_progress
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.records import MAX_POINTS, Calibration, Observation, Observations, observations_from_json
 from touchline.formats import Format
 from touchline.formats.numbers import format_error, number

@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 from touchline.core.errors import BadInput
-from touchline.core.progress import Progress, no_progress
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.records import Calibration, observations_from_json
 from touchline.formats import Format
 from touchline.models import model_from_json

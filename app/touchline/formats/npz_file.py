@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from touchline.core.progress import Progress, no_progress
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.records import Calibration
 from touchline.formats import Format
 from touchline.imaging.correction import correction_map

@@ -9,9 +9,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.common_sentences import SHUTTING_DOWN, TRY_AGAIN, TRY_WHEN_BACK
 from touchline.core.errors import BadImage, Unavailable
 from touchline.core.records import Frame
+from touchline.core.sentences import SHUTTING_DOWN, TRY_AGAIN, TRY_WHEN_BACK
 from touchline.core.statements import say
 from touchline.images import decoder_worker
 from touchline.images.decoder_process import DecoderProcess

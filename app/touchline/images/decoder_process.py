@@ -5,8 +5,8 @@ from functools import partial
 
 import numpy as np
 
-from touchline.core.common_sentences import FREE_MEMORY
 from touchline.core.errors import Unavailable
+from touchline.core.sentences import FREE_MEMORY
 from touchline.core.statements import say
 from touchline.images import decoder_worker
 from touchline.images.limits import DeclaredImage, ImageLimits

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from touchline.core.errors import BadInput
 from touchline.core.geometry import ImageSize, Points
-from touchline.core.progress import Progress, no_progress
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.records import Calibration
 from touchline.models.contract import Rectification
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from threading import Lock, Thread
 from typing import Any
 
-from touchline.core.common_sentences import install_package
 from touchline.core.errors import BadInput, TouchlineError, Unavailable
+from touchline.core.sentences import install_package
 from touchline.core.statements import join, say
 from touchline.installation import __version__
 from touchline.jobs.dask_task import do

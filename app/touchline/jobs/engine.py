@@ -7,10 +7,9 @@ from functools import partial
 from threading import RLock, Thread
 from typing import Any, Self
 
-from touchline.core.common_sentences import SHUTTING_DOWN, TRY_WHEN_BACK
 from touchline.core.errors import Conflict, Unavailable
-from touchline.core.jobs import NOBODY, Caller, Job, JobSpec
-from touchline.core.progress import Progress
+from touchline.core.jobs import NOBODY, Caller, Job, JobSpec, Progress
+from touchline.core.sentences import SHUTTING_DOWN, TRY_WHEN_BACK
 from touchline.core.statements import say
 from touchline.jobs.dask_cluster import DaskCluster
 from touchline.jobs.dask_runner import DaskRunner

@@ -4,8 +4,7 @@ import traceback
 from typing import Any
 
 from touchline.core.errors import TouchlineError
-from touchline.core.jobs import problem_of
-from touchline.core.progress import Progress
+from touchline.core.jobs import Progress, problem_of
 from touchline.core.registry import load
 
 

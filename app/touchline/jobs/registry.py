@@ -13,9 +13,9 @@ from datetime import UTC, datetime, timedelta
 from threading import Lock
 from typing import Any, Protocol
 
-from touchline.core.common_sentences import PROGRESS_DONE
 from touchline.core.errors import NotFound, TouchlineError
 from touchline.core.jobs import Job, JobSpec
+from touchline.core.sentences import PROGRESS_DONE
 from touchline.core.statements import say
 
 START_AGAIN = say("job.start-again", "Start the job again.")

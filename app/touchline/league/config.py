@@ -6,7 +6,7 @@ from dataclasses import field as member
 from typing import Any, Self
 
 from touchline.core.errors import BadInput
-from touchline.core.reading import read
+from touchline.core.json_values import read
 from touchline.core.statements import say
 from touchline.settings import PublishSettings
 

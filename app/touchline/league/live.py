@@ -11,11 +11,11 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from touchline.core.common_sentences import TRIES_AGAIN
 from touchline.core.errors import BadInput, TouchlineError, Unavailable
 from touchline.core.field import Field
 from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration
+from touchline.core.sentences import TRIES_AGAIN
 from touchline.core.statements import say
 from touchline.league.config import PublishingConfig
 from touchline.league.packet import (

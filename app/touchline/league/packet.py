@@ -13,8 +13,7 @@ from typing import Any, Self
 
 from touchline.core.errors import Conflict, TouchlineError
 from touchline.core.field import Field
-from touchline.core.field_changes import FIELD_CHANGED_FIX, changes_in_words
-from touchline.core.field_json import field_from_json
+from touchline.core.field_json import FIELD_CHANGED_FIX, changes_in_words, field_from_json
 from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration
 from touchline.core.statements import say

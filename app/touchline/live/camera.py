@@ -11,9 +11,9 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any
 
-from touchline.core.common_sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED, OPEN_AGAIN
 from touchline.core.errors import BadInput, Conflict, ProblemJson, Unavailable
 from touchline.core.records import Calibration
+from touchline.core.sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED, OPEN_AGAIN
 from touchline.core.statements import say
 from touchline.live import messages
 from touchline.live.camera_feed import CameraFeed

@@ -16,9 +16,9 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
 
-from touchline.core.common_sentences import CHECK_STATE_TRY_AGAIN, SENDS_NO_FRAMES
 from touchline.core.errors import ProblemJson, TouchlineError, Unavailable
 from touchline.core.records import Frame
+from touchline.core.sentences import CHECK_STATE_TRY_AGAIN, SENDS_NO_FRAMES
 from touchline.core.statements import say
 from touchline.live.rate import MeasuredRate
 from touchline.live.status_types import CaptureStatus, SourceState

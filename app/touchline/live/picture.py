@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core import opencv
-from touchline.core.common_sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED
 from touchline.core.errors import Conflict
 from touchline.core.field import Field, Region
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Calibration, Frame
+from touchline.core.sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED
 from touchline.images.in_process import JpegFrame
 from touchline.imaging.correction import CorrectedView, CorrectionMap, correction_map
 from touchline.live.stream_spec import StreamSpec

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.common_sentences import REPEAT, SERIES_MOVED, SERIES_MOVED_FIX
 from touchline.core.errors import Unavailable
+from touchline.core.sentences import REPEAT, SERIES_MOVED, SERIES_MOVED_FIX
 from touchline.core.statements import say
 from touchline.images import encode
 from touchline.live.capture import CapturedFrame, FrameCapture

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from typing import Any, Self
 
-from touchline.core.common_sentences import SET_RESOLUTION
 from touchline.core.drift_status import CameraDrift
 from touchline.core.errors import ProblemJson
 from touchline.core.geometry import ImageSize
+from touchline.core.sentences import SET_RESOLUTION
 from touchline.core.statements import Sentence, say, stated
 from touchline.live.status_types import ProcessValues
 from touchline.sources import Identity

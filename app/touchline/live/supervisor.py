@@ -4,8 +4,8 @@ import asyncio
 from collections.abc import Callable
 from typing import Any
 
-from touchline.core.common_sentences import CHECK_STATE_TRY_AGAIN, FREE_MEMORY, TRY_AGAIN
 from touchline.core.errors import ProblemJson, TouchlineError, Unavailable
+from touchline.core.sentences import CHECK_STATE_TRY_AGAIN, FREE_MEMORY, TRY_AGAIN
 from touchline.core.statements import say
 from touchline.live import messages
 from touchline.live.state import KILL_AFTER_S, ProcessStatus, stall_reason

@@ -7,7 +7,7 @@ import numpy as np
 
 from touchline.core.errors import BadInput
 from touchline.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreachable_where
-from touchline.core.reading import read
+from touchline.core.json_values import read
 from touchline.models import parameters_json
 from touchline.models.lenses import Lens
 from touchline.models.ray_camera import lens_model

@@ -19,7 +19,7 @@ from typing_extensions import TypedDict
 
 from touchline.core.errors import BadInput
 from touchline.core.geometry import MAX_COORDINATE, Array, Mask, Points, unreachable_where
-from touchline.core.reading import read
+from touchline.core.json_values import read
 from touchline.core.statements import named
 from touchline.models import CameraModel, model_from_json
 from touchline.models.thin_plate_spline import Spline

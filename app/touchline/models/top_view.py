@@ -7,7 +7,7 @@ import numpy as np
 
 from touchline.core.errors import BadInput
 from touchline.core.geometry import MAX_COORDINATE, Array, ImageSize, Points
-from touchline.core.reading import read
+from touchline.core.json_values import read
 from touchline.models.contract import CameraModel
 
 EXPORTED = "Send the JSON that Touchline exported."

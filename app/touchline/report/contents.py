@@ -11,9 +11,8 @@ from typing import Any
 
 from touchline.core.errors import BadImage, NotFound, TouchlineError
 from touchline.core.field import BORDERS
-from touchline.core.json_values import finite_json, number
+from touchline.core.json_values import MAX_NAME, finite_json, number, text
 from touchline.core.records import Calibration, Frame
-from touchline.core.report_json import MAX_NAME, text
 from touchline.evaluate.claims.claim import Claim
 from touchline.evaluate.claims.own_report import report_claims
 from touchline.evaluate.fit.uncertainty import GRID

@@ -7,7 +7,7 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from touchline.core.marking_names import area_name, marking_name
+from touchline.core.sentences import area_name, marking_name
 from touchline.report.contents import HEAD, outcome
 from touchline.report.drawing import ReportDrawings
 

@@ -16,8 +16,8 @@ from touchline.core.errors import BadInput, Conflict, FitFailed, ProblemJson
 from touchline.core.field import Field
 from touchline.core.field_json import field_from_json
 from touchline.core.geometry import Array, ImageSize, Pixels, Points, inside_picture, root_mean_square
+from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.json_values import PointsJson, nullable_points
-from touchline.core.progress import Progress, no_progress, subprogress
 from touchline.core.records import Calibration
 from touchline.core.statements import join, say
 from touchline.evaluate.cameras.agreement import RigAgreement, agreement

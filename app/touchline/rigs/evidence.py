@@ -14,8 +14,8 @@ import numpy as np
 from touchline.core.errors import BadInput
 from touchline.core.field import Arc, Field, Line
 from touchline.core.geometry import Array, ImageSize, Indices, Mask, Pixels, Points, as_matches, inside_picture
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.json_values import nullable
-from touchline.core.progress import Progress, no_progress
 from touchline.core.records import Calibration, observations_from_json
 from touchline.evaluate.cameras.evidence import OffsetMeasurements, from_clicks, from_matches
 from touchline.models import CameraModel, field_from_raw, raw_from_field

@@ -19,8 +19,8 @@ from typing_extensions import TypedDict
 from touchline.core.errors import BadInput, FitFailed
 from touchline.core.field import Arc, Field, Line, Region
 from touchline.core.geometry import Array, ImageSize, Points, inside_picture
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.json_values import PointJson
-from touchline.core.progress import Progress, no_progress
 from touchline.imaging.correction import BLOCK_PX, BORDER_BGR, CorrectionMap
 from touchline.models import CameraModel, raw_from_field
 from touchline.models.restored import model_of

@@ -13,16 +13,14 @@ from typing import Any, Literal, Self
 import numpy as np
 from typing_extensions import TypedDict
 
-from touchline.core.common_sentences import CALIBRATE_AGAIN_FOR_SIZE, camera_not_calibrated
 from touchline.core.errors import BadInput, Conflict
-from touchline.core.field import Field, Region
-from touchline.core.field_changes import FIELD_CHANGED_FIX, changes_in_words
-from touchline.core.field_json import field_from_json
-from touchline.core.field_types import FieldJson
+from touchline.core.field import Field, FieldJson, Region
+from touchline.core.field_json import FIELD_CHANGED_FIX, changes_in_words, field_from_json
 from touchline.core.geometry import ImageSize, Pixels
 from touchline.core.json_values import JsonObject
 from touchline.core.options import read_options
 from touchline.core.records import Calibration
+from touchline.core.sentences import CALIBRATE_AGAIN_FOR_SIZE, camera_not_calibrated
 from touchline.core.statements import Sentence, say
 from touchline.fitting.corrected_rectangle import RECTANGLE_OPTIONS, corrected_rectangle
 from touchline.rigs.verdict import RigTrouble, camera_trouble

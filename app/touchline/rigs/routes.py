@@ -18,7 +18,7 @@ from touchline.api.schemas.media import PICTURE
 from touchline.api.schemas.requests import AsJob, CameraId, Id
 from touchline.core.errors import BadInput, Conflict
 from touchline.core.geometry import ImageSize
-from touchline.core.progress import Progress
+from touchline.core.jobs import Progress
 from touchline.core.statements import say
 from touchline.rigs import service
 from touchline.rigs.check import (

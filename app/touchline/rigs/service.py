@@ -15,7 +15,7 @@ from typing_extensions import TypedDict
 
 from touchline.core.errors import BadInput, FitFailed, TouchlineError
 from touchline.core.field_json import field_from_json
-from touchline.core.progress import Progress
+from touchline.core.jobs import Progress
 from touchline.core.records import Calibration
 from touchline.core.statements import Stated, join, say, sentence_in, stated
 from touchline.evaluate.claims.claim import Claim

@@ -8,8 +8,7 @@ import numpy as np
 from typing_extensions import TypedDict
 
 from touchline.core.geometry import Array, Indices, Mask, root_mean_square
-from touchline.core.statements import Sentence, Stated, join, say, sentence_in, stated
-from touchline.core.text_format import format_mm
+from touchline.core.statements import Sentence, Stated, format_mm, join, say, sentence_in, stated
 from touchline.evaluate.cameras.agreement import RigAgreement
 from touchline.evaluate.cameras.robot_tops import HatUnknown
 from touchline.evaluate.claims.claim import Case, Claim, mm

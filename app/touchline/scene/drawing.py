@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from touchline.core.field import Field
 from touchline.core.geometry import ImageSize, Pixels
-from touchline.core.text_format import format_number
+from touchline.core.statements import format_number
 from touchline.imaging.correction import CorrectedView, CorrectionMap, correction_map
 from touchline.imaging.heat_map import TICKS
 from touchline.scene.frustum import BoardViews, Frustum, Pyramid

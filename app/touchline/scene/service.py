@@ -11,11 +11,11 @@ from html import escape
 from importlib.metadata import distribution
 from pathlib import Path
 
-from touchline.core.common_sentences import CALIBRATE_AND_ACTIVATE, camera_not_calibrated
 from touchline.core.errors import BadInput, Busy, Conflict, NotFound, TouchlineError
 from touchline.core.json_values import JsonObject
 from touchline.core.opencv import shrink_to_width
 from touchline.core.records import Calibration
+from touchline.core.sentences import CALIBRATE_AND_ACTIVATE, camera_not_calibrated
 from touchline.core.statements import say, stated
 from touchline.images import encode
 from touchline.processes.async_process import AsyncProcess

@@ -16,8 +16,7 @@ from anyio import CapacityLimiter, to_thread
 from touchline.capabilities import CAPABILITIES, camera_feeds, loaded_by_name
 from touchline.core.errors import Cancelled, TouchlineError
 from touchline.core.geometry import ImageSize
-from touchline.core.jobs import NOBODY, Caller
-from touchline.core.progress import Progress
+from touchline.core.jobs import NOBODY, Caller, Progress
 from touchline.core.records import Frame
 from touchline.evaluate.claims.claim import Claim
 from touchline.images import ImageDecoder, ImageLimits

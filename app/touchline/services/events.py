@@ -13,8 +13,7 @@ from operator import itemgetter
 from time import monotonic
 from typing import Any, Literal
 
-from touchline.core.statements import Sentence, say, stated
-from touchline.core.text_format import format_mm
+from touchline.core.statements import Sentence, format_mm, say, stated
 from touchline.live.cameras import LiveCameras
 from touchline.live.status_types import CameraStatus
 from touchline.live.supervisor import LATE_S

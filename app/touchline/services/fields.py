@@ -3,8 +3,7 @@
 from typing import Any
 
 from touchline.core.errors import Conflict
-from touchline.core.field import Field
-from touchline.core.field_types import FieldJson
+from touchline.core.field import Field, FieldJson
 from touchline.core.records import Calibration
 from touchline.core.statements import Sentence, named, say, stated
 from touchline.services.container import Services

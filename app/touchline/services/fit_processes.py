@@ -11,10 +11,9 @@ from typing import Any
 
 from anyio import CapacityLimiter, to_thread
 
-from touchline.core.common_sentences import SHUTTING_DOWN, TRY_WHEN_BACK
 from touchline.core.errors import Cancelled, Unavailable
-from touchline.core.jobs import error_of
-from touchline.core.progress import Progress
+from touchline.core.jobs import Progress, error_of
+from touchline.core.sentences import SHUTTING_DOWN, TRY_WHEN_BACK
 from touchline.jobs.failures import MAX_ATTEMPTS, problem_of_failure
 from touchline.jobs.process_runner import ProcessRunner
 from touchline.jobs.runner import WorkerDied

@@ -10,8 +10,8 @@ from pydantic import Field, ValidationError
 
 from touchline.core.errors import BadInput
 from touchline.core.field_json import field_from_json
+from touchline.core.json_values import completed_report
 from touchline.core.records import Calibration
-from touchline.core.report_json import completed_report
 from touchline.models import model_from_json
 from touchline.services.container import Services
 from touchline.services.fields import save_field

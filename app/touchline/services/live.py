@@ -7,10 +7,10 @@ from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, TypeVar
 
-from touchline.core.common_sentences import TRY_AGAIN
 from touchline.core.errors import Unavailable
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Calibration
+from touchline.core.sentences import TRY_AGAIN
 from touchline.core.statements import say, sentence_in
 from touchline.live.camera import SEEN, LiveCamera, MakeFeed
 from touchline.live.cameras import LiveCameras

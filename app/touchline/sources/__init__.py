@@ -22,12 +22,12 @@ from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
 from typing_extensions import TypedDict
 
-from touchline.core.common_sentences import unknown_field, use_one_of
 from touchline.core.errors import NotFound
 from touchline.core.field import Field
 from touchline.core.options import Option
 from touchline.core.records import Frame
 from touchline.core.registry import Registry
+from touchline.core.sentences import unknown_field, use_one_of
 from touchline.core.statements import Sentence, say
 from touchline.sources.address import device_of, read_query, split_address, without_password
 

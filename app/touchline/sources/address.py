@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from typing import Any
 from urllib.parse import parse_qsl, unquote, urlsplit
 
-from touchline.core.common_sentences import use_one_of
 from touchline.core.errors import BadInput
 from touchline.core.options import Option
+from touchline.core.sentences import use_one_of
 from touchline.core.statements import say
 
 MAX_ADDRESS = 2000  # characters

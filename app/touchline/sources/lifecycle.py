@@ -4,9 +4,9 @@ import time
 from collections.abc import Callable
 from typing import TypeVar
 
-from touchline.core.common_sentences import OPEN_AGAIN
 from touchline.core.errors import Unavailable
 from touchline.core.records import Frame
+from touchline.core.sentences import OPEN_AGAIN
 from touchline.core.statements import say
 
 T = TypeVar("T")

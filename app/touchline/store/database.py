@@ -21,8 +21,8 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, OperationalError
 from sqlalchemy.exc import TimeoutError as NoConnection
 from sqlalchemy.orm import Session
 
-from touchline.core.common_sentences import REPEAT, TRY_AGAIN, install_package
 from touchline.core.errors import BadInput, Busy, DiskFull, TouchlineError, Unavailable
+from touchline.core.sentences import REPEAT, TRY_AGAIN, install_package
 from touchline.core.statements import join, say
 from touchline.store.failures import DAMAGED, RecentFailures
 from touchline.store.files import CHECK_DISK, DISK_IS_FULL, FREE_SPACE, write_atomically

@@ -12,11 +12,11 @@ from typing import Any
 
 import yaml
 
-from touchline.core.common_sentences import unknown_field, use_one_of
 from touchline.core.errors import BadInput, Conflict, NotFound, TouchlineError
 from touchline.core.field import Field
 from touchline.core.field_json import field_from_json
 from touchline.core.records import Warning
+from touchline.core.sentences import unknown_field, use_one_of
 from touchline.core.statements import join, say
 from touchline.installation import shipped
 from touchline.store.failures import RecentFailures

@@ -13,8 +13,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
-from touchline.core.common_sentences import image_name
 from touchline.core.errors import BadInput, DiskFull, NotFound, Unavailable
+from touchline.core.sentences import image_name
 from touchline.core.statements import join, say
 from touchline.core.strict_yaml import MAX_BYTES, plain_from_yaml
 from touchline.store.saved_things import because, not_saved

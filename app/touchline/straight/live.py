@@ -13,9 +13,9 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.common_sentences import SECURE_CAMERA
 from touchline.core.errors import BadImage
 from touchline.core.json_values import JsonObject
+from touchline.core.sentences import SECURE_CAMERA
 from touchline.core.statements import join, say, stated
 from touchline.live.camera_part import CameraPart, PartContext
 from touchline.live.capture import CapturedFrame, FrameCapture, no_frames

@@ -19,12 +19,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.common_sentences import PROGRESS_DONE, SECURE_CAMERA
 from touchline.core.errors import BadInput, Conflict, FitFailed
 from touchline.core.geometry import ImageSize
+from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.json_values import JsonObject
-from touchline.core.progress import Progress, no_progress, subprogress
 from touchline.core.records import Calibration
+from touchline.core.sentences import PROGRESS_DONE, SECURE_CAMERA
 from touchline.core.statements import say, stated
 from touchline.fitting.ray_camera.distortion_prior import DistortionEstimate
 from touchline.installation import __version__

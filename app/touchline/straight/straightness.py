@@ -12,13 +12,12 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.common_sentences import ONE_CAMERA, PROGRESS_DONE, image_name, previous_images_differ
 from touchline.core.errors import BadInput, Conflict, FitFailed
 from touchline.core.geometry import ImageSize, Points, as_points
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.json_values import JsonObject, nullable, nullable_points
-from touchline.core.progress import Progress, no_progress
-from touchline.core.statements import Sentence, say, stated
-from touchline.core.text_format import format_with_sigma, sentence
+from touchline.core.sentences import ONE_CAMERA, PROGRESS_DONE, image_name, previous_images_differ
+from touchline.core.statements import Sentence, format_with_sigma, say, sentence, stated
 from touchline.imaging.correction import CorrectedView, correction_map
 from touchline.imaging.undistorted_view import UndistortedView
 from touchline.models.distortion import LINE_LENSES, Distortion

@@ -19,7 +19,7 @@ from touchline.core import opencv
 from touchline.core.errors import FitFailed
 from touchline.core.field import Arc, Field, Line, Region
 from touchline.core.geometry import Array, ImageSize, Points, inside_picture, root_mean_square, with_z
-from touchline.core.progress import Progress, no_progress
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.records import Fit, Observation, Observations
 from touchline.core.statements import say
 from touchline.evaluate.fit.verification import MARKING_FOUND, MIN_AHEAD, Verification

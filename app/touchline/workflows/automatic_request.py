@@ -9,15 +9,14 @@ from typing import Any, Self
 import numpy as np
 from typing_extensions import TypedDict
 
-from touchline.core.common_sentences import DETECTING_LINES, SERIES_MOVED, SERIES_MOVED_FIX
 from touchline.core.errors import FitFailed, ProblemJson
 from touchline.core.field import Field, Region
 from touchline.core.field_json import field_from_json
 from touchline.core.geometry import with_z
-from touchline.core.json_values import SizeJson
-from touchline.core.progress import Progress, no_progress, subprogress
-from touchline.core.reading import read
+from touchline.core.jobs import Progress, no_progress, subprogress
+from touchline.core.json_values import SizeJson, read
 from touchline.core.records import Calibration, Frame, ObservationJson
+from touchline.core.sentences import DETECTING_LINES, SERIES_MOVED, SERIES_MOVED_FIX
 from touchline.core.statements import say, stated
 from touchline.evaluate.drift.alarm import state_of
 from touchline.evaluate.drift.monitor import DriftReference

@@ -7,13 +7,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.common_sentences import CALIBRATE_THIS_SIZE, other_image_size
 from touchline.core.errors import BadInput, Conflict, FitFailed
 from touchline.core.field import BORDERS, Arc, Field, Line, Region
 from touchline.core.geometry import ImageSize, Points, as_points
+from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.json_values import nullable, nullable_points
-from touchline.core.progress import Progress, no_progress, subprogress
 from touchline.core.records import Fit, Observations
+from touchline.core.sentences import CALIBRATE_THIS_SIZE, other_image_size
 from touchline.core.statements import stated
 from touchline.evaluate.fit import residual_vectors as vectors
 from touchline.evaluate.fit.contradiction import bends_otherwise, contradiction, freer_lens

@@ -12,7 +12,7 @@ from touchline.core.errors import BadInput, FitFailed
 from touchline.core.field import Field, Region
 from touchline.core.field_json import field_from_json
 from touchline.core.geometry import ImageSize
-from touchline.core.progress import Progress, no_progress
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.records import Calibration, Observations, Warning, observations_from_json
 from touchline.core.statements import say
 from touchline.fitting import FITTERS, known_options

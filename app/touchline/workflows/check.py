@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from typing_extensions import TypedDict
 
-from touchline.core.common_sentences import CALIBRATE_AGAIN_FOR_SIZE, DETECTING_FIELD_LINES, other_image_size
 from touchline.core.errors import Conflict, TouchlineError
 from touchline.core.geometry import ImageSize, Pixels
+from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.json_values import PointJson
-from touchline.core.progress import Progress, no_progress, subprogress
 from touchline.core.records import Calibration
+from touchline.core.sentences import CALIBRATE_AGAIN_FOR_SIZE, DETECTING_FIELD_LINES, other_image_size
 from touchline.core.statements import stated
 from touchline.evaluate.drift.check_figures import CheckFigures
 from touchline.evaluate.drift.check_verdict import CheckVerdict, is_conclusive

@@ -7,7 +7,7 @@ from typing_extensions import TypedDict
 from touchline.core.errors import ProblemJson
 from touchline.core.field import Field, Region
 from touchline.core.geometry import Pixels
-from touchline.core.marking_names import marking_name
+from touchline.core.sentences import marking_name
 from touchline.core.statements import Sentence, say, stated
 from touchline.evaluate.drift.line_check import line_deviations, measure_single_markings
 from touchline.evaluate.fit.verification import MISSING_SHOWN

@@ -12,14 +12,14 @@ from typing import Any, TypeGuard
 
 import numpy as np
 
-from touchline.core.common_sentences import use_one_of
 from touchline.core.errors import BadInput, NotFound, TouchlineError
 from touchline.core.field import QUARTER_TURNS, Field, Region
 from touchline.core.field_json import field_from_json
 from touchline.core.geometry import ImageSize, inside_picture
-from touchline.core.progress import Progress, no_progress
+from touchline.core.jobs import Progress, no_progress
+from touchline.core.json_values import IMPORTED
 from touchline.core.records import Calibration, Fit, Observations, Warning
-from touchline.core.report_json import IMPORTED
+from touchline.core.sentences import use_one_of
 from touchline.core.statements import named, say, stated
 from touchline.evaluate.fit.approximation import ApproximationError, approximation_error
 from touchline.evaluate.fit.report import report

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from touchline.core.common_sentences import ONE_CAMERA
 from touchline.core.errors import Conflict
-from touchline.core.progress import Progress, no_progress
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.records import Frame
+from touchline.core.sentences import ONE_CAMERA
 from touchline.core.statements import say
 from touchline.images import ImageDecoder
 from touchline.store.files import read_checked

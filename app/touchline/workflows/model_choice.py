@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from touchline.core.errors import FitFailed, ProblemJson
 from touchline.core.field import Field, Region
 from touchline.core.geometry import ImageSize
-from touchline.core.progress import Progress, no_progress, subprogress
+from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.records import Observations
 from touchline.core.statements import say
 from touchline.evaluate.fit.comparison import Comparison, FittedModel, compare_models, parameter_count

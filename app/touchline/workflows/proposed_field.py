@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.common_sentences import DETECTING_LINES
 from touchline.core.errors import BadInput, FitFailed
-from touchline.core.field import LINE_SIGMA_MM
-from touchline.core.field_types import FieldJson
-from touchline.core.progress import Progress, no_progress
+from touchline.core.field import LINE_SIGMA_MM, FieldJson
+from touchline.core.jobs import Progress, no_progress
+from touchline.core.sentences import DETECTING_LINES
 from touchline.core.statements import Stated, say, stated
 from touchline.fitting.field_lines.proposed_field import propose_field
 from touchline.workflows.automatic import detect_lines

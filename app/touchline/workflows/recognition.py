@@ -12,14 +12,13 @@ from typing import Any, NotRequired, Self
 
 from typing_extensions import TypedDict
 
-from touchline.core.common_sentences import DETECTING_LINES
 from touchline.core.errors import BadInput, FitFailed, ProblemJson
 from touchline.core.field import Field, Region
 from touchline.core.field_json import field_from_json
 from touchline.core.geometry import ImageSize, Points, with_z
-from touchline.core.marking_names import area_name
-from touchline.core.progress import Progress, no_progress, subprogress
+from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.records import Calibration, Frame
+from touchline.core.sentences import DETECTING_LINES, area_name
 from touchline.core.statements import Stated, say, stated
 from touchline.evaluate.fit.areas import AreaJson, SeenArea, seen_area
 from touchline.fitting.field_lines.recognition import RecognisedField, recognise

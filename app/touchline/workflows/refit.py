@@ -5,7 +5,7 @@ from typing import Any
 from touchline.core.errors import Conflict
 from touchline.core.field import BORDERS
 from touchline.core.field_json import field_from_json
-from touchline.core.progress import Progress, subprogress
+from touchline.core.jobs import Progress, subprogress
 from touchline.core.records import Calibration, observations_from_json
 from touchline.core.statements import say
 from touchline.workflows.calibration_request import CalibrationRequest

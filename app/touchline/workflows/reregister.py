@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from touchline.core.common_sentences import DETECTING_FIELD_LINES, SET_RESOLUTION, other_image_size
 from touchline.core.errors import Conflict, FitFailed, TouchlineError
 from touchline.core.field import Field, Region
 from touchline.core.field_json import field_from_json
 from touchline.core.geometry import Array, ImageSize, Points, root_mean_square
-from touchline.core.progress import Progress, no_progress, subprogress
+from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.records import Calibration, Frame, Observation, Observations, observations_from_json
+from touchline.core.sentences import DETECTING_FIELD_LINES, SET_RESOLUTION, other_image_size
 from touchline.core.statements import join, say, stated
 from touchline.evaluate.drift.line_tracking import SIGMA_PX, TrackedLines, track_lines
 from touchline.evaluate.drift.orientation import FIX as ORIENTATION_FIX

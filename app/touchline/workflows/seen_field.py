@@ -5,12 +5,11 @@ from numpy.typing import NDArray
 from typing_extensions import TypedDict
 
 from touchline.core import opencv
-from touchline.core.common_sentences import DETECTING_LINES
 from touchline.core.errors import Conflict
-from touchline.core.field import Field
-from touchline.core.field_types import FieldJson
-from touchline.core.progress import Progress, no_progress
+from touchline.core.field import Field, FieldJson
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.records import Calibration
+from touchline.core.sentences import DETECTING_LINES
 from touchline.core.statements import say
 from touchline.fitting.seen_markings import with_seen
 from touchline.models import field_from_raw

@@ -2,7 +2,7 @@
 
 import pytest
 
-from touchline.core.field_changes import changes_in_words, field_changes
+from touchline.core.field_json import changes_in_words, field_changes
 from touchline.store.fields import load_fields
 
 FIELD = load_fields()["ssl-div-b"].to_json()

@@ -2,7 +2,7 @@
 
 from tests.support.words import messages
 from touchline.core.field import BORDERS
-from touchline.core.marking_names import AREAS, MARKINGS, area_name, marking_name
+from touchline.core.sentences import AREAS, MARKINGS, area_name, marking_name
 from touchline.store.fields import load_fields
 
 FIELDS = load_fields().values()

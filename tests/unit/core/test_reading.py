@@ -8,7 +8,7 @@ from annotated_types import Interval, Len, Predicate
 from typing_extensions import TypedDict
 
 from touchline.core.errors import BadInput
-from touchline.core.reading import Whole, read
+from touchline.core.json_values import Whole, read
 
 
 @dataclass(frozen=True)

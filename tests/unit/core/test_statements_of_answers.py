@@ -6,8 +6,7 @@ import pytest
 
 from touchline.core.errors import BadInput, Unavailable
 from touchline.core.geometry import ImageSize
-from touchline.core.jobs import Job, problem_of
-from touchline.core.progress import subprogress
+from touchline.core.jobs import Job, problem_of, subprogress
 from touchline.core.records import Warning
 from touchline.core.statements import Sentence, join, say, sentence_in
 from touchline.images.screen import screen

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from touchline.core.text_format import format_number, format_with_sigma, sentence
+from touchline.core.statements import format_number, format_with_sigma, sentence
 
 
 @pytest.mark.parametrize("value, text", [

@@ -14,7 +14,7 @@ from tests.support.fields import plain_field
 from tests.support.group_listener import Listener, free_group
 from tests.support.waiting import until
 from touchline.core.errors import BadInput, TouchlineError
-from touchline.core.marking_names import marking_name
+from touchline.core.sentences import marking_name
 from touchline.league.config import PublishingConfig
 from touchline.league.live import Publisher
 from touchline.league.packet import geometry_packet, published_cameras

@@ -15,7 +15,7 @@ from tests.support.tiers import long, rounds
 from tests.support.waiting import LONG_S, until
 from touchline.core.errors import BadInput, Conflict, FitFailed, NotFound
 from touchline.core.geometry import ImageSize
-from touchline.core.progress import no_progress
+from touchline.core.jobs import no_progress
 from touchline.imaging.undistorted_view import UndistortedView
 from touchline.live import capture as live_capture
 from touchline.models import field_from_raw, model_from_json

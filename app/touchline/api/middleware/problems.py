@@ -18,8 +18,8 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from touchline.api.json_text import json_bytes
-from touchline.core.common_sentences import SHUTTING_DOWN
 from touchline.core.errors import TouchlineError
+from touchline.core.sentences import SHUTTING_DOWN
 from touchline.core.statements import say, stated
 
 MEDIA_TYPE = "application/problem+json"

@@ -12,8 +12,8 @@ from touchline.api.responses import Json, created, page
 from touchline.api.schemas import requests
 from touchline.api.schemas.base import JsonObject, Texts, described, page_of, response
 from touchline.api.schemas.requests import Id
-from touchline.core.common_sentences import NOT_CALIBRATED
 from touchline.core.errors import Busy, Conflict
+from touchline.core.sentences import NOT_CALIBRATED
 from touchline.core.statements import named, say, stated
 from touchline.images import encode
 from touchline.live.status_types import CameraStatus, ListedCameraStatus

@@ -9,8 +9,8 @@ from touchline.api.dependencies import CallerDep, ServicesDep
 from touchline.api.responses import Json, accepted, finished_or_queued
 from touchline.api.schemas import responses
 from touchline.api.schemas.requests import MAX_PICTURES, AsJob, Id, PictureChoice
-from touchline.core.common_sentences import CALIBRATE_AND_ACTIVATE, NOT_CALIBRATED
 from touchline.core.errors import BadInput, Conflict
+from touchline.core.sentences import CALIBRATE_AND_ACTIVATE, NOT_CALIBRATED
 from touchline.core.statements import say
 from touchline.jobs import Job
 from touchline.services.forms import Name, Note, Strict

@@ -16,7 +16,7 @@ from touchline.api.schemas.requests import CameraId, Id
 from touchline.core.errors import BadInput, Conflict
 from touchline.core.field import Field
 from touchline.core.field_json import MAX_SIDE_MM, MIN_SIDE_MM, field_from_json
-from touchline.core.progress import Progress
+from touchline.core.jobs import Progress
 from touchline.core.statements import say
 from touchline.fitting.measured_field import (
     MAX_DISTANCES,

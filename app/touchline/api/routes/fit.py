@@ -13,8 +13,8 @@ from touchline.api.responses import Json, JsonText, finished_or_queued, page
 from touchline.api.schemas.base import page_of, response
 from touchline.api.schemas.requests import BorderRequest, FitRequest
 from touchline.core.geometry import as_points
+from touchline.core.jobs import Progress
 from touchline.core.options import OptionJson
-from touchline.core.progress import Progress
 from touchline.core.statements import named, stated
 from touchline.fitting import FITTERS
 from touchline.models import MODELS

@@ -17,8 +17,8 @@ from touchline.api.responses import NO_STORE
 from touchline.api.schemas.media import PICTURE, files
 from touchline.api.schemas.requests import Id
 from touchline.api.sockets import SEND_TIMEOUT_S, run_until_first, websocket_session
-from touchline.core.common_sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED
 from touchline.core.errors import BadInput, Conflict
+from touchline.core.sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED
 from touchline.images import encode
 from touchline.imaging.correction import CorrectedView
 from touchline.live.camera import LiveCamera

@@ -14,8 +14,8 @@ from touchline.api.schemas.media import BINARY, PICTURE, UNCHANGED, bytes_of, fi
 from touchline.api.schemas.requests import Format, FrameName, IdQuery, MarginPx, TransformRequest, WidthPx
 from touchline.core.errors import BadInput
 from touchline.core.geometry import ImageSize, as_points
+from touchline.core.jobs import Progress
 from touchline.core.json_values import PointsJson, nullable_points
-from touchline.core.progress import Progress
 from touchline.core.records import Calibration, Frame, observations_from_json
 from touchline.core.statements import say
 from touchline.imaging.correction import CorrectedView

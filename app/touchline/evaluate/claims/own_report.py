@@ -4,10 +4,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from touchline.core.field_changes import FIELD_CHANGED_FIX, changes_in_words
+from touchline.core.field_json import FIELD_CHANGED_FIX, changes_in_words
 from touchline.core.json_values import number
-from touchline.core.marking_names import area_name
 from touchline.core.records import Calibration
+from touchline.core.sentences import area_name
 from touchline.core.statements import Sentence, join, say, sentence_in
 from touchline.evaluate.claims.claim import Claim, mm, state_of_level
 from touchline.evaluate.fit.report_types import Level

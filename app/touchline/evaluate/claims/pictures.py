@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from touchline.core.marking_names import marking_names
+from touchline.core.sentences import marking_names
 from touchline.core.statements import Sentence, join, say, sentence_in
 from touchline.evaluate.claims.claim import Claim, mm, state_of_level
 from touchline.evaluate.claims.own_images import EXCHANGE

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from touchline.core.errors import ProblemJson
-from touchline.core.statements import Sentence, join, say, sentence_in
-from touchline.core.text_format import format_mm
+from touchline.core.statements import Sentence, format_mm, join, say, sentence_in
 from touchline.evaluate.claims.claim import Case, Claim
 from touchline.evaluate.claims.own_images import CameraImage, own_images_claim
 

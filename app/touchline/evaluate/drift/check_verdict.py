@@ -8,9 +8,8 @@ points, its report must do; and one without either was never right, whatever the
 from collections.abc import Sequence
 from typing import Literal
 
-from touchline.core.marking_names import marking_name
-from touchline.core.statements import Sentence, Stated, join, say, stated
-from touchline.core.text_format import format_mm
+from touchline.core.sentences import marking_name
+from touchline.core.statements import Sentence, Stated, format_mm, join, say, stated
 from touchline.evaluate.drift.check_figures import CheckFigures
 from touchline.evaluate.drift.line_check import MOST, LineDeviation
 from touchline.evaluate.fit.report_types import Level

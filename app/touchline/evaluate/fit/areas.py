@@ -12,7 +12,7 @@ from typing_extensions import TypedDict
 
 from touchline.core.field import Field, Region
 from touchline.core.geometry import ImageSize, Mask, Points, inside_picture
-from touchline.core.marking_names import area_name
+from touchline.core.sentences import area_name
 from touchline.core.statements import Sentence, say
 from touchline.fitting.field_pattern import is_half_turn_symmetric
 

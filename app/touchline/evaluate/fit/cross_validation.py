@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from touchline.core.errors import FitFailed
 from touchline.core.field import Field, Region
 from touchline.core.geometry import ImageSize
-from touchline.core.progress import Progress, no_progress
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.records import Fit, Observations
 from touchline.evaluate.fit.folds import folds_for
 from touchline.evaluate.fit.residuals import feature_residuals_mm

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from typing_extensions import TypedDict
 
 from touchline.core.errors import ProblemJson
-from touchline.core.marking_names import marking_name
+from touchline.core.sentences import marking_name
 from touchline.core.statements import Sentence, Stated, join, say, stated
 from touchline.evaluate.fit.report_types import Verdict
 

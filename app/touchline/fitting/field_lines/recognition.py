@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from touchline.core.field import Field, Region
-from touchline.core.progress import Progress, no_progress, subprogress
+from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.statements import say
 from touchline.fitting.field_lines.search import (
     MIN_RELATIVE_SCORE,

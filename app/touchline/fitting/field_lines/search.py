@@ -9,7 +9,7 @@ from annotated_types import Interval
 
 from touchline.core.field import Field, Region
 from touchline.core.geometry import Array, Mask, Points, inside_picture, with_z
-from touchline.core.progress import Progress, no_progress, subprogress
+from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.fitting.field_lines.four_lines import Hypotheses, four_line_hypotheses
 from touchline.fitting.field_lines.given_corners import about, cameras_from_corners
 from touchline.fitting.field_lines.refinement import (

@@ -9,10 +9,10 @@ import numpy as np
 from touchline.core.errors import BadInput, FitFailed
 from touchline.core.field import BORDERS, Field, Region
 from touchline.core.geometry import ImageSize, Mask, Points
-from touchline.core.marking_names import the_border
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.options import Option, read_options
-from touchline.core.progress import Progress, no_progress
 from touchline.core.records import Fit, Observation, Observations, Warning
+from touchline.core.sentences import the_border
 from touchline.core.statements import capitalised, say
 from touchline.fitting.border import CurveFit, fit_curve
 from touchline.fitting.clicks import check_inside_picture, outlier_warning

@@ -13,8 +13,8 @@ import numpy as np
 
 from touchline.core.field import Field
 from touchline.core.geometry import ImageSize
-from touchline.core.marking_names import marking_name
 from touchline.core.records import Warning
+from touchline.core.sentences import marking_name
 from touchline.core.statements import say
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.fitting.ray_camera.problem import ScalarPrior

@@ -10,8 +10,8 @@ import numpy as np
 from touchline.core.errors import FitFailed
 from touchline.core.field import Field, Region
 from touchline.core.geometry import Array, ImageSize
+from touchline.core.jobs import Progress, no_progress
 from touchline.core.options import Option, read_options
-from touchline.core.progress import Progress, no_progress
 from touchline.core.records import Fit, Observations
 from touchline.core.statements import say
 from touchline.fitting import FITTERS

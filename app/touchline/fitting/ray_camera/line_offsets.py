@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from touchline.core.geometry import Array, Mask
-from touchline.core.report_json import MAX_OFFSET_MM
+from touchline.core.json_values import MAX_OFFSET_MM
 
 SIGMAS_MM = np.geomspace(0.05, 30.0, 28)
 SIGMA_SPREAD = 0.7  # σ of the logarithm of σ; its mean square is what the field says

@@ -8,8 +8,8 @@ from ctypes import byref, c_int, c_size_t
 from typing import Any, ClassVar, Self
 from urllib.parse import quote
 
-from touchline.core.common_sentences import CHECK_CABLE_AND_POWER
 from touchline.core.errors import NotFound, Unavailable
+from touchline.core.sentences import CHECK_CABLE_AND_POWER
 from touchline.core.statements import join, say
 from touchline.sources import Identity, SourceContext
 from touchline.sources.industrial.aravis_library import Aravis, AravisError, aravis, text

@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, Self
 
-from touchline.core.common_sentences import CHECK_CABLE_AND_POWER
 from touchline.core.errors import BadInput, NotFound, Unavailable
 from touchline.core.options import Option
 from touchline.core.records import Frame
+from touchline.core.sentences import CHECK_CABLE_AND_POWER
 from touchline.core.statements import Sentence, join, say
 from touchline.sources import BaseSource, Control, Identity
 from touchline.sources.industrial.features import FEATURES, NodeMap, controls_of, write_control

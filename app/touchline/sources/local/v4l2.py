@@ -12,11 +12,11 @@ os.environ.setdefault("OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT", "2")
 import cv2
 import numpy as np
 
-from touchline.core.common_sentences import SENDS_NO_IMAGES
 from touchline.core.errors import BadImage, BadInput, Unavailable
 from touchline.core.geometry import Pixels
 from touchline.core.options import Option
 from touchline.core.records import Frame
+from touchline.core.sentences import SENDS_NO_IMAGES
 from touchline.core.statements import say
 from touchline.sources import BaseSource, Control, Identity, SourceContext
 from touchline.sources.lifecycle import require_open

@@ -1,7 +1,7 @@
 """Errors of network cameras, the same for HTTP and RTSP."""
 
-from touchline.core.common_sentences import SENDS_NO_IMAGES
 from touchline.core.errors import Unavailable
+from touchline.core.sentences import SENDS_NO_IMAGES
 from touchline.core.statements import say
 
 CHECK_SWITCHED_ON = say("network.check-switched-on", "Check that it is switched on.")
