@@ -19,8 +19,8 @@ from touchline.core.records import Calibration
 from touchline.main import create_app
 from touchline.services.saved_shapes import READERS
 from touchline.settings import Settings
+from touchline.store.database import count_rows
 from touchline.store.integrity import find_unreadable_rows
-from touchline.store.row_counts import count_rows
 
 DAMAGED = "POST /restore-backup"  # wants a database that is damaged: test_rest_restore_backup.py
 STREAM = "GET /cameras/{id}/stream.mjpg"

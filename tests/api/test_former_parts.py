@@ -11,7 +11,7 @@ from tests.support.refusals import API
 from tests.support.waiting import until
 from touchline.main import create_app
 from touchline.settings import Settings
-from touchline.store.restore import restore_into
+from touchline.store.archive import restore_into
 from touchline.store.store import Store
 
 CAMERA = {"name": "East", "source": "genicam://4711?producer=mvGenTLProducer", "field": None, "region": None}

@@ -23,7 +23,7 @@ from tests.support.waiting import until
 from touchline.api.routes import streams
 from touchline.main import create_app
 from touchline.settings import Settings, SourceSettings
-from touchline.store.passwords import FILE
+from touchline.store.cameras import FILE
 from touchline.store.store import Store
 
 CAMERAS = ({"id": "north", "name": "North half", "source": "sim://table?size=320x256&fps=200", "field": "table",

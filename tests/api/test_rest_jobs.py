@@ -26,7 +26,7 @@ from tests.support.rest_jobs import accepted, finished
 from tests.support.tiers import long
 from tests.support.waiting import until
 from touchline.core.jobs import Caller
-from touchline.jobs.fair_queue import MAX_QUEUED
+from touchline.jobs.engine import MAX_QUEUED
 
 CAL = f"{API}/calibrations"
 

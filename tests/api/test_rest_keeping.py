@@ -10,7 +10,7 @@ from tests.support.activation import activate_despite
 from tests.support.refusals import API
 from tests.support.store_opener import damage_row
 from touchline.main import create_app
-from touchline.store.restore import restore_into
+from touchline.store.archive import restore_into
 from touchline.store.store import Store
 from touchline.store.tables import CalibrationRow
 

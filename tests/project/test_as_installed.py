@@ -137,7 +137,7 @@ def test_every_module_can_be_imported(python, tmp_path):
 
 
 @pytest.mark.parametrize("package, script", [
-    ("distributed", "from touchline.jobs.dask_cluster import DaskCluster\nDaskCluster('dask://host:8786')"),
+    ("distributed", "from touchline.jobs.dask_runner import DaskCluster\nDaskCluster('dask://host:8786')"),
     ("psycopg[binary]", "from sqlalchemy import make_url\nfrom touchline.store.database import postgresql_engine\n"
      "postgresql_engine(make_url('postgresql+psycopg://touchline@127.0.0.1/touchline'), 1)")])
 def test_what_needs_another_package_states_the_command_that_installs_it_here(python, tmp_path, package, script):

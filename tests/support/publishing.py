@@ -12,7 +12,7 @@ from touchline.league.packet import NO_FIELDS
 from touchline.league.service import PublishingService
 from touchline.services.container import Services
 from touchline.settings import PublishSettings
-from touchline.store.failures import RecentFailures
+from touchline.store.files import RecentFailures
 
 
 def publishing_of(folder: Path, active: Callable[[], Sequence[Calibration]], fields: Mapping[str, Field] = NO_FIELDS,

@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.child_processes import pids_of
 from touchline.images import ImageDecoder, ImageLimits
-from touchline.jobs.process_runner import ProcessRunner
+from touchline.jobs.runner import ProcessRunner
 from touchline.main import FITS, image_limits
 from touchline.services import container, fit_processes
 from touchline.settings import Settings

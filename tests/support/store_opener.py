@@ -8,7 +8,7 @@ from sqlalchemy import select, update
 
 from tests.support.store_writer import calibration
 from touchline.core.records import Calibration
-from touchline.store import row_counts
+from touchline.store import database
 from touchline.store.opening import FILE
 from touchline.store.store import Store
 from touchline.store.tables import CalibrationRow
@@ -75,4 +75,4 @@ def damaged_folder(folder: Path) -> Calibration:
 def count_rows(store: Store) -> dict[str, int]:
     """How many rows each table has, whatever their state."""
     with store._database.reading() as rows:
-        return row_counts.count_rows(rows)
+        return database.count_rows(rows)

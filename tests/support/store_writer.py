@@ -14,7 +14,7 @@ from pathlib import Path
 
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Calibration
-from touchline.store.drafts import EMPTY
+from touchline.store.snapshots import EMPTY
 from touchline.store.store import Store
 
 SIZE = ImageSize(640, 480)

@@ -13,7 +13,7 @@ import typer
 from touchline.cli.console import FileTrouble, say
 from touchline.services.open_store import open_store
 from touchline.settings import Settings, load_settings
-from touchline.store.restore import restore_into
+from touchline.store.archive import restore_into
 from touchline.store.store import Store
 
 ConfigOption = Annotated[Path | None, typer.Option("--config", metavar="FILE", help="Settings file, in the format of "

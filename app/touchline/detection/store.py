@@ -27,9 +27,8 @@ from touchline.core.statements import say
 from touchline.detection.profile import ColourProfile
 from touchline.detection.stages import StageConfig
 from touchline.installation import shipped
-from touchline.store.checksummed import content
-from touchline.store.files import make_folder, read_yaml, write_atomically
-from touchline.store.quota import MB
+from touchline.store.files import MB, make_folder, read_yaml, write_atomically
+from touchline.store.integrity import content
 from touchline.store.repository import StoreContext, check_etag, content_etag, new_id, timestamp
 
 LENGTH = struct.Struct("<I")

@@ -12,7 +12,7 @@ from touchline.core.errors import Cancelled
 from touchline.core.json_values import finite_json
 from touchline.core.statements import stated
 from touchline.installation import __version__
-from touchline.jobs.execute import execute
+from touchline.jobs.worker_main import execute
 
 MIN_INTERVAL_S = 0.05  # between two reports of progress; more often nobody sees
 SHARE = ("Make the server's data folder available to every worker under the same path, such as a shared folder, or "

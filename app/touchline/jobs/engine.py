@@ -1,24 +1,127 @@
-"""Jobs on runners: a queue, as many threads as runners, another try after a lost worker, and how a job ends."""
+"""Jobs on runners: a fair queue, as many threads as runners, another try after a lost worker, and how a job ends.
 
-from collections.abc import Callable, Iterator, Mapping
+A name is only claimed, an address is not: names share what their address has. So of the addresses the one with the
+fewest jobs comes first, and of the names behind it the one with the fewest.
+"""
+
+import heapq
+import queue
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
-from threading import RLock, Thread
-from typing import Any, Self
+from itertools import count
+from math import inf
+from threading import Lock, RLock, Thread
+from typing import Any, Generic, Self, TypeVar
 
-from touchline.core.errors import Conflict, Unavailable
+from touchline.core.errors import Busy, Conflict, Unavailable
 from touchline.core.jobs import NOBODY, Caller, Job, JobSpec, Progress
 from touchline.core.sentences import SHUTTING_DOWN, TRY_WHEN_BACK
-from touchline.core.statements import say
-from touchline.jobs.dask_cluster import DaskCluster
-from touchline.jobs.dask_runner import DaskRunner
-from touchline.jobs.failures import MAX_ATTEMPTS, problem_of_failure
-from touchline.jobs.fair_queue import MAX_QUEUED, FairQueue, check_room
-from touchline.jobs.former_names import current_name
-from touchline.jobs.process_runner import ProcessRunner
+from touchline.core.statements import Sentence, say
+from touchline.jobs.dask_runner import DaskCluster, DaskRunner
 from touchline.jobs.registry import START_AGAIN, JobRegistry, JobTable
-from touchline.jobs.runner import JobRunner, JobStopped, WorkerDied
+from touchline.jobs.runner import MAX_ATTEMPTS, JobRunner, JobStopped, ProcessRunner, WorkerDied, problem_of_failure
+
+PACKAGES = ("app.", "touchline.")
+FORMER_NAMES = {
+    "auto_task:run_auto": "automatic.detect",
+    "board_task:run_pictures": "board.pictures",
+    "board_task:run_views": "board.views",
+    "check_pipeline:run_check": "drift.check",
+    "motion_task:run_motion": "straight.rolls",
+    "pair_pipeline:run_pair": "rig.pair",
+    "plumb_task:run_straightness": "straight.measure",
+    "register_task:run_register": "drift.reregister",
+    "rig_pipeline:run_check": "rig.check",
+    "rig_pipeline:run_refit": "calibration.refit",
+    "task:run_compare": "calibration.compare",
+    "task:run_fit": "calibration.fit",
+    "workflows.automatic_request:run_auto": "automatic.detect",
+    "workflows.board_request:run_pictures": "board.pictures",
+    "workflows.board_request:run_views": "board.views",
+    "workflows.calibration_request:run_compare": "calibration.compare",
+    "workflows.calibration_request:run_fit": "calibration.fit",
+    "workflows.check:run_check": "drift.check",
+    "workflows.pair:run_pair": "rig.pair",
+    "workflows.recognition:run_auto": "automatic.detect",
+    "workflows.refit:run_refit": "calibration.refit",
+    "workflows.reregister:run_register": "drift.reregister",
+    "workflows.rig:run_check": "rig.check",
+    "workflows.rolling_request:run_motion": "straight.rolls",
+    "workflows.straight_lines_request:run_straightness": "straight.measure",
+}
+
+
+def current_name(stored: str) -> str:
+    """Return the name that a stored job has in this version."""
+    for package in PACKAGES:
+        if stored.startswith(package):
+            return FORMER_NAMES.get(stored.removeprefix(package), stored)
+    return stored
+
+
+MAX_QUEUED = 100
+MAX_QUEUED_EACH = 20  # of one name: more would wait for so long that nobody waits for them
+Item = TypeVar("Item")
+
+
+def check_room(caller: Caller, waiting: Sequence[Caller]) -> None:
+    """Raise Busy where a caller has enough jobs waiting. waiting: who each waiting job is of.
+
+    An address may have half of the places that others leave, so that there are always some for one more.
+    """
+    of_address = sum(one.address == caller.address for one in waiting)
+    left = MAX_QUEUED - (len(waiting) - of_address)
+    limits: tuple[tuple[int, int, Callable[[], Sentence]], ...] = (
+        (len(waiting), MAX_QUEUED, lambda: say("job.too-many", "{jobs} jobs are already waiting.", jobs=len(waiting))),
+        (waiting.count(caller), MAX_QUEUED_EACH, lambda: say(
+            "job.too-many-of-yours", "{jobs} of your jobs are already waiting.", jobs=MAX_QUEUED_EACH)),
+        (of_address, (left + 1) // 2, lambda: say(
+            "job.too-many-of-address", "{jobs} jobs from your address are already waiting.", jobs=of_address)))
+    for jobs, most, what in limits:
+        if jobs >= most:
+            raise Busy(what(), say("job.wait-or-cancel", "Wait until some have ended, or cancel some."),
+                       reason="too-many-jobs")
+
+
+class FairQueue(Generic[Item]):
+    """Thread-safe."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._numbers = count()
+        self._turns: queue.PriorityQueue[tuple[float, int, str | None]] = queue.PriorityQueue()  # of addresses
+        self._waiting: dict[str, list[tuple[float, int, Item]]] = {}  # by address: a heap
+
+    def put(self, item: Item, caller: Caller, before_of_address: int, before_of_name: int) -> None:
+        """Let it wait. before_…: how many jobs that address, and that name behind it, have under way already."""
+        with self._lock:
+            number = next(self._numbers)
+            heapq.heappush(self._waiting.setdefault(caller.address, []), (before_of_name, number, item))
+            self._turns.put((before_of_address, number, caller.address))
+
+    def get(self) -> Item | None:
+        """Wait for the next and return it; None where the queue has ended."""
+        address = self._turns.get()[2]
+        if address is None:
+            return None
+        with self._lock:
+            waiting = self._waiting[address]
+            item = heapq.heappop(waiting)[2]
+            if not waiting:
+                del self._waiting[address]
+        return item
+
+    def end(self) -> None:
+        """Let one get() return None, once nothing waits any more."""
+        with self._lock:
+            self._turns.put((inf, next(self._numbers), None))
+
+    @property
+    def is_empty(self) -> bool:
+        return self._turns.empty()
+
 
 Run = Callable[[Any, Progress], Any]
 ResultSaver = Callable[[Any, Any], Any]  # what run returned, and the job's context -> the job's result

@@ -1,4 +1,4 @@
-"""The process that does jobs, one after another.
+"""The process that does jobs, one after another: each a function found by its name, whatever comes of it.
 
 Bodies are JSON; the number is the job's. To it: RUN {"run": "module:function", "spec"} and CANCEL. From it, for each
 job: BEGUN, PROGRESS {"fraction", "message"}, then RESULT or PROBLEM, whose payload is JSON: some only pass it on.
@@ -8,14 +8,32 @@ import json
 import queue
 import threading
 import time
+import traceback
 from importlib import import_module
 from typing import Any
 
-from touchline.core.errors import Cancelled
+from touchline.core.errors import Cancelled, TouchlineError
+from touchline.core.jobs import Progress, problem_of
 from touchline.core.json_values import finite_json
+from touchline.core.registry import load
 from touchline.core.statements import stated
-from touchline.jobs.execute import execute
 from touchline.processes.framing import FIRST_KIND, START, Connection, decode_body, encode_body
+
+
+def execute(run: str, spec: Any, progress: Progress) -> tuple[bool, Any]:
+    """Return (True, what the function returned) or (False, its problem as JSON); run is "module:function".
+
+    Nothing is raised: an exception of ours, or of a library, may not be one that the server can read.
+    """
+    try:
+        return True, load(run)(spec, progress)
+    except TouchlineError as error:
+        return False, problem_of(error)
+    except MemoryError:
+        return False, {"reason": "job-needs-memory"}
+    except (Exception, SystemExit):
+        return False, {"reason": "unexpected", "trace": traceback.format_exc()[-4000:]}
+
 
 RUN, CANCEL, BEGUN, PROGRESS, RESULT, PROBLEM = range(FIRST_KIND, FIRST_KIND + 6)
 MIN_INTERVAL_S = 0.05  # between two reports of progress; more often nobody sees

@@ -9,9 +9,8 @@ from touchline.core.sentences import CHECK_STATE_TRY_AGAIN, FREE_MEMORY, TRY_AGA
 from touchline.core.statements import say
 from touchline.live import messages
 from touchline.live.state import KILL_AFTER_S, ProcessStatus, stall_reason
-from touchline.processes.async_process import AsyncProcess
 from touchline.processes.framing import Message, decode_body
-from touchline.processes.start import Program
+from touchline.processes.start import AsyncProcess, Program
 
 MEMORY_BYTES = 6 << 30  # of addresses; FFmpeg and camera libraries reserve much more than they use
 RETRY_S, MAX_RETRY_S = 0.5, 5.0

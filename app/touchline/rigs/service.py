@@ -34,9 +34,8 @@ from touchline.rigs.verdict import (
 )
 from touchline.services.container import IsAbandoned, Services
 from touchline.services.live import TakenFrame, take_frame
-from touchline.store.cache import LruCache
 from touchline.store.documents import Document
-from touchline.store.repository import timestamp, utc_now
+from touchline.store.repository import LruCache, timestamp, utc_now
 
 Pictures = Mapping[str, Mapping[str, Any]]
 

@@ -18,12 +18,11 @@ from touchline.core.records import Calibration
 from touchline.core.sentences import CALIBRATE_AND_ACTIVATE, camera_not_calibrated
 from touchline.core.statements import say, stated
 from touchline.images import encode
-from touchline.processes.async_process import AsyncProcess
 from touchline.processes.framing import decode_body
-from touchline.processes.start import Program
+from touchline.processes.start import AsyncProcess, Program
 from touchline.scene import messages
 from touchline.services.container import Services
-from touchline.store.cache import LruCache
+from touchline.store.repository import LruCache
 
 MAX_SCENES = 4  # at once: each is a process with viser in it
 MAX_FILES = 4  # of 1 MB each; one takes a process and two seconds, and a version never changes

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from typing import Self
 
-from touchline.store.cache import LruCache
+from touchline.store.repository import LruCache
 
 MAX_BYTES = 32 << 20  # some 1000 answers
 OWN_BYTES = 1000  # of an answer, beside its content

@@ -31,10 +31,10 @@ from touchline.services.live import start_live_cameras, take_frame
 from touchline.services.presence import Presence
 from touchline.services.running_part import RunningPart
 from touchline.settings import CameraSettings, Settings
-from touchline.store.backup_restore import Restoration
-from touchline.store.cache import LruCache
 from touchline.store.fields import FieldRepository
 from touchline.store.files import remove_temporary_files
+from touchline.store.opening import Restoration
+from touchline.store.repository import LruCache
 from touchline.store.snapshots import Snapshot
 from touchline.store.store import Store
 from touchline.vision.picture_print import PicturePrint

@@ -10,7 +10,7 @@ from touchline.services.container import Services
 from touchline.settings import CameraSettings
 from touchline.sources import split_address
 from touchline.store.documents import Document
-from touchline.store.drafts import Draft
+from touchline.store.snapshots import Draft
 
 SHOWN_USERS = 3
 

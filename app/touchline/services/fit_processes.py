@@ -14,11 +14,9 @@ from anyio import CapacityLimiter, to_thread
 from touchline.core.errors import Cancelled, Unavailable
 from touchline.core.jobs import Progress, error_of
 from touchline.core.sentences import SHUTTING_DOWN, TRY_WHEN_BACK
-from touchline.jobs.failures import MAX_ATTEMPTS, problem_of_failure
-from touchline.jobs.process_runner import ProcessRunner
-from touchline.jobs.runner import WorkerDied
+from touchline.jobs.runner import MAX_ATTEMPTS, ProcessRunner, WorkerDied, problem_of_failure
 from touchline.services.turns import QueuePlace, Turns
-from touchline.store.cache import LruCache
+from touchline.store.repository import LruCache
 
 MEMORY_BYTES = 2 << 30
 PROCESSES = max(1, (os.cpu_count() or 1) // 2)  # the others answer meanwhile

@@ -2,7 +2,7 @@
 
 from touchline.services.saved_shapes import READERS
 from touchline.settings import Settings
-from touchline.store.quota import MB
+from touchline.store.files import MB
 from touchline.store.store import Store
 
 

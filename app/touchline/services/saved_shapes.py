@@ -14,7 +14,7 @@ from touchline.capabilities import call, saved_rows
 from touchline.core.records import Calibration
 from touchline.settings import CameraSettings
 from touchline.sources import Identity
-from touchline.store.checksummed import content
+from touchline.store.integrity import content
 from touchline.store.snapshots import Snapshot
 
 Row = Any  # of a table, intact

@@ -1,4 +1,4 @@
-"""Everything in a data folder as one zip, and back.
+"""Everything in a data folder as one zip, and back to an empty folder; a restore that was cut short is never opened.
 
     touchline.json        {"format", "form": step of the schema that its tables have, "software", "made_at"}
     tables/NAME.jsonl     every row, a JSON object a line; the same from SQLite and from PostgreSQL
@@ -13,11 +13,12 @@ each picture by its own checksum.
 
 import json
 import re
+import shutil
 import tempfile
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Set
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
@@ -26,11 +27,14 @@ from typing import IO, Any
 from sqlalchemy import insert, select, text
 from sqlalchemy.orm import Session
 
-from touchline.core.errors import BadInput, Conflict
+from touchline.core.errors import BadInput, Conflict, NotFound, TouchlineError, Unavailable
 from touchline.installation import __version__
-from touchline.store.checksummed import is_intact
 from touchline.store.database import Database
-from touchline.store.files import make_folder, write_atomically
+from touchline.store.files import make_folder, sync_folder, write_atomically
+from touchline.store.integrity import is_intact
+from touchline.store.lock import FolderLock
+from touchline.store.opening import FILE, create_sqlite, open_postgresql
+from touchline.store.quarantine import Quarantine
 from touchline.store.repository import Clock, timestamp
 from touchline.store.tables import ARCHIVED_TABLES, CameraRow, Checksummed
 
@@ -210,3 +214,59 @@ class _Pipe:
             whole = b"".join(self._pieces)
             self._pieces, self._size = [], 0
             yield whole
+
+
+UNFINISHED = "restore-unfinished"  # while it is there, the folder is not opened
+
+
+def restore_into(file: Path, folder: Path, database: str | None) -> dict[str, int]:
+    """Restore the archive and count the rows of each table; Conflict if the folder or the database is not empty."""
+    if not file.is_file():
+        raise NotFound(f"The file {file} does not exist.", "Choose a zip file from archive or GET /archive.",
+                       reason="no-archive")
+    if folder.is_dir() and any(folder.iterdir()):
+        raise Conflict(f"The folder {folder} is not empty.", "Choose an empty or a new folder. Existing data is never "
+                       "overwritten.", reason="folder-not-empty")
+    is_new = not folder.is_dir()
+    make_folder(folder)
+    with closing(FolderLock(folder)):
+        (folder / UNFINISHED).touch()
+        sync_folder(folder)
+        try:
+            counts = _fill(file, folder, database)
+        except TouchlineError:
+            _remove_all(folder, is_new)
+            raise
+        make_folder(folder / "pictures")
+        (folder / UNFINISHED).unlink()
+        sync_folder(folder)
+        return counts
+
+
+def _remove_all(folder: Path, itself: bool) -> None:
+    """Leave it as it was found, empty or missing; what says that it is not whole goes last."""
+    for path in sorted(folder.iterdir(), key=lambda path: path.name == UNFINISHED):
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+    if itself:
+        folder.rmdir()
+
+
+def refuse_unfinished(folder: Path) -> None:
+    """Raise Unavailable for a folder in which a restore was cut short."""
+    if (folder / UNFINISHED).exists():
+        raise Unavailable(f"The folder {folder} is from an incomplete restore.",
+                          "Delete that folder and restore the archive again.", reason="restore-unfinished")
+
+
+def _fill(file: Path, folder: Path, setting: str | None) -> dict[str, int]:
+    if setting is None:
+        path = folder / FILE
+        create_sqlite(path)
+        with closing(Database.on_sqlite(path)) as database:
+            return restore_archive(file, database, folder)
+    database, lock = open_postgresql(setting, folder, Quarantine(folder / "quarantine"), {})
+    with closing(database), closing(lock):
+        if database.changes() != 0:
+            raise Conflict("The database is not empty.", "Enter a new database in the settings. Existing data is "
+                           "never overwritten.", reason="database-not-empty")
+        return restore_archive(file, database, folder)

@@ -22,11 +22,18 @@ from time import monotonic
 
 from touchline.core.records import Warning
 from touchline.core.statements import Sentence, say
-from touchline.store.files import make_folder, remove_temporary_files, replace_synced
+from touchline.store.files import (
+    BACKUPS_BYTES,
+    MB,
+    MIN_FREE_BYTES,
+    free_bytes,
+    make_folder,
+    remove_temporary_files,
+    replace_synced,
+)
 from touchline.store.integrity import count_changes, find_damage
-from touchline.store.quota import BACKUPS_BYTES, MB, MIN_FREE_BYTES, free_bytes
+from touchline.store.quarantine import remove_database
 from touchline.store.repository import Clock, utc_now
-from touchline.store.sqlite_files import remove_database
 
 log = logging.getLogger("touchline")
 UNFINISHED = ".unfinished.tmp"

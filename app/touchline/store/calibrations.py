@@ -17,9 +17,9 @@ from sqlalchemy import ColumnElement, Select, and_, bindparam, func, select
 from touchline.core.errors import Conflict
 from touchline.core.records import Calibration
 from touchline.core.statements import say
-from touchline.store.cache import LruCache
-from touchline.store.checksummed import checksummed, content, json_text
+from touchline.store.integrity import checksummed, content, json_text
 from touchline.store.repository import (
+    LruCache,
     Page,
     Repository,
     StoreContext,

@@ -1,14 +1,20 @@
-"""Cameras that operators added, and the evidence of which camera an id was confirmed to be.
+"""Cameras that operators added, the evidence of which camera an id was confirmed to be, and their encrypted passwords.
+
+Encrypted by Fernet (AES-128-CBC with HMAC-SHA256; https://github.com/fernet/spec/blob/master/Spec.md).
 
 A camera's row has its address without the password, and beside it, encrypted, the whole address. It is "" where the
 password was left out of an archive; without the key, too, the camera is there and its password is missing.
 """
 
 import logging
+import os
 from collections.abc import Mapping
 from contextlib import suppress
+from pathlib import Path
+from threading import Lock
 from typing import Any
 
+from cryptography.fernet import Fernet, InvalidToken
 from sqlalchemy import delete
 from sqlalchemy.orm import Session
 
@@ -16,12 +22,52 @@ from touchline.core.errors import NotFound, TouchlineError
 from touchline.core.records import Warning
 from touchline.core.statements import say
 from touchline.sources.address import without_password, without_secrets
-from touchline.store.checksummed import checksummed, content, is_intact, json_text, update_checksum
 from touchline.store.documents import DocumentRepository, check_name, is_name
-from touchline.store.passwords import FILE, PasswordKey
+from touchline.store.files import translate_disk_errors, write_atomically
+from touchline.store.integrity import checksummed, content, is_intact, json_text, update_checksum
 from touchline.store.quarantine import DamagedFile
 from touchline.store.repository import Repository, StoreContext, timestamp
 from touchline.store.tables import CameraRow, IdentityRow
+
+FILE = "passwords.key"
+
+
+class PasswordKey:
+    """Thread-safe. It is read once; it is made when a password is saved for the first time."""
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / FILE
+        self._lock = Lock()
+        self._key: Fernet | None = None
+
+    def encrypt(self, text: str, what: str) -> str:
+        """Encrypt a text. what: is to be saved, as an error calls it where the key can neither be read nor made."""
+        with self._lock, translate_disk_errors(what):
+            self._key = self._key or self._read() or self._make()
+            return self._key.encrypt(text.encode("utf-8", "surrogatepass")).decode("ascii")
+
+    def decrypt(self, encrypted: str) -> str | None:
+        """Return the text; None without the key with which it was encrypted."""
+        with self._lock, suppress(OSError, InvalidToken):
+            self._key = self._key or self._read()
+            if self._key is not None:
+                return self._key.decrypt(encrypted.encode()).decode("utf-8", "surrogatepass")
+        return None
+
+    def _read(self) -> Fernet | None:
+        """Return the key in the file; None where there is none in it, and so nothing that it could decrypt."""
+        with suppress(FileNotFoundError, ValueError):
+            return Fernet(self._path.read_bytes().strip())
+        return None
+
+    def _make(self) -> Fernet:
+        key = Fernet.generate_key()
+        write_atomically(self._path, key + b"\n", mode=0o600)
+        with suppress(OSError):  # root's `touchline archive` must not take the passwords from the server's own user
+            owner = self._path.parent.stat()
+            os.chown(self._path, owner.st_uid, owner.st_gid)
+        return Fernet(key)
+
 
 ENCRYPTED = "encrypted"  # in a row's JSON: the whole address
 log = logging.getLogger("touchline")

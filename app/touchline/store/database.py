@@ -16,7 +16,7 @@ from pathlib import Path
 from threading import RLock
 from typing import Any, Self
 
-from sqlalchemy import URL, Engine, create_engine, event, make_url, select, text, update
+from sqlalchemy import URL, Engine, create_engine, event, func, make_url, select, text, update
 from sqlalchemy.exc import ArgumentError, DBAPIError, OperationalError
 from sqlalchemy.exc import TimeoutError as NoConnection
 from sqlalchemy.orm import Session
@@ -24,11 +24,32 @@ from sqlalchemy.orm import Session
 from touchline.core.errors import BadInput, Busy, DiskFull, TouchlineError, Unavailable
 from touchline.core.sentences import REPEAT, TRY_AGAIN, install_package
 from touchline.core.statements import join, say
-from touchline.store.failures import DAMAGED, RecentFailures
-from touchline.store.files import CHECK_DISK, DISK_IS_FULL, FREE_SPACE, write_atomically
-from touchline.store.row_counts import count_rows
-from touchline.store.saved_things import because, not_saved
-from touchline.store.tables import LedgerRow
+from touchline.store.files import (
+    CHECK_DISK,
+    DAMAGED,
+    DISK_IS_FULL,
+    FREE_SPACE,
+    RecentFailures,
+    because,
+    not_saved,
+    write_atomically,
+)
+from touchline.store.tables import ARCHIVED_TABLES, LedgerRow
+
+
+def count_rows(rows: Session) -> dict[str, int]:
+    """Count the rows of each table, by its name."""
+    counts = [select(func.count()).select_from(table).scalar_subquery() for table in ARCHIVED_TABLES]
+    return dict(zip((table.__tablename__ for table in ARCHIVED_TABLES), rows.execute(select(*counts)).one(),
+                    strict=True))
+
+
+def count_missing_rows(rows: Session) -> dict[str, int]:
+    """Count by table the rows that are gone since something was saved last; only tables that lack some."""
+    counts = rows.scalar(select(LedgerRow.counts))
+    saved: dict[str, int] = json.loads(counts) if counts else {}
+    return {name: saved[name] - count for name, count in count_rows(rows).items() if saved.get(name, 0) > count}
+
 
 READERS = 8  # connections that read; more callers wait for one
 BUSY_MS = 5000

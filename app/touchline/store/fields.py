@@ -19,8 +19,7 @@ from touchline.core.records import Warning
 from touchline.core.sentences import unknown_field, use_one_of
 from touchline.core.statements import join, say
 from touchline.installation import shipped
-from touchline.store.failures import RecentFailures
-from touchline.store.files import make_folder, parse_yaml, read_yaml, sync_folder, write_atomically
+from touchline.store.files import RecentFailures, make_folder, parse_yaml, read_yaml, sync_folder, write_atomically
 from touchline.store.repository import check_etag, content_etag
 
 MAX_OWN_FIELDS = 500

@@ -1,4 +1,4 @@
-"""Files written atomically: under another name, flushed, moved into place, and the folder flushed as well; and read.
+"""Files written atomically, how much of the disk they may take, and what could not be read or saved lately.
 
 A reader therefore sees the old file or the new one, also after a power cut in between. Without the last flush
 the new name could be lost again although its content was safe.
@@ -8,16 +8,39 @@ import errno
 import hashlib
 import os
 import secrets
+import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from time import monotonic
 from typing import Any, TypeVar
 
-from touchline.core.errors import BadInput, DiskFull, NotFound, Unavailable
+from touchline.core.errors import BadInput, DiskFull, NotFound, TouchlineError, Unavailable
+from touchline.core.records import Warning
 from touchline.core.sentences import image_name
-from touchline.core.statements import join, say
+from touchline.core.statements import Sentence, join, say
 from touchline.core.strict_yaml import MAX_BYTES, plain_from_yaml
-from touchline.store.saved_things import because, not_saved
+
+CODES = {
+    "The archive": "saved.archive", "The calibration": "saved.calibration", "The camera": "saved.camera",
+    "The camera's identity": "saved.camera-identity", "The cancelling": "saved.cancelling", "The clip": "saved.clip",
+    "The colour profile": "saved.colour-profile", "The database": "saved.database", "The deletion": "saved.deletion",
+    "The detection plan": "saved.detection-plan", "The draft": "saved.draft",
+    "The field": "saved.field", "The job": "saved.job", "The lens": "saved.lens",
+    "The mark of a damaged row": "saved.mark", "The note": "saved.note", "The result": "saved.result",
+    "The rig": "saved.rig", "The roll": "saved.roll", "The setting": "saved.setting",
+    "The snapshot": "saved.snapshot", "The undoing of the deletion": "saved.undoing"}
+
+
+def not_saved(what: str) -> Sentence:
+    """Return how an error begins. what: as in CODES; another word is stated as it is."""
+    return say("saved.not", "{what} was not saved:", what=say(CODES[what], what) if what in CODES else what)
+
+
+def because(error: str) -> Sentence:
+    """Return how an error goes on."""
+    return say("disk.cause", "{error}.", error=error)
+
 
 T = TypeVar("T")
 TEMPORARY = ".tmp"
@@ -142,3 +165,96 @@ def cannot_read(name: str, error: OSError) -> Unavailable:
     """Return the error for a stored picture whose bytes are not there, or not to be had."""
     return Unavailable(say("file.cannot-read", "{name} cannot be read: {error}.", name=image_name(name.capitalize()),
                            error=error.strerror), UPLOAD_AGAIN, reason="damaged-file")
+
+
+TOLD_S = 300.0  # longer than any page waits between two looks at the list of problems
+DAMAGED = "database-damaged"  # told until another database is in its place
+
+
+class RecentFailures:
+    """The last failure of each reason. Thread-safe."""
+
+    def __init__(self) -> None:
+        self._last: dict[str, tuple[float, TouchlineError]] = {}
+
+    def note(self, error: TouchlineError) -> None:
+        """Remember one from now on."""
+        self._last[error.reason] = (monotonic(), error)
+
+    def forget(self) -> None:
+        """Forget all: another database is in the place of the one that failed."""
+        self._last.clear()
+
+    @contextmanager
+    def noted(self, what: str) -> Iterator[None]:
+        """Raise what translate_disk_errors makes of an OSError, and remember it."""
+        try:
+            with translate_disk_errors(what):
+                yield
+        except Unavailable as error:
+            self.note(error)
+            raise
+
+    def warnings(self) -> tuple[Warning, ...]:
+        """Return what an operator should know: each failure until some minutes have passed without another."""
+        since_s = monotonic() - TOLD_S
+        return tuple(Warning(reason, error.what, error.fix) for reason, (at_s, error) in list(self._last.items())
+                     if at_s > since_s or reason == DAMAGED)
+
+
+MB = 1_000_000
+WARN_FREE_BYTES = 500 * MB
+MIN_FREE_BYTES = 100 * MB  # below that a picture is refused: a calibration needs some KB and finds them
+UPLOADS_BYTES = 2000 * MB
+BACKUPS_BYTES = 1000 * MB
+
+
+def free_bytes(folder: Path) -> int:
+    return shutil.disk_usage(folder).free
+
+
+class PictureQuota:
+    """quota_bytes: for all pictures together. free: returns how much is left on a folder's disk, bytes."""
+
+    def __init__(self, folder: Path, quota_bytes: int = UPLOADS_BYTES,
+                 free: Callable[[Path], int] = free_bytes) -> None:
+        self._folder = folder
+        self._free = free
+        self.quota_bytes = quota_bytes
+        self.used_bytes = 0
+
+    def count(self, pictures: Path) -> None:
+        """Count how much the pictures take."""
+        self.used_bytes = sum(path.stat().st_size for path in pictures.iterdir())
+
+    def added(self, size_bytes: int) -> None:
+        self.used_bytes += size_bytes
+
+    def over_by(self, size_bytes: int) -> int:
+        """Return by how much one more picture would exceed the quota, bytes; not above 0 where it fits."""
+        return self.used_bytes + size_bytes - self.quota_bytes
+
+    def check_free(self) -> None:
+        """Raise DiskFull where a picture would take what calibrations may need; OSError without the folder."""
+        if self._free(self._folder) < MIN_FREE_BYTES:
+            raise DiskFull(say("disk.image-refused", "The image was not saved. Less than {free_mb} MB are free on the "
+                               "disk.", free_mb=MIN_FREE_BYTES // MB),
+                           say("disk.free-space-calibrations", "Free some space on the disk of the data folder, then "
+                               "try again. Calibrations can still be saved."))
+
+    def refusal(self) -> DiskFull:
+        return DiskFull(say("disk.quota-in-use", "The image was not saved. Images use {used_mb:.0f} MB, and all of "
+                            "them are in use.", used_mb=self.used_bytes / MB),
+                        say("disk.increase-quota", "Increase uploads_mb in the settings, or download all data and "
+                            "start with a new data folder."), reason="uploads-full")
+
+    def warnings(self) -> tuple[Warning, ...]:
+        """Return what an operator should know about the disk."""
+        free = self._free(self._folder)
+        if free >= WARN_FREE_BYTES:
+            return ()
+        more = say("disk.images-refused", "New images are refused. Calibrations are still saved.")
+        return (Warning("disk-nearly-full", join(
+            say("disk.nearly-full", "{mb} MB are free on the disk of the data folder.", mb=free // MB),
+            more if free < MIN_FREE_BYTES else ""),
+                        say("disk.free-some", "Free some space there.")),)

@@ -1,22 +1,74 @@
-"""Check that a database is what was written: its structure by SQLite's own check, its rows by their checksums."""
+"""Check that a database is what was written: its structure by SQLite's own check, its rows by their checksums.
 
+The database's own check sees a broken page, not a bit that was flipped within a text or a number. `sequence` alone is
+left out, since the database gives it; and `damaged`, which is written when the checksum is wrong.
+"""
+
+import json
 import sqlite3
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
+from functools import cache
+from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from sqlalchemy import select, update
+from sqlalchemy import inspect, select, update
 from sqlalchemy.orm import Session
 
-from touchline.core.errors import TouchlineError
+from touchline.core.errors import BadInput, TouchlineError
 from touchline.installation import __version__
-from touchline.store.checksummed import is_intact
-from touchline.store.database import Database
-from touchline.store.quarantine import MISSING, DamagedFile, Quarantine
-from touchline.store.row_counts import count_missing_rows
-from touchline.store.sqlite_files import open_as
+from touchline.store.database import Database, count_missing_rows
+from touchline.store.quarantine import MISSING, DamagedFile, Quarantine, open_as
 from touchline.store.tables import CHECKSUMMED_TABLES, Checksummed, LedgerRow
+
+Row = TypeVar("Row", bound=Checksummed)
+NOT_COVERED = ("sequence", "damaged", "sha256", "body")
+
+
+def checksummed(table: type[Row], record: Mapping[str, Any], what: str, **columns: Any) -> Row:
+    """Make a row with that content and its checksum. what: how an error calls it, such as "The draft"."""
+    row = table(**{name: None for name in covered_columns(table)} | columns, body=json_text(record, what), damaged=None)
+    update_checksum(row)
+    return row
+
+
+def update_checksum(row: Checksummed) -> None:
+    """Give the row the checksum of its content."""
+    row.sha256 = checksum([getattr(row, name) for name in covered_columns(type(row))], row.body)
+
+
+def is_intact(row: Any, table: type[Checksummed] | None = None) -> bool:
+    """Check that a row is what was written. table: needed for a row that is only a tuple of columns."""
+    kind: type[Checksummed] = table or type(row)
+    return bool(checksum([getattr(row, name) for name in covered_columns(kind)], row.body) == row.sha256)
+
+
+def content(row: Checksummed) -> dict[str, Any]:
+    """Return the record of an intact row."""
+    record: dict[str, Any] = json.loads(row.body)
+    return record
+
+
+def json_text(record: Any, what: str) -> str:
+    """Return plain JSON as ASCII; BadInput where a number is not finite."""
+    try:
+        return json.dumps(record, allow_nan=False, separators=(",", ":"))
+    except ValueError:
+        raise BadInput(f"{what} contains a number that is not finite.", "Remove or correct that number.",
+                       reason="non-finite-number") from None
+
+
+def checksum(columns: Sequence[Any], body: Any) -> str:
+    # repr and not JSON: whatever a damaged database answers, bytes too, has one.
+    return sha256(f"{list(columns)!r}\n{body}".encode("utf-8", "surrogatepass")).hexdigest()
+
+
+@cache
+def covered_columns(table: type[Checksummed]) -> tuple[str, ...]:
+    """Return the columns that the checksum covers besides the body, in a fixed order."""
+    return tuple(sorted(column.key for column in inspect(table).columns if column.key not in NOT_COVERED))
+
 
 ROWS_AT_ONCE = 500
 MAX_REASON = 300  # characters

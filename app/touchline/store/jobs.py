@@ -13,7 +13,7 @@ from sqlalchemy import delete, select, update
 from touchline.core.errors import NotFound
 from touchline.core.jobs import ENDED, WAITING, Job
 from touchline.core.statements import STATEMENTS, say, sentence_in, stated
-from touchline.store.checksummed import json_text
+from touchline.store.integrity import json_text
 from touchline.store.repository import StoreContext, is_id, new_id, timestamp
 from touchline.store.tables import JobRow
 

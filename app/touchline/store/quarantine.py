@@ -1,12 +1,21 @@
-"""Damaged files and rows are moved to the quarantine and named, never read as something else or silently missing."""
+"""What is damaged or was replaced: moved to the quarantine and named, never read as something else or silently missing.
+
+replaced/CHANGES/touchline.db    the database from before, with its log where that is a part of it
+replaced/CHANGES/TABLE/…         what the quarantine had of rows that were damaged in it
+"""
 
 import json
 import logging
+import os
+import re
+import shutil
+import sqlite3
 from collections.abc import Mapping
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
+from urllib.parse import quote
 
 from touchline.core.errors import Unavailable
 from touchline.core.statements import Sentence, say, stated
@@ -15,9 +24,60 @@ from touchline.store.files import (
     make_folder,
     move_durably,
     remove_temporary_files,
+    replace_synced,
     write_atomically,
 )
-from touchline.store.sqlite_files import ENDINGS
+
+LOG, INDEX, JOURNAL = "-wal", "-shm", "-journal"
+ENDINGS = (LOG, INDEX, JOURNAL)  # of the side files; SQLite takes them for the database's own, whoever left them
+
+
+def remove_database(path: Path) -> None:
+    """Remove a database with its side files, as far as they are there; the file itself goes last."""
+    remove_side_files(path)
+    path.unlink(missing_ok=True)
+
+
+def remove_side_files(path: Path) -> None:
+    """Remove what another database of the same name has left, before a new one takes its place."""
+    for ending in ENDINGS:
+        _beside(path, ending).unlink(missing_ok=True)
+
+
+def move_side_files(path: Path, target: Path) -> None:
+    """Move what holds a part of a database beside the file that it has become."""
+    for ending in (LOG, JOURNAL):
+        with suppress(FileNotFoundError):
+            os.replace(_beside(path, ending), _beside(target, ending))
+    remove_side_files(path)
+
+
+def copy_side_files(path: Path, target: Path) -> None:
+    """Copy what holds a part of a database beside the copy that is made of it."""
+    for ending in (LOG, JOURNAL):
+        if (side := _beside(path, ending)).exists() and side.stat().st_size:
+            shutil.copyfile(side, _beside(target, ending))
+
+
+def roll_back(path: Path) -> None:
+    """Let SQLite undo the change that a kill has cut short; a file that it cannot read stays as it is.
+
+    Beside a log a journal is nobody's, and who may write would empty the log into a file of which nothing is known yet.
+    """
+    if _beside(path, JOURNAL).exists() and not _beside(path, LOG).exists():
+        with suppress(sqlite3.Error), closing(open_as(path, "rw")) as connection:
+            connection.execute("SELECT count(*) FROM sqlite_master").fetchone()  # to read is to roll back
+
+
+def open_as(path: Path, mode: Literal["ro", "rw"]) -> sqlite3.Connection:
+    """Open a database that is there: none is made."""
+    address = f"file:{quote(str(path.absolute()))}?mode={mode}"
+    return sqlite3.connect(address, uri=True, isolation_level=None, timeout=5)
+
+
+def _beside(path: Path, ending: str) -> Path:
+    return path.with_name(path.name + ending)
+
 
 log = logging.getLogger("touchline")
 ROW = ".json"  # in the names of what is left of rows
@@ -140,3 +200,44 @@ class Quarantine:
             count += 1
             target = target.with_name(f"{name}.{count}")
         return target
+
+
+FOLDER = "replaced"
+KEPT = 3
+UNFINISHED = ".unfinished.tmp"
+
+
+class Replaced:
+    """The folder of them. folder: the data folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder / FOLDER
+        self.newest = -1  # how many changes the last one had that was replaced since the server was started
+
+    def add(self, path: Path, changes: int) -> Path:
+        """Copy a database that is about to be replaced after so many changes; return the copy, whole on disk."""
+        target = make_folder(self._folder / f"{changes:012d}") / path.name
+        unfinished = target.with_name(UNFINISHED)
+        try:
+            remove_side_files(target)
+            copy_side_files(path, target)
+            shutil.copyfile(path, unfinished)
+            replace_synced(unfinished, target)
+        finally:
+            unfinished.unlink(missing_ok=True)
+        return target
+
+    def thin(self) -> None:
+        """Remove all but the newest; one that cannot be removed stays."""
+        for old in self._all()[KEPT:]:
+            shutil.rmtree(old, ignore_errors=True)
+
+    def files(self) -> list[str]:
+        """Return the databases, newest first, as paths in the data folder."""
+        return [str(path.relative_to(self._folder.parent)) for folder in self._all() for path in folder.glob("*.db")]
+
+    def _all(self) -> list[Path]:
+        with suppress(FileNotFoundError):
+            return sorted((path for path in self._folder.iterdir() if re.fullmatch(r"[0-9]{12}", path.name)),
+                          reverse=True)
+        return []

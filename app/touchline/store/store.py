@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from threading import RLock
 from types import MappingProxyType
@@ -11,26 +11,63 @@ from typing import Any, Self, TypeVar
 from touchline.core.errors import Conflict, Unavailable
 from touchline.core.records import Warning
 from touchline.core.statements import say
-from touchline.store.archive import archive_pieces
-from touchline.store.backup_restore import Restoration, find_restoration, restore_backup
+from touchline.store.archive import archive_pieces, refuse_unfinished
 from touchline.store.backups import Backups
 from touchline.store.calibrations import CalibrationRepository
 from touchline.store.cameras import CameraRepository, IdentityRepository
-from touchline.store.disk_usage import disk_usage
-from touchline.store.documents import ColourProfileRepository, DetectionPlanRepository, RigRepository
-from touchline.store.drafts import DraftRepository
-from touchline.store.files import make_folder, remove_temporary_files
+from touchline.store.documents import ColourProfileRepository, DetectionPlanRepository, LensRepository, RigRepository
+from touchline.store.files import (
+    BACKUPS_BYTES,
+    UPLOADS_BYTES,
+    PictureQuota,
+    free_bytes,
+    make_folder,
+    remove_temporary_files,
+)
 from touchline.store.integrity import Readers
 from touchline.store.jobs import JobRepository
-from touchline.store.lenses import LensRepository
 from touchline.store.lock import FolderLock, PostgresLock
-from touchline.store.opening import FILE, check_rows, open_postgresql, open_sqlite
-from touchline.store.quarantine import Damage, Quarantine
-from touchline.store.quota import BACKUPS_BYTES, UPLOADS_BYTES, PictureQuota, free_bytes
-from touchline.store.replaced import Replaced
+from touchline.store.opening import (
+    FILE,
+    Restoration,
+    check_rows,
+    find_restoration,
+    open_postgresql,
+    open_sqlite,
+    restore_backup,
+)
+from touchline.store.quarantine import LOG, Damage, Quarantine, Replaced
 from touchline.store.repository import Clock, StoreContext, utc_now
-from touchline.store.restore import refuse_unfinished
-from touchline.store.snapshots import SnapshotRepository
+from touchline.store.snapshots import DraftRepository, SnapshotRepository
+
+
+def disk_usage(folder: Path, quota: PictureQuota, backups: Backups | None, replaced: Replaced) -> dict[str, Any]:
+    """Measure what is used now; a backup that is removed meanwhile is not counted.
+
+    "replaced": databases from before a restored backup, newest first.
+    "database_bytes" and "backups" are None where the database is not a file here. "newest_at": when the newest copy
+    was made, ISO 8601, UTC; None before the first.
+    """
+    database = None if backups is None else sum(_size(folder / (FILE + more)) for more in ("", LOG))
+    return {"pictures_bytes": quota.used_bytes, "pictures_limit_bytes": quota.quota_bytes,
+            "free_bytes": free_bytes(folder), "database_bytes": database,
+            "backups": None if backups is None else _of_backups(backups), "replaced": replaced.files()}
+
+
+def _of_backups(backups: Backups) -> dict[str, Any]:
+    found = backups.all()
+    newest_at = None
+    with suppress(OSError, IndexError):
+        newest_at = found[0].made_at
+    return {"count": len(found), "used_bytes": sum(_size(backup.path) for backup in found),
+            "limit_bytes": backups.limit_bytes, "newest_at": newest_at}
+
+
+def _size(path: Path) -> int:
+    with suppress(OSError):
+        return path.stat().st_size
+    return 0
+
 
 log = logging.getLogger("touchline")
 Made = TypeVar("Made")

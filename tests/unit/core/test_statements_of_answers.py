@@ -13,8 +13,7 @@ from touchline.images.screen import screen
 from touchline.live.state import ProcessStatus, calibration_mismatch, stall_reason
 from touchline.processes.framing import error_from_json, problem_json
 from touchline.sources import Identity
-from touchline.store.files import translate_disk_errors
-from touchline.store.quota import PictureQuota
+from touchline.store.files import PictureQuota, translate_disk_errors
 from touchline.vision.quality import light
 from touchline.vision.quality.zones import zone_names
 

@@ -165,7 +165,7 @@ def test_pictures_that_a_worker_cannot_read_or_that_differ_say_what_to_share(sta
 
 
 def test_another_version_of_touchline_on_the_workers_is_said(standing, monkeypatch):
-    monkeypatch.setattr("touchline.jobs.dask_cluster.__version__", "0.0.1")
+    monkeypatch.setattr("touchline.jobs.dask_runner.__version__", "0.0.1")
     failed = ended(standing, standing.start("adding", sample_jobs.adds, {"a": 1, "b": 1}))
     assert failed.problem["reason"] == "cluster-differs" and "0.0.1" in failed.problem["detail"]
 
@@ -212,12 +212,12 @@ def test_the_only_worker_killed_is_seen_at_once_and_the_job_waits_for_another(tm
 def test_a_scheduler_that_is_not_there_is_a_problem_with_its_cure_and_one_that_comes_back_is_used(tmp_path,
                                                                                                  monkeypatch):
     cluster = DaskCluster(tmp_path)
-    monkeypatch.setattr("touchline.jobs.dask_cluster.CONNECT_S", 0.5)
+    monkeypatch.setattr("touchline.jobs.dask_runner.CONNECT_S", 0.5)
     with JobEngine(workers=2, engine=cluster.address) as jobs:
         failed = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1}))
         assert (failed.state, failed.problem["reason"]) == ("failed", "no-scheduler")
         assert "dask scheduler" in failed.problem["fix"] and str(cluster.port) in failed.problem["detail"]
-        monkeypatch.setattr("touchline.jobs.dask_cluster.CONNECT_S", 60.0)
+        monkeypatch.setattr("touchline.jobs.dask_runner.CONNECT_S", 60.0)
         try:
             cluster.start_scheduler()
             waiting = jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 2})
@@ -252,7 +252,7 @@ def test_with_certificates_and_never_without(tmp_path, monkeypatch):
     cluster = DaskCluster(tmp_path, "tls")
     cluster.environment = {f"DASK_DISTRIBUTED__COMM__TLS__{name}": path for name, path in names.items()} | {
         "DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION": "true"}
-    monkeypatch.setattr("touchline.jobs.dask_cluster.CONNECT_S", 60.0)
+    monkeypatch.setattr("touchline.jobs.dask_runner.CONNECT_S", 60.0)
     address = cluster.address.replace("dask:", "dask+tls:")
     try:
         cluster.start_scheduler()
@@ -286,7 +286,7 @@ def test_a_handshake_with_a_busy_scheduler_that_fails_is_made_again(cluster, mon
             raise errors.pop()
         return connect(*arguments, **named)
 
-    monkeypatch.setattr("touchline.jobs.dask_cluster.POLL_S", 0.01)
+    monkeypatch.setattr("touchline.jobs.dask_runner.POLL_S", 0.01)
     with JobEngine(engine=cluster.address) as jobs:
         monkeypatch.setattr(distributed, "Client", fails_first)
         done = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1}))

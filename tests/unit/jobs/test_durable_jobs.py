@@ -17,7 +17,7 @@ from touchline.core.jobs import JobSpec
 from touchline.core.records import Calibration
 from touchline.core.registry import load
 from touchline.jobs import JobEngine, registry
-from touchline.jobs.former_names import FORMER_NAMES, PACKAGES, current_name
+from touchline.jobs.engine import FORMER_NAMES, PACKAGES, current_name
 from touchline.services.result_savers import save_new_version
 from touchline.store.tables import JobRow
 

@@ -18,7 +18,7 @@ from tests.support.waiting import ended, gone, running, until
 from touchline.core.errors import Busy, NotFound, Unavailable
 from touchline.core.jobs import Caller
 from touchline.jobs import JobEngine
-from touchline.jobs.fair_queue import MAX_QUEUED, MAX_QUEUED_EACH, FairQueue, check_room
+from touchline.jobs.engine import MAX_QUEUED, MAX_QUEUED_EACH, FairQueue, check_room
 
 
 @pytest.fixture(scope="module")

@@ -31,7 +31,7 @@ def test_a_camera_that_is_stopped_in_the_moment_in_which_its_process_is_ready_st
         async def opened(sock, limit):
             return None, type("Writer", (), {"write": lambda *_: None, "close": lambda *_: None})()
         monkeypatch.setattr(CameraProcess, "receive", receive)
-        monkeypatch.setattr("touchline.processes.async_process.start", lambda program: (Child(), None))
+        monkeypatch.setattr("touchline.processes.start.start", lambda program: (Child(), None))
         monkeypatch.setattr(asyncio, "open_connection", opened)
         supervisor = CameraSupervisor("camera north", {}, lambda: None, lambda message: None)
         supervisor.start()

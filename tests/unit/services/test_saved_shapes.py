@@ -14,8 +14,8 @@ from tests.support.refusals import API, without_size
 from touchline.main import create_app
 from touchline.services.saved_shapes import READERS
 from touchline.settings import Settings
-from touchline.store.checksummed import update_checksum
-from touchline.store.drafts import EMPTY
+from touchline.store.integrity import update_checksum
+from touchline.store.snapshots import EMPTY
 from touchline.store.store import Store
 from touchline.store.tables import CHECKSUMMED_TABLES, LedgerRow
 from touchline.straight.service import RollRepository

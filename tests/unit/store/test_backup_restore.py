@@ -15,7 +15,7 @@ from tests.support.store_opener import break_database, damage_row
 from tests.support.store_writer import calibration
 from tests.support.waiting import LONG_S, until
 from touchline.core.errors import Conflict, DiskFull, TouchlineError, Unavailable
-from touchline.store import backup_restore
+from touchline.store import opening
 from touchline.store.opening import FILE, UNFINISHED
 from touchline.store.quarantine import DamagedFile
 from touchline.store.store import Store
@@ -179,7 +179,7 @@ def test_a_power_cut_at_any_step_leaves_the_old_database_or_the_new_one(damaged,
         return answer if after else real(*args, **more)
 
     owner, _, name = step.rpartition(".")
-    owner = getattr(backup_restore, owner) if owner else backup_restore
+    owner = getattr(opening, owner) if owner else opening
     real, database = getattr(owner, name), damaged.folder / FILE
     with Store(damaged.folder) as store:
         old = database.stat().st_ino
@@ -206,7 +206,7 @@ def test_an_error_at_any_step_leaves_the_old_database_in_use(damaged, monkeypatc
     owner, _, name = step.rpartition(".")
     with Store(damaged.folder) as store:
         with monkeypatch.context() as patch, pytest.raises((TouchlineError, OSError)) as told:
-            patch.setattr(getattr(backup_restore, owner) if owner else backup_restore, name, fail)
+            patch.setattr(getattr(opening, owner) if owner else opening, name, fail)
             store.restore_backup()
         if step in ("shutil.copyfile", "Replaced.add", "replace_synced"):
             assert isinstance(told.value, DiskFull) and told.value.fix
@@ -217,7 +217,7 @@ def test_an_error_at_any_step_leaves_the_old_database_in_use(damaged, monkeypatc
 
 def test_whoever_reads_or_saves_meanwhile_waits_and_goes_on(damaged, monkeypatch):
     errors, stop, swapping = [], threading.Event(), threading.Event()
-    real = backup_restore.replace_synced
+    real = opening.replace_synced
 
     def slow(path, target):
         swapping.set()
@@ -233,7 +233,7 @@ def test_whoever_reads_or_saves_meanwhile_waits_and_goes_on(damaged, monkeypatch
             except Exception as error:
                 errors.append(error)
 
-    monkeypatch.setattr(backup_restore, "replace_synced", slow)
+    monkeypatch.setattr(opening, "replace_synced", slow)
     with Store(damaged.folder) as store:
         saved = []
         users = [threading.Thread(target=use, args=(lambda: store.calibrations.list(),)) for _ in range(12)]

@@ -3,7 +3,7 @@
 import pytest
 
 from touchline.services.answer_cache import OWN_BYTES, AnswerCache, CachedAnswer
-from touchline.store.cache import LruCache
+from touchline.store.repository import LruCache
 
 
 def test_what_was_used_least_recently_goes_first_and_a_value_counts_once():

@@ -12,7 +12,7 @@ from tests.support.paths import TESTS
 from tests.support.waiting import until
 from touchline.main import create_app
 from touchline.settings import Settings
-from touchline.store.restore import restore_into
+from touchline.store.archive import restore_into
 
 HERE = "http://127.0.0.1:8000"
 API = "/api/v1"

@@ -19,8 +19,8 @@ from tests.support.tiers import long
 from touchline.core.errors import BadInput, Conflict, NotFound, Stale, Unavailable
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Calibration
-from touchline.store.drafts import EMPTY
 from touchline.store.quarantine import DamagedFile
+from touchline.store.snapshots import EMPTY
 from touchline.store.store import Store
 from touchline.store.tables import ActiveRow, CalibrationRow, DraftRow, SnapshotRow
 

@@ -9,8 +9,8 @@ from tests.support.store_opener import StoreOpener, count_rows
 from tests.support.store_writer import calibration
 from touchline.core.errors import BadInput, Conflict, Unavailable
 from touchline.core.geometry import ImageSize
-from touchline.store.drafts import EMPTY
-from touchline.store.restore import UNFINISHED, restore_into
+from touchline.store.archive import UNFINISHED, restore_into
+from touchline.store.snapshots import EMPTY
 from touchline.store.store import Store
 
 SIZE = ImageSize(640, 480)

@@ -14,7 +14,7 @@ from tests.support.paths import ROOT
 from tests.support.store_writer import digest
 from tests.support.tiers import long
 from touchline.core.errors import NotFound
-from touchline.store.drafts import EMPTY
+from touchline.store.snapshots import EMPTY
 from touchline.store.store import Store
 
 MAX_CALLS = 12  # of one life; the writer does nothing but save

@@ -10,8 +10,8 @@ from tests.support.failing_disk import Disk, FailingSqlite, can_fail, failing
 from tests.support.store_writer import calibration
 from touchline.core.errors import DiskFull, TouchlineError, Unavailable
 from touchline.core.geometry import ImageSize
-from touchline.store.drafts import EMPTY
 from touchline.store.files import write_atomically
+from touchline.store.snapshots import EMPTY
 from touchline.store.store import Store
 
 SIZE = ImageSize(640, 480)

@@ -17,9 +17,9 @@ from tests.support.store_writer import calibration
 from tests.support.tiers import long
 from tests.support.waiting import LONG_S
 from touchline.core.errors import Unavailable
+from touchline.store.archive import restore_into
 from touchline.store.opening import FILE, UNFINISHED
-from touchline.store.restore import restore_into
-from touchline.store.sqlite_files import roll_back
+from touchline.store.quarantine import roll_back
 from touchline.store.store import Store
 
 KILLS = [4, long(75)]  # of each kind of work

@@ -15,8 +15,8 @@ from tests.support.store_writer import calibration
 from tests.support.tiers import long
 from touchline.core.errors import NotFound, TouchlineError, Unavailable
 from touchline.core.geometry import ImageSize
-from touchline.store.drafts import EMPTY
 from touchline.store.quarantine import DamagedFile
+from touchline.store.snapshots import EMPTY
 from touchline.store.store import Store
 from touchline.store.tables import CalibrationRow, LensRow
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from tests.support.store_opener import damage_row
-from touchline.store.checksummed import update_checksum
-from touchline.store.passwords import FILE
-from touchline.store.restore import restore_into
+from touchline.store.archive import restore_into
+from touchline.store.cameras import FILE
+from touchline.store.integrity import update_checksum
 from touchline.store.store import Store
 from touchline.store.tables import CameraRow
 

@@ -4,8 +4,8 @@ import pytest
 
 from tests.support.store_opener import damage_row
 from touchline.core.errors import BadInput, Conflict, NotFound, Stale
+from touchline.store.archive import restore_into
 from touchline.store.documents import DocumentRepository
-from touchline.store.restore import restore_into
 from touchline.store.tables import PresetRow
 
 HALL = {"name": "hall", "colours": {"orange": [{"rgb": [250, 112, 30]}]}}

@@ -5,8 +5,8 @@ import pytest
 
 from tests.support.store_opener import damage_row
 from touchline.core.errors import BadInput, Conflict, NotFound, Stale
+from touchline.store.archive import restore_into
 from touchline.store.documents import RigRepository
-from touchline.store.restore import restore_into
 from touchline.store.tables import RigRow
 
 BODY = {"title": "Hall", "field": "ssl-div-b", "cameras": [{"camera": "north", "region": "half-left", "rotate": None}]}

@@ -4,7 +4,7 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 
-from touchline.store.schema import HEAD, MIGRATIONS
+from touchline.store.opening import HEAD, MIGRATIONS
 from touchline.store.tables import Base
 
 

@@ -13,9 +13,9 @@ from tests.support.waiting import LONG_S, until
 from touchline.core.errors import DiskFull, Unavailable
 from touchline.core.geometry import ImageSize
 from touchline.store.backups import MAX_COPIES, Backups
-from touchline.store.drafts import EMPTY
 from touchline.store.files import write_atomically
 from touchline.store.integrity import find_damage
+from touchline.store.snapshots import EMPTY
 from touchline.store.store import Store
 
 SIZE = ImageSize(640, 480)

@@ -4,7 +4,7 @@ import pytest
 
 from tests.support.store_opener import damage_row
 from touchline.core.errors import NotFound
-from touchline.store.restore import restore_into
+from touchline.store.archive import restore_into
 from touchline.store.tables import RollRow
 from touchline.straight import service
 from touchline.straight.service import RollRepository

@@ -21,13 +21,13 @@ from touchline.api.schemas.media import files
 from touchline.core.statements import named, stated
 from touchline.installation import __version__, shipped
 from touchline.settings import PublishSettings, Settings
-from touchline.store import backup_restore
+from touchline.store.opening import Restoration as RestorationRecord
 
 router = APIRouter()
 
 Health = response("Health", status=Literal["ok"], version=str, uptime_s=float, warnings=list[JsonObject],
     damaged=list[JsonObject])
-Restoration = response("Restoration", record=backup_restore.Restoration, lost=int)
+Restoration = response("Restoration", record=RestorationRecord, lost=int)
 SettingView = response("SettingView", name=str, value=Any, default=Any, help=str, secret=bool, change=str | None)
 SettingsView = response("SettingsView", version=str, items=list_of(SettingView), storage=JsonObject)
 
