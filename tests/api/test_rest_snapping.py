@@ -7,10 +7,9 @@ from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
 from tests.support.sim_clicks import border_clicks
 from touchline.core.geometry import ImageSize
-from touchline.sources.sim.camera import SimCamera
-from touchline.sources.sim.illumination import Light
-from touchline.sources.sim.lens import LENSES
-from touchline.sources.sim.motion import Motion
+from touchline.sources.sim.actors import Motion
+from touchline.sources.sim.camera import LENSES, SimCamera
+from touchline.sources.sim.ground import Light
 from touchline.sources.sim.render import Rendering, Sensor
 from touchline.store.fields import load_fields
 

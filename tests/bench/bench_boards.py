@@ -15,7 +15,7 @@ from tests.support.board_views import BOARD, PLAIN, SIZE, TRUTH, median_differen
 from touchline.boards.fit import fit_board
 from touchline.boards.uncertainty import FocalDrift, expected_px, lens_sensitivity
 from touchline.models import MODELS
-from touchline.models.lens_difference import lens_difference
+from touchline.models.intrinsics import lens_difference
 
 BROWN = MODELS["brown-conrady"]
 SEEDS = range(8)

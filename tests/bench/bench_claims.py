@@ -18,7 +18,7 @@ from touchline.core.errors import FitFailed
 from touchline.evaluate.claims.claim import problems
 from touchline.evaluate.claims.own_report import report_claims
 from touchline.evaluate.fit.verdict import FAIR_MM, GOOD_MM
-from touchline.models.restored import model_of
+from touchline.models import model_of
 from touchline.workflows.calibration_request import CalibrationRequest
 
 

@@ -13,8 +13,8 @@ import cv2
 
 from tests.support.live_cameras import FIELDS
 from tests.support.simulated_source import simulated_source
-from touchline.live.state import ProcessStatus, frozen_doubt, frozen_reason
-from touchline.vision.quality.stillness import Stillness
+from touchline.live.supervisor import ProcessStatus, frozen_doubt, frozen_reason
+from touchline.vision.zones import Stillness
 
 RIG = "sim://ssl-div-b?size=640x512&fps=240&noise={}&robots={}"
 FPS, SECONDS, LOOK_S = 10, 50, 0.5

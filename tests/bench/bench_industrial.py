@@ -13,7 +13,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from tests.support.industrial import GvCamera, held, opened  # noqa: E402
 from touchline.sources.discover import discover_cameras  # noqa: E402
-from touchline.sources.industrial.pixel_formats import PIXEL_FORMATS, bgr_from_raw  # noqa: E402
+from touchline.sources.industrial.camera import PIXEL_FORMATS, bgr_from_raw  # noqa: E402
 
 CYCLES = 100
 FAKE, WIRE = "aravis://Fake_1?fps=200", "aravis://127.0.0.1?fps=100"

@@ -26,8 +26,8 @@ from tests.support.live_cameras import calibrated, live, pid_of
 from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.waiting import until, until_async
 from touchline.imaging.correction import CorrectedView, correction_map
+from touchline.live.messages import StreamSpec
 from touchline.live.picture import AppliedCalibration
-from touchline.live.stream_spec import StreamSpec
 
 ROOT = Path(__file__).parents[2]
 SECONDS = 30.0

@@ -140,8 +140,8 @@ def passing() -> None:
     """One frame passed on, against decoding and encoding it."""
     from tests.support.live_cameras import FIELDS
     from touchline.images import encode, read_in_process
+    from touchline.live.messages import StreamSpec
     from touchline.live.picture import passed_on
-    from touchline.live.stream_spec import StreamSpec
     from touchline.sources import SourceContext, source_from_url
 
     cv2.setNumThreads(1)

@@ -17,7 +17,7 @@ from tests.support.straight_edges import FLOOR_PX, SIZE, lens_of, level_lines, l
 from touchline.core.geometry import ImageSize
 from touchline.straight.fit import fit_plumb_lines
 from touchline.straight.straightness import straightness
-from touchline.vision.lines.edges import edge_chains
+from touchline.vision.edges import edge_chains
 
 SEEDS = 16
 WORLDS = {"division": (-0.25,), "division-even": (-0.3, -0.1), "brown-conrady": (-0.28, 0.09)}

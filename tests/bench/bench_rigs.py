@@ -15,8 +15,7 @@ from touchline.core.records import observations_from_json
 from touchline.evaluate.cameras.agreement import agreement
 from touchline.evaluate.cameras.evidence import from_clicks
 from touchline.evaluate.cameras.robot_tops import expected_at_tops
-from touchline.models import field_from_raw
-from touchline.models.restored import model_of
+from touchline.models import field_from_raw, model_of
 from touchline.rigs.check import check
 from touchline.rigs.mosaic import FieldView, stitcher_of
 

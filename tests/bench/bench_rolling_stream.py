@@ -17,8 +17,7 @@ from tests.support.sim_clicks import border_observations, known_grid, rms_mm  # 
 from touchline.core.geometry import ImageSize  # noqa: E402
 from touchline.models import field_from_raw, model_from_json  # noqa: E402
 from touchline.sources import SourceContext, source_from_url  # noqa: E402
-from touchline.sources.sim.camera import SimCamera  # noqa: E402
-from touchline.sources.sim.lens import LENSES  # noqa: E402
+from touchline.sources.sim.camera import LENSES, SimCamera  # noqa: E402
 from touchline.store.fields import load_fields  # noqa: E402
 from touchline.straight.rolling import RollRecorder, lens_record, refine  # noqa: E402
 from touchline.straight.rolls import RecordedRoll  # noqa: E402

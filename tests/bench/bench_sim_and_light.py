@@ -17,10 +17,10 @@ from tests.support.line_centres import centroids, clear_of_others
 from touchline.sources import SourceContext, source_from_url
 from touchline.sources.sim.render import Rendering
 from touchline.store.fields import load_fields
-from touchline.vision.motion.background import Background
-from touchline.vision.quality.flicker import measure_flicker, row_means
-from touchline.vision.quality.light import measure_light
-from touchline.vision.quality.sharpness import measure_sharpness
+from touchline.vision.background import Background
+from touchline.vision.flicker import measure_flicker, row_means
+from touchline.vision.light import measure_light
+from touchline.vision.sharpness import measure_sharpness
 
 FIELDS = load_fields()
 

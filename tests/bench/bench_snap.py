@@ -14,13 +14,12 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from tests.support.rendered import painted, straight
 from touchline.core.geometry import ImageSize
-from touchline.sources.sim.camera import SimCamera
-from touchline.sources.sim.illumination import Light
-from touchline.sources.sim.lens import LENSES
-from touchline.sources.sim.motion import Motion
+from touchline.sources.sim.actors import Motion
+from touchline.sources.sim.camera import LENSES, SimCamera
+from touchline.sources.sim.ground import Light
 from touchline.sources.sim.render import Rendering, Sensor
 from touchline.store.fields import load_fields
-from touchline.vision.lines.snap import Snapped, snap
+from touchline.vision.snap import Snapped, snap
 
 SEEDS = 3
 PER_SEED = 16

@@ -17,8 +17,7 @@ from tests.support.live_cameras import FIELDS
 from tests.support.pictures import remapped_exactly
 from tests.support.waiting import until
 from tests.support.words import like, t
-from touchline.imaging.correction import CorrectedView, correction_map
-from touchline.imaging.correction_mesh import correction_mesh
+from touchline.imaging.correction import CorrectedView, correction_map, correction_mesh
 from touchline.models import MODELS
 from touchline.sources import SourceContext, source_from_url
 

@@ -12,10 +12,9 @@ from touchline.core.field import Field, Region
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Calibration
 from touchline.models import field_from_raw, model_from_json
-from touchline.sources.sim.camera import SimCamera
-from touchline.sources.sim.illumination import Light
-from touchline.sources.sim.lens import LENSES
-from touchline.sources.sim.motion import Motion
+from touchline.sources.sim.actors import Motion
+from touchline.sources.sim.camera import LENSES, SimCamera
+from touchline.sources.sim.ground import Light
 from touchline.sources.sim.render import Rendering, Sensor
 from touchline.store.fields import load_fields
 

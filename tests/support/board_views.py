@@ -8,8 +8,7 @@ import numpy as np
 
 from touchline.boards.board import Board, BoardView
 from touchline.core.geometry import ImageSize
-from touchline.models.intrinsics import Intrinsics
-from touchline.models.lens_difference import lens_difference
+from touchline.models.intrinsics import Intrinsics, lens_difference
 from touchline.models.rotation import matrix_from_vector
 
 SIZE = ImageSize(1280, 1024)

@@ -11,13 +11,12 @@ import numpy as np
 from touchline.core.field import Region
 from touchline.core.geometry import ImageSize
 from touchline.models import CameraModel
-from touchline.models.border_curve import Curve
+from touchline.models.contract import RECTANGLE_FIELDS
 from touchline.models.homography import Homography, normalise
-from touchline.models.polynomial import Polynomial
+from touchline.models.polynomial import Curve, Polynomial
 from touchline.models.ray_camera import lens_model
 from touchline.models.rotation import matrix_from_vector
 from touchline.models.thin_plate import REACHES, ThinPlate
-from touchline.models.top_view import RECTANGLE_FIELDS
 
 FULL = Region("full", (-2000.0, 2000.0), (-1500.0, 1500.0), 0)
 HALF = Region("half", (0.0, 3025.0), (-2025.0, 2025.0), 90)

@@ -22,7 +22,7 @@ from touchline.evaluate.claims.claim import Claim
 from touchline.evaluate.claims.own_report import field_claims, report_claims
 from touchline.evaluate.claims.pictures import ends_claim, lines_claim, live_claim
 from touchline.evaluate.drift.orientation import OrientationReference
-from touchline.models.restored import Restored, model_of
+from touchline.models import Restored, model_of
 from touchline.workflows.calibration_request import CalibrationRequest
 from touchline.workflows.check import check
 

@@ -9,9 +9,8 @@ import numpy as np
 
 from tests.support.sim_clicks import border_observations, line_clicks
 from touchline.core.geometry import ImageSize
-from touchline.sources.sim.camera import SimCamera
-from touchline.sources.sim.lens import LENSES
-from touchline.sources.sim.motion import Motion
+from touchline.sources.sim.actors import Motion
+from touchline.sources.sim.camera import LENSES, SimCamera
 from touchline.sources.sim.render import Rendering
 from touchline.store.fields import load_fields
 

@@ -20,7 +20,7 @@ import pytest
 
 from touchline.core.errors import TouchlineError, Unavailable
 from touchline.sources import SourceContext, source_from_url
-from touchline.sources.industrial import gige
+from touchline.sources.industrial import aravis as aravis_source
 from touchline.sources.industrial.aravis_library import aravis
 
 GV_CAMERA = "arv-fake-gv-camera-0.8"
@@ -98,9 +98,9 @@ def _wait_for_port(patience_s: float = 60.0) -> None:
     while True:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
             try:
-                return line.bind(("127.0.0.1", gige.PORT))
+                return line.bind(("127.0.0.1", aravis_source.PORT))
             except OSError:
-                assert time.monotonic() < until, f"another camera listens on 127.0.0.1:{gige.PORT} already"
+                assert time.monotonic() < until, f"another camera listens on 127.0.0.1:{aravis_source.PORT} already"
         time.sleep(0.2)
 
 

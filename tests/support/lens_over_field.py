@@ -6,7 +6,7 @@ from tests.support.board_views import SIZE, TRUTH
 from tests.support.examples import example_parameters
 from touchline.core.field import BORDERS
 from touchline.models import raw_from_field
-from touchline.models.lens_models import BrownConrady
+from touchline.models.ray_camera import BrownConrady
 
 FIELD = {"name": "plain-4x3", "title": "Plain", "length_mm": 4000, "width_mm": 3000, "lines": [], "arcs": [],
          "landmarks": {}, "regions": {"full": {"x": [-2000, 2000], "y": [-1500, 1500], "rotate": 0}}}

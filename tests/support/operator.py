@@ -8,7 +8,7 @@ from touchline.core.geometry import as_triple
 from touchline.core.records import Fit, Observation
 from touchline.fitting import FITTERS
 from touchline.models import field_from_raw
-from touchline.models.lens_models import BrownConrady
+from touchline.models.ray_camera import BrownConrady
 from touchline.models.rotation import vector_from_matrix
 
 FIELD = reference_field()

@@ -8,7 +8,7 @@ import numpy as np
 from tests.support.examples import example_parameters
 from tests.support.paths import SHARED_DATA
 from touchline.core.geometry import as_triple, homogeneous
-from touchline.models.lens_models import Division
+from touchline.models.ray_camera import Division
 from touchline.models.rotation import vector_from_matrix
 from touchline.rigs.epipolar import ideal_px
 

@@ -13,7 +13,7 @@ from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.plugged_cameras import Webcam, plug_in
 from tests.support.rtsp_camera import RtspCamera
 from touchline.sources.address import KEEP_THEIR_QUERY
-from touchline.sources.local.v4l2 import V4l2Source
+from touchline.sources.v4l2 import V4l2Source
 
 HOSTS = ("127.0.0.1",)  # where they are, for SourceContext.hosts
 ADDRESSES = {  # of the sources that need no other end of their own

@@ -6,7 +6,7 @@ import pytest
 from tests.support.paths import SHARED_DATA
 from touchline.core.geometry import ImageSize
 from touchline.straight.straightness import straightness
-from touchline.vision.lines.edges import edge_chains
+from touchline.vision.edges import edge_chains
 
 LINES = SHARED_DATA / "lines"
 

@@ -13,7 +13,7 @@ from touchline.core.field import BORDERS, Region
 from touchline.core.geometry import MAX_COORDINATE, ImageSize
 from touchline.core.options import Option
 from touchline.fitting import FITTERS
-from touchline.models.lens_models import BrownConrady
+from touchline.models.ray_camera import BrownConrady
 from touchline.models.rotation import vector_from_matrix
 from touchline.store.fields import FieldRepository
 from touchline.workflows.model_choice import AUTO

@@ -8,8 +8,7 @@ import numpy as np
 
 from touchline.core.field import Field, Line, Region
 from touchline.core.geometry import ImageSize
-from touchline.sources.sim.camera import SimCamera
-from touchline.sources.sim.lens import LENSES, Lens
+from touchline.sources.sim.camera import LENSES, Lens, SimCamera
 
 SIZE = ImageSize(1280, 1024)
 FOCAL_PX = 720.0

@@ -10,10 +10,10 @@ from tests.support.sim_clicks import border_observations, line_clicks
 from tests.support.simulated_source import simulated_source
 from touchline.core.geometry import with_z
 from touchline.core.records import Observation
-from touchline.models.lens_models import BrownConrady
+from touchline.models.ray_camera import BrownConrady
 from touchline.models.rotation import vector_from_matrix
 from touchline.rigs.rig import Rig, RigMember
-from touchline.sources.sim.lens import BrownConrady as SimBrownConrady
+from touchline.sources.sim.camera import BrownConrady as SimBrownConrady
 from touchline.sources.sim.source import SimSource
 from touchline.workflows.calibration_request import CalibrationRequest
 

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.geometry import Points
+from touchline.sources.sim.actors import PersonTruth, RobotTruth, ball_at, ball_radius_mm, goals, people_at, robots_at
 from touchline.sources.sim.draw import Scene, layers
-from touchline.sources.sim.motion import PersonTruth, RobotTruth, ball_at, people_at, robots_at
 from touchline.sources.sim.render import Rendering
-from touchline.sources.sim.robot_shapes import ball_radius_mm, goals
 from touchline.sources.sim.solids import Solid
 
 CARPET = -1

@@ -10,11 +10,9 @@ from touchline.detection.colours import learn_profile
 from touchline.detection.field_locator import FieldLocator
 from touchline.detection.stages import StageContext, StagePipeline
 from touchline.detection.store import load_plans
-from touchline.sources.sim.camera import SimCamera
-from touchline.sources.sim.illumination import Light
-from touchline.sources.sim.lamps import Lamps
-from touchline.sources.sim.lens import LENSES
-from touchline.sources.sim.motion import Motion
+from touchline.sources.sim.actors import Motion
+from touchline.sources.sim.camera import LENSES, SimCamera
+from touchline.sources.sim.ground import Lamps, Light
 from touchline.sources.sim.render import Rendering, Sensor
 from touchline.store.fields import load_fields
 

@@ -11,7 +11,7 @@ from touchline.api.responses import NO_STORE
 from touchline.api.sockets import SEND_TIMEOUT_S, run_until_first
 from touchline.core.errors import Unavailable
 from touchline.live.camera import LiveCamera
-from touchline.live.stream_spec import StreamSpec
+from touchline.live.messages import StreamSpec
 from touchline.processes.framing import decode_body
 
 BOUNDARY = "touchline-frame"

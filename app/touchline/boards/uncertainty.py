@@ -23,8 +23,7 @@ import numpy as np
 from touchline.boards.fit import BoardFit
 from touchline.core.geometry import Array, Mask, Points
 from touchline.core.json_values import JsonObject
-from touchline.models.intrinsics import Intrinsics
-from touchline.models.lens_difference import lens_difference, picture_grid
+from touchline.models.intrinsics import Intrinsics, lens_difference, picture_grid
 
 ERROR_GRID = (24, 18)  # columns, rows over the image: wherever its worst place is asked for, it is the same one
 FOLDS = 5

@@ -13,8 +13,8 @@ from touchline.core.errors import FitFailed
 from touchline.core.jobs import subprogress
 from touchline.core.records import Calibration
 from touchline.core.sentences import marking_names
+from touchline.models import model_of
 from touchline.models.ray_camera import RayCamera
-from touchline.models.restored import model_of
 from touchline.workflows.job_pictures import median_frame
 from touchline.workflows.recognition import AUTO, request_for
 

@@ -13,7 +13,7 @@ from touchline.cli import files, requests
 from touchline.cli.progress import progress_bar
 from touchline.evaluate.fit.report_types import FitReport
 from touchline.imaging.correction import CorrectedView
-from touchline.models.restored import model_of
+from touchline.models import model_of
 from touchline.report.contents import HEAD, figures, what_is_missing
 from touchline.workflows import calibration as workflow
 

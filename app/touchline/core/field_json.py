@@ -1,7 +1,8 @@
 """Read a field from plain data, and find what has changed of the one that a calibration rests on.
 
-The form is the one that Field.to_json writes and the REST contract shows. Lengths are mm. Optional shorthands:
-`line_width_mm` for all markings that give none, and a region either as {x, y, rotate} or as its four border lines.
+The form of a field is the one that Field.to_json writes and the REST contract shows. Lengths are mm. Optional
+shorthands: `line_width_mm` for all markings that give none, and a region either as {x, y, rotate} or as its four border
+lines.
 """
 
 import re

@@ -1,6 +1,6 @@
 """A job: who wants it (Caller), what it is to do (JobSpec), how it reports its progress, and one state of it (Job).
 
-Cancelling makes the call raise.
+A call of Progress raises where the job was cancelled.
 """
 
 from collections.abc import Callable, Mapping

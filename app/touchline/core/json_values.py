@@ -6,8 +6,8 @@
 
     sample = read(Sample, value, "The sample", "Give a sample that a profile holds.", "bad-colours")
 
-Strictly: "3" and true are no numbers, NaN and infinity are neither, and an entry that the type does not have is an
-error. The type is a TypedDict or a dataclass; its limits are those of annotated_types.
+read() is strict: "3" and true are no numbers, NaN and infinity are neither, and an entry that the type does not have is
+an error. The type is a TypedDict or a dataclass; its limits are those of annotated_types.
 
 An imported calibration's report may hold anything. Later readers rely on the kinds below; other entries stay as they
 are. The covariance is checked against its model where it is used (evaluate/fit/covariance_json.py).

@@ -1,7 +1,8 @@
 """Sentences that are stated in several places, and what borders, markings and areas of fields are called in them.
 
-Names stand in lower case and without article. The page's catalogues have the same, static/core/words/en/markings.js and
-areas.js. Fields of operators have names of their own, which are read as they are written: "my-line", "my line".
+Names of markings and areas stand in lower case and without article. The page's catalogues have the same,
+static/core/words/en/markings.js and areas.js. Fields of operators have names of their own, which are read as they are
+written: "my-line", "my line".
 """
 
 import re

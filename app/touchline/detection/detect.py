@@ -37,8 +37,7 @@ from touchline.detection.profile import NAMES, ColourProfile
 from touchline.detection.records import Detections
 from touchline.detection.stages import FrameResult, StageConfig, StageContext, StagePipeline
 from touchline.imaging.correction import CorrectedView, correction_map
-from touchline.models import CameraModel, RayModel
-from touchline.models.restored import Restored, model_of
+from touchline.models import CameraModel, RayModel, Restored, model_of
 from touchline.workflows.calibration import check_size
 
 Clicks = Mapping[str, Sequence[Sequence[float]]]  # by colour: x, y of a click, or x0, y0, x1, y1 of a box

@@ -42,9 +42,8 @@ from touchline.images import encode
 from touchline.live.camera_part import CameraPart, PartContext
 from touchline.live.capture import CapturedFrame, FrameCapture, no_frames
 from touchline.live.failures import Failures
+from touchline.live.messages import MeasuredRate, Rate, StreamSpec
 from touchline.live.picture import AppliedCalibration, scaled_down
-from touchline.live.rate import MeasuredRate, Rate
-from touchline.live.stream_spec import StreamSpec
 from touchline.processes.framing import encode_body
 from touchline.processes.limits import give_way
 

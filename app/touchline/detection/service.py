@@ -28,7 +28,7 @@ from touchline.detection.records import Detection
 from touchline.detection.stages import DRAWN, STAGE, STAGES, StageConfig, stage_of
 from touchline.detection.store import ClipRepository, named_plan
 from touchline.detection.tracks import ObjectTracker, seams_of
-from touchline.formats.ssl_geometry import camera_number
+from touchline.formats.ssl_vision import camera_number
 from touchline.league.service import PublishingService
 from touchline.live.camera import LiveCamera
 from touchline.live.camera_feed import CameraFeed

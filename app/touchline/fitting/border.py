@@ -1,4 +1,4 @@
-"""Fitting one border: a curve (models/border_curve.py) through clicked points that rejects outliers.
+"""Fitting one border: a curve (models/polynomial.py) through clicked points that rejects outliers.
 
 Fitted in a Chebyshev basis over the picture's own extent, where degree 8 still costs no digits.
 """
@@ -15,7 +15,7 @@ from touchline.core.geometry import Array, Indices, Mask, root_mean_square
 from touchline.core.sentences import the_border
 from touchline.core.statements import Sentence, capitalised, say
 from touchline.fitting.clicks import first_of_each_place
-from touchline.models.border_curve import Curve
+from touchline.models.polynomial import Curve
 
 Degree = int | Literal["auto"]
 

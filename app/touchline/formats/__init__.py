@@ -12,8 +12,8 @@ A format is a value, FORMAT, with words about it and these functions:
                                            and raise nothing but a TouchlineError for other bytes
 
 To add one: write formats/NAME.py, add its line to FORMATS, and make its golden files (tests/golden/make.py). The
-tests walk the table. For camera formats camera_file.py holds what their readers share, camera_matrix.py what their
-writers share, metadata.py the field and pose that a format has no place for, numbers.py strict numbers in text.
+tests walk the table. For camera formats camera_file.py holds what their readers and writers share, approximation.py the
+metadata that a format has no place for, numbers.py strict numbers in text.
 """
 
 from collections.abc import Callable, Mapping

@@ -17,8 +17,7 @@ from touchline.core.jobs import Progress, no_progress
 from touchline.core.records import MAX_POINTS, Calibration, Observation, Observations, observations_from_json
 from touchline.formats import Format
 from touchline.formats.numbers import format_error, number
-from touchline.models import RayModel, field_from_raw, raw_from_field
-from touchline.models.restored import Restored
+from touchline.models import RayModel, Restored, field_from_raw, raw_from_field
 
 COLUMNS = ("feature", "kind", "z_mm", "raw_x_px", "raw_y_px", "field_x_mm", "field_y_mm")
 GRID = (25, 19)  # columns, rows over the region

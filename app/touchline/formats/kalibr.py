@@ -8,10 +8,8 @@ import re
 from touchline.core.records import Calibration
 from touchline.core.strict_yaml import plain_from_yaml
 from touchline.formats import Format
-from touchline.formats.approximation import ExportCamera
-from touchline.formats.camera_file import CameraFile, checked_size
-from touchline.formats.camera_matrix import intrinsics_of, lens_from_terms
-from touchline.formats.metadata import header, metadata_from_comment
+from touchline.formats.approximation import ExportCamera, header, metadata_from_comment
+from touchline.formats.camera_file import CameraFile, checked_size, intrinsics_of, lens_from_terms
 from touchline.formats.numbers import format_error, format_list, numbers, require
 from touchline.models.lenses.kannala_brandt import TERMS as FISHEYE_TERMS
 

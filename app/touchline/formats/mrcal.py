@@ -10,10 +10,9 @@ import numpy as np
 
 from touchline.core.records import Calibration
 from touchline.core.strict_yaml import plain_from_yaml
-from touchline.formats import Format, camera_matrix
-from touchline.formats.approximation import ExportCamera
+from touchline.formats import Format, camera_file
+from touchline.formats.approximation import ExportCamera, header, metadata_from_comment
 from touchline.formats.camera_file import CameraFile, checked_size
-from touchline.formats.metadata import header, metadata_from_comment
 from touchline.formats.numbers import format_error, format_list, numbers, require
 
 MODELS = {"LENSMODEL_PINHOLE": 0, "LENSMODEL_OPENCV4": 4, "LENSMODEL_OPENCV5": 5, "LENSMODEL_OPENCV8": 8,
@@ -26,13 +25,13 @@ SOLVED = re.compile(rb""":\s{0,9}b(?:'[^'\n]*'|"[^"\n]*")""")
 
 def write(calibration: Calibration, export: ExportCamera) -> bytes:
     camera = export.camera
-    terms = camera_matrix.trim_terms(camera.lens_terms, (0, 4, 5, 8))
+    terms = camera_file.trim_terms(camera.lens_terms, (0, 4, 5, 8))
     name = next(n for n, count in MODELS.items() if count == len(terms))
-    translation = camera_matrix.translation_of(camera) / MM_PER_M
+    translation = camera_file.translation_of(camera) / MM_PER_M
     width, height = camera.image_size
     text = header(calibration, export, "extrinsics take field coordinates in metres to the camera (rt_fromref).",
                   pose=False)
-    intrinsics = (*camera_matrix.intrinsics_of(camera), *terms)
+    intrinsics = (*camera_file.intrinsics_of(camera), *terms)
     text += (f"{{\n    'lensmodel': '{name}',\n\n    'intrinsics': {format_list(intrinsics)},\n\n"
              f"    'extrinsics': {format_list((*camera.rotation, *translation))},\n\n"
              f"    'imagersize': [{width}, {height}],\n}}\n")
@@ -52,9 +51,9 @@ def read(data: bytes) -> CameraFile:
     metadata = metadata_from_comment(data)
     rt = numbers(require(value, "extrinsics", "The file"), "extrinsics", (6,))
     placed = metadata.field is not None
-    pose = camera_matrix.pose_from_field(rt[:3], np.array(rt[3:]) * MM_PER_M) if placed else None
+    pose = camera_file.pose_from_field(rt[:3], np.array(rt[3:]) * MM_PER_M) if placed else None
     notes = () if placed or not any(rt) else ("The extrinsics do not refer to a field and were ignored.",)
-    lens = camera_matrix.lens_from_terms(tuple(terms), "intrinsics")
+    lens = camera_file.lens_from_terms(tuple(terms), "intrinsics")
     return CameraFile("mrcal", *lens, (fx, fy), (cx, cy), size, metadata, pose, notes=notes)
 
 
@@ -62,4 +61,4 @@ FORMAT = Format("mrcal camera model", "text/plain", ".cameramodel",
                 "Brown–Conrady lenses (OPENCV4, 5 and 8), with the pose.", write, read,
                 # PhotonVision names its lenses so, too
                 recognises=lambda data: KEY.search(data) is not None and b'"cameraIntrinsics"' not in data,
-                lenses=camera_matrix.LENSES)
+                lenses=camera_file.LENSES)

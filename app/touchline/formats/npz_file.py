@@ -11,8 +11,7 @@ from touchline.core.jobs import Progress, no_progress
 from touchline.core.records import Calibration
 from touchline.formats import Format
 from touchline.imaging.correction import correction_map
-from touchline.models import field_from_raw
-from touchline.models.restored import model_of
+from touchline.models import field_from_raw, model_of
 
 BLOCK_NODES = 1 << 16  # mapped at once: a spline compares each with all its nodes
 GRID_STEP_PX = 8  # field positions are given on a grid; between its nodes a bilinear look-up is good to 0.1 px

@@ -8,10 +8,16 @@ from typing import Any
 
 from touchline.core.records import Calibration
 from touchline.formats import Format
-from touchline.formats.approximation import ExportCamera
-from touchline.formats.camera_file import CameraFile, checked_size
-from touchline.formats.camera_matrix import LENSES, lens_from_terms, lens_terms, matrix_of, read_intrinsics
-from touchline.formats.metadata import Metadata, metadata_from_json, metadata_json
+from touchline.formats.approximation import ExportCamera, Metadata, metadata_from_json, metadata_json
+from touchline.formats.camera_file import (
+    LENSES,
+    CameraFile,
+    checked_size,
+    lens_from_terms,
+    lens_terms,
+    matrix_of,
+    read_intrinsics,
+)
 from touchline.formats.numbers import format_error, numbers, require
 
 MAX_BYTES = 4 << 20  # with pictures of the board inside

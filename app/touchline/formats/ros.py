@@ -8,10 +8,9 @@ import re
 
 from touchline.core.records import Calibration
 from touchline.core.strict_yaml import plain_from_yaml
-from touchline.formats import Format, camera_matrix
-from touchline.formats.approximation import ExportCamera
+from touchline.formats import Format, camera_file
+from touchline.formats.approximation import ExportCamera, header, metadata_from_comment
 from touchline.formats.camera_file import CameraFile, checked_size
-from touchline.formats.metadata import header, metadata_from_comment
 from touchline.formats.numbers import format_error, format_list, integer, numbers, require
 
 BY_COUNT = {5: "plumb_bob", 8: "rational_polynomial"}
@@ -22,11 +21,11 @@ COUNTS = {"plumb_bob": (4, 5), "rational_polynomial": (8,), "equidistant": (4,),
 def write(calibration: Calibration, export: ExportCamera) -> bytes:
     camera = export.camera
     fisheye = camera.NAME == "fisheye"
-    terms, (fx, fy, cx, cy) = camera_matrix.lens_terms(camera), camera_matrix.intrinsics_of(camera)
+    terms, (fx, fy, cx, cy) = camera_file.lens_terms(camera), camera_file.intrinsics_of(camera)
     name = re.sub(r"[^A-Za-z0-9_]", "_", calibration.camera or "camera")
     lines = [f"image_width: {camera.image_size.width}", f"image_height: {camera.image_size.height}",
              f"camera_name: cam_{name}" if name[0].isdigit() else f"camera_name: {name}",
-             _matrix("camera_matrix", 3, camera_matrix.matrix_of(camera)),
+             _matrix("camera_matrix", 3, camera_file.matrix_of(camera)),
              f"distortion_model: {'equidistant' if fisheye else BY_COUNT[len(terms)]}",
              _matrix("distortion_coefficients", 1, terms),
              _matrix("rectification_matrix", 3, (1, 0, 0, 0, 1, 0, 0, 0, 1)),
@@ -36,7 +35,7 @@ def write(calibration: Calibration, export: ExportCamera) -> bytes:
 
 def read(data: bytes) -> CameraFile:
     value = plain_from_yaml(data, "The file", as_text=True)
-    focal, centre = camera_matrix.read_intrinsics(require(value, "camera_matrix", "The file"), "camera_matrix")
+    focal, centre = camera_file.read_intrinsics(require(value, "camera_matrix", "The file"), "camera_matrix")
     model = value.get("distortion_model", "plumb_bob")
     if not isinstance(model, str) or model not in COUNTS:
         raise format_error(f"distortion_model is {str(model)[:40]!r}.", f"Use one of: {', '.join(COUNTS)}.")
@@ -48,7 +47,7 @@ def read(data: bytes) -> CameraFile:
         raise format_error(f"{at} has {len(terms)} numbers for {rows} × {columns}.", "Correct the file.")
     size = checked_size(require(value, "image_width", "The file"), require(value, "image_height", "The file"))
     metadata = metadata_from_comment(data)
-    lens = camera_matrix.lens_from_terms(terms, at, COUNTS[model] == (4,))
+    lens = camera_file.lens_from_terms(terms, at, COUNTS[model] == (4,))
     return CameraFile("ros", *lens, focal, centre, size, metadata, metadata.field_pose)
 
 
@@ -58,4 +57,4 @@ def _matrix(name: str, rows: int, data: tuple[float, ...]) -> str:
 
 FORMAT = Format("ROS camera_info", "application/yaml", ".yaml",
                 "Brown–Conrady (plumb_bob, rational_polynomial) and fisheye (equidistant); no pose.", write, read,
-                recognises=lambda data: KEY.search(data[:65536]) is not None, lenses=camera_matrix.LENSES_WITH_FISHEYE)
+                recognises=lambda data: KEY.search(data[:65536]) is not None, lenses=camera_file.LENSES_WITH_FISHEYE)

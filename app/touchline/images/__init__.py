@@ -16,8 +16,7 @@ belongs to the sensor and not to the way a viewer would like to hold the picture
 """
 
 from touchline.images.decoder import ImageDecoder, frame_from_bytes
-from touchline.images.encode import ENCODED_MEDIA_TYPES, encode
-from touchline.images.in_process import decode_in_process, read_in_process
+from touchline.images.in_process import ENCODED_MEDIA_TYPES, decode_in_process, encode, read_in_process
 from touchline.images.screen import DeclaredImage, ImageLimits, screen
 
 __all__ = ["ENCODED_MEDIA_TYPES", "DeclaredImage", "ImageDecoder", "ImageLimits", "decode_in_process", "encode",

@@ -1,11 +1,11 @@
 """Read a picture's header before anything is decoded, and refuse what would be costly, odd or unsafe.
 
-A segment is FF, marker, length (2, big-endian, counts itself), body; entropy-coded bytes follow each SOS up
+JPEG: a segment is FF, marker, length (2, big-endian, counts itself), body; entropy-coded bytes follow each SOS up
 to the next marker that is neither a stuffed FF 00 nor a restart. ITU-T T.81, annex B.
 
-Every chunk is length (4), type (4), body, CRC (4), big-endian. https://www.w3.org/TR/png-3/
+PNG: every chunk is length (4), type (4), body, CRC (4), big-endian. https://www.w3.org/TR/png-3/
 
-RIFF, length (4, little-endian), WEBP, then chunks: name (4), length (4), body, padded to even.
+WebP: RIFF, length (4, little-endian), WEBP, then chunks: name (4), length (4), body, padded to even.
 https://developers.google.com/speed/webp/docs/riff_container
 
 Time and memory are linear in the bytes that came, whatever they claim. The decoders behind it accept dozens

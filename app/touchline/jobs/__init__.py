@@ -7,12 +7,10 @@
         job = jobs.get(job.id)                    running 0.4 "Fitting k1 k2", later done with its result
         jobs.cancel(job.id)                       cancelled, at once
 
-    engine.py           gives jobs to runners, and once more where a worker was lost
-    fair_queue.py       which job comes next, and how many each caller may have waiting
-    registry.py         the state of every job; former_names.py: names that rows of earlier versions have
-    runner.py           what a runner is; execute.py: a job's function found by its name and called
-    process_runner.py   a process of this machine seen from outside; worker_main.py: from inside
-    dask_runner.py      a job on a Dask cluster, through dask_cluster.py; dask_task.py: what runs there
+    engine.py       gives jobs to runners, by turns of callers, and once more where a worker was lost
+    registry.py     the state of every job
+    runner.py       what a runner is; a process of this machine seen from outside, worker_main.py: from inside
+    dask_runner.py  a job on a Dask cluster; dask_task.py: what runs there
 
 Each runner has a process and a connection of its own and does one job at a time, so that killing one touches no other's
 job. (concurrent.futures.ProcessPoolExecutor shares its pipes: one worker killed while it wrote a result left the

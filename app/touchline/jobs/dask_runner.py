@@ -1,6 +1,6 @@
 """Jobs on a Dask cluster: the connection that all runners share, and one job at a time with its scheduler.
 
-Which worker does it, and how much memory it may take, is the cluster's affair. A job that is cancelled, or out of
+Which worker does a job, and how much memory it may take, is the cluster's affair. A job that is cancelled, or out of
 time, stops at its next report of progress; one that reports none is abandoned, and what it returns is thrown away.
 """
 

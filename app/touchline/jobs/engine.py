@@ -1,6 +1,7 @@
 """Jobs on runners: a fair queue, as many threads as runners, another try after a lost worker, and how a job ends.
 
-A name is only claimed, an address is not: names share what their address has. So of the addresses the one with the
+The queue is fair by addresses: a name is only claimed, an address is not, so names share what their address has. Of the
+addresses the one with the
 fewest jobs comes first, and of the names behind it the one with the fewest.
 """
 

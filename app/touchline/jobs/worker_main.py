@@ -1,7 +1,8 @@
 """The process that does jobs, one after another: each a function found by its name, whatever comes of it.
 
-Bodies are JSON; the number is the job's. To it: RUN {"run": "module:function", "spec"} and CANCEL. From it, for each
-job: BEGUN, PROGRESS {"fraction", "message"}, then RESULT or PROBLEM, whose payload is JSON: some only pass it on.
+Bodies of messages are JSON; the number is the job's. To it: RUN {"run": "module:function", "spec"} and CANCEL. From it,
+for each job: BEGUN, PROGRESS {"fraction", "message"}, then RESULT or PROBLEM, whose payload is JSON: some only pass it
+on.
 """
 
 import json

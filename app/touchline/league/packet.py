@@ -17,8 +17,7 @@ from touchline.core.field_json import FIELD_CHANGED_FIX, changes_in_words, field
 from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration
 from touchline.core.statements import say
-from touchline.formats.ssl_field import field_to_wire, names_are_the_leagues
-from touchline.formats.ssl_known_field import known_field
+from touchline.formats.ssl_field import field_to_wire, known_field, names_are_the_leagues
 from touchline.league.config import PublishingConfig
 from touchline.league.packet_camera import PacketCamera, packet_camera
 from touchline.ssl_protocol.protobuf import decode, encode

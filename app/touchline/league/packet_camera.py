@@ -24,12 +24,11 @@ from touchline.evaluate.fit.report_types import Level, SigmaReport
 from touchline.evaluate.fit.uncertainty import grid_over, sigma_report
 from touchline.evaluate.fit.verdict import GOOD_MM, LEVELS, level_expected, worst_level
 from touchline.formats.approximation import exact_camera, nearest_camera
-from touchline.formats.ssl_geometry import camera_from_wire, camera_number, camera_to_wire
 from touchline.formats.ssl_vision import FORMAT as SSL_VISION
-from touchline.models import CameraModel
+from touchline.formats.ssl_vision import camera_from_wire, camera_number, camera_to_wire
+from touchline.models import CameraModel, Restored
+from touchline.models.contract import RECTANGLE_FIELDS
 from touchline.models.ray_camera import RayCamera
-from touchline.models.restored import Restored
-from touchline.models.top_view import RECTANGLE_FIELDS
 from touchline.ssl_protocol.protobuf import decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import SSL_GeometryCameraCalibration
 

@@ -8,9 +8,8 @@ from touchline.core.errors import TouchlineError
 from touchline.core.field import Field
 from touchline.core.json_values import JsonObject
 from touchline.core.statements import Sentence, say, stated
-from touchline.formats.ssl_field import field_from_wire
-from touchline.formats.ssl_geometry import camera_from_wire
-from touchline.formats.ssl_known_field import markings_alone
+from touchline.formats.ssl_field import field_from_wire, markings_alone
+from touchline.formats.ssl_vision import camera_from_wire
 from touchline.league.packet import PassedOn, PublishedCamera
 from touchline.ssl_protocol.protobuf import decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import (

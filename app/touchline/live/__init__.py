@@ -3,8 +3,8 @@
     source ─▶ capture ─▶ encoder ──messages──▶ supervisor ─▶ camera ─▶ streams ─▶ viewer ─▶ browser
               (newest)   (per stream)          (watchdog)    (state)              (one slot)
 
-In the camera's process: worker_main.py (its start, and what it is asked), capture.py, encoder.py, picture.py,
-quality_monitor.py, snapshot.py, and the parts of capabilities (camera_part.py). In the server: supervisor.py,
-camera.py, streams.py, state.py, cameras.py, and what capabilities have of a camera there (camera_feed.py). Both:
-messages.py, stream_spec.py. Nothing is imported here: a camera's process would get the server's half, too.
+In the camera's process: worker_main.py (its start, and what it is asked), capture.py, picture.py and the parts of
+capabilities (camera_part.py). In the server: supervisor.py, camera.py, streams.py, and what capabilities have of a
+camera there (camera_feed.py). Both: messages.py, failures.py. Nothing is imported here: a camera's process would get
+the server's half, too.
 """

@@ -18,7 +18,19 @@ from touchline.core.statements import say
 from touchline.live import messages
 from touchline.live.camera_feed import CameraFeed
 from touchline.live.failures import failure_words
-from touchline.live.state import (
+from touchline.live.messages import (
+    VIEWS,
+    CameraState,
+    CameraStatus,
+    FailuresJson,
+    PictureQuality,
+    ProcessValues,
+    StreamSpec,
+)
+from touchline.live.streams import Streams, Viewer
+from touchline.live.supervisor import (
+    POLL_S,
+    CameraSupervisor,
     calibration_mismatch,
     camera_problem,
     frozen_doubt,
@@ -26,10 +38,6 @@ from touchline.live.state import (
     stall_reason,
     unmonitored,
 )
-from touchline.live.status_types import CameraState, CameraStatus, FailuresJson, PictureQuality, ProcessValues
-from touchline.live.stream_spec import VIEWS, StreamSpec
-from touchline.live.streams import Streams, Viewer
-from touchline.live.supervisor import POLL_S, CameraSupervisor
 from touchline.processes.framing import Message, error_from_json
 from touchline.sources import Identity
 from touchline.vision.picture_print import PicturePrint

@@ -7,8 +7,8 @@ from touchline.core.json_values import JsonObject
 from touchline.images import ImageLimits
 from touchline.live.capture import FrameCapture
 from touchline.live.failures import Failures
+from touchline.live.messages import StreamSpec
 from touchline.live.picture import AppliedCalibration
-from touchline.live.stream_spec import StreamSpec
 
 Request = Callable[[JsonObject], tuple[JsonObject, bytes]]  # its values → the answer's JSON and payload
 

@@ -1,4 +1,4 @@
-"""In a camera's process: reads its source without a pause and keeps only the newest frame.
+"""In a camera's process: read its source without a pause, keep only the newest frame, and take exact snapshots.
 
 A source that says it is off is opened anew after 0.5 s, then after twice as long each time, up to 5 s, for ever. One
 that hangs is not noticed here: the server sees that no frame comes, and kills the whole process.
@@ -16,15 +16,19 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from touchline.core.errors import ProblemJson, TouchlineError, Unavailable
 from touchline.core.records import Frame
-from touchline.core.sentences import CHECK_STATE_TRY_AGAIN, SENDS_NO_FRAMES
+from touchline.core.sentences import CHECK_STATE_TRY_AGAIN, REPEAT, SENDS_NO_FRAMES, SERIES_MOVED, SERIES_MOVED_FIX
 from touchline.core.statements import say
-from touchline.live.rate import MeasuredRate
-from touchline.live.status_types import CaptureStatus, SourceState
+from touchline.images import encode
+from touchline.live.messages import CaptureStatus, MeasuredRate, SourceState
 from touchline.processes.framing import problem_json
 from touchline.processes.limits import return_memory
 from touchline.sources import Control, IdentityJson, Source, SourceContext, source_from_url
+from touchline.vision.background import Background, camera_shift_px
 
 RETRY_S, MAX_RETRY_S = 0.5, 5.0
 ENDED = "source-ended"
@@ -228,3 +232,42 @@ def _explained(error: Exception) -> TouchlineError:
     return Unavailable(say("source.failed", "The source failed: {error}.", error=type(error).__name__),
                        say("advice.check-camera-and-address", "Check the camera and its address."),
                        reason="source-failed")
+
+
+MAX_FRAMES = 60
+STILL_PX = 1.0  # a camera that stands seems to move by a third of it
+
+
+def take_still(capture: FrameCapture, frames: int, over_s: float, timeout_s: float) -> tuple[dict[str, Any], bytes]:
+    """Return the next frame, or what most of so many agree on that are spread over so long; a PNG.
+
+    The JSON says how many frames went in, when the first and last were taken, and which share of the pixels was never
+    seen free of moving things. Unavailable where frames do not come, and where the camera moved meanwhile.
+    """
+    deadline = time.monotonic() + timeout_s
+    first = last = capture.next(capture.status()["seq"], timeout_s)
+    if frames <= 1:
+        return _description(first, last, 1, None), encode(first.frame.pixels, "png")
+    background = Background(first.frame.pixels.shape, min(frames, MAX_FRAMES))
+    background.add(first.frame.pixels)
+    count, begun, frames = 1, first.moment, min(frames, MAX_FRAMES)
+    while count < frames:
+        # Who walks by needs some seconds to leave: frames that follow each other would all show them.
+        time.sleep(max(0.0, begun + over_s * count / (frames - 1) - time.monotonic()))
+        taken = capture.next(last.seq, max(0.0, deadline - time.monotonic()))
+        if taken.frame.pixels.shape != first.frame.pixels.shape:
+            raise Unavailable(say("image.size-changed", "The image size changed while the image was taken."),
+                              REPEAT, reason="size-changed")
+        if camera_shift_px(first.frame.pixels, taken.frame.pixels) > STILL_PX:
+            raise Unavailable(SERIES_MOVED, SERIES_MOVED_FIX, reason="series-moved")
+        last = taken
+        background.add(taken.frame.pixels)
+        count += 1
+    return _description(first, last, count, background.unsettled), encode(background.picture, "png")
+
+
+def _description(first: CapturedFrame, last: CapturedFrame, count: int,
+                 unsettled: NDArray[np.bool_] | None) -> dict[str, Any]:
+    size = first.frame.size
+    return {"frames": count, "seq": last.seq, "time": first.time, "until": last.time, "width": size.width,
+            "height": size.height, "hidden_share": None if unsettled is None else float(np.mean(unsettled))}

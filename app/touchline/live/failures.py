@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from touchline.core.statements import say, sentence_in, stated
-from touchline.live.status_types import Failure, FailuresJson
-from touchline.vision.quality.zones import Advice, message
+from touchline.live.messages import Failure, FailuresJson
+from touchline.vision.zones import Advice, message
 
 RECENT_S = 5.0  # longer ago, it is over
 RESTART_OR_REPORT = say("camera-failure.restart-or-report", "Restart the camera or free memory on the server. If the "

@@ -11,8 +11,7 @@ from typing import Any, Self
 
 from touchline.core.errors import Unavailable
 from touchline.core.statements import say
-from touchline.live.rate import Rate
-from touchline.live.stream_spec import StreamSpec
+from touchline.live.messages import Rate, StreamSpec
 
 MAX_STREAMS = 16  # different pictures encoded at once
 

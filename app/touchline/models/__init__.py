@@ -1,11 +1,11 @@
-"""Camera models: how a camera maps points, and the table of those there are.
+"""Camera models: how a camera maps points, the table of those there are, and what a stored calibration describes.
 
 A model is a frozen dataclass whose fields are its parameters. It maps between the four frames of core/geometry.py and
 knows nothing of how it is fitted: that is touchline/fitting, which has a fitter of the same name for each that
 is still fitted.
 
 To add one: write models/NAME.py with a class that follows contract.CameraModel (for a camera with rays, a subclass
-of RayCamera in lens_models.py that names its lens from lenses/), add its line to MODELS and a fitter to fitting/.
+of RayCamera in ray_camera.py that names its lens from lenses/), add its line to MODELS and a fitter to fitting/.
 The laws in tests/unit/models/test_models.py then hold for it.
 
 Laws, for every example of every model: there and back is the same pixel; the shape of the points is kept;
@@ -15,23 +15,26 @@ too few points say how many are needed; a scaled image gives the scaled model.
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any
+from typing import Any, NamedTuple, Self
 
+from touchline.core.field import Field, Region
+from touchline.core.field_json import field_from_json
 from touchline.core.geometry import Points
+from touchline.core.records import Calibration
 from touchline.core.registry import Registry
 from touchline.models.contract import CameraModel, RayModel
 
-__all__ = ["MODELS", "CameraModel", "RayModel", "field_from_raw", "model_from_json", "parameters_json",
-           "raw_from_field"]
+__all__ = ["MODELS", "CameraModel", "RayModel", "Restored", "field_from_raw", "model_from_json", "model_of",
+           "parameters_json", "raw_from_field"]
 
 MODELS: Registry[type[CameraModel]] = Registry("camera model", {
     "polynomial": "touchline.models.polynomial:Polynomial",  # the paper's: two 1-D corrections from four borders
     "homography": "touchline.models.homography:Homography",  # no lens at all: eight numbers from four lines
     "thin-plate": "touchline.models.thin_plate:ThinPlate",  # of earlier versions, read and no longer fitted
-    "division": "touchline.models.lens_models:Division",  # a pinhole with one distortion number
-    "brown-conrady": "touchline.models.lens_models:BrownConrady",  # radial and tangential: nearly every field camera
-    "fisheye": "touchline.models.lens_models:Fisheye",  # Kannala–Brandt, for very wide lenses
-    "ssl": "touchline.models.lens_models:Ssl",  # the league's one term, for its software
+    "division": "touchline.models.ray_camera:Division",  # a pinhole with one distortion number
+    "brown-conrady": "touchline.models.ray_camera:BrownConrady",  # radial and tangential: nearly every field camera
+    "fisheye": "touchline.models.ray_camera:Fisheye",  # Kannala–Brandt, for very wide lenses
+    "ssl": "touchline.models.ray_camera:Ssl",  # the league's one term, for its software
 })
 
 
@@ -57,3 +60,23 @@ def parameters_json(model: Any) -> dict[str, Any]:
             return {k: plain(v) for k, v in value.items()}
         return [plain(v) for v in value] if isinstance(value, (list, tuple)) else value
     return plain(asdict(model))
+
+
+def model_of(calibration: Calibration) -> CameraModel:
+    """Return the calibration's camera model."""
+    return model_from_json(calibration.model_name, calibration.model_parameters)
+
+
+class Restored(NamedTuple):
+    """A calibration's objects, as its record describes them."""
+
+    model: CameraModel
+    field: Field
+    region: Region
+
+    @classmethod
+    def of(cls, calibration: Calibration) -> Self:
+        """Read them from the record; the field's lines lie where the fit found them."""
+        field = field_from_json(calibration.field)
+        region = field.region(calibration.region, calibration.rotate)
+        return cls(model_of(calibration), field.as_painted(calibration.report, region), region)

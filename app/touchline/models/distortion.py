@@ -18,8 +18,7 @@ from touchline.core.errors import BadInput
 from touchline.core.geometry import Array, ImageSize, Points, homogeneous
 from touchline.models.lenses import Lens
 from touchline.models.lenses.brown_conrady import BrownConradyLens
-from touchline.models.lenses.division import DivisionLens
-from touchline.models.lenses.even_division import EvenDivisionLens
+from touchline.models.lenses.division import DivisionLens, EvenDivisionLens
 
 # name: the lens, and its terms that straight lines can tell
 LINE_LENSES: dict[str, tuple[type[Lens], tuple[str, ...]]] = {

@@ -18,7 +18,7 @@ from touchline.core.errors import BadInput
 from touchline.core.field import Region
 from touchline.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, as_triple, unreachable_where
 from touchline.core.statements import named
-from touchline.models.top_view import EXPORTED, TopView, read_model
+from touchline.models.contract import EXPORTED, TopView, read_model
 
 UNIT_DET = 1e-6  # how far a determinant may be from -1 after a trip through text
 

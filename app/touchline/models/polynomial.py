@@ -1,5 +1,9 @@
 """The paper's model: two one-dimensional corrections that pull the four borders straight.
 
+    value = Σ c_k t^k,   t = (position - centre) / scale            # Eq. (1), (2), (5), (6)
+
+A border is a curve by a normalised position: y for a border that runs down the picture and x for one that runs across.
+
 Horizontal, rows stay:      x_c = (x - x_initial(y)) · I_width / (x_final(y) - x_initial(y))          # Eq. (4)
 Vertical, columns stay:     y_c = (y - y_initial(x_c)) · I_height / (y_final(x_c) - y_initial(x_c))   # Eq. (8)
 with I_width = W_max_rectangle · N_rectangles (Eq. 3), I_height likewise (Eq. 7), then the model relation: field
@@ -17,14 +21,44 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.polynomial import polynomial
+from numpy.typing import NDArray
 
 from touchline.core.errors import BadInput
 from touchline.core.field import Region
 from touchline.core.geometry import MAX_COORDINATE, Array, ImageSize, Mask, Points, unreachable_where
 from touchline.core.statements import named
-from touchline.models.border_curve import MAX_DEGREE, Curve
-from touchline.models.contract import CameraModel
-from touchline.models.top_view import EXPORTED, read_model
+from touchline.models.contract import EXPORTED, CameraModel, read_model
+
+MAX_DEGREE = 8
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A polynomial of a normalised position; its coefficients ascend."""
+
+    coefficients: tuple[float, ...]
+    centre: float
+    scale: float
+
+    def __call__(self, position: Array | float) -> Array:
+        t: Array = (np.asarray(position, np.float64) - self.centre) / self.scale
+        value: Array = np.full_like(t, self.coefficients[-1])
+        for c in self.coefficients[-2::-1]:  # Horner, in place: a map asks for millions
+            value *= t
+            value += c
+        return value
+
+    @property
+    def degree(self) -> int:
+        return len(self.coefficients) - 1
+
+    def plain_coefficients(self) -> tuple[float, ...]:
+        """Return ascending coefficients in the position itself: Σ a_k position^k."""
+        result: NDArray[np.floating] = np.zeros(1)
+        for c in reversed(self.coefficients):  # Horner, with polynomials for numbers
+            result = polynomial.polyadd(polynomial.polymul(result, (-self.centre / self.scale, 1 / self.scale)), (c,))
+        return tuple(float(c) for c in np.pad(result, (0, len(self.coefficients) - len(result)))[: self.degree + 1])
+
 
 REACH = 1.0  # how far beyond the picture a border is extrapolated, as a share of the picture's extent
 MIN_EXTENT_PX = 1.0  # borders nearer than this have met

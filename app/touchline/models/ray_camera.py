@@ -4,7 +4,7 @@
     pixel = centre + focal · (1, aspect) · distort(ray)
 
 The corrected frame is the region seen straight from above: the same rectangle as the paper's method makes, so that
-models can be compared and the cameras of a rig agree.
+models can be compared and the cameras of a rig agree. Each camera with a lens is a ray camera behind one of lenses/.
 """
 
 from collections.abc import Mapping
@@ -17,11 +17,15 @@ import numpy as np
 from touchline.core.errors import BadInput
 from touchline.core.field import Region
 from touchline.core.geometry import MAX_COORDINATE, Array, ImageSize, Mask, Points, unreachable_where, with_z
+from touchline.core.statements import named
 from touchline.models import MODELS
-from touchline.models.contract import RayModel
+from touchline.models.contract import EXPORTED, RayModel, TopView, read_model
 from touchline.models.lenses import Lens
+from touchline.models.lenses.brown_conrady import BrownConradyLens
+from touchline.models.lenses.division import DivisionLens
+from touchline.models.lenses.kannala_brandt import KannalaBrandtLens
+from touchline.models.lenses.ssl import SslLens
 from touchline.models.rotation import matrix_from_vector
-from touchline.models.top_view import EXPORTED, TopView, read_model
 
 REACH = 1.0  # how far beyond the picture a lens is extrapolated, as a share of the picture's extent
 
@@ -123,3 +127,46 @@ def lens_model(name: str) -> type[RayCamera]:
     if not issubclass(model, RayCamera):
         raise BadInput(f"The model {name} has no lens.", "Use a physical lens model.", reason="bad-parameters")
     return model
+
+
+@dataclass(frozen=True)
+class Division(RayCamera):
+    """A pinhole behind the division lens."""
+
+    NAME: ClassVar[str] = "division"
+    TITLE: ClassVar[str] = named("model.division", "Division")
+    HELP: ClassVar[str] = ("A pinhole with one distortion parameter: requires the fewest points of all models with "
+                           "distortion.")
+    LENS: ClassVar[type[Lens]] = DivisionLens
+
+
+@dataclass(frozen=True)
+class BrownConrady(RayCamera):
+    """A pinhole behind Brown and Conrady's lens, as OpenCV has it."""
+
+    NAME: ClassVar[str] = "brown-conrady"
+    TITLE: ClassVar[str] = named("model.brown-conrady", "Brown–Conrady")
+    HELP: ClassVar[str] = "A pinhole with radial and tangential distortion: suitable for nearly every field camera."
+    LENS: ClassVar[type[Lens]] = BrownConradyLens
+
+
+@dataclass(frozen=True)
+class Fisheye(RayCamera):
+    """A fisheye behind Kannala and Brandt's lens."""
+
+    NAME: ClassVar[str] = "fisheye"
+    TITLE: ClassVar[str] = named("model.fisheye", "Fisheye (Kannala–Brandt)")
+    HELP: ClassVar[str] = ("For very wide lenses that show straight lines as arcs. Requires points out to the edge of "
+                           "the image.")
+    LENS: ClassVar[type[Lens]] = KannalaBrandtLens
+
+
+@dataclass(frozen=True)
+class Ssl(RayCamera):
+    """A pinhole behind the lens of the league's geometry messages."""
+
+    NAME: ClassVar[str] = "ssl"
+    TITLE: ClassVar[str] = named("model.ssl", "SSL")
+    HELP: ClassVar[str] = ("The one-parameter lens of the Small Size League: choose it when SSL-Vision must use the "
+                           "result.")
+    LENS: ClassVar[type[Lens]] = SslLens

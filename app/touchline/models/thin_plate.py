@@ -1,10 +1,14 @@
 """Thin-plate spline on top of another model: bends away what that model leaves.
 
-    raw = base.raw_from_corrected(q + s(q)),   q corrected px, s a thin-plate spline (thin_plate_spline.py)
+    s(q) = a0 + a1 X + a2 Y + Σ w_i U(|Q - K_i|),   U(r) = r² log r,   Q = (X, Y) = (q - middle) / unit
+
+It is read, and no longer fitted. F. Bookstein, "Principal Warps", PAMI 11 (1989).
+
+    raw = base.raw_from_corrected(q + s(q)),   q corrected px, s a thin-plate spline
 
 so the map that draws the corrected picture is explicit; the way back solves q + s(q) = p by Newton's method. s is known
 only around the field and must not fold the picture: on the box that the model reaches, I + ds/dq has a positive
-definite symmetric part, which makes q + s(q) one-to-one on a convex set. F. Bookstein, PAMI 11 (1989).
+definite symmetric part, which makes q + s(q) one-to-one on a convex set.
 
 It bends the picture of the carpet and has no rays: it cannot place what is above the carpet.
 """
@@ -22,8 +26,50 @@ from touchline.core.geometry import MAX_COORDINATE, Array, Mask, Points, unreach
 from touchline.core.json_values import read
 from touchline.core.statements import named
 from touchline.models import CameraModel, model_from_json
-from touchline.models.thin_plate_spline import Spline
-from touchline.models.top_view import EXPORTED
+from touchline.models.contract import EXPORTED
+
+BLOCK = 1 << 19  # so many kernel values at a time stay in the cache
+
+
+@dataclass(frozen=True, eq=False)
+class Spline:
+    """A displacement of the plane: knots (n, 2) normalised, weights (n, 2) and plane (3, 2) px."""
+
+    knots: Array
+    weights: Array
+    plane: Array
+
+    def __call__(self, places: Array) -> Array:
+        """Return the displacement (m, 2) px at normalised places (m, 2)."""
+        return self._sum(places, gradient=False)[0]
+
+    def with_gradient(self, places: Array) -> tuple[Array, Array]:
+        """Return the displacement and its derivative (m, 2, 2) by the normalised place."""
+        return self._sum(places, gradient=True)
+
+    def _sum(self, places: Array, gradient: bool) -> tuple[Array, Array]:
+        value = places @ self.plane[1:] + self.plane[0]
+        slope = np.broadcast_to(self.plane[1:].T, (len(places), 2, 2)).copy()
+        step = max(1, BLOCK // max(1, len(self.knots)))
+        for begin in range(0, len(places) if len(self.knots) else 0, step):
+            some = places[begin:begin + step]
+            square = _squares(some, self.knots)
+            log = np.log(square)
+            value[begin:begin + step] += (0.5 * square * log) @ self.weights
+            if gradient:  # dU/dQ = (log r² + 1) (Q - K)
+                log += 1
+                for c in range(2):
+                    by = log * self.weights[:, c]
+                    slope[begin:begin + step, c] += some * by.sum(axis=1, keepdims=True) - by @ self.knots
+        return value, slope
+
+
+def _squares(places: Array, knots: Array) -> Array:
+    """Return r² (m, n), at least 1e-300, so that r² log r² is 0 at 0."""
+    square = np.subtract.outer(places[:, 0], knots[:, 0]) ** 2
+    square += np.subtract.outer(places[:, 1], knots[:, 1]) ** 2
+    return np.maximum(square, 1e-300)
+
 
 REACHES = (0.5, 0.25, 0.1, 0.05)  # of the field's extent on each side; the widest without a fold is kept
 MIN_STRETCH = 0.05  # a picture squeezed to less than this share is folding

@@ -1,4 +1,4 @@
-"""Start a child process in a session of its own, on one socket, without the server's secrets; hold it and speak with it."""
+"""Start a child process in a session of its own, on one socket, without the server's secrets, and speak with it."""
 
 import asyncio
 import json

@@ -17,8 +17,7 @@ from touchline.evaluate.claims.claim import Claim
 from touchline.evaluate.claims.own_report import report_claims
 from touchline.evaluate.fit.uncertainty import GRID
 from touchline.installation import __version__
-from touchline.models import RayModel
-from touchline.models.restored import Restored
+from touchline.models import RayModel, Restored
 from touchline.store.quarantine import DamagedFile
 from touchline.workflows import calibration as workflow
 

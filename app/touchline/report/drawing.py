@@ -19,7 +19,7 @@ from touchline.core.records import Calibration, Observations, observations_from_
 from touchline.images import encode
 from touchline.imaging.correction import CorrectedView
 from touchline.imaging.heat_map import heat_map
-from touchline.models.restored import Restored
+from touchline.models import Restored
 from touchline.report.contents import ReportPicture
 from touchline.workflows import calibration as workflow
 

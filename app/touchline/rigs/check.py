@@ -24,9 +24,8 @@ from touchline.evaluate.cameras.agreement import RigAgreement, agreement
 from touchline.evaluate.cameras.robot_tops import expected_at_tops
 from touchline.evaluate.cameras.shared_area import AreaMap
 from touchline.evaluate.drift.checked import verdict_in
-from touchline.models import CameraModel, field_from_raw, raw_from_field
+from touchline.models import CameraModel, field_from_raw, model_of, raw_from_field
 from touchline.models.ray_camera import RayCamera
-from touchline.models.restored import model_of
 from touchline.models.rotation import vector_from_matrix
 from touchline.rigs import verdict as verdicts
 from touchline.rigs.epipolar import (

@@ -1,7 +1,7 @@
 """What two cameras are compared by: matched points and the field's markings in pictures of both, else the clicks.
 
 Pictures are evidence of today. At even steps along every line and arc that both cameras see, the painted line is
-measured across its direction where both calibrations expect it, to a few hundredths of a pixel (vision/lines/snap.py).
+measured across its direction where both calibrations expect it, to a few hundredths of a pixel (vision/snap.py).
 A camera that was knocked after its calibration shows all of them beside their place; the other one does not.
 """
 
@@ -20,7 +20,7 @@ from touchline.core.records import Calibration, observations_from_json
 from touchline.evaluate.cameras.evidence import OffsetMeasurements, from_clicks, from_matches
 from touchline.models import CameraModel, field_from_raw, raw_from_field
 from touchline.rigs.verdict import Source
-from touchline.vision.lines.snap import Hint, Snapped, snap
+from touchline.vision.snap import Hint, Snapped, snap
 
 MIN_MEASURES = 6  # in pictures: fewer are chance
 STEP_MM = 90.0

@@ -22,8 +22,7 @@ from touchline.core.geometry import Array, ImageSize, Points, inside_picture
 from touchline.core.jobs import Progress, no_progress
 from touchline.core.json_values import PointJson
 from touchline.imaging.correction import BLOCK_PX, BORDER_BGR, CorrectionMap
-from touchline.models import CameraModel, raw_from_field
-from touchline.models.restored import model_of
+from touchline.models import CameraModel, model_of, raw_from_field
 from touchline.rigs.rig import Rig
 
 MAX_PX = 6e6  # 5 s, and 1 GB where two cameras both see all of the field

@@ -19,7 +19,7 @@ from touchline.core.jobs import Progress
 from touchline.core.records import Calibration
 from touchline.core.statements import Stated, join, say, sentence_in, stated
 from touchline.evaluate.claims.claim import Claim
-from touchline.live.status_types import CameraStatus
+from touchline.live.messages import CameraStatus
 from touchline.rigs.check import RigReport, compare
 from touchline.rigs.mosaic import FieldView, Stitcher, stitcher_of
 from touchline.rigs.rig import NAMES, Rectangles, Rig, RigMember, RigStatus, rig_status

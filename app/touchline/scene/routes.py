@@ -24,7 +24,7 @@ from touchline.core.errors import NotFound, TouchlineError, Unavailable
 from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration
 from touchline.core.statements import say, stated
-from touchline.live.stream_spec import StreamSpec
+from touchline.live.messages import StreamSpec
 from touchline.processes.framing import decode_body, split_body
 from touchline.scene import messages
 from touchline.scene.service import (

@@ -23,9 +23,8 @@ from touchline.evaluate.fit.difference import difference_mm
 from touchline.evaluate.fit.residuals import feature_residuals
 from touchline.evaluate.fit.uncertainty import expected_error, grid_over
 from touchline.fitting import sensitivity_of
-from touchline.models import CameraModel, field_from_raw, raw_from_field
+from touchline.models import CameraModel, Restored, field_from_raw, raw_from_field
 from touchline.models.ray_camera import RayCamera
-from touchline.models.restored import Restored
 from touchline.scene.frustum import MAX_FOV_DEG, Frustum
 from touchline.scene.shapes import ErrorSurface, TexturedQuad, error_surface
 

@@ -14,7 +14,7 @@ from touchline.core.statements import say
 from touchline.evaluate.fit.report import expected_figures
 from touchline.images import ImageLimits
 from touchline.live.camera import LiveCamera
-from touchline.live.status_types import CameraStatus
+from touchline.live.messages import CameraStatus
 from touchline.settings import CameraSettings, Settings
 from touchline.sources import Identity, read_query, source_class, split_address, without_password
 from touchline.store.documents import Document

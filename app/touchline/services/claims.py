@@ -13,7 +13,7 @@ from touchline.core.statements import say
 from touchline.evaluate.claims.claim import Claim
 from touchline.evaluate.claims.others import difference_claims
 from touchline.evaluate.claims.own_report import field_claims, report_claims
-from touchline.models.restored import Restored, model_of
+from touchline.models import Restored, model_of
 from touchline.services.container import IsAbandoned, Services
 from touchline.settings import CameraSettings
 from touchline.workflows import calibration as workflow

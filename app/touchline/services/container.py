@@ -21,13 +21,12 @@ from touchline.core.records import Frame
 from touchline.evaluate.claims.claim import Claim
 from touchline.images import ImageDecoder, ImageLimits
 from touchline.jobs import Job, JobEngine
-from touchline.live.cameras import LiveCameras
 from touchline.models import CameraModel
 from touchline.services.answer_cache import AnswerCache
 from touchline.services.cameras import CameraService
 from touchline.services.events import CameraEvents
 from touchline.services.fit_processes import FitProcesses, closed_request
-from touchline.services.live import start_live_cameras, take_frame
+from touchline.services.live import LiveCameras, start_live_cameras, take_frame
 from touchline.services.presence import Presence
 from touchline.services.running_part import RunningPart
 from touchline.settings import CameraSettings, Settings

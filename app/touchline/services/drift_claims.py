@@ -24,7 +24,7 @@ from touchline.evaluate.claims.pictures import (
 from touchline.evaluate.drift.orientation import OrientationReference
 from touchline.fitting.field_pattern import is_half_turn_symmetric
 from touchline.live.camera import SEEN
-from touchline.models.restored import Restored, model_of
+from touchline.models import Restored, model_of
 from touchline.services.claims import camera_of
 from touchline.services.container import IsAbandoned, Services
 from touchline.services.live import take_frame

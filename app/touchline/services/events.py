@@ -14,10 +14,10 @@ from time import monotonic
 from typing import Any, Literal
 
 from touchline.core.statements import Sentence, format_mm, say, stated
-from touchline.live.cameras import LiveCameras
-from touchline.live.status_types import CameraStatus
+from touchline.live.messages import CameraStatus
 from touchline.live.supervisor import LATE_S
 from touchline.services.cameras import CameraService
+from touchline.services.live import LiveCameras
 from touchline.store.repository import timestamp, utc_now
 from touchline.store.store import Store
 

@@ -10,7 +10,7 @@ from touchline.evaluate.claims.claim import Claim
 from touchline.evaluate.claims.own_images import CameraImage
 from touchline.evaluate.claims.own_report import field_claims
 from touchline.evaluate.claims.readiness import SiteCamera, camera_claims
-from touchline.live.status_types import CameraStatus
+from touchline.live.messages import CameraStatus
 from touchline.services.claims import package_failed
 from touchline.services.container import Services
 from touchline.settings import CameraSettings

@@ -14,7 +14,7 @@ from touchline.core.statements import say
 from touchline.evaluate.fit.click_guides import line_hints, snap_along
 from touchline.models import CameraModel, model_from_json
 from touchline.services.container import Services
-from touchline.vision.lines.snap import REASONS, Hint, Snapped, Unsnapped, snap
+from touchline.vision.snap import REASONS, Hint, Snapped, Unsnapped, snap
 
 
 class SnappedPoint(TypedDict):

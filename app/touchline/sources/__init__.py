@@ -3,12 +3,12 @@
 A source is named by an address, scheme://target?option=value&…, such as sim://ssl-div-b?lens=strong&tilt=12. Its
 scheme picks the class from SOURCES; target and options are the class's own (address.py).
 
-To add one: write sources/…/NAME.py with a class that follows Source, and add its line to SOURCES; the tests walk
+To add one: write sources/NAME.py with a class that follows Source, and add its line to SOURCES; the tests walk
 the table, by an address of each (tests/support/peers.py). Derive from BaseSource where nothing can be set while it
 runs. OPTIONS describe what follows the ?: the text is checked against them before open(), and the forms in the browser
-are made of them. lifecycle.py keeps a frame rate
-and refuses to read after close(), control_errors.py words the refusals of set_control(), industrial/camera.py does all
-but the driver of an industrial camera, network/endpoint.py connects to addresses that an untrusted user may name.
+are made of them. lifecycle.py keeps a frame rate, refuses to read after close() and words refusals of
+set_control(), industrial/camera.py does all but the driver of an industrial camera, network/endpoint.py connects to
+addresses that an untrusted user may name.
 
 read() may block, and a bad source may hang or crash: live pictures are read in a process per camera, which keeps only
 the newest frame.
@@ -178,10 +178,10 @@ class BaseSource:
 
 SOURCES: Registry[type[Source]] = Registry("source", {
     "sim": "touchline.sources.sim.source:SimSource",  # a rendered field through a real lens model, with exact truth
-    "picture": "touchline.sources.local.picture:PictureSource",  # a picture file, again and again
-    "folder": "touchline.sources.local.folder:FolderSource",  # pictures of a folder, in name order
-    "video": "touchline.sources.local.video:VideoSource",  # a film, at its own pace or as fast as possible
-    "v4l2": "touchline.sources.local.v4l2:V4l2Source",  # a webcam or a capture card in this machine
+    "picture": "touchline.sources.files:PictureSource",  # a picture file, again and again
+    "folder": "touchline.sources.files:FolderSource",  # pictures of a folder, in name order
+    "video": "touchline.sources.video:VideoSource",  # a film, at its own pace or as fast as possible
+    "v4l2": "touchline.sources.v4l2:V4l2Source",  # a webcam or a capture card in this machine
     "rtsp": "touchline.sources.network.rtsp:RtspSource",  # a network camera: H.264, H.265, MJPEG
     "http": "touchline.sources.network.http_mjpeg:HttpSource",  # a network camera: MJPEG, or single pictures
     "https": "touchline.sources.network.http_mjpeg:HttpsSource",

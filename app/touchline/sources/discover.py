@@ -56,8 +56,7 @@ def in_child(find: Callable[..., list[Discovered]]) -> Callable[[Connection, dic
 
 def v4l2_cameras() -> Iterable[Discovered]:
     """Yield the webcams and capture cards that Linux lists; no camera is opened."""
-    from touchline.sources.local.v4l2 import V4l2Source
-    from touchline.sources.local.v4l2_devices import list_devices
+    from touchline.sources.v4l2 import V4l2Source, list_devices
     for camera in list_devices(V4l2Source.root):
         yield _discovered(camera.address, f"{camera.model}, {camera.node}", camera.identity)
 

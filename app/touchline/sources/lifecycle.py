@@ -1,13 +1,32 @@
-"""What sources share: a frame rate of their own, pictures as they come, and the refusal to read when closed."""
+"""What sources share: a frame rate of their own, pictures as they come, refusals of reads and of controls."""
 
 import time
-from collections.abc import Callable
-from typing import TypeVar
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
 
-from touchline.core.errors import Unavailable
+from touchline.core.errors import BadInput, NotFound, Unavailable
 from touchline.core.records import Frame
 from touchline.core.sentences import OPEN_AGAIN
 from touchline.core.statements import say
+
+
+def unknown_control(name: Any, known: Iterable[str]) -> NotFound:
+    """Return the error for a control that this camera lacks."""
+    names = list(known)
+    return NotFound(say("control.unknown", "This camera has no setting called {name!r}.", name=str(name)[:40]),
+                    say("control.known", "It has: {names}.", names=names) if names
+                    else say("control.none", "It has no settings that can be changed."), reason="unknown-control")
+
+
+def refused_value(label: str, value: str, allowed: str) -> BadInput:
+    """Return the error for a value that a control cannot have. value: as it is quoted."""
+    return BadInput(f"{label} cannot be {value} on this camera.", f"Use {allowed}.", reason="bad-control")
+
+
+def is_number(value: Any, low: float, high: float) -> bool:
+    """Tell whether a control's value is a number in this range."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and low <= value <= high
+
 
 T = TypeVar("T")
 TRY_S = 1.0  # between two pictures that are decoded to see what they are

@@ -1,6 +1,6 @@
 """Cameras that operators added, the evidence of which camera an id was confirmed to be, and their encrypted passwords.
 
-Encrypted by Fernet (AES-128-CBC with HMAC-SHA256; https://github.com/fernet/spec/blob/master/Spec.md).
+Passwords are encrypted by Fernet (AES-128-CBC with HMAC-SHA256; https://github.com/fernet/spec/blob/master/Spec.md).
 
 A camera's row has its address without the password, and beside it, encrypted, the whole address. It is "" where the
 password was left out of an archive; without the key, too, the camera is there and its password is missing.

@@ -1,7 +1,8 @@
 """Files written atomically, how much of the disk they may take, and what could not be read or saved lately.
 
-A reader therefore sees the old file or the new one, also after a power cut in between. Without the last flush
-the new name could be lost again although its content was safe.
+A file is written under another name, flushed and moved into place, then its folder is flushed: a reader sees the old
+file or the new one, also after a power cut in between. Without the last flush the new name could be lost again although
+its content was safe.
 """
 
 import errno

@@ -1,6 +1,6 @@
 """Open the database: check it, bring it to the newest schema, restore a damaged one from the newest good backup.
 
-Each step is one transaction: a kill leaves the old schema or the new one.
+Each step of the schema is one transaction: a kill leaves the old schema or the new one.
 
     new folder                      → a new database
     sound                           → itself; single damaged rows are marked, and what is left of them is reported
@@ -9,9 +9,9 @@ Each step is one transaction: a kill leaves the old schema or the new one.
 
 Nobody is ever given an empty database in place of a full one.
 
-Nothing is read of the database that is replaced: it may be damaged as a whole. Good is a backup in which every row is
-intact and none is missing. It is looked for in copies, and the copy takes the database's place in one step: a power cut
-leaves the old database or the new one, and an error leaves the old one in use.
+Nothing is read of a database that a backup replaces: it may be damaged as a whole. Good is a backup in which every row
+is intact and none is missing. It is looked for in copies, and the copy takes the database's place in one step: a power
+cut leaves the old database or the new one, and an error leaves the old one in use.
 
 The new one counts on from the old one's number of changes, so that no backup from before is newer than it.
 """

@@ -1,7 +1,7 @@
 """What is damaged or was replaced: moved to the quarantine and named, never read as something else or silently missing.
 
-replaced/CHANGES/touchline.db    the database from before, with its log where that is a part of it
-replaced/CHANGES/TABLE/…         what the quarantine had of rows that were damaged in it
+    replaced/CHANGES/touchline.db    the database from before, with its log where that is a part of it
+    replaced/CHANGES/TABLE/…         what the quarantine had of rows that were damaged in it
 """
 
 import json

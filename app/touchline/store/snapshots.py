@@ -1,7 +1,7 @@
 """Snapshots: stored pictures with their original bytes and a record of each, and operators' drafts on them.
 
-pictures/SHA256.FORMAT     the bytes as they came; the same picture twice is one file
-the table of snapshots     what the picture is; its row is written last, so a row always has its picture
+    pictures/SHA256.FORMAT     the bytes as they came; the same picture twice is one file
+    the table of snapshots     what the picture is; its row is written last, so a row always has its picture
 
 A draft that was never saved is the empty one, with an ETag of its own: the first save names that one.
 """

@@ -1,7 +1,7 @@
 """The tables, as SQLAlchemy sees them; migrations/ makes them, and a test holds the two together.
 
 Every row carries its content as text, `body`; most other columns repeat what the database must find it by, and
-`sha256` is the checksum of both (checksummed.py). `sequence` is the order in which rows came and is
+`sha256` is the checksum of both (integrity.py). `sequence` is the order in which rows came and is
 never used twice; no date orders anything. `damaged` names the quarantine's file once a row was found to be damaged.
 """
 

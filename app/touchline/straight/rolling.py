@@ -28,15 +28,12 @@ from touchline.core.sentences import PROGRESS_DONE, SECURE_CAMERA
 from touchline.core.statements import say, stated
 from touchline.fitting.ray_camera.distortion_prior import DistortionEstimate
 from touchline.installation import __version__
-from touchline.models import CameraModel
+from touchline.models import CameraModel, model_of
 from touchline.models.distortion import LINE_LENSES, Distortion
-from touchline.models.restored import model_of
-from touchline.sources.local.video import read_video
+from touchline.sources.video import read_video
 from touchline.straight.rolls import RecordedRoll, roll_report
 from touchline.straight.straightness import check_choice, straightness
-from touchline.vision.motion.foreground import MotionDetector
-from touchline.vision.motion.straight_runs import StraightRun, straight_runs
-from touchline.vision.motion.tracks import Track, Tracker
+from touchline.straight.tracks import MotionDetector, StraightRun, Track, Tracker, straight_runs
 from touchline.workflows.calibration_request import CalibrationRequest
 
 MAX_UPSET_SHARE = 0.1  # of the frames in which nearly all changed: the camera is not still

@@ -13,7 +13,7 @@ from touchline.core.records import Calibration
 from touchline.core.statements import say
 from touchline.services.container import Services
 from touchline.services.result_savers import save_new_version
-from touchline.sources.local.files import file_within
+from touchline.sources.files import file_within
 from touchline.store.integrity import checksummed, content, json_text
 from touchline.store.repository import Repository, check_etag, content_etag, timestamp
 from touchline.store.tables import RollRow

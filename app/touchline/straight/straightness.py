@@ -3,10 +3,14 @@
     report = straightness([edge_chains(frame.pixels), …], (), size)    edges of images
     report = straightness((), [[[x, y], …], …], size)                  each a clicked line
     pixels = undistort(frame.pixels, lens)                             the image without the bend
+
+A barrel lens, undone, sends the picture's edges outwards. The drawing is scaled so that the middle of each of the
+four edges is still in it; corners stick out.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -19,13 +23,47 @@ from touchline.core.json_values import JsonObject, nullable, nullable_points
 from touchline.core.sentences import ONE_CAMERA, PROGRESS_DONE, image_name, previous_images_differ
 from touchline.core.statements import Sentence, format_with_sigma, say, sentence, stated
 from touchline.imaging.correction import CorrectedView, correction_map
-from touchline.imaging.undistorted_view import UndistortedView
+from touchline.models.contract import Rectification
 from touchline.models.distortion import LINE_LENSES, Distortion
 from touchline.straight.bow import CommonBow, LineSag, SagVerdict, both_sides_seen, common_bow, sag_verdict
 from touchline.straight.fit import PlumbLineFit, fit_plumb_lines
 from touchline.straight.search import PlumbLineProblem
-from touchline.vision.lines.edges import edge_chains
+from touchline.vision.edges import edge_chains
 from touchline.workflows.job_pictures import Pictures, job_pictures
+
+MIN_SCALE = 1 / 3  # a lens that sends its edges further is drawn without them
+
+
+@dataclass(frozen=True)
+class UndistortedView(Rectification):
+    """The rectification that draws it."""
+
+    lens: Distortion
+
+    @property
+    def corrected_size(self) -> ImageSize:
+        return self.lens.image_size
+
+    @cached_property
+    def scale(self) -> float:
+        """Drawn pixels for one straight pixel: 1 at most from a pincushion, less from a barrel."""
+        (width, height), (x, y) = self.lens.image_size, self.lens.image_size.centre
+        raw = np.array([[0, y], [width - 1, y], [x, 0], [x, height - 1]], float)
+        away = np.abs(self.lens.undistorted_from_raw(raw) - (x, y)).max(axis=1) / np.array([x, x, y, y])
+        reached = away[np.isfinite(away) & (away > 0)]
+        return float(np.clip(1 / reached.max(), MIN_SCALE, 1 / MIN_SCALE)) if reached.size else 1.0
+
+    def corrected_from_raw(self, raw: Points) -> Points:
+        """(..., 2) px; NaN beyond the lens' horizon."""
+        return (self.lens.undistorted_from_raw(raw) - self._middle) * self.scale + self._middle
+
+    def raw_from_corrected(self, corrected: Points) -> Points:
+        return self.lens.raw_from_undistorted((corrected - self._middle) / self.scale + self._middle)
+
+    @property
+    def _middle(self) -> Points:
+        return np.array(self.lens.image_size.centre)
+
 
 LADDER = ("division", "division-even")  # what "auto" tries, simplest first
 MAX_MISFIT_RATIO = 0.95  # of the simpler lens' misfit: more is no reason for another term

@@ -47,9 +47,8 @@ from touchline.fitting.ray_camera.fit import lens_fitter
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.models import MODELS, parameters_json
 from touchline.models.ray_camera import RayCamera
-from touchline.vision.lines.painted import painted_lines
-from touchline.vision.lines.profiles import NO_WIDTHS, Profiles, across_lines
-from touchline.vision.lines.strays import strays
+from touchline.vision.profiles import NO_WIDTHS, Profiles, across_lines, strays
+from touchline.vision.ridges import painted_lines
 from touchline.workflows import calibration
 from touchline.workflows.calibration import CalibrationResult
 

@@ -29,7 +29,7 @@ from touchline.fitting.border import Degree, fit_curve
 from touchline.imaging.correction import CorrectedView, correction_map
 from touchline.imaging.heat_map import heat_map
 from touchline.models import CameraModel, RayModel, raw_from_field
-from touchline.models.border_curve import MAX_DEGREE
+from touchline.models.polynomial import MAX_DEGREE
 from touchline.workflows.calibration_types import BorderFit, Marking, Polyline, ResidualArrows, Uncertainty
 
 Space = Literal["image", "corrected", "field"]

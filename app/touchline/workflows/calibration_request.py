@@ -16,7 +16,7 @@ from touchline.core.jobs import Progress, no_progress
 from touchline.core.records import Calibration, Observations, Warning, observations_from_json
 from touchline.core.statements import say
 from touchline.fitting import FITTERS, known_options
-from touchline.imaging.correction_mesh import correction_mesh
+from touchline.imaging.correction import correction_mesh
 from touchline.installation import __version__
 from touchline.models import MODELS, CameraModel, parameters_json
 from touchline.workflows import calibration, model_choice

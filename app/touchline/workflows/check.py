@@ -20,8 +20,8 @@ from touchline.evaluate.drift.checked import checked
 from touchline.evaluate.drift.line_check import LineDeviation, LineMeasurements
 from touchline.evaluate.drift.orientation import FIX, SAID, UNKNOWN, Orientation, OrientationReference, State
 from touchline.evaluate.fit.verification import MIN_FOUND
-from touchline.models.restored import Restored
-from touchline.vision.lines.painted import painted_lines, with_bright_lines
+from touchline.models import Restored
+from touchline.vision.ridges import painted_lines, with_bright_lines
 from touchline.workflows.job_pictures import job_pictures, median_frame
 
 MAX_DRAWN = 400

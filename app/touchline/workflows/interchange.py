@@ -29,9 +29,8 @@ from touchline.formats.approximation import exact_camera, export_camera
 from touchline.formats.camera_file import CameraFile
 from touchline.formats.ssl_field import field_from_wire, field_to_wire
 from touchline.installation import __version__
-from touchline.models import parameters_json
-from touchline.models.restored import model_of
-from touchline.models.top_view import RECTANGLE_FIELDS
+from touchline.models import model_of, parameters_json
+from touchline.models.contract import RECTANGLE_FIELDS
 from touchline.workflows.calibration_request import CalibrationRequest
 
 EXACT_MM = 1e-6  # less is rounding

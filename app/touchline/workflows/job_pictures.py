@@ -15,7 +15,7 @@ from touchline.core.sentences import ONE_CAMERA
 from touchline.core.statements import say
 from touchline.images import ImageDecoder
 from touchline.store.files import read_checked
-from touchline.vision.motion.background import Background
+from touchline.vision.background import Background
 
 Read = Callable[[], Frame]
 Pictures = Sequence[tuple[str, Read]]  # each one's name, and how to read it

@@ -26,11 +26,10 @@ from touchline.evaluate.drift.orientation import OrientationReference
 from touchline.fitting.image_motion import estimate_motion
 from touchline.fitting.ray_camera.lens_prior import camera_intrinsics
 from touchline.images import ImageDecoder
-from touchline.models import CameraModel, RayModel, field_from_raw, parameters_json, raw_from_field
+from touchline.models import CameraModel, RayModel, Restored, field_from_raw, parameters_json, raw_from_field
 from touchline.models.ray_camera import RayCamera
-from touchline.models.restored import Restored
 from touchline.store.files import read_checked
-from touchline.vision.lines.painted import with_bright_lines
+from touchline.vision.ridges import with_bright_lines
 from touchline.workflows import calibration as workflow
 from touchline.workflows.calibration import CalibrationResult
 from touchline.workflows.calibration_request import CalibrationRequest

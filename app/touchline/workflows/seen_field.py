@@ -12,9 +12,8 @@ from touchline.core.records import Calibration
 from touchline.core.sentences import DETECTING_LINES
 from touchline.core.statements import say
 from touchline.fitting.seen_markings import with_seen
-from touchline.models import field_from_raw
-from touchline.models.restored import model_of
-from touchline.vision.lines.painted import painted_lines
+from touchline.models import field_from_raw, model_of
+from touchline.vision.ridges import painted_lines
 
 
 class SeenField(TypedDict):

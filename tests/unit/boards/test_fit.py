@@ -13,7 +13,7 @@ from touchline.boards.uncertainty import expected_px, lens_sensitivity
 from touchline.core.errors import BadInput, FitFailed
 from touchline.core.geometry import ImageSize
 from touchline.models import MODELS
-from touchline.models.lens_difference import lens_difference
+from touchline.models.intrinsics import lens_difference
 
 BROWN, FISH = MODELS["brown-conrady"], MODELS["fisheye"]
 

@@ -10,12 +10,12 @@ from touchline.core.jobs import Job, problem_of, subprogress
 from touchline.core.records import Warning
 from touchline.core.statements import Sentence, join, say, sentence_in
 from touchline.images.screen import screen
-from touchline.live.state import ProcessStatus, calibration_mismatch, stall_reason
+from touchline.live.supervisor import ProcessStatus, calibration_mismatch, stall_reason
 from touchline.processes.framing import error_from_json, problem_json
 from touchline.sources import Identity
 from touchline.store.files import PictureQuota, translate_disk_errors
-from touchline.vision.quality import light
-from touchline.vision.quality.zones import zone_names
+from touchline.vision import light
+from touchline.vision.zones import zone_names
 
 LOST, CHECK = say("camera.lost", "No frame for {seconds:.1f} s.", seconds=1.25), say("fix.check", "Check it.")
 STATED = {"code": "camera.lost", "values": {"seconds": 1.2}}

@@ -12,7 +12,7 @@ from touchline.core.records import Frame
 from touchline.evaluate.drift.alarm import DriftWatch
 from touchline.evaluate.drift.monitor import DriftReference
 from touchline.evaluate.drift.orientation import OrientationReference
-from touchline.models.restored import Restored
+from touchline.models import Restored
 from touchline.workflows.check import check
 from touchline.workflows.reregister import reregister
 

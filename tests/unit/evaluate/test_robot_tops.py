@@ -12,7 +12,7 @@ from touchline.core.records import observations_from_json
 from touchline.evaluate.cameras.agreement import agreement
 from touchline.evaluate.cameras.evidence import from_clicks, from_matches
 from touchline.evaluate.cameras.robot_tops import expected_at_tops
-from touchline.models.restored import model_of
+from touchline.models import model_of
 from touchline.rigs.verdict import of_pair
 
 TOPS_MM = FIELD.hat_height_mm

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from tests.support.tiers import rounds
 from touchline.core.errors import FitFailed
 from touchline.fitting.border import fit_curve
-from touchline.models.border_curve import Curve
+from touchline.models.polynomial import Curve
 
 SPAN = (-0.5, 1023.5)
 ROWS = np.linspace(40, 980, 9)

@@ -23,8 +23,7 @@ from touchline.fitting import FITTERS
 from touchline.fitting.ray_camera.camera_prior import camera_priors, unusual_camera_warnings
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.models import MODELS, RayModel, field_from_raw, parameters_json
-from touchline.sources.sim.camera import SimCamera
-from touchline.sources.sim.lens import LENSES
+from touchline.sources.sim.camera import LENSES, SimCamera
 from touchline.workflows import calibration, model_choice
 
 RAYS = [name for name in MODELS if issubclass(MODELS[name], RayModel)]

@@ -34,9 +34,9 @@ from touchline.formats.approximation import exact_camera
 from touchline.formats.camera_file import CameraFile
 from touchline.imaging.correction import correction_map
 from touchline.models import MODELS, RayModel, field_from_raw, model_from_json, parameters_json
-from touchline.models.lens_models import BrownConrady
+from touchline.models.contract import RECTANGLE_FIELDS
 from touchline.models.polynomial import Polynomial
-from touchline.models.top_view import RECTANGLE_FIELDS
+from touchline.models.ray_camera import BrownConrady
 from touchline.workflows import interchange
 from touchline.workflows.calibration import calibrate
 

@@ -10,7 +10,7 @@ from tests.golden.make import cases, path
 from tests.support.exported import LENS_FORMATS, example, model_of, seen_places
 from touchline.core.records import Calibration
 from touchline.formats import FORMATS
-from touchline.models.top_view import RECTANGLE_FIELDS
+from touchline.models.contract import RECTANGLE_FIELDS
 from touchline.ssl_protocol.protobuf import decode
 from touchline.ssl_protocol.ssl_vision_pb2 import SSL_WrapperPacket
 from touchline.workflows import interchange

@@ -8,8 +8,13 @@ import pytest
 
 from tests.support.league_geometry import PROGRAMS, SIZES, lines_of, packet_of
 from touchline.core.field_json import field_from_json
-from touchline.formats.ssl_field import field_from_wire, field_to_wire, names_are_the_leagues
-from touchline.formats.ssl_known_field import known_field, markings_alone
+from touchline.formats.ssl_field import (
+    field_from_wire,
+    field_to_wire,
+    known_field,
+    markings_alone,
+    names_are_the_leagues,
+)
 from touchline.ssl_protocol.protobuf import decode
 from touchline.ssl_protocol.ssl_vision_pb2 import SSL_GeometryFieldSize, SSL_WrapperPacket
 from touchline.store.fields import load_fields

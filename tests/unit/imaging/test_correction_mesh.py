@@ -5,8 +5,7 @@ import pytest
 
 from tests.support.examples import plain_examples
 from touchline.core.errors import BadInput
-from touchline.imaging.correction import CorrectedView, correction_map
-from touchline.imaging.correction_mesh import MAX_ERROR_PX, MAX_NODES, correction_mesh
+from touchline.imaging.correction import MAX_ERROR_PX, MAX_NODES, CorrectedView, correction_map, correction_mesh
 from touchline.models import MODELS
 
 EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(plain_examples(name))]

@@ -15,15 +15,14 @@ from touchline.core.geometry import ImageSize
 from touchline.core.records import Calibration, Observation
 from touchline.evaluate.fit.approximation import approximate_camera
 from touchline.evaluate.fit.uncertainty import grid_over
-from touchline.formats.ssl_geometry import camera_from_wire
+from touchline.formats.ssl_vision import camera_from_wire
 from touchline.league.config import PublishingConfig
 from touchline.league.packet import published_cameras
 from touchline.league.packet_camera import packet_camera
-from touchline.models.lens_models import Fisheye, Ssl
-from touchline.models.restored import model_of
-from touchline.models.top_view import RECTANGLE_FIELDS
-from touchline.sources.sim.camera import SimCamera
-from touchline.sources.sim.lens import LENSES
+from touchline.models import model_of
+from touchline.models.contract import RECTANGLE_FIELDS
+from touchline.models.ray_camera import Fisheye, Ssl
+from touchline.sources.sim.camera import LENSES, SimCamera
 from touchline.store.fields import load_fields
 from touchline.workflows.calibration import uncertainty
 from touchline.workflows.calibration_request import CalibrationRequest

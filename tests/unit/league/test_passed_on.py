@@ -20,7 +20,7 @@ from touchline.league.live import GeometryListener
 from touchline.league.packet import MAX_AGE_S, PassedOn, geometry_packet, published_cameras
 from touchline.league.received import STALE_S, RemotePublisher, geometry_differences, geometry_to_pass_on
 from touchline.league.service import RECEIVED_FILE
-from touchline.models.lens_models import Ssl
+from touchline.models.ray_camera import Ssl
 from touchline.ssl_protocol.protobuf import decode
 from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPacket, GeometryPartsPacket
 from touchline.store.fields import load_fields

@@ -15,14 +15,13 @@ from touchline.detection.live import FrameBuffer, StageRenderer
 from touchline.detection.records import Detections
 from touchline.detection.stages import FrameResult
 from touchline.images import ImageLimits
-from touchline.live import drift, encoder, quality_monitor
+from touchline.live import drift, picture, worker_main
 from touchline.live.camera import LiveCamera
 from touchline.live.drift import CameraDriftMonitor
-from touchline.live.encoder import Encoder
 from touchline.live.failures import Failures, failure_words
-from touchline.live.picture import AppliedCalibration
-from touchline.live.quality_monitor import QualityMonitor
-from touchline.live.stream_spec import StreamSpec
+from touchline.live.messages import StreamSpec
+from touchline.live.picture import AppliedCalibration, Encoder
+from touchline.live.worker_main import QualityMonitor
 
 
 def fails_once(real, error):
@@ -63,7 +62,7 @@ def one_failure(monkeypatch):
 
 @pytest.mark.parametrize("error", [cv2.error("odd"), MemoryError()], ids=["OpenCV", "memory"])
 def test_a_picture_that_cannot_be_drawn_is_followed_by_the_next_one(monkeypatch, error):
-    monkeypatch.setattr(encoder, "render", fails_once(encoder.render, error))
+    monkeypatch.setattr(picture, "render", fails_once(picture.render, error))
     sent = []
     with one_failure(monkeypatch) as (capture, failures, running):
         drawing = running(Encoder(capture, lambda kind, number, body: sent.append(number), failures))
@@ -76,8 +75,8 @@ def test_a_picture_that_cannot_be_drawn_is_followed_by_the_next_one(monkeypatch,
 
 @pytest.mark.parametrize("error", [cv2.error("odd"), MemoryError()], ids=["OpenCV", "memory"])
 def test_a_picture_that_cannot_be_judged_is_followed_by_the_next_one(monkeypatch, error):
-    monkeypatch.setattr(quality_monitor.light, "measure_light",
-                        fails_once(quality_monitor.light.measure_light, error))
+    monkeypatch.setattr(worker_main.light, "measure_light",
+                        fails_once(worker_main.light.measure_light, error))
     with one_failure(monkeypatch) as (capture, failures, running):
         judging = running(QualityMonitor(capture, Encoder(capture, lambda *_: None, failures), failures))
         until(lambda: judging.newest is not None)

@@ -26,9 +26,9 @@ from touchline.imaging.correction import correction_map
 from touchline.live.camera import LiveCamera
 from touchline.live.camera_feed import CameraFeed
 from touchline.live.capture import RETRY_S
+from touchline.live.messages import StreamSpec
 from touchline.live.picture import AppliedCalibration
-from touchline.live.state import KILL_AFTER_S, STALL_S
-from touchline.live.stream_spec import StreamSpec
+from touchline.live.supervisor import KILL_AFTER_S, STALL_S
 from touchline.processes.framing import decode_body
 from touchline.sources import Identity, SourceContext, source_from_url
 

@@ -18,12 +18,12 @@ from tests.support.pictures import jpeg_of_many_scans, jpeg_with_size, png_bomb
 from tests.support.rtsp_camera import RtspCamera
 from tests.support.tiers import long
 from tests.support.waiting import until_async
-from touchline.live import messages, state, supervisor
+from touchline.live import messages, supervisor
 from touchline.live.camera import LiveCamera
-from touchline.live.stream_spec import StreamSpec
+from touchline.live.messages import StreamSpec
 from touchline.live.supervisor import CameraProcess
 from touchline.processes.framing import ANSWER, Message, decode_body, encode_body
-from touchline.vision.quality.stillness import ENOUGH_S, LONG_S
+from touchline.vision.zones import ENOUGH_S, LONG_S
 
 
 @contextmanager
@@ -152,7 +152,7 @@ def test_another_size_is_shown_as_it_is(kind):
 
 
 def test_a_picture_that_never_changes_is_not_called_live(monkeypatch):
-    monkeypatch.setattr(state, "FROZEN_S", 1.0)
+    monkeypatch.setattr(supervisor, "FROZEN_S", 1.0)
 
     async def story(far):
         far.parts = lambda n: [coded(7)]

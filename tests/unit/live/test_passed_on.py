@@ -11,8 +11,8 @@ from tests.support.mjpeg_camera import MjpegCamera, coded
 from tests.support.pictures import encoded, gradient, turned_jpeg
 from tests.support.waiting import LONG_S, until_async
 from touchline.images import read_in_process
+from touchline.live.messages import StreamSpec
 from touchline.live.picture import passed_on
-from touchline.live.stream_spec import StreamSpec
 from touchline.processes.framing import decode_body
 
 

@@ -11,11 +11,11 @@ from tests.support.live_cameras import SIM, capturing, spec
 from tests.support.waiting import LONG_S, until
 from touchline.core.registry import Registry
 from touchline.live import capture as module
-from touchline.live import rate
+from touchline.live import messages
 from touchline.live.capture import REST_S
-from touchline.live.encoder import Encoder
 from touchline.live.failures import Failures
-from touchline.live.stream_spec import StreamSpec
+from touchline.live.messages import StreamSpec
+from touchline.live.picture import Encoder
 from touchline.live.worker_main import CameraWorker
 from touchline.sources import SOURCES
 
@@ -25,7 +25,7 @@ CARD_S = 0.2  # between two pictures of a thumbnail
 @pytest.fixture
 def capture(monkeypatch):
     monkeypatch.setattr(module, "RESTS_AFTER_S", 0.3)
-    monkeypatch.setattr(rate, "RATE_FRAMES", 2)
+    monkeypatch.setattr(messages, "RATE_FRAMES", 2)
     with capturing(SIM) as capture:
         yield capture
 

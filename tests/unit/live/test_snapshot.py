@@ -9,8 +9,8 @@ import pytest
 from tests.support.live_cameras import FIELDS, capturing
 from tests.support.simulated_source import simulated_source
 from touchline.core.errors import Unavailable
-from touchline.live.snapshot import STILL_PX, take_still
-from touchline.vision.motion.stillness import camera_shift_px
+from touchline.live.capture import STILL_PX, take_still
+from touchline.vision.background import camera_shift_px
 
 SIM = "sim://table?size=480x384&fps=50&robots=3"
 

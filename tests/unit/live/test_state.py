@@ -3,7 +3,7 @@
 import pytest
 
 from touchline.core.geometry import ImageSize
-from touchline.live.state import (
+from touchline.live.supervisor import (
     FROZEN_CODED_S,
     FROZEN_S,
     INTERVALS,

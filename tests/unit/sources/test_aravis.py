@@ -13,7 +13,7 @@ import pytest
 from tests.support.industrial import GvCamera, held, need_aravis, opened
 from touchline.core.errors import BadInput, NotFound, TouchlineError, Unavailable
 from touchline.sources import Identity, SourceContext, source_from_url
-from touchline.sources.industrial import aravis_library, gige
+from touchline.sources.industrial import aravis, aravis_library
 from touchline.sources.industrial.camera import DiscoveredCamera, find_camera
 
 FAKE = "aravis://Fake_1?fps=100"
@@ -102,13 +102,13 @@ def test_a_camera_that_goes_is_told_and_comes_back(gv):
 
 
 def test_a_camera_is_told_from_a_machine_that_is_silent_or_talks_of_something_else(gv):
-    assert gige.responds("127.0.0.1")
+    assert aravis.responds("127.0.0.1")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        other.bind(("127.0.0.2", gige.PORT))
-        assert not gige.responds("127.0.0.2")
+        other.bind(("127.0.0.2", aravis.PORT))
+        assert not aravis.responds("127.0.0.2")
         other.settimeout(10)
         asked = {other.recv(100) for _ in range(2)}
-        assert asked == {gige.ASK}
+        assert asked == {aravis.ASK}
 
         def babble():
             for _ in range(2):
@@ -117,9 +117,9 @@ def test_a_camera_is_told_from_a_machine_that_is_silent_or_talks_of_something_el
 
         talking = threading.Thread(target=babble)
         talking.start()
-        assert not gige.responds("127.0.0.2")
+        assert not aravis.responds("127.0.0.2")
         talking.join()
-    assert not gige.responds("127.0.0.2")  # nobody listens
+    assert not aravis.responds("127.0.0.2")  # nobody listens
 
 
 def test_a_name_that_nobody_has_lists_those_who_answer(gv):

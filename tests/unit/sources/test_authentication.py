@@ -2,7 +2,7 @@
 
 import re
 
-from touchline.sources.network.authentication import Login
+from touchline.sources.network.endpoint import Login
 
 
 def challenge(nonce: str) -> list[str]:

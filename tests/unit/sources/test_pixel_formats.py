@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from touchline.core.errors import Unavailable
-from touchline.sources.industrial.pixel_formats import PIXEL_FORMATS, best_format, bgr_from_raw, canonical_name
+from touchline.sources.industrial.camera import PIXEL_FORMATS, best_format, bgr_from_raw, canonical_name
 
 WIDTH, HEIGHT = 48, 32
 CORNERS = (("R", "G"), ("G", "B"))

@@ -11,8 +11,7 @@ from tests.support.sim_clicks import border_clicks, border_observations, known_g
 from touchline.core.errors import BadInput
 from touchline.core.field import BORDERS
 from touchline.core.geometry import ImageSize
-from touchline.sources.sim.camera import SimCamera
-from touchline.sources.sim.lens import LENSES, BrownConrady, Division, KannalaBrandt, Ssl
+from touchline.sources.sim.camera import LENSES, BrownConrady, Division, KannalaBrandt, SimCamera, Ssl
 
 REGION = reference_field().regions["full"]
 every_lens = pytest.mark.parametrize("lens", LENSES.values(), ids=LENSES)

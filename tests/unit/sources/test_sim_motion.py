@@ -7,11 +7,9 @@ import pytest
 from tests.support.sim_truth import robots_in, truth_at
 from tests.support.tiers import long
 from touchline.core.geometry import ImageSize
-from touchline.sources.sim.camera import SimCamera
-from touchline.sources.sim.lens import LENSES
-from touchline.sources.sim.motion import Motion, ball_at, people_at, robots_at
+from touchline.sources.sim.actors import Motion, ball_at, moving, people_at, robots_at
+from touchline.sources.sim.camera import LENSES, SimCamera
 from touchline.sources.sim.render import Rendering, Sensor
-from touchline.sources.sim.robot_shapes import moving
 from touchline.sources.sim.solids import Box, Capsule, CutDisc, Disc
 from touchline.store.fields import load_fields
 

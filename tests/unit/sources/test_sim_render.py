@@ -10,11 +10,9 @@ from tests.support.line_centres import centroids, clear_of_others
 from tests.support.sim_truth import robots_in
 from tests.support.tiers import long
 from touchline.core.geometry import ImageSize, normal_cdf
-from touchline.sources.sim.camera import SimCamera
-from touchline.sources.sim.illumination import Light
-from touchline.sources.sim.lens import LENSES
-from touchline.sources.sim.motion import Motion, ball_at
-from touchline.sources.sim.paint import Ground, arc_coverage, line_coverage
+from touchline.sources.sim.actors import Motion, ball_at
+from touchline.sources.sim.camera import LENSES, SimCamera
+from touchline.sources.sim.ground import Ground, Light, arc_coverage, line_coverage
 from touchline.sources.sim.render import Rendering, Sensor
 from touchline.store.fields import load_fields
 

@@ -13,8 +13,8 @@ from tests.support.timecode_reader import read_timecode
 from touchline.core.errors import BadInput, NotFound
 from touchline.sources import SourceContext, source_from_url
 from touchline.sources.sim import timecode
-from touchline.sources.sim.lamps import DRIFT_PERIOD_S, Lamps
-from touchline.sources.sim.lens import LENSES, BrownConrady, Division, Ssl
+from touchline.sources.sim.camera import LENSES, BrownConrady, Division, Ssl
+from touchline.sources.sim.ground import DRIFT_PERIOD_S, Lamps
 from touchline.store.fields import load_fields
 
 FIELDS = load_fields()

@@ -18,7 +18,7 @@ from touchline.core.errors import BadImage, Unavailable
 from touchline.images.in_process import decode_in_process, read_in_process
 from touchline.images.screen import screen
 from touchline.sources import SourceContext, source_from_url
-from touchline.sources.network.multipart import MAX_PART, MultipartParser, PartTooLarge, boundary_of
+from touchline.sources.network.http_mjpeg import MAX_PART, MultipartParser, PartTooLarge, boundary_of
 
 AROUND = SourceContext(decode=decode_in_process, read=read_in_process, hosts=("127.0.0.1",))
 SEEN_S = 20.0  # generous, for a busy machine

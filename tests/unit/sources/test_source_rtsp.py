@@ -20,7 +20,7 @@ from touchline.core.errors import Unavailable
 from touchline.images.in_process import JpegFrame, read_in_process
 from touchline.sources import SourceContext, source_from_url
 from touchline.sources.network.endpoint import Endpoint
-from touchline.sources.network.rtsp_relay import RtspRelay
+from touchline.sources.network.rtsp import RtspRelay
 
 AROUND = SourceContext(read=read_in_process, hosts=("127.0.0.1",))
 SEEN_S = 20.0  # generous, for a busy machine; the bench measures

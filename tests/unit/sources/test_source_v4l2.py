@@ -9,8 +9,7 @@ from tests.support.plugged_cameras import V4L2_PATHS, Webcam, plug_in
 from touchline.core.errors import BadInput, NotFound, Unavailable
 from touchline.images import read_in_process
 from touchline.sources import SourceContext, source_from_url
-from touchline.sources.local.v4l2 import V4l2Source
-from touchline.sources.local.v4l2_devices import find_device, list_devices
+from touchline.sources.v4l2 import V4l2Source, find_device, list_devices
 
 AROUND = SourceContext(read=read_in_process)
 

@@ -14,7 +14,7 @@ from tests.support.ssl_messages import changed
 from tests.support.tiers import rounds
 from touchline.core.errors import BadInput, Conflict, TouchlineError
 from touchline.formats.ssl_field import field_from_wire, field_to_wire
-from touchline.formats.ssl_geometry import camera_number
+from touchline.formats.ssl_vision import camera_number
 from touchline.league.live import CPU_SHARE_PER_SENDER
 from touchline.models import MODELS
 from touchline.ssl_protocol import ssl_vision_pb2

@@ -13,7 +13,7 @@ from tests.support.tiers import rounds
 from touchline.core.errors import BadInput, FitFailed
 from touchline.core.geometry import homogeneous
 from touchline.models.distortion import LINE_LENSES, Distortion
-from touchline.models.lenses.even_division import EvenDivisionLens
+from touchline.models.lenses.division import EvenDivisionLens
 from touchline.straight.bow import sag_px, sag_verdict
 from touchline.straight.fit import fit_plumb_lines
 from touchline.straight.problem import Chains, LineFit

@@ -16,14 +16,13 @@ from tests.support.waiting import LONG_S, until
 from touchline.core.errors import BadInput, Conflict, FitFailed, NotFound
 from touchline.core.geometry import ImageSize
 from touchline.core.jobs import no_progress
-from touchline.imaging.undistorted_view import UndistortedView
 from touchline.live import capture as live_capture
 from touchline.models import field_from_raw, model_from_json
-from touchline.sources.sim.camera import SimCamera
-from touchline.sources.sim.lens import LENSES
+from touchline.sources.sim.camera import LENSES, SimCamera
 from touchline.store.fields import load_fields
 from touchline.straight import live as live_rolls
 from touchline.straight import rolling as recording
+from touchline.straight import tracks as tracking
 from touchline.straight.rolling import (
     RollRecorder,
     check_refinable,
@@ -34,10 +33,8 @@ from touchline.straight.rolling import (
     track_film,
 )
 from touchline.straight.rolls import RecordedRoll, analyse_rolls, border_pct, roll_report
-from touchline.vision.motion import tracks as tracking
-from touchline.vision.motion.foreground import MovingBlob
-from touchline.vision.motion.straight_runs import straight_runs
-from touchline.vision.motion.tracks import Tracker
+from touchline.straight.straightness import UndistortedView
+from touchline.straight.tracks import MovingBlob, Tracker, straight_runs
 from touchline.workflows.calibration_request import CalibrationRequest
 
 LARGE = ImageSize(1224, 1024)

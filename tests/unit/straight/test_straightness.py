@@ -9,7 +9,7 @@ from tests.support.tiers import long, rounds
 from touchline.core.geometry import ImageSize
 from touchline.straight.fit import fit_plumb_lines
 from touchline.straight.straightness import straightness
-from touchline.vision.lines.edges import edge_chains
+from touchline.vision.edges import edge_chains
 
 
 def shrunk(pixels, by):

@@ -12,7 +12,7 @@ from touchline.core.errors import BadInput
 from touchline.sources import SourceContext, source_from_url
 from touchline.sources.sim.render import Rendering
 from touchline.store.fields import load_fields
-from touchline.vision.motion.background import MAX_FRAMES, Background
+from touchline.vision.background import MAX_FRAMES, Background
 
 FIELDS = load_fields()
 FIELD = FIELDS["ssl-div-b"]

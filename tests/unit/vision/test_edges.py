@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from touchline.vision.lines.edges import edge_chains
+from touchline.vision.edges import edge_chains
 
 HEIGHT, WIDTH = 240, 320
 FINE = 8  # samples a pixel each way: a picture's pixel is the mean over its square, and the drawing exact to 1/16 px

@@ -11,13 +11,13 @@ from touchline.core.errors import BadInput
 from touchline.sources import SourceContext, source_from_url
 from touchline.sources.sim.render import Rendering
 from touchline.store.fields import load_fields
-from touchline.vision.quality import flicker as flickering
-from touchline.vision.quality import light as lighting
-from touchline.vision.quality import sharpness as focus
-from touchline.vision.quality.flicker import measure_flicker, row_means
-from touchline.vision.quality.light import measure_light
-from touchline.vision.quality.sharpness import measure_sharpness
-from touchline.vision.quality.zones import MIDDLE, ZONES, field_mask, zone_names, zone_slices
+from touchline.vision import flicker as flickering
+from touchline.vision import light as lighting
+from touchline.vision import sharpness as focus
+from touchline.vision.flicker import measure_flicker, row_means
+from touchline.vision.light import measure_light
+from touchline.vision.sharpness import measure_sharpness
+from touchline.vision.zones import MIDDLE, ZONES, field_mask, zone_names, zone_slices
 
 FIELDS = load_fields()
 BIG = "ssl-div-b?size=1280x720"

@@ -5,7 +5,7 @@ import pytest
 
 from tests.support.rendered import painted, round_line, straight
 from tests.support.tiers import long, rounds
-from touchline.vision.lines.snap import Hint, Snapped, Unsnapped, snap
+from touchline.vision.snap import Hint, Snapped, Unsnapped, snap
 
 PX = 0.1  # what a click 4 px off must come within, on average
 MIDDLE = np.array([60.3, 49.6])

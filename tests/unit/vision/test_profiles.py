@@ -4,8 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from touchline.vision.lines.profiles import across_lines
-from touchline.vision.lines.strays import strays
+from touchline.vision.profiles import across_lines, strays
 
 CAPTURE_PX = 4.0
 

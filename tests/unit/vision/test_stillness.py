@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from touchline.vision.quality.stillness import LONG_S, Stillness
+from touchline.vision.zones import LONG_S, Stillness
 
 EVERY_S = 0.5
 SCENE = cv2.GaussianBlur(np.random.default_rng(5).normal(110, 60, (240, 320)), (0, 0), 4).clip(0, 255)

@@ -11,8 +11,7 @@ from tests.support.second_simulator import render, scene_spec
 from tests.support.tiers import long, rounds
 from touchline.core.errors import BadInput, Conflict, FitFailed
 from touchline.core.records import Frame, observations_from_json
-from touchline.models import field_from_raw, model_from_json
-from touchline.models.restored import Restored
+from touchline.models import Restored, field_from_raw, model_from_json
 from touchline.workflows.automatic_request import AutomaticRequest
 from touchline.workflows.job_pictures import median_frame
 

@@ -7,8 +7,8 @@ from tests.support.auto_scenes import SceneSpec, error_mm, scene_of
 from touchline.core import opencv
 from touchline.core.records import Frame
 from touchline.evaluate.drift.monitor import DriftReference
-from touchline.models.restored import Restored
-from touchline.vision.lines.painted import painted_lines, with_bright_lines
+from touchline.models import Restored
+from touchline.vision.ridges import painted_lines, with_bright_lines
 from touchline.workflows.automatic_request import AutomaticRequest
 from touchline.workflows.check import check
 from touchline.workflows.reregister import reregister

@@ -16,7 +16,7 @@ from touchline.core.errors import Busy, Conflict
 from touchline.core.sentences import NOT_CALIBRATED
 from touchline.core.statements import named, say, stated
 from touchline.images import encode
-from touchline.live.status_types import CameraStatus, ListedCameraStatus
+from touchline.live.messages import CameraStatus, ListedCameraStatus
 from touchline.settings import CameraSettings
 from touchline.sources import SOURCES
 from touchline.sources.discover import discover_cameras

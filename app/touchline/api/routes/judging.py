@@ -11,7 +11,7 @@ from touchline.api.schemas.media import UNCHANGED, files
 from touchline.api.schemas.requests import Id
 from touchline.core.records import Calibration
 from touchline.evaluate.fit.difference import Difference
-from touchline.models.restored import Restored, model_of
+from touchline.models import Restored, model_of
 from touchline.store.calibrations import FoundVersion
 from touchline.workflows import calibration as workflow
 from touchline.workflows.calibration_types import Uncertainty

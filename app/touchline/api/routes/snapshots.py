@@ -31,7 +31,7 @@ from touchline.services.fields import with_known_field
 from touchline.services.forms import FittedModelForm, Name, Pair, Rotate, Strict
 from touchline.services.snapping import SnappedPoint, points_along, snap_clicks
 from touchline.store.snapshots import Snapshot
-from touchline.vision.lines.snap import REACH_PX
+from touchline.vision.snap import REACH_PX
 
 router = APIRouter()
 

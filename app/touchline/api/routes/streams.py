@@ -22,8 +22,8 @@ from touchline.core.sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED
 from touchline.images import encode
 from touchline.imaging.correction import CorrectedView
 from touchline.live.camera import LiveCamera
-from touchline.live.stream_spec import StreamSpec
-from touchline.models.restored import model_of
+from touchline.live.messages import StreamSpec
+from touchline.models import model_of
 from touchline.processes.framing import decode_body
 from touchline.services.container import Services
 from touchline.services.live import FIRST_FRAME_S, take_frame, when_awake

@@ -18,9 +18,8 @@ from touchline.core.jobs import Progress
 from touchline.core.json_values import PointsJson, nullable_points
 from touchline.core.records import Calibration, Frame, observations_from_json
 from touchline.core.statements import say
-from touchline.imaging.correction import CorrectedView
-from touchline.imaging.correction_mesh import MAX_NODES, correction_mesh
-from touchline.models.restored import Restored, model_of
+from touchline.imaging.correction import MAX_NODES, CorrectedView, correction_mesh
+from touchline.models import Restored, model_of
 from touchline.processes.framing import encode_body
 from touchline.services.container import Services
 from touchline.workflows import calibration as workflow

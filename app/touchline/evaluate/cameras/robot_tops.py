@@ -23,8 +23,7 @@ from touchline.evaluate.cameras.evidence import OffsetMeasurements
 from touchline.evaluate.cameras.offsets import OffsetField, fit_offset_field
 from touchline.evaluate.fit.covariance_json import fit_from_json
 from touchline.evaluate.fit.uncertainty import expected_error
-from touchline.models import CameraModel, RayModel, field_from_raw, raw_from_field
-from touchline.models.restored import model_of
+from touchline.models import CameraModel, RayModel, field_from_raw, model_of, raw_from_field
 
 MIN_AT_HEIGHT = 10  # measures, two of a match: a shift, a turn and a scale with something left over
 

@@ -19,8 +19,8 @@ from touchline.evaluate.drift.line_check import (
     measure_lines,
 )
 from touchline.evaluate.drift.promise import Promise, believed_observations
-from touchline.models.restored import Restored
-from touchline.vision.lines.painted import with_bright_lines
+from touchline.models import Restored
+from touchline.vision.ridges import with_bright_lines
 
 
 class Checked(NamedTuple):

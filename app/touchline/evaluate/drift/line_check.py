@@ -29,8 +29,7 @@ from touchline.evaluate.fit.residuals import rms
 from touchline.evaluate.fit.verification import MARKING_FOUND
 from touchline.fitting.line_samples import LineSamples, fine_pattern
 from touchline.models import CameraModel, field_from_raw
-from touchline.vision.lines.profiles import GROUND_PX, STEP_PX, across_lines, brightness_across
-from touchline.vision.lines.strays import strays
+from touchline.vision.profiles import GROUND_PX, STEP_PX, across_lines, brightness_across, strays
 
 CAPTURES_PX = (4.0, 12.0, 32.0)  # in a picture of 1280 px, each about three times the last
 ALONE_PX = (12.0, 32.0, 64.0)  # for a single marking

@@ -12,9 +12,8 @@ from touchline.fitting.field_pattern import FieldPattern
 from touchline.fitting.image_motion import MotionField, estimate_motion
 from touchline.fitting.line_samples import fine_pattern
 from touchline.models import CameraModel
-from touchline.vision.lines.patches import LinePatches
-from touchline.vision.lines.profiles import NO_WIDTHS, across_lines
-from touchline.vision.lines.strays import strays
+from touchline.vision.patches import LinePatches
+from touchline.vision.profiles import NO_WIDTHS, across_lines, strays
 
 PLACES = 240
 APART_PX, CLEAR_PX = 6.0, 5.0

@@ -22,9 +22,9 @@ from touchline.evaluate.drift.search import best_motion
 from touchline.fitting.image_motion import ImageMotion, MotionField, MotionSize, RegionSamples, estimate_motion
 from touchline.fitting.line_samples import fine_pattern
 from touchline.models import CameraModel
-from touchline.vision.lines.painted import with_bright_lines
-from touchline.vision.lines.patches import LinePatches, LineShifts
-from touchline.vision.lines.profiles import across_lines
+from touchline.vision.patches import LinePatches, LineShifts
+from touchline.vision.profiles import across_lines
+from touchline.vision.ridges import with_bright_lines
 
 PLACES = 160  # at most are looked for
 APART_PX, CLEAR_PX = 6.0, 7.0

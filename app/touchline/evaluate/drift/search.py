@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from touchline.core.geometry import Array
 from touchline.fitting.image_motion import estimate_motion
-from touchline.vision.lines.patches import LinePatches
-from touchline.vision.lines.profiles import brightness_across
+from touchline.vision.patches import LinePatches
+from touchline.vision.profiles import brightness_across
 
 REACH = 0.08  # of the picture's width
 MIN_REACH_PX, MAX_REACH_PX = 16, 120

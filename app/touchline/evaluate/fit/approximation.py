@@ -25,8 +25,8 @@ from touchline.fitting.linear import (
 from touchline.fitting.ray_camera.fit import lens_fitter
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.models import CameraModel, RayModel, field_from_raw, raw_from_field
+from touchline.models.contract import RECTANGLE_FIELDS
 from touchline.models.ray_camera import RayCamera
-from touchline.models.top_view import RECTANGLE_FIELDS
 
 GRID = (25, 19)  # columns, rows over the region: the figures
 FIT_GRID = (15, 13)

@@ -7,7 +7,7 @@ from touchline.core.field import BORDERS, Arc, Feature, Field, Landmark, Line, R
 from touchline.core.geometry import ImageSize, Points, inside_picture
 from touchline.evaluate.cameras.evidence import same_line
 from touchline.models import CameraModel, field_from_raw, raw_from_field
-from touchline.vision.lines.snap import Hint, Snapped, snap
+from touchline.vision.snap import Hint, Snapped, snap
 
 SAMPLES = 400
 MARGIN_PX = 6.0  # a line is not looked for where its background ends with the picture

@@ -10,7 +10,7 @@ from touchline.evaluate.fit.residuals import largest, rms
 from touchline.evaluate.fit.uncertainty import grid_over
 from touchline.fitting.ray_camera.lens_prior import camera_intrinsics
 from touchline.models import CameraModel, field_from_raw, raw_from_field
-from touchline.models.lens_difference import lens_difference
+from touchline.models.intrinsics import lens_difference
 from touchline.models.ray_camera import RayCamera
 
 GRID = (25, 19)  # columns, rows over the region

@@ -19,7 +19,7 @@ from touchline.fitting.ray_camera.camera_prior import ASPECT_SIGMA, CENTRE_SHARE
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.fitting.ray_camera.problem import ClickResiduals, ScalarPrior, curve_of
 from touchline.fitting.ray_camera.search import RayFitProblem, residual_count
-from touchline.models.lens_models import BrownConrady, Division
+from touchline.models.ray_camera import BrownConrady, Division
 
 CAPTURE_PX = (24.0, 14.0, 10.0, 6.0, 3.5, 2.0)  # in a picture of 1280 px, on the way in
 MIN_COSINE = np.cos(np.radians(12))

@@ -21,8 +21,7 @@ from touchline.fitting.corrected_rectangle import corrected_rectangle
 from touchline.fitting.options import COMMON_OPTIONS
 from touchline.fitting.polynomial.relation import Place, relate
 from touchline.models import CameraModel
-from touchline.models.border_curve import MAX_DEGREE
-from touchline.models.polynomial import Polynomial
+from touchline.models.polynomial import MAX_DEGREE, Polynomial
 
 MIN_HULL_SHARE = 0.01  # of the picture; clicks that enclose less are on one line
 EXTRAPOLATED_SHARE = 0.08  # of a border's length; a curve past its last click is not accepted further

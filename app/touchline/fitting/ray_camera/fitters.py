@@ -10,8 +10,7 @@ from touchline.core.options import Option
 from touchline.fitting.division import division_radii, odd_series
 from touchline.fitting.options import RAY_OPTIONS, TERMS_OPTION
 from touchline.fitting.ray_camera.fit import RayFitter
-from touchline.models.lens_models import BrownConrady, Division, Fisheye, Ssl
-from touchline.models.ray_camera import RayCamera
+from touchline.models.ray_camera import BrownConrady, Division, Fisheye, RayCamera, Ssl
 
 USUAL_CORNER = 0.75  # of the picture, in focal lengths
 

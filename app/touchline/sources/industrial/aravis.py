@@ -1,7 +1,15 @@
-"""aravis://SERIAL: a GigE Vision or USB3 Vision camera of any maker, without the maker's software, through Aravis."""
+"""aravis://SERIAL: a GigE Vision or USB3 Vision camera of any maker, without the maker's software, through Aravis.
+
+Whether a GigE Vision camera answers is asked before the library waits for it, by its control protocol (GVCP): eight
+bytes ask who is there, and every camera answers on port 3956.
+"""
 
 import ctypes
+import ipaddress
+import socket
+import struct
 import threading
+import time
 from collections.abc import Mapping
 from contextlib import suppress
 from ctypes import byref, c_int, c_size_t
@@ -12,8 +20,7 @@ from touchline.core.errors import NotFound, Unavailable
 from touchline.core.sentences import CHECK_CABLE_AND_POWER
 from touchline.core.statements import join, say
 from touchline.sources import Identity, SourceContext
-from touchline.sources.industrial.aravis_library import Aravis, AravisError, aravis, text
-from touchline.sources.industrial.aravis_nodes import AravisNodes
+from touchline.sources.industrial.aravis_library import Aravis, AravisError, AravisNodes, aravis, text
 from touchline.sources.industrial.camera import (
     CANNOT_OPEN,
     DOES_NOT_START,
@@ -23,13 +30,52 @@ from touchline.sources.industrial.camera import (
     SMALLER_SIZE,
     DiscoveredCamera,
     IndustrialSource,
+    Pixels,
+    bgr_from_raw,
     find_camera,
     images_too_large,
     known_cameras,
 )
 from touchline.sources.industrial.features import NodeMap
-from touchline.sources.industrial.gige import is_ip, responds
-from touchline.sources.industrial.pixel_formats import Pixels, bgr_from_raw
+
+PORT = 3956
+ASK = struct.pack(">BBHHH", 0x42, 0x01, 0x0002, 0, 1)  # key, answer wanted, discovery, no payload, number
+ANSWER = struct.pack(">H", 0x0003)
+WAITS_S = (0.3, 0.6)  # asked twice, since UDP may lose one
+
+
+def is_ip(target: str) -> bool:
+    try:
+        return bool(ipaddress.IPv4Address(target))  # GigE Vision has no other
+    except ValueError:
+        return False
+
+
+def responds(ip: str) -> bool:
+    """True as soon as it does; False after 0.9 s."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+        try:
+            line.connect((ip, PORT))
+            for wait_s in WAITS_S:
+                line.send(ASK)
+                if _answered(line, time.monotonic() + wait_s):
+                    return True
+        except OSError:  # no way there, or nobody listens on that port
+            pass
+    return False
+
+
+def _answered(line: socket.socket, until: float) -> bool:
+    while (left := until - time.monotonic()) > 0:
+        line.settimeout(left)
+        try:
+            answer = line.recv(1024)
+        except TimeoutError:
+            return False
+        if answer[2:4] == ANSWER:
+            return True
+    return False
+
 
 BUFFERS = 6  # pictures under way; with fewer, a short pause of this process loses some
 MAX_CAMERAS = 64

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from touchline.sources import Control
-from touchline.sources.control_errors import is_number, refused_value, unknown_control
+from touchline.sources.lifecycle import is_number, refused_value, unknown_control
 
 UNBOUNDED = 1e18  # no camera counts so far; NaN and infinity are not below it either
 

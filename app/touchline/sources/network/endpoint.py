@@ -1,4 +1,4 @@
-"""A network camera's endpoint: whether it is allowed, and a connection pinned to the address that was checked.
+"""A network camera's endpoint: whether it is allowed, a connection pinned to the checked address, login, errors.
 
 Who may add a camera must not reach through it what only this machine can: itself, the metadata service of a
 cloud, link-local neighbours. Cameras live on ordinary networks, so private addresses are fine.
@@ -8,19 +8,119 @@ A name is resolved once; the address that was checked is connected to.
 import ipaddress
 import queue
 import re
+import secrets
 import socket
 import threading
 import time
+from base64 import b64encode
 from collections.abc import Iterable
 from dataclasses import dataclass
 from dataclasses import field as member
+from hashlib import md5, sha256
 from pathlib import Path
 from typing import Self
 from urllib.parse import quote, unquote, urlsplit
 
 from touchline.core.errors import BadInput, Unavailable
+from touchline.core.sentences import SENDS_NO_IMAGES
 from touchline.core.statements import Sentence, say
 from touchline.sources.address import NOT_VALID
+
+CHECK_SWITCHED_ON = say("network.check-switched-on", "Check that it is switched on.")
+NOTHING_THERE = {"http": say("network.no-answer-at-path", "The camera has nothing under this path."),
+                 "rtsp": say("network.no-stream-at-path", "The camera has no stream under this path.")}
+PATHS = {"http": "MJPEG", "rtsp": "RTSP"}
+
+
+def status_error(status: int, scheme: str) -> Unavailable:
+    """Return the error for a status. scheme: "http" or "rtsp"."""
+    if 300 <= status < 400:
+        return Unavailable(say("network.redirects", "The camera redirects to another address."),
+                           say("network.enter-that-address", "Enter that address."), reason="camera-redirects")
+    if status in (401, 403):
+        return Unavailable(say("network.login-refused", "The camera does not accept the user name and password."),
+                           say("network.enter-login", "Enter them as {scheme}://user:password@host/…", scheme=scheme),
+                           reason="camera-login")
+    if status == 404:
+        return Unavailable(NOTHING_THERE[scheme], say("network.see-manual", "See its manual for its {protocol} path.",
+                                                      protocol=PATHS[scheme]), reason="unknown-stream")
+    return Unavailable(say("network.refused", "The camera refused the request with {protocol} status {status}.",
+                           protocol=scheme.upper(), status=status),
+                       say("network.check-settings", "Check its settings, or restart it."), reason="camera-refuses")
+
+
+def silent() -> Unavailable:
+    return Unavailable(SENDS_NO_IMAGES, say("network.check-network", "Check the camera and its network."),
+                       reason="camera-silent")
+
+
+def connection_lost() -> Unavailable:
+    return Unavailable(say("network.connection-lost", "The connection to the camera was lost."), CHECK_SWITCHED_ON,
+                       reason="camera-gone")
+
+
+PAIR = re.compile(r'([a-z][a-z0-9_-]*)\s*=\s*(?:"((?:[^"\\]|\\.)*)"|([^\s,"]+))', re.IGNORECASE)
+HASHES = {"md5": md5, "sha-256": sha256}
+
+
+class Login:
+    """Answers a camera's challenges, then signs each request with the last one's nonce."""
+
+    def __init__(self, user: str, password: str) -> None:
+        self._user, self._password = user, password
+        self._challenge: dict[str, str] | None = None
+        self._count = 0
+        self._basic = False
+
+    def accept_challenge(self, challenges: Iterable[str]) -> bool:
+        """Take the WWW-Authenticate headers of a refusal; return whether to retry."""
+        if not self._user and not self._password:
+            return False
+        challenges = list(challenges)
+        challenged_before = self._basic or self._challenge is not None
+        for text in challenges:  # Digest first, wherever it stands: it does not show the password
+            scheme, _, rest = text.strip().partition(" ")
+            fields = {name.lower(): quoted or bare for name, quoted, bare in PAIR.findall(rest)}
+            known = fields.get("algorithm", "MD5").lower() in HASHES and "nonce" in fields
+            plain = "qop" not in fields or "auth" in re.split(r"[\s,]+", fields["qop"].lower())
+            if scheme.lower() == "digest" and known and plain:
+                stale = fields.get("stale", "").lower() == "true"
+                self._challenge, self._count = fields, 0
+                return stale or not challenged_before
+        if any(text.strip().lower().startswith("basic") for text in challenges):
+            self._basic, self._challenge = True, None
+            return not challenged_before
+        return False
+
+    def header(self, method: str, uri: str) -> str | None:
+        """The Authorization header's value for a request; None before any challenge."""
+        if self._challenge is not None:
+            return self._digest(method, uri, self._challenge)
+        if self._basic:
+            return "Basic " + b64encode(f"{self._user}:{self._password}".encode()).decode()
+        return None
+
+    def _digest(self, method: str, uri: str, challenge: dict[str, str]) -> str:
+        algorithm, realm, nonce = challenge.get("algorithm", "MD5"), challenge.get("realm", ""), challenge["nonce"]
+
+        def hashed(text: str) -> str:
+            return HASHES[algorithm.lower()](text.encode()).hexdigest()
+
+        identity, request = hashed(f"{self._user}:{realm}:{self._password}"), hashed(f"{method}:{uri}")
+        user = self._user.replace("\\", "\\\\").replace('"', '\\"')
+        fields = {"username": user, "realm": realm, "nonce": nonce, "uri": uri}
+        bare = f", algorithm={algorithm}" if "algorithm" in challenge else ""
+        if "qop" in challenge:
+            self._count += 1
+            count, ours = f"{self._count:08x}", secrets.token_hex(8)
+            fields |= {"cnonce": ours, "response": hashed(f"{identity}:{nonce}:{count}:{ours}:auth:{request}")}
+            bare += f", qop=auth, nc={count}"
+        else:
+            fields["response"] = hashed(f"{identity}:{nonce}:{request}")
+        if "opaque" in challenge:
+            fields["opaque"] = challenge["opaque"]
+        return "Digest " + ", ".join(f'{name}="{value}"' for name, value in fields.items()) + bare
+
 
 Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 

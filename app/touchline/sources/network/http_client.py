@@ -15,9 +15,15 @@ from typing import TYPE_CHECKING
 from touchline.core.errors import Unavailable
 from touchline.core.statements import say
 from touchline.sources.lifecycle import require_open
-from touchline.sources.network.authentication import Login
-from touchline.sources.network.camera_errors import connection_lost, silent, status_error
-from touchline.sources.network.endpoint import Endpoint, connect, hardware_address
+from touchline.sources.network.endpoint import (
+    Endpoint,
+    Login,
+    connect,
+    connection_lost,
+    hardware_address,
+    silent,
+    status_error,
+)
 
 if TYPE_CHECKING:
     from _typeshed import WriteableBuffer

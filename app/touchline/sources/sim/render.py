@@ -10,14 +10,10 @@ from numpy.typing import NDArray
 
 from touchline.core.field import Field, Region
 from touchline.core.geometry import ImageSize, as_pair
-from touchline.sources.sim import illumination, robot_shapes
+from touchline.sources.sim.actors import Motion, goals, moving
 from touchline.sources.sim.camera import SimCamera
-from touchline.sources.sim.canvas import STEPS, Canvas, in_steps
-from touchline.sources.sim.draw import Scene, draw
-from touchline.sources.sim.illumination import Light
-from touchline.sources.sim.lamps import Lamps
-from touchline.sources.sim.motion import Motion
-from touchline.sources.sim.paint import Ground, Plane
+from touchline.sources.sim.draw import STEPS, Canvas, Scene, draw, in_steps
+from touchline.sources.sim.ground import Ground, Lamps, Light, Plane, glare, ground_colour, lighting
 from touchline.sources.sim.solids import Colour, Solid
 
 
@@ -67,12 +63,12 @@ class Rendering:
     def of(cls, camera: SimCamera, field: Field, region: Region, motion: Motion = MOTION, light: Light = LIGHT,
            sensor: Sensor = SENSOR, lamps: Lamps = LAMPS) -> Self:
         ground = Ground.of(camera)
-        shade = illumination.lighting(ground, light, field)
+        shade = lighting(ground, light, field)
         scene = Scene.of(ground, shade, sensor.blur_px)
-        still = illumination.ground_colour(ground, field, light, sensor.blur_px, motion.seed) * shade[..., None]
-        draw(still, scene, robot_shapes.goals(field))
+        still = ground_colour(ground, field, light, sensor.blur_px, motion.seed) * shade[..., None]
+        draw(still, scene, goals(field))
         if light.glare:
-            still += illumination.glare(ground, light, field)[..., None]
+            still += glare(ground, light, field)[..., None]
         return cls(camera, field, region, motion, sensor, lamps, scene, in_steps(still, STEPS))
 
     def knocked(self, by_px: float, softer_px: float, light: Light = LIGHT) -> Self:
@@ -123,7 +119,7 @@ class Rendering:
 
     def moving(self, time_s: float) -> list[Solid]:
         """Return what moves, in the order to draw it."""
-        return robot_shapes.moving(self.motion, self.field, self.region, time_s, self.camera.position_mm)
+        return moving(self.motion, self.field, self.region, time_s, self.camera.position_mm)
 
     @cached_property
     def _canvases(self) -> dict[Colour, Canvas]:

@@ -1,4 +1,4 @@
-"""What Alembic runs: every missing step, on the connection that schema.py gives it."""
+"""What Alembic runs: every missing step, on the connection that opening.py gives it."""
 
 from alembic import context
 

@@ -1,1 +1,0 @@
-"""Cameras and files of this machine: Video4Linux, pictures, folders, films."""

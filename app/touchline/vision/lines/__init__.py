@@ -1,1 +1,0 @@
-"""Painted lines and edges, to a fraction of a pixel."""

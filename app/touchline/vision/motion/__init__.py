@@ -1,1 +1,0 @@
-"""What stands still and what moves in a series of frames."""

@@ -1,1 +1,0 @@
-"""Light, focus and flicker of a picture."""
