@@ -87,7 +87,7 @@ def test_a_body_that_is_too_large_is_413_with_and_without_its_length(standing):
 def test_an_error_that_nobody_foresaw_is_a_problem_with_an_id_that_the_log_knows(standing, caplog, monkeypatch):
     def broken():
         raise RuntimeError("as if")
-    monkeypatch.setattr("touchline.fitting.polynomial.fit.PolynomialFitter.points_needed", broken)
+    monkeypatch.setattr("touchline.fitting.polynomial.PolynomialFitter.points_needed", broken)
     answer = standing.get("/api/v1/models")
     problem = answer.json()
     assert answer.status_code == 500 and answer.headers["content-type"] == "application/problem+json"

@@ -25,7 +25,7 @@ from touchline.core.errors import TouchlineError
 from touchline.core.field import BORDERS
 from touchline.core.geometry import as_triple
 from touchline.core.records import Calibration, Frame, observations_from_json
-from touchline.evaluate.fit.uncertainty import grid_over
+from touchline.evaluate.uncertainty import grid_over
 from touchline.formats.camera_file import CameraFile
 from touchline.workflows.automatic_request import AutomaticRequest
 from touchline.workflows.calibration_request import CalibrationRequest

@@ -15,9 +15,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from tests.support.falsified_claims import FALSE, World
 from tests.support.height_scenes import POINTS, VIEWS, height_scene
 from touchline.core.errors import FitFailed
-from touchline.evaluate.claims.claim import problems
-from touchline.evaluate.claims.own_report import report_claims
-from touchline.evaluate.fit.verdict import FAIR_MM, GOOD_MM
+from touchline.evaluate.claims import problems, report_claims
+from touchline.evaluate.verdict import FAIR_MM, GOOD_MM
 from touchline.models import model_of
 from touchline.workflows.calibration_request import CalibrationRequest
 

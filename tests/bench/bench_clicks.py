@@ -17,7 +17,7 @@ from tests.support.sim_clicks import border_observations, known_grid, landmark_o
 from touchline.core.field import HAT_MM
 from touchline.core.geometry import with_z
 from touchline.core.records import Fit
-from touchline.evaluate.fit.uncertainty import expected_error, grid_over
+from touchline.evaluate.uncertainty import expected_error, grid_over
 from touchline.fitting import FITTERS, sensitivity_of
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.fitting.ray_camera.problem import gather_clicks

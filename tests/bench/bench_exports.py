@@ -16,7 +16,7 @@ if __name__ == "__main__":
 
 from tests.support.exported import of_model
 from touchline.core.geometry import ImageSize
-from touchline.evaluate.fit.approximation import approximation_error
+from touchline.evaluate.approximation import approximation_error
 from touchline.models.ray_camera import BrownConrady, Ssl
 from touchline.models.rotation import vector_from_matrix
 from touchline.store.fields import load_fields

@@ -17,7 +17,7 @@ from tests.support.second_simulator.render import render
 from tests.support.second_simulator.scene_spec import scene_spec
 from tests.support.simulated_source import simulated_source
 from touchline.core.geometry import ImageSize
-from touchline.evaluate.claims.own_images import CameraImage, compare
+from touchline.evaluate.site_claims import CameraImage, compare
 from touchline.vision.picture_print import PicturePrint
 
 RIG = "sim://{}?cameras={}&camera={}&size=1280x1024&fps=240&play=field&{}"

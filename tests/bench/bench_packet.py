@@ -22,7 +22,7 @@ from touchline.core.errors import TouchlineError  # noqa: E402
 from touchline.core.field_json import field_from_json  # noqa: E402
 from touchline.core.geometry import with_z  # noqa: E402
 from touchline.core.records import Calibration, Frame, observations_from_json  # noqa: E402
-from touchline.evaluate.fit.uncertainty import grid_over  # noqa: E402
+from touchline.evaluate.uncertainty import grid_over  # noqa: E402
 from touchline.formats.ssl_vision import camera_from_wire  # noqa: E402
 from touchline.league.packet_camera import packet_camera  # noqa: E402
 from touchline.models import Restored  # noqa: E402

@@ -32,8 +32,8 @@ from touchline.core.errors import TouchlineError
 from touchline.core.field import BORDERS, Field, Region
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Calibration, Fit, Frame, Observation
-from touchline.evaluate.fit.comparison import FittedModel, compare_models, parameter_count
-from touchline.evaluate.fit.uncertainty import expected_error, grid_over, knows_its_error
+from touchline.evaluate.comparison import FittedModel, compare_models, parameter_count
+from touchline.evaluate.uncertainty import expected_error, grid_over, knows_its_error
 from touchline.fitting import FITTERS
 from touchline.models import RayModel, field_from_raw
 from touchline.workflows import automatic

@@ -22,7 +22,7 @@ from tests.support.second_simulator import Scene, render, scene_spec
 from tests.support.second_simulator.scene_spec import fields
 from touchline.core.field import Region
 from touchline.core.records import Calibration, Frame
-from touchline.evaluate.fit.areas import MIN_SEEN
+from touchline.evaluate.areas import MIN_SEEN
 from touchline.models import field_from_raw, model_from_json
 from touchline.workflows.automatic_request import AutomaticRequest
 from touchline.workflows.recognition import RecognitionRequest

@@ -12,9 +12,8 @@ import numpy as np
 
 from tests.support.rig_over_field import FIELD, HALVES, apart_in_truth, random_halves, sim_rig, sim_source, with_member
 from touchline.core.records import observations_from_json
-from touchline.evaluate.cameras.agreement import agreement
-from touchline.evaluate.cameras.evidence import from_clicks
-from touchline.evaluate.cameras.robot_tops import expected_at_tops
+from touchline.evaluate.agreement import agreement, expected_at_tops
+from touchline.evaluate.offsets import from_clicks
 from touchline.models import field_from_raw, model_of
 from touchline.rigs.check import check
 from touchline.rigs.mosaic import FieldView, stitcher_of

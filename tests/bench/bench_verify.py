@@ -23,7 +23,7 @@ from tests.support.refusals import API
 from tests.support.rest_jobs import accepted, finished
 from tests.support.second_simulator import Scene, render, scene_spec
 from touchline.core.field import BORDERS
-from touchline.evaluate.fit.uncertainty import grid_over
+from touchline.evaluate.uncertainty import grid_over
 from touchline.main import create_app
 from touchline.models import RayModel, field_from_raw, model_from_json
 from touchline.settings import Settings

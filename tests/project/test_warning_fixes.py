@@ -5,20 +5,18 @@ import ast
 import re
 
 from tests.support.paths import PACKAGE, ROOT
-from touchline.evaluate.fit.areas import NOT_IN_IMAGE
+from touchline.evaluate.areas import NOT_IN_IMAGE
 
 SOURCE = ROOT / "static" / "features" / "calibrate" / "warning_fixes.js"
 CURES = set(re.findall(r'^  "?([a-z-]+)"?: \(', SOURCE.read_text(), re.MULTILINE))
 
 # What fits an operator's clicks on a field, and judges them. Boards, pairs and edges have desks of their own.
-FITS = ["fitting/border.py", "fitting/clicks.py", "fitting/linear.py", "fitting/polynomial/fit.py",
-        "fitting/polynomial/relation.py", "fitting/homography/fit.py", "fitting/ray_camera/fit.py",
-        "fitting/ray_camera/setup.py", "fitting/ray_camera/search.py", "fitting/ray_camera/lens_prior.py",
-        "fitting/ray_camera/camera_prior.py", "fitting/ray_camera/height_check.py", "fitting/ray_camera/misfit.py",
-        "evaluate/fit/report.py", "evaluate/fit/observability.py", "evaluate/fit/uncertainty.py",
-        "evaluate/fit/verification.py", "workflows/calibration_request.py",
-        "fitting/field_pattern.py", "workflows/automatic.py", "workflows/automatic_request.py",
-        "workflows/recognition.py"]
+FITS = ["fitting/border.py", "fitting/contract.py", "fitting/linear.py", "fitting/polynomial.py",
+        "fitting/homography.py", "fitting/ray_camera/fit.py", "fitting/ray_camera/search.py",
+        "fitting/ray_camera/lens_prior.py", "fitting/ray_camera/camera_prior.py", "evaluate/report.py",
+        "evaluate/next_click.py", "evaluate/uncertainty.py", "evaluate/verification.py",
+        "workflows/calibration_request.py", "fitting/field_pattern.py", "workflows/automatic.py",
+        "workflows/automatic_request.py", "workflows/recognition.py"]
 # Of callers of REST and the shell alone: the page sends none of it.
 NOT_OF_THE_PAGE = {"bad-axis", "bad-parameters", "bad-corners", "too-many-points"}
 

@@ -18,10 +18,9 @@ from tests.support.second_simulator.scene_spec import Optics, SceneSpec, Sensor,
 from touchline.core.field import BORDERS, Field
 from touchline.core.geometry import ImageSize, Pixels
 from touchline.core.records import Calibration, Observation
-from touchline.evaluate.claims.claim import Claim
-from touchline.evaluate.claims.own_report import field_claims, report_claims
-from touchline.evaluate.claims.pictures import ends_claim, lines_claim, live_claim
+from touchline.evaluate.claims import Claim, field_claims, report_claims
 from touchline.evaluate.drift.orientation import OrientationReference
+from touchline.evaluate.picture_claims import ends_claim, lines_claim, live_claim
 from touchline.models import Restored, model_of
 from touchline.workflows.calibration_request import CalibrationRequest
 from touchline.workflows.check import check

@@ -15,7 +15,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "boards": ("boards", "boards.*"),
     "detection": ("detection", "detection.*"),
     "drift": ("evaluate.drift.*", "workflows.check", "workflows.reregister", "live.drift", "services.drift_claims",
-              "evaluate.claims.pictures", "api.routes.drift",
+              "evaluate.picture_claims", "api.routes.drift",
               "cli.checking"),
     "league": ("league", "league.*"),
     "report": ("report.*", "report", "api.routes.reports", "cli.reports"),

@@ -20,7 +20,7 @@ from touchline.api.middleware.problems import MANUAL
 from touchline.api.revalidation import revalidated
 from touchline.core.errors import Cancelled
 from touchline.core.jobs import Progress, error_of
-from touchline.evaluate.fit.approximation import ApproximationError
+from touchline.evaluate.approximation import ApproximationError
 from touchline.images import ENCODED_MEDIA_TYPES, encode
 from touchline.jobs import Job
 from touchline.services.answer_cache import CachedAnswer

@@ -11,7 +11,7 @@ import typer
 
 from touchline.cli import files, requests
 from touchline.cli.progress import progress_bar
-from touchline.evaluate.fit.report_types import FitReport
+from touchline.evaluate.report_types import FitReport
 from touchline.imaging.correction import CorrectedView
 from touchline.models import model_of
 from touchline.report.contents import HEAD, figures, what_is_missing

@@ -15,7 +15,7 @@ from touchline.cli.requests import AsJson
 from touchline.core.geometry import Pixels
 from touchline.core.jobs import subprogress
 from touchline.core.sentences import marking_names
-from touchline.evaluate.fit.verdict import level_of
+from touchline.evaluate.verdict import level_of
 from touchline.workflows.check import Check
 from touchline.workflows.check import check as check_calibration
 from touchline.workflows.job_pictures import median_frame

@@ -12,7 +12,7 @@ from touchline.cli.console import FileTrouble
 from touchline.core.errors import BadInput
 from touchline.core.geometry import Points, as_points
 from touchline.core.records import Calibration, Frame
-from touchline.fitting.ray_camera.distortion_prior import DistortionEstimate
+from touchline.fitting.ray_camera.lens_prior import DistortionEstimate
 from touchline.formats import json_file
 from touchline.images import ImageDecoder, ImageLimits, encode, frame_from_bytes
 from touchline.models.intrinsics import Intrinsics

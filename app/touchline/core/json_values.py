@@ -10,7 +10,7 @@ read() is strict: "3" and true are no numbers, NaN and infinity are neither, and
 an error. The type is a TypedDict or a dataclass; its limits are those of annotated_types.
 
 An imported calibration's report may hold anything. Later readers rely on the kinds below; other entries stay as they
-are. The covariance is checked against its model where it is used (evaluate/fit/covariance_json.py).
+are. The covariance is checked against its model where it is used (evaluate/uncertainty.py).
 """
 
 import math

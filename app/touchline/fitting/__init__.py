@@ -2,7 +2,7 @@
 
 A fitter (contract.Fitter) takes observations, a field, a region and options, and returns a Fit: the model, which points
 it rests on, warnings, and the covariance of its parameters. To add one for a model with a lens: a subclass of RayFitter
-in ray_camera/fitters.py and a line here; any other model: a folder here with its own Fitter.
+in ray_camera/fit.py and a line here; any other model: a file here with its own Fitter.
 
 Beside the fitters: field_lines/ (a camera from detected lines, without clicks), image_motion (a bumped camera).
 """
@@ -17,12 +17,12 @@ from touchline.models import CameraModel
 __all__ = ["FITTERS", "Fitter", "Sensitivity", "known_options", "sensitivity_of"]
 
 FITTERS: Registry[type[Fitter]] = Registry("camera model", {
-    "polynomial": "touchline.fitting.polynomial.fit:PolynomialFitter",  # four border curves, then the relation to mm
-    "homography": "touchline.fitting.homography.fit:HomographyFitter",  # normalised DLT, then distances in pixels
-    "division": "touchline.fitting.ray_camera.fitters:DivisionFitter",  # ray cameras: linear start, robust refinement
-    "brown-conrady": "touchline.fitting.ray_camera.fitters:BrownConradyFitter",
-    "fisheye": "touchline.fitting.ray_camera.fitters:FisheyeFitter",
-    "ssl": "touchline.fitting.ray_camera.fitters:SslFitter",
+    "polynomial": "touchline.fitting.polynomial:PolynomialFitter",  # four border curves, then the relation to mm
+    "homography": "touchline.fitting.homography:HomographyFitter",  # normalised DLT, then distances in pixels
+    "division": "touchline.fitting.ray_camera.fit:DivisionFitter",  # ray cameras: linear start, robust refinement
+    "brown-conrady": "touchline.fitting.ray_camera.fit:BrownConradyFitter",
+    "fisheye": "touchline.fitting.ray_camera.fit:FisheyeFitter",
+    "ssl": "touchline.fitting.ray_camera.fit:SslFitter",
 })
 
 

@@ -14,7 +14,7 @@ from touchline.core.errors import FitFailed
 from touchline.core.geometry import Array, Indices, Mask, root_mean_square
 from touchline.core.sentences import the_border
 from touchline.core.statements import Sentence, capitalised, say
-from touchline.fitting.clicks import first_of_each_place
+from touchline.fitting.contract import first_of_each_place
 from touchline.models.polynomial import Curve
 
 Degree = int | Literal["auto"]

@@ -19,7 +19,7 @@ from touchline.core.errors import Conflict
 from touchline.core.field import QUARTER_TURNS, Region
 from touchline.core.geometry import as_triple
 from touchline.core.records import Calibration
-from touchline.evaluate.fit.approximation import ApproximationError, approximate_camera, approximation_error
+from touchline.evaluate.approximation import ApproximationError, approximate_camera, approximation_error
 from touchline.formats import Format
 from touchline.formats.numbers import format_error, integer, number, numbers, require
 from touchline.models import CameraModel, Restored

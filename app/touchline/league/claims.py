@@ -5,7 +5,7 @@ from typing import Any
 
 from touchline.core.records import Warning
 from touchline.core.statements import Sentence, join, say, sentence_in
-from touchline.evaluate.claims.claim import Case, Claim, mm
+from touchline.evaluate.claims import Case, Claim, mm
 
 
 def packet_claim(found: Mapping[str, Any]) -> Claim:

@@ -16,13 +16,12 @@ from touchline.core.geometry import inside_picture, with_z
 from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration, Fit, Warning, observations_from_json
 from touchline.core.statements import say
-from touchline.evaluate.fit.approximation import ApproximationError, approximation_error
-from touchline.evaluate.fit.contradiction import MIN_TERMS, explains, fit_rms_px, freer_lens
-from touchline.evaluate.fit.covariance_json import fit_from_json
-from touchline.evaluate.fit.observability import observability_warnings
-from touchline.evaluate.fit.report_types import Level, SigmaReport
-from touchline.evaluate.fit.uncertainty import grid_over, sigma_report
-from touchline.evaluate.fit.verdict import GOOD_MM, LEVELS, level_expected, worst_level
+from touchline.evaluate.approximation import ApproximationError, approximation_error
+from touchline.evaluate.difference import MIN_TERMS, explains, fit_rms_px, freer_lens
+from touchline.evaluate.next_click import observability_warnings
+from touchline.evaluate.report_types import Level, SigmaReport
+from touchline.evaluate.uncertainty import fit_from_json, grid_over, sigma_report
+from touchline.evaluate.verdict import GOOD_MM, LEVELS, level_expected, worst_level
 from touchline.formats.approximation import exact_camera, nearest_camera
 from touchline.formats.ssl_vision import FORMAT as SSL_VISION
 from touchline.formats.ssl_vision import camera_from_wire, camera_number, camera_to_wire

@@ -11,7 +11,7 @@ from touchline.core.errors import BadInput, Conflict, NotFound, TouchlineError
 from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration, Warning
 from touchline.core.statements import Sentence, join, say
-from touchline.evaluate.claims.claim import Claim
+from touchline.evaluate.claims import Claim
 from touchline.league.claims import packet_claim, publishing_claim
 from touchline.league.config import PublishingConfig
 from touchline.league.live import GeometryListener, Publisher, PublishStatus

@@ -13,9 +13,8 @@ from touchline.core.errors import BadImage, NotFound, TouchlineError
 from touchline.core.field import BORDERS
 from touchline.core.json_values import MAX_NAME, finite_json, number, text
 from touchline.core.records import Calibration, Frame
-from touchline.evaluate.claims.claim import Claim
-from touchline.evaluate.claims.own_report import report_claims
-from touchline.evaluate.fit.uncertainty import GRID
+from touchline.evaluate.claims import Claim, report_claims
+from touchline.evaluate.uncertainty import GRID
 from touchline.installation import __version__
 from touchline.models import RayModel, Restored
 from touchline.store.quarantine import DamagedFile

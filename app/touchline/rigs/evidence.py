@@ -17,7 +17,7 @@ from touchline.core.geometry import Array, ImageSize, Indices, Mask, Pixels, Poi
 from touchline.core.jobs import Progress, no_progress
 from touchline.core.json_values import nullable
 from touchline.core.records import Calibration, observations_from_json
-from touchline.evaluate.cameras.evidence import OffsetMeasurements, from_clicks, from_matches
+from touchline.evaluate.offsets import OffsetMeasurements, from_clicks, from_matches
 from touchline.models import CameraModel, field_from_raw, raw_from_field
 from touchline.rigs.verdict import Source
 from touchline.vision.snap import Hint, Snapped, snap

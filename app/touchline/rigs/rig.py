@@ -22,7 +22,7 @@ from touchline.core.options import read_options
 from touchline.core.records import Calibration
 from touchline.core.sentences import CALIBRATE_AGAIN_FOR_SIZE, camera_not_calibrated
 from touchline.core.statements import Sentence, say
-from touchline.fitting.corrected_rectangle import RECTANGLE_OPTIONS, corrected_rectangle
+from touchline.fitting.contract import RECTANGLE_OPTIONS, corrected_rectangle
 from touchline.rigs.verdict import RigTrouble, camera_trouble
 
 NAMES = ("w_max_rectangle_px", "h_max_rectangle_px", "n_rectangles_x", "n_rectangles_y")

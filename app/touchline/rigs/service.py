@@ -18,7 +18,7 @@ from touchline.core.field_json import field_from_json
 from touchline.core.jobs import Progress
 from touchline.core.records import Calibration
 from touchline.core.statements import Stated, join, say, sentence_in, stated
-from touchline.evaluate.claims.claim import Claim
+from touchline.evaluate.claims import Claim
 from touchline.live.messages import CameraStatus
 from touchline.rigs.check import RigReport, compare
 from touchline.rigs.mosaic import FieldView, Stitcher, stitcher_of

@@ -9,11 +9,10 @@ from typing_extensions import TypedDict
 
 from touchline.core.geometry import Array, Indices, Mask, root_mean_square
 from touchline.core.statements import Sentence, Stated, format_mm, join, say, sentence_in, stated
-from touchline.evaluate.cameras.agreement import RigAgreement
-from touchline.evaluate.cameras.robot_tops import HatUnknown
-from touchline.evaluate.claims.claim import Case, Claim, mm
-from touchline.evaluate.fit.report_types import Level
-from touchline.evaluate.fit.verdict import GOOD_MM, LEVELS, level_of, worst_level
+from touchline.evaluate.agreement import HatUnknown, RigAgreement
+from touchline.evaluate.claims import Case, Claim, mm
+from touchline.evaluate.report_types import Level
+from touchline.evaluate.verdict import GOOD_MM, LEVELS, level_of, worst_level
 
 STANDS_OUT = 2.5  # times the other's error: then it is this camera
 COVERED = 0.25  # of the shared part: less near a measure speaks for a small piece of it

@@ -18,10 +18,9 @@ from touchline.core.geometry import Points, inside_picture
 from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration, Observations, observations_from_json
 from touchline.core.statements import say, stated
-from touchline.evaluate.fit.covariance_json import fit_from_json
-from touchline.evaluate.fit.difference import difference_mm
-from touchline.evaluate.fit.residuals import feature_residuals
-from touchline.evaluate.fit.uncertainty import expected_error, grid_over
+from touchline.evaluate.difference import difference_mm
+from touchline.evaluate.residuals import feature_residuals
+from touchline.evaluate.uncertainty import expected_error, fit_from_json, grid_over
 from touchline.fitting import sensitivity_of
 from touchline.models import CameraModel, Restored, field_from_raw, raw_from_field
 from touchline.models.ray_camera import RayCamera

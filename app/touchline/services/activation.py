@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from touchline.core.errors import Conflict
 from touchline.core.records import Calibration
 from touchline.core.statements import say
-from touchline.evaluate.claims.claim import Claim, problems
+from touchline.evaluate.claims import Claim, problems
 from touchline.services.claims import all_claims
 from touchline.services.container import IsAbandoned, Services
 

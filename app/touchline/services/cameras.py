@@ -11,7 +11,7 @@ from touchline.capabilities import camera_parts
 from touchline.core.errors import BadInput, Conflict, NotFound, TouchlineError, Unavailable
 from touchline.core.records import Calibration
 from touchline.core.statements import say
-from touchline.evaluate.fit.report import expected_figures
+from touchline.evaluate.report import expected_figures
 from touchline.images import ImageLimits
 from touchline.live.camera import LiveCamera
 from touchline.live.messages import CameraStatus

@@ -10,9 +10,7 @@ from touchline.capabilities import CAPABILITIES, loaded_by_name
 from touchline.core.errors import TouchlineError
 from touchline.core.records import Calibration
 from touchline.core.statements import say
-from touchline.evaluate.claims.claim import Claim
-from touchline.evaluate.claims.others import difference_claims
-from touchline.evaluate.claims.own_report import field_claims, report_claims
+from touchline.evaluate.claims import Claim, difference_claims, field_claims, report_claims
 from touchline.models import Restored, model_of
 from touchline.services.container import IsAbandoned, Services
 from touchline.settings import CameraSettings

@@ -18,7 +18,7 @@ from touchline.core.errors import Cancelled, TouchlineError
 from touchline.core.geometry import ImageSize
 from touchline.core.jobs import NOBODY, Caller, Progress
 from touchline.core.records import Frame
-from touchline.evaluate.claims.claim import Claim
+from touchline.evaluate.claims import Claim
 from touchline.images import ImageDecoder, ImageLimits
 from touchline.jobs import Job, JobEngine
 from touchline.models import CameraModel

@@ -8,9 +8,9 @@ from touchline.core.errors import Conflict, TouchlineError
 from touchline.core.field_json import field_from_json
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Calibration, Frame
-from touchline.evaluate.claims.claim import Claim
-from touchline.evaluate.claims.own_images import whose
-from touchline.evaluate.claims.pictures import (
+from touchline.evaluate.claims import Claim
+from touchline.evaluate.drift.orientation import OrientationReference
+from touchline.evaluate.picture_claims import (
     ENDS,
     OWN,
     another_cameras,
@@ -21,7 +21,7 @@ from touchline.evaluate.claims.pictures import (
     not_live,
     other_size,
 )
-from touchline.evaluate.drift.orientation import OrientationReference
+from touchline.evaluate.site_claims import whose
 from touchline.fitting.field_pattern import is_half_turn_symmetric
 from touchline.live.camera import SEEN
 from touchline.models import Restored, model_of

@@ -6,10 +6,8 @@ from typing import Any
 
 from touchline.capabilities import loaded_by_name
 from touchline.core.json_values import number
-from touchline.evaluate.claims.claim import Claim
-from touchline.evaluate.claims.own_images import CameraImage
-from touchline.evaluate.claims.own_report import field_claims
-from touchline.evaluate.claims.readiness import SiteCamera, camera_claims
+from touchline.evaluate.claims import Claim, field_claims
+from touchline.evaluate.site_claims import CameraImage, SiteCamera, camera_claims
 from touchline.live.messages import CameraStatus
 from touchline.services.claims import package_failed
 from touchline.services.container import Services

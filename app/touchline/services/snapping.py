@@ -11,7 +11,7 @@ from touchline.core.geometry import Points, as_points
 from touchline.core.json_values import PointJson
 from touchline.core.records import Frame
 from touchline.core.statements import say
-from touchline.evaluate.fit.click_guides import line_hints, snap_along
+from touchline.evaluate.next_click import line_hints, snap_along
 from touchline.models import CameraModel, model_from_json
 from touchline.services.container import Services
 from touchline.vision.snap import REASONS, Hint, Snapped, Unsnapped, snap

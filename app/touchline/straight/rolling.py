@@ -26,7 +26,7 @@ from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration
 from touchline.core.sentences import PROGRESS_DONE, SECURE_CAMERA
 from touchline.core.statements import say, stated
-from touchline.fitting.ray_camera.distortion_prior import DistortionEstimate
+from touchline.fitting.ray_camera.lens_prior import DistortionEstimate
 from touchline.installation import __version__
 from touchline.models import CameraModel, model_of
 from touchline.models.distortion import LINE_LENSES, Distortion

@@ -23,7 +23,7 @@ import numpy as np
 from touchline.core.geometry import Array, ImageSize, Indices, Points
 from touchline.core.json_values import JsonObject, nullable
 from touchline.core.statements import Sentence, say, stated
-from touchline.evaluate.fit.distortion import STANDARD_LENS_PCT, sag_pct
+from touchline.evaluate.distortion import STANDARD_LENS_PCT, sag_pct
 from touchline.models import CameraModel
 from touchline.models.distortion import Distortion
 from touchline.straight.bow import picture_of_line

@@ -12,10 +12,10 @@ import numpy as np
 
 from touchline.core.errors import BadInput, FitFailed
 from touchline.core.geometry import Array, ImageSize
-from touchline.fitting.division import division_radii, odd_series
 from touchline.fitting.least_squares import Minimum, minimise
 from touchline.fitting.linear import BENDS
 from touchline.models.distortion import LINE_LENSES, half_diagonal_px
+from touchline.models.lenses.division import division_radii, odd_series
 from touchline.straight.problem import Chains, LineFit, fit_lines, lines_through, project_out_lines
 
 CENTRE_SIGMA = 0.01  # of the diagonal: how far lenses are commonly mounted beside the sensor's centre

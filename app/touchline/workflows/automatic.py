@@ -22,7 +22,7 @@ from touchline.core.geometry import Array, ImageSize, Points, inside_picture, ro
 from touchline.core.jobs import Progress, no_progress
 from touchline.core.records import Fit, Observation, Observations
 from touchline.core.statements import say
-from touchline.evaluate.fit.verification import MARKING_FOUND, MIN_AHEAD, Verification
+from touchline.evaluate.verification import MARKING_FOUND, MIN_AHEAD, Verification
 from touchline.fitting import FITTERS
 from touchline.fitting.field_lines.refinement import (
     FINER_POINTS,
@@ -41,8 +41,13 @@ from touchline.fitting.field_lines.search import (
     search,
 )
 from touchline.fitting.field_lines.seen_lines import SeenLines
-from touchline.fitting.field_pattern import FieldPattern, is_half_turn_symmetric
-from touchline.fitting.line_samples import LineSamples, fine_pattern, sample_lines_evenly
+from touchline.fitting.field_pattern import (
+    FieldPattern,
+    LineSamples,
+    fine_pattern,
+    is_half_turn_symmetric,
+    sample_lines_evenly,
+)
 from touchline.fitting.ray_camera.fit import lens_fitter
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.models import MODELS, parameters_json

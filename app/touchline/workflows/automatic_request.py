@@ -18,9 +18,7 @@ from touchline.core.json_values import SizeJson, read
 from touchline.core.records import Calibration, Frame, ObservationJson
 from touchline.core.sentences import DETECTING_LINES, SERIES_MOVED, SERIES_MOVED_FIX
 from touchline.core.statements import say, stated
-from touchline.evaluate.drift.alarm import state_of
-from touchline.evaluate.drift.monitor import DriftReference
-from touchline.evaluate.fit.areas import (
+from touchline.evaluate.areas import (
     FITS_OVERLAP,
     NEAR_OVERLAP,
     NOT_IN_IMAGE,
@@ -30,8 +28,10 @@ from touchline.evaluate.fit.areas import (
     better_areas,
     smaller_areas,
 )
-from touchline.evaluate.fit.report_types import FitReport
-from touchline.evaluate.fit.verification import AutomaticVerdict, Proof, Verification, verdict_of
+from touchline.evaluate.drift.alarm import state_of
+from touchline.evaluate.drift.monitor import DriftReference
+from touchline.evaluate.report_types import FitReport
+from touchline.evaluate.verification import AutomaticVerdict, Proof, Verification, verdict_of
 from touchline.fitting import FITTERS
 from touchline.fitting.field_lines.given_corners import check_corners
 from touchline.fitting.field_lines.recognition import recognise

@@ -15,15 +15,20 @@ from touchline.core.json_values import nullable, nullable_points
 from touchline.core.records import Fit, Observations
 from touchline.core.sentences import CALIBRATE_THIS_SIZE, other_image_size
 from touchline.core.statements import stated
-from touchline.evaluate.fit import residual_vectors as vectors
-from touchline.evaluate.fit.contradiction import bends_otherwise, contradiction, freer_lens
-from touchline.evaluate.fit.covariance_json import fit_from_json
-from touchline.evaluate.fit.cross_validation import held_out_mm
-from touchline.evaluate.fit.difference import Difference, DifferenceGrid, difference_report
-from touchline.evaluate.fit.distortion import distortion_kind, sag_pct
-from touchline.evaluate.fit.report import report
-from touchline.evaluate.fit.report_types import ErrorFigures, FitReport
-from touchline.evaluate.fit.uncertainty import expected_error, grid_over
+from touchline.evaluate import residuals
+from touchline.evaluate.cross_validation import held_out_mm
+from touchline.evaluate.difference import (
+    Difference,
+    DifferenceGrid,
+    bends_otherwise,
+    contradiction,
+    difference_report,
+    freer_lens,
+)
+from touchline.evaluate.distortion import distortion_kind, sag_pct
+from touchline.evaluate.report import report
+from touchline.evaluate.report_types import ErrorFigures, FitReport
+from touchline.evaluate.uncertainty import expected_error, fit_from_json, grid_over
 from touchline.fitting import FITTERS, sensitivity_of
 from touchline.fitting.border import Degree, fit_curve
 from touchline.imaging.correction import CorrectedView, correction_map
@@ -228,4 +233,4 @@ def residual_vectors(model: CameraModel, observations: Observations, field: Fiel
     """Residuals as vectors in raw pixels or in those of a corrected view."""
     def seen(raw: Points) -> Points:
         return raw if frame == "raw" else view.view_from_corrected(model, model.corrected_from_raw(raw))
-    return {**vectors.residual_vectors(model, observations, field, region, strays, seen), "frame": frame}
+    return {**residuals.residual_vectors(model, observations, field, region, strays, seen), "frame": frame}

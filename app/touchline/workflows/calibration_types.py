@@ -7,8 +7,8 @@ from typing_extensions import TypedDict
 
 from touchline.core.json_values import PointJson, PointsJson, SizeJson
 from touchline.core.statements import Stated
-from touchline.evaluate.fit.report_types import ErrorFigures, FitReport
-from touchline.evaluate.fit.residual_vectors import ResidualVectors
+from touchline.evaluate.report_types import ErrorFigures, FitReport
+from touchline.evaluate.residuals import ResidualVectors
 from touchline.imaging.correction import MeshHeader
 
 Marking = Literal["border", "line", "arc", "landmark"]

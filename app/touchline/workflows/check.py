@@ -19,7 +19,7 @@ from touchline.evaluate.drift.check_verdict import CheckVerdict, is_conclusive
 from touchline.evaluate.drift.checked import checked
 from touchline.evaluate.drift.line_check import LineDeviation, LineMeasurements
 from touchline.evaluate.drift.orientation import FIX, SAID, UNKNOWN, Orientation, OrientationReference, State
-from touchline.evaluate.fit.verification import MIN_FOUND
+from touchline.evaluate.verification import MIN_FOUND
 from touchline.models import Restored
 from touchline.vision.ridges import painted_lines, with_bright_lines
 from touchline.workflows.job_pictures import job_pictures, median_frame

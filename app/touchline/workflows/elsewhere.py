@@ -10,7 +10,7 @@ from touchline.core.geometry import Pixels
 from touchline.core.sentences import marking_name
 from touchline.core.statements import Sentence, say, stated
 from touchline.evaluate.drift.line_check import line_deviations, measure_single_markings
-from touchline.evaluate.fit.verification import MISSING_SHOWN
+from touchline.evaluate.verification import MISSING_SHOWN
 from touchline.models import CameraModel
 
 SURELY = 0.6  # of a marking, seen in one course

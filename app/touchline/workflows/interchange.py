@@ -21,9 +21,9 @@ from touchline.core.json_values import IMPORTED
 from touchline.core.records import Calibration, Fit, Observations, Warning
 from touchline.core.sentences import use_one_of
 from touchline.core.statements import named, say, stated
-from touchline.evaluate.fit.approximation import ApproximationError, approximation_error
-from touchline.evaluate.fit.report import report
-from touchline.fitting.corrected_rectangle import corrected_rectangle
+from touchline.evaluate.approximation import ApproximationError, approximation_error
+from touchline.evaluate.report import report
+from touchline.fitting.contract import corrected_rectangle
 from touchline.formats import FORMATS
 from touchline.formats.approximation import exact_camera, export_camera
 from touchline.formats.camera_file import CameraFile

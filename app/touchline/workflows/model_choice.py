@@ -12,9 +12,9 @@ from touchline.core.geometry import ImageSize
 from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.records import Observations
 from touchline.core.statements import say
-from touchline.evaluate.fit.comparison import Comparison, FittedModel, compare_models, parameter_count
-from touchline.evaluate.fit.contradiction import OWN, freer_lens
-from touchline.evaluate.fit.report_types import ModelChoice, SavedReport
+from touchline.evaluate.comparison import Comparison, FittedModel, compare_models, parameter_count
+from touchline.evaluate.difference import OWN, freer_lens
+from touchline.evaluate.report_types import ModelChoice, SavedReport
 from touchline.fitting import FITTERS, known_options
 from touchline.models import MODELS
 from touchline.workflows.calibration import CalibrationResult, calibrate

@@ -20,7 +20,7 @@ from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.records import Calibration, Frame
 from touchline.core.sentences import DETECTING_LINES, area_name
 from touchline.core.statements import Stated, say, stated
-from touchline.evaluate.fit.areas import AreaJson, SeenArea, seen_area
+from touchline.evaluate.areas import AreaJson, SeenArea, seen_area
 from touchline.fitting.field_lines.recognition import RecognisedField, recognise
 from touchline.fitting.field_lines.search import CameraCandidate, PosePrior, SearchResult
 from touchline.fitting.field_pattern import is_half_turn_symmetric

@@ -7,7 +7,7 @@ from tests.support.auto_scenes import LENSES, fields
 from touchline.core.field import BORDERS
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Observation
-from touchline.evaluate.fit.areas import FITS_OVERLAP, NEAR_OVERLAP, better_areas, smaller_areas
+from touchline.evaluate.areas import FITS_OVERLAP, NEAR_OVERLAP, better_areas, smaller_areas
 from touchline.sources.sim.camera import SimCamera
 from touchline.workflows.calibration_request import CalibrationRequest
 

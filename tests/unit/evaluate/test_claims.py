@@ -7,12 +7,10 @@ from types import SimpleNamespace
 import pytest
 
 from touchline.core.records import Warning
-from touchline.evaluate.claims.claim import Claim, gate_of, mm, problems
-from touchline.evaluate.claims.others import difference_claims
-from touchline.evaluate.claims.own_report import field_claims, report_claims
-from touchline.evaluate.claims.pictures import another_cameras, ends_claim, lines_claim, live_claim
-from touchline.evaluate.claims.readiness import SiteCamera, camera_claims
+from touchline.evaluate.claims import Claim, difference_claims, field_claims, gate_of, mm, problems, report_claims
 from touchline.evaluate.drift.orientation import Orientation
+from touchline.evaluate.picture_claims import another_cameras, ends_claim, lines_claim, live_claim
+from touchline.evaluate.site_claims import SiteCamera, camera_claims
 from touchline.league.claims import packet_claim, publishing_claim
 from touchline.rigs.verdict import CheckedLevel, neighbour_claim, rig_claim
 

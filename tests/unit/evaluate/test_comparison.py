@@ -16,8 +16,8 @@ from touchline.core.errors import FitFailed
 from touchline.core.field import BORDERS
 from touchline.core.geometry import ImageSize, with_z
 from touchline.core.records import Observation, observations_from_json
-from touchline.evaluate.fit.difference import difference_report
-from touchline.evaluate.fit.folds import folds_for
+from touchline.evaluate.cross_validation import folds_for
+from touchline.evaluate.difference import difference_report
 from touchline.fitting import FITTERS
 from touchline.models import MODELS, RayModel, field_from_raw
 from touchline.store.fields import load_fields

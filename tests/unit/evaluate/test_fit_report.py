@@ -14,10 +14,10 @@ from tests.support.tiers import long
 from touchline.core.field import BORDERS
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Observation
-from touchline.evaluate.fit.distortion import clicked_sag_pct, distortion_kind, sag_pct
-from touchline.evaluate.fit.report import report
-from touchline.evaluate.fit.residuals import feature_residuals
-from touchline.evaluate.fit.uncertainty import grid_over
+from touchline.evaluate.distortion import clicked_sag_pct, distortion_kind, sag_pct
+from touchline.evaluate.report import report
+from touchline.evaluate.residuals import feature_residuals
+from touchline.evaluate.uncertainty import grid_over
 from touchline.fitting import FITTERS
 from touchline.models import field_from_raw, raw_from_field
 from touchline.workflows import calibration

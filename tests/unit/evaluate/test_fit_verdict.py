@@ -5,8 +5,7 @@ from dataclasses import replace
 import pytest
 
 from touchline.core.records import Warning
-from touchline.evaluate.fit.doubts import worst_doubt
-from touchline.evaluate.fit.verdict import FitAccuracy, fit_verdict, tops_are_known
+from touchline.evaluate.verdict import FitAccuracy, fit_verdict, tops_are_known, worst_doubt
 
 
 def accuracy(carpet_mm: float, tops_mm: float | None = None, **others) -> FitAccuracy:

@@ -10,7 +10,7 @@ from tests.support.live_cameras import FIELDS
 from tests.support.simulated_source import simulated_source
 from tests.support.tiers import rounds
 from touchline.core.geometry import ImageSize
-from touchline.evaluate.claims.own_images import CameraImage, compare, own_images_claim, whose
+from touchline.evaluate.site_claims import CameraImage, compare, own_images_claim, whose
 from touchline.sources import device_of
 from touchline.vision.picture_print import PicturePrint
 

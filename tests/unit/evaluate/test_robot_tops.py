@@ -9,9 +9,8 @@ from tests.support.rig_over_field import FIELD, HALVES, apart_in_truth, random_h
 from tests.support.tiers import rounds
 from touchline.core.geometry import with_z
 from touchline.core.records import observations_from_json
-from touchline.evaluate.cameras.agreement import agreement
-from touchline.evaluate.cameras.evidence import from_clicks, from_matches
-from touchline.evaluate.cameras.robot_tops import expected_at_tops
+from touchline.evaluate.agreement import agreement, expected_at_tops
+from touchline.evaluate.offsets import from_clicks, from_matches
 from touchline.models import model_of
 from touchline.rigs.verdict import of_pair
 

@@ -11,9 +11,8 @@ from tests.support.pairs import simulated
 from touchline.core.errors import FitFailed
 from touchline.core.geometry import inside_picture
 from touchline.core.records import Observation
-from touchline.evaluate.cameras.agreement import agreement
-from touchline.evaluate.cameras.evidence import from_clicks, from_matches
-from touchline.evaluate.cameras.shared_area import shared_area
+from touchline.evaluate.agreement import agreement, shared_area
+from touchline.evaluate.offsets import from_clicks, from_matches
 from touchline.models import raw_from_field
 
 FIELD = plain_field()

@@ -12,8 +12,8 @@ from touchline.core.errors import FitFailed
 from touchline.core.field import BORDERS
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Observation
-from touchline.fitting.homography.fit import HomographyFitter
-from touchline.fitting.homography.parameters import HomographyParameters
+from touchline.fitting.homography import HomographyFitter
+from touchline.fitting.sensitivity import HomographyParameters
 from touchline.models import field_from_raw, parameters_json, raw_from_field
 from touchline.models.homography import Homography
 

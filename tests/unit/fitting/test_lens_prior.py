@@ -14,9 +14,8 @@ from touchline.boards.fit import fit_board
 from touchline.core.errors import BadInput
 from touchline.core.field import HAT_MM
 from touchline.core.geometry import ImageSize
-from touchline.evaluate.fit.uncertainty import expected_error, grid_over
-from touchline.fitting.ray_camera.distortion_prior import DistortionEstimate
-from touchline.fitting.ray_camera.lens_prior import camera_intrinsics, lens_prior, read_lens
+from touchline.evaluate.uncertainty import expected_error, grid_over
+from touchline.fitting.ray_camera.lens_prior import DistortionEstimate, camera_intrinsics, lens_prior, read_lens
 from touchline.models import MODELS, parameters_json
 from touchline.models.distortion import Distortion, half_diagonal_px
 from touchline.models.intrinsics import Intrinsics

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from touchline.fitting.ray_camera.line_offsets import line_sigmas_mm
+from touchline.fitting.ray_camera.problem import line_sigmas_mm
 
 USUAL_MM = 3.0
 

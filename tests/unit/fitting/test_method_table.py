@@ -10,7 +10,7 @@ import pytest
 
 from tests.support.reference_camera import SIZE, reference_camera, reference_field
 from tests.support.sim_clicks import border_observations, known_grid, landmark_observations, rms_mm
-from touchline.fitting.polynomial.fit import PolynomialFitter
+from touchline.fitting.polynomial import PolynomialFitter
 from touchline.models import field_from_raw
 
 SEEDS = 6

@@ -12,7 +12,7 @@ from tests.support.paths import ROOT
 from tests.support.sim_clicks import border_observations
 from touchline.core.geometry import ImageSize
 from touchline.core.records import observations_from_json
-from touchline.fitting.ray_camera.misfit import residual_warnings
+from touchline.fitting.ray_camera.camera_prior import residual_warnings
 from touchline.models import parameters_json
 from touchline.store.fields import load_fields
 from touchline.workflows.calibration import calibrate

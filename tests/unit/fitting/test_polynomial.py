@@ -11,7 +11,7 @@ from touchline.core.errors import BadInput, FitFailed
 from touchline.core.field import BORDERS
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Observation
-from touchline.fitting.polynomial.fit import PolynomialFitter
+from touchline.fitting.polynomial import PolynomialFitter
 from touchline.models import field_from_raw
 
 SIZE = ImageSize(1280, 1024)

@@ -17,8 +17,8 @@ from touchline.core.field import BORDERS, HAT_MM, Arc, Field
 from touchline.core.geometry import ImageSize
 from touchline.core.options import read_options
 from touchline.core.records import Observation
-from touchline.evaluate.fit.observability import observability_warnings, weakest_direction
-from touchline.evaluate.fit.uncertainty import expected_error
+from touchline.evaluate.next_click import observability_warnings, weakest_direction
+from touchline.evaluate.uncertainty import expected_error
 from touchline.fitting import FITTERS
 from touchline.fitting.ray_camera.camera_prior import camera_priors, unusual_camera_warnings
 from touchline.fitting.ray_camera.parameters import RayCameraParameters

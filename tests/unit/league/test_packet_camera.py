@@ -13,8 +13,8 @@ from touchline.core.errors import Conflict
 from touchline.core.field import Region
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Calibration, Observation
-from touchline.evaluate.fit.approximation import approximate_camera
-from touchline.evaluate.fit.uncertainty import grid_over
+from touchline.evaluate.approximation import approximate_camera
+from touchline.evaluate.uncertainty import grid_over
 from touchline.formats.ssl_vision import camera_from_wire
 from touchline.league.config import PublishingConfig
 from touchline.league.packet import published_cameras

@@ -9,10 +9,8 @@ from tests.support.pair_over_field import FIELD
 from tests.support.rig_over_field import true_models
 from touchline.core.errors import FitFailed
 from touchline.core.records import Observation
-from touchline.evaluate.cameras.agreement import agreement
-from touchline.evaluate.cameras.evidence import OffsetMeasurements, from_clicks, from_matches
-from touchline.evaluate.cameras.offsets import fit_offset_field
-from touchline.evaluate.cameras.shared_area import shared_area
+from touchline.evaluate.agreement import agreement, shared_area
+from touchline.evaluate.offsets import OffsetMeasurements, fit_offset_field, from_clicks, from_matches
 from touchline.models import raw_from_field
 from touchline.models.rotation import matrix_from_vector, vector_from_matrix
 from touchline.rigs.epipolar import geometry, ideal_px

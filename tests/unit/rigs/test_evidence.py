@@ -5,7 +5,7 @@ import pytest
 
 from tests.support.rig_over_field import FIELD, FIELDS, sim_task
 from tests.support.tiers import rounds
-from touchline.evaluate.cameras.agreement import agreement
+from touchline.evaluate.agreement import agreement
 from touchline.models import model_from_json
 from touchline.rigs.evidence import from_pictures
 from touchline.sources import SourceContext, source_from_url

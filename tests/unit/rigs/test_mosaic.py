@@ -7,7 +7,7 @@ import pytest
 
 from tests.support.rig_over_field import FIELD, sim_rig, sim_source, true_models, with_member
 from touchline.core.errors import BadInput, Cancelled, FitFailed
-from touchline.evaluate.cameras.agreement import agreement
+from touchline.evaluate.agreement import agreement
 from touchline.rigs.check import check
 from touchline.rigs.evidence import from_pictures, marking_places
 from touchline.rigs.mosaic import FieldView, Stitcher, stitcher_of

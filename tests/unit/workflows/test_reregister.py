@@ -14,7 +14,7 @@ from tests.support.live_cameras import FIELDS, calibrated
 from tests.support.tiers import long
 from touchline.core.errors import Conflict, FitFailed
 from touchline.core.records import Calibration, Frame, observations_from_json
-from touchline.evaluate.fit.uncertainty import grid_over
+from touchline.evaluate.uncertainty import grid_over
 from touchline.fitting.ray_camera.lens_prior import camera_intrinsics
 from touchline.models import field_from_raw, model_from_json
 from touchline.sources import SourceContext, source_from_url

@@ -9,7 +9,7 @@ from touchline.api.dependencies import ServicesDep
 from touchline.api.responses import NO_STORE, Json
 from touchline.api.schemas.base import response
 from touchline.api.schemas.requests import Id
-from touchline.evaluate.claims.claim import Claim, ClaimJson, Gate, gate_of
+from touchline.evaluate.claims import Claim, ClaimJson, Gate, gate_of
 from touchline.services.claims import all_claims, known_claims
 from touchline.services.readiness import readiness
 

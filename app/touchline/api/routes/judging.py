@@ -10,7 +10,7 @@ from touchline.api.responses import Json, cached_response, picture
 from touchline.api.schemas.media import UNCHANGED, files
 from touchline.api.schemas.requests import Id
 from touchline.core.records import Calibration
-from touchline.evaluate.fit.difference import Difference
+from touchline.evaluate.difference import Difference
 from touchline.models import Restored, model_of
 from touchline.store.calibrations import FoundVersion
 from touchline.workflows import calibration as workflow

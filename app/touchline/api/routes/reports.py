@@ -14,7 +14,7 @@ from touchline.api.schemas.base import JsonObject, response
 from touchline.api.schemas.media import HTML, UNCHANGED
 from touchline.core.errors import NotFound, TouchlineError
 from touchline.core.records import Frame
-from touchline.evaluate.claims.claim import Claim, ClaimJson
+from touchline.evaluate.claims import Claim, ClaimJson
 from touchline.report.page import POLICY
 from touchline.services.answer_cache import etag_of
 from touchline.services.claims import known_claims

@@ -5,7 +5,7 @@ from touchline.api.schemas.base import JsonObject, response
 from touchline.api.schemas.media import Responses
 from touchline.core.json_values import SizeJson
 from touchline.core.records import ObservationJson
-from touchline.evaluate.fit.report_types import SavedReport
+from touchline.evaluate.report_types import SavedReport
 from touchline.store import snapshots
 from touchline.workflows.calibration_types import ModelParameters
 

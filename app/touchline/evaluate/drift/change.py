@@ -8,12 +8,11 @@ from typing_extensions import TypedDict
 from touchline.core.errors import FitFailed
 from touchline.core.field import Field
 from touchline.core.geometry import Array, ImageSize
-from touchline.evaluate.cameras.agreement import agreement
-from touchline.evaluate.cameras.evidence import OffsetMeasurements
-from touchline.evaluate.cameras.offsets import MIN_MEASURES, fit_offset_field
+from touchline.evaluate.agreement import agreement
 from touchline.evaluate.drift.line_check import MOST, LineMeasurements
-from touchline.evaluate.fit.residuals import rms
-from touchline.evaluate.fit.verdict import GOOD_MM
+from touchline.evaluate.offsets import MIN_MEASURES, OffsetMeasurements, fit_offset_field
+from touchline.evaluate.residuals import rms
+from touchline.evaluate.verdict import GOOD_MM
 from touchline.models import CameraModel
 
 MIN_PLACES, MIN_LINES = 8, 2

@@ -6,12 +6,12 @@ from typing_extensions import TypedDict
 from touchline.core.errors import FitFailed
 from touchline.core.field import Field
 from touchline.core.geometry import ImageSize
-from touchline.evaluate.cameras.agreement import PlaneDifference, agreement
-from touchline.evaluate.cameras.offsets import fit_offset_field
+from touchline.evaluate.agreement import PlaneDifference, agreement
 from touchline.evaluate.drift.change import Change
 from touchline.evaluate.drift.line_check import LineMeasurements
 from touchline.evaluate.drift.promise import OwnLevel, Promise
-from touchline.evaluate.fit.residuals import rms
+from touchline.evaluate.offsets import fit_offset_field
+from touchline.evaluate.residuals import rms
 from touchline.models import CameraModel
 
 MAPPED = 0.85  # of the places: with fewer that follow it, a smooth map is not what the lines show

@@ -12,9 +12,9 @@ from touchline.core.sentences import marking_name
 from touchline.core.statements import Sentence, Stated, format_mm, join, say, stated
 from touchline.evaluate.drift.check_figures import CheckFigures
 from touchline.evaluate.drift.line_check import MOST, LineDeviation
-from touchline.evaluate.fit.report_types import Level
-from touchline.evaluate.fit.verdict import FAIR_MM, GOOD_MM, LEVELS, SURE, level_of
-from touchline.evaluate.fit.verification import MARKING_FOUND, MAX_MISSING, MIN_FOUND, MISSING_SHOWN
+from touchline.evaluate.report_types import Level
+from touchline.evaluate.verdict import FAIR_MM, GOOD_MM, LEVELS, SURE, level_of
+from touchline.evaluate.verification import MARKING_FOUND, MAX_MISSING, MIN_FOUND, MISSING_SHOWN
 
 MIN_LINES = 3
 PAINT = 3.0  # times the level's bound: so far may one marking lie off alone, painted beside its place

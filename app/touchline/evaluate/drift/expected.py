@@ -4,8 +4,7 @@ import numpy as np
 
 from touchline.core.field import Region
 from touchline.core.geometry import Array, ImageSize, Points
-from touchline.fitting.field_pattern import FieldPattern
-from touchline.fitting.line_samples import LineSamples, sample_lines_evenly
+from touchline.fitting.field_pattern import FieldPattern, LineSamples, sample_lines_evenly
 from touchline.models import CameraModel, raw_from_field
 
 EDGE_MM = 20.0  # about a region: its borders belong to it

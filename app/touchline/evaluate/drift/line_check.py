@@ -21,13 +21,12 @@ from typing_extensions import TypedDict
 from touchline.core.field import Arc, Field, Line, Region
 from touchline.core.geometry import Array, ImageSize, Indices, Mask, Pixels, Points, inside_picture
 from touchline.core.records import Observations
-from touchline.evaluate.cameras.evidence import OffsetMeasurements
-from touchline.evaluate.cameras.offsets import OffsetField, fit_offset_field
 from touchline.evaluate.drift.expected import expected_lines
 from touchline.evaluate.drift.observed import ObservedLines
-from touchline.evaluate.fit.residuals import rms
-from touchline.evaluate.fit.verification import MARKING_FOUND
-from touchline.fitting.line_samples import LineSamples, fine_pattern
+from touchline.evaluate.offsets import OffsetField, OffsetMeasurements, fit_offset_field
+from touchline.evaluate.residuals import rms
+from touchline.evaluate.verification import MARKING_FOUND
+from touchline.fitting.field_pattern import LineSamples, fine_pattern
 from touchline.models import CameraModel, field_from_raw
 from touchline.vision.profiles import GROUND_PX, STEP_PX, across_lines, brightness_across, strays
 

@@ -8,9 +8,8 @@ from touchline.core.field import Field
 from touchline.core.geometry import Array, ImageSize, Indices, Mask, Pixels, Points, inside_picture
 from touchline.evaluate.drift.expected import expected_lines
 from touchline.evaluate.drift.search import best_motion
-from touchline.fitting.field_pattern import FieldPattern
+from touchline.fitting.field_pattern import FieldPattern, fine_pattern
 from touchline.fitting.image_motion import MotionField, estimate_motion
-from touchline.fitting.line_samples import fine_pattern
 from touchline.models import CameraModel
 from touchline.vision.patches import LinePatches
 from touchline.vision.profiles import NO_WIDTHS, across_lines, strays

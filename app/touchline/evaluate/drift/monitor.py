@@ -19,8 +19,8 @@ from touchline.core.geometry import Array, ImageSize, Mask, Points, inside_pictu
 from touchline.evaluate.drift.expected import expected_lines
 from touchline.evaluate.drift.orientation import OrientationReference
 from touchline.evaluate.drift.search import best_motion
+from touchline.fitting.field_pattern import fine_pattern
 from touchline.fitting.image_motion import ImageMotion, MotionField, MotionSize, RegionSamples, estimate_motion
-from touchline.fitting.line_samples import fine_pattern
 from touchline.models import CameraModel
 from touchline.vision.patches import LinePatches, LineShifts
 from touchline.vision.profiles import across_lines

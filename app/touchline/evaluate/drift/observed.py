@@ -14,8 +14,7 @@ from touchline.core.errors import TouchlineError
 from touchline.core.field import Arc, Field, Landmark, Line, Region
 from touchline.core.geometry import Array, ImageSize, Points, inside_picture
 from touchline.core.records import Observation, Observations
-from touchline.fitting.field_pattern import FieldPattern
-from touchline.fitting.line_samples import LineSamples, fine_pattern
+from touchline.fitting.field_pattern import FieldPattern, LineSamples, fine_pattern
 from touchline.models import CameraModel, field_from_raw, raw_from_field
 
 BESIDE_PX = (-24.0, -14.0, 14.0, 24.0)  # from a landmark, along a line through it

@@ -6,8 +6,8 @@ from typing import Any, Literal, NamedTuple, Self
 from touchline.core.errors import TouchlineError
 from touchline.core.json_values import number
 from touchline.core.records import Calibration, Observation, Observations, observations_from_json
-from touchline.evaluate.fit.report_types import Level
-from touchline.evaluate.fit.verdict import LEVELS
+from touchline.evaluate.report_types import Level
+from touchline.evaluate.verdict import LEVELS
 
 OwnLevel = Level | Literal["unknown"]
 

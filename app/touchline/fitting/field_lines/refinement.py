@@ -9,7 +9,6 @@ import numpy as np
 from touchline.core.errors import FitFailed
 from touchline.core.field import Field
 from touchline.core.geometry import Array, ImageSize, Indices, Points, with_z
-from touchline.fitting.division import odd_series
 from touchline.fitting.field_lines.blind_distortion import UndistortedPlane
 from touchline.fitting.field_lines.seen_lines import SeenLines
 from touchline.fitting.field_pattern import FieldPattern
@@ -19,6 +18,7 @@ from touchline.fitting.ray_camera.camera_prior import ASPECT_SIGMA, CENTRE_SHARE
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.fitting.ray_camera.problem import ClickResiduals, ScalarPrior, curve_of
 from touchline.fitting.ray_camera.search import RayFitProblem, residual_count
+from touchline.models.lenses.division import odd_series
 from touchline.models.ray_camera import BrownConrady, Division
 
 CAPTURE_PX = (24.0, 14.0, 10.0, 6.0, 3.5, 2.0)  # in a picture of 1280 px, on the way in

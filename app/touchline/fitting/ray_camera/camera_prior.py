@@ -1,16 +1,25 @@
-"""What is known of a camera before it is calibrated: of its lens, of where it hangs, and of how true the field is.
+"""What is known of a camera before it is calibrated, and where its height or its points contradict that.
 
 Without these priors a lens's higher terms, its centre and the tilt compensate one another until nothing is left to see
 in the residuals; with the lens's centre held in the picture's middle, they compensate that instead. Each prior is as
 wide as real cameras differ (σ of published calibrations and data sheets), so that it costs nothing where the points
 say better.
+
+A wrong height that was entered bends focal length and lens until the points fit again, and hides itself: the noise is
+learned larger, and good points are outliers. So the fit is made once more from where it ended, without the height, with
+a noise of its own. How far the two are apart is the lesser of two measures: by σ of both, and by the likelihood ratio
+under that noise, √(least cost with the height - without). Where height and focal length trade, the valley is bent, and
+σ at one place is not that of the next.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
+from typing_extensions import TypedDict
 
+from touchline.core.errors import FitFailed
 from touchline.core.field import Field
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Warning
@@ -18,6 +27,7 @@ from touchline.core.sentences import marking_name
 from touchline.core.statements import say
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.fitting.ray_camera.problem import ScalarPrior
+from touchline.fitting.ray_camera.search import NEAR, RayFitProblem, RayFitResult, minimum_near, solve
 from touchline.models.lenses import Lens
 
 CENTRE_SHARE = 0.012  # σ of the principal point about the picture's middle, of the picture's width
@@ -119,3 +129,147 @@ def misplaced_line_warnings(offsets_mm: Mapping[str, float], usual_mm: float) ->
 def centre_sigma_px(settings: Mapping[str, Any], image_size: ImageSize) -> float:
     given = settings["centre_sigma_px"]
     return CENTRE_SHARE * image_size.width if given is None else given
+
+
+CONTRADICTED_SIGMAS = 3.0
+CHECKED_SHARE = 0.1  # of the height: where so much would not be seen, it has not been checked
+
+Result = RayFitResult[RayCameraParameters]
+HeightState = Literal["agrees", "contradicted", "not-checked", "estimated"]
+
+
+class HeightJson(TypedDict):
+    """The camera's height: as entered, as the points alone have it, and how many σ of both they are apart.
+
+    state: "estimated" where none was entered, "not-checked" where the points cannot tell a tenth of it.
+    """
+
+    entered_mm: float | None
+    entered_sigma_mm: float | None
+    points_mm: float | None
+    points_sigma_mm: float | None
+    sigmas: float | None
+    state: HeightState
+
+
+@dataclass(frozen=True, eq=False)
+class HeightCheck:
+    """alone: the fit without the entered height; None where none was entered, or the points give no camera."""
+
+    told: HeightJson
+    alone: Result | None = None
+
+    @property
+    def is_contradicted(self) -> bool:
+        return self.told["state"] == "contradicted"
+
+    def warnings(self) -> list[Warning]:
+        if not self.is_contradicted:
+            return []
+        told = (self.told["points_mm"], self.told["points_sigma_mm"], self.told["entered_mm"])
+        points_m, sigma_m, entered_m = ((mm or 0.0) / 1000 for mm in told)
+        return [Warning("height-contradicted", say(
+            "warning.height-contradicted", "The points give a camera height of {points_m:.2f} ± {sigma_m:.2f} m; "
+            "{entered_m:.2f} m was entered.", points_m=points_m, sigma_m=sigma_m, entered_m=entered_m), say(
+            "warning.height-contradicted.fix", "Measure the height again, from the carpet to the lens. If it is "
+            "correct, check the field size and the lens. Otherwise remove it, so that the points determine it."))]
+
+
+def check_height(task: RayFitProblem, found: Result, settings: Mapping[str, Any]) -> HeightCheck:
+    """Compare the height of a fit's priors with the one that the points alone give. task: with all points."""
+    entered = next((p for p in task.priors if p.name == "height"), None)
+    if entered is None:
+        height, sigma = _height(found)
+        return HeightCheck(HeightJson(entered_mm=None, entered_sigma_mm=None, points_mm=height, points_sigma_mm=sigma,
+                                      sigmas=None, state="estimated"))
+    told = HeightJson(entered_mm=entered.value, entered_sigma_mm=entered.sigma, points_mm=None, points_sigma_mm=None,
+                      sigmas=None, state="not-checked")
+    # so wide that it only keeps the search in sight
+    anywhere = ScalarPrior("log_height", float(np.log(entered.value)), HEIGHT_SIGMA)
+    try:
+        alone = solve(task.with_prior("height", anywhere), found.minimum.state, settings)
+        height, sigma = _height(alone)
+    except FitFailed:
+        return HeightCheck(told)
+    both = replace(alone.task, priors=(*alone.task.priors, entered))
+    both.problem.places = np.empty(0)
+    taped = minimum_near(both, found.minimum.state, alone.sigma_px * float(np.sqrt(alone.correlation)), 0,
+                         tolerance=NEAR)
+    spread = float(np.hypot(sigma, entered.sigma))
+    sigmas = min(float(np.sqrt(max(taped.cost - alone.minimum.cost, 0.0))), abs(height - entered.value) / spread)
+    told |= {"points_mm": height, "points_sigma_mm": sigma, "sigmas": sigmas}
+    if sigmas > CONTRADICTED_SIGMAS:
+        told["state"] = "contradicted"
+    elif CONTRADICTED_SIGMAS * spread <= CHECKED_SHARE * entered.value:
+        told["state"] = "agrees"
+    return HeightCheck(told, alone)
+
+
+def _height(found: Result) -> tuple[float, float]:
+    """Return the height of a fit and its σ, mm."""
+    column = found.free_names.index("height")
+    return float(found.minimum.state.position_mm[2]), float(np.sqrt(found.covariance[column, column]))
+
+
+CLICK_SHARE = 0.7 / 1280  # σ of a careless click, of the picture's width; real ones have 0.3 to 0.5 px of 1280
+TOO_LARGE = 3.0  # of that, rms
+ANOTHER_LENS = 2.0  # times the rms of a lens of their own
+STRETCHED = 0.05  # σ of the aspect of a picture that was stretched
+MIN_LIMIT_PX = 1.5  # what no image is too sharp for
+
+
+def residual_warnings(rms_px: float, settings: Mapping[str, Any], image_size: ImageSize) -> list[Warning]:
+    """Warn where the points without outliers lie further off, rms px, than they can have been marked.
+
+    That is measured against what the options say of a click, or what clicks are like: σ as estimated from the points
+    themselves grows with any misfit.
+    """
+    limit_px = _limit_px(settings, image_size)
+    if rms_px <= limit_px:
+        return []
+    return [Warning("residuals-too-large", say(
+        "warning.residuals-too-large", "The points are {px:.1f} px off; at most {limit_px:.1f} px is expected.",
+        px=rms_px, limit_px=limit_px), say(
+        "warning.residuals-too-large.fix", "If a lens was given, check that it is this camera's, at this focus and "
+        "zoom. Otherwise check the field type and the line of each point, or try another lens model."))]
+
+
+def _limit_px(settings: Mapping[str, Any], image_size: ImageSize) -> float:
+    return max(TOO_LARGE * (settings["click_sigma_px"] or CLICK_SHARE * image_size.width), MIN_LIMIT_PX)
+
+
+def given_lens_warnings(own_task: RayFitProblem, found: RayFitResult[RayCameraParameters],
+                        settings: Mapping[str, Any], image_size: ImageSize) -> list[Warning]:
+    """Warn where the points fit a lens of their own far better than the one that was given, and that not well.
+
+    own_task: the same points, with the lens free. Above the limit of residual_warnings, that warns.
+    """
+    limit_px = _limit_px(settings, image_size)
+    if not limit_px / 2 < found.rms_px <= limit_px:
+        return []
+    try:
+        own = solve(own_task, found.minimum.state, settings)
+    except FitFailed:
+        return []
+    if found.rms_px <= ANOTHER_LENS * own.rms_px:
+        return []
+    return [Warning("residuals-too-large", say(
+        "warning.given-lens", "The points are {px:.1f} px off with the given lens, and {own_px:.1f} px with a lens of "
+        "their own.", px=found.rms_px, own_px=own.rms_px), say(
+        "warning.given-lens.fix", "Check that the lens is this camera's, at this focus and zoom, or remove it."))]
+
+
+def without_square_pixels(task: RayFitProblem, found: RayFitResult[RayCameraParameters], settings: Mapping[str, Any],
+                          ) -> RayFitResult[RayCameraParameters] | None:
+    """Return what the points say where their pixels' aspect strains its prior and they may be stretched; else None.
+
+    Held nearly square, height, tilt and lens bend to make up for it, and the covariance knows nothing of that.
+    """
+    prior = next((p for p in task.priors if p.name == "aspect"), None)
+    if prior is None or abs(found.minimum.state.aspect - prior.value) <= ABSURD_SIGMAS * prior.sigma:
+        return None
+    wide = ScalarPrior("aspect", prior.value, max(STRETCHED, prior.sigma))
+    try:
+        return solve(task.with_prior("aspect", wide), found.minimum.state, settings)
+    except FitFailed:
+        return None

@@ -1,7 +1,7 @@
 """Fitting a camera with a lens: linear start, robust refinement, outlier rejection, then plain least squares."""
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -15,28 +15,149 @@ from touchline.core.options import Option, read_options
 from touchline.core.records import Fit, Observations
 from touchline.core.statements import say
 from touchline.fitting import FITTERS
-from touchline.fitting.clicks import check_inside_picture, inlier_masks, outlier_warnings
-from touchline.fitting.contract import Fitter, Sensitivity
-from touchline.fitting.corrected_rectangle import corrected_rectangle
-from touchline.fitting.options import RAY_OPTIONS
+from touchline.fitting.contract import (
+    RAY_OPTIONS,
+    TERMS_OPTION,
+    Fitter,
+    Sensitivity,
+    check_inside_picture,
+    corrected_rectangle,
+    inlier_masks,
+    outlier_warnings,
+)
+from touchline.fitting.linear import (
+    Incidences,
+    focal_from_vanishing_points,
+    homography_from_lines,
+    pose_from_homography,
+    tsai_two_stage,
+)
 from touchline.fitting.ray_camera.camera_prior import (
     ASPECT_SIGMA,
+    camera_priors,
     centre_sigma_px,
+    check_height,
+    given_lens_warnings,
     misplaced_line_warnings,
+    residual_warnings,
     unusual_camera_warnings,
+    without_square_pixels,
 )
-from touchline.fitting.ray_camera.distortion_prior import read_distortion, with_distortion
-from touchline.fitting.ray_camera.height_check import check_height
-from touchline.fitting.ray_camera.initial import start_states
-from touchline.fitting.ray_camera.lens_prior import read_lens, with_lens
-from touchline.fitting.ray_camera.misfit import given_lens_warnings, residual_warnings, without_square_pixels
+from touchline.fitting.ray_camera.lens_prior import (
+    CENTRE,
+    DistortionEstimate,
+    distortion_prior,
+    lens_prior,
+    read_distortion,
+    read_lens,
+    with_distortion,
+    with_lens,
+)
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
-from touchline.fitting.ray_camera.problem import gather_clicks, line_incidences
-from touchline.fitting.ray_camera.search import best_start, solve
-from touchline.fitting.ray_camera.setup import fit_problem, line_sigma_mm
+from touchline.fitting.ray_camera.problem import ClickResiduals, Offsets, ScalarPrior, gather_clicks, line_incidences
+from touchline.fitting.ray_camera.search import RayFitProblem, best_start, residual_count, solve
 from touchline.fitting.sensitivity import ParameterSensitivity
 from touchline.models import CameraModel, parameters_json
-from touchline.models.ray_camera import RayCamera
+from touchline.models.intrinsics import Intrinsics
+from touchline.models.lenses import Lens
+from touchline.models.lenses.division import division_radii, odd_series
+from touchline.models.ray_camera import BrownConrady, Division, Fisheye, RayCamera, Ssl
+
+
+def fit_problem(state: RayCameraParameters, problem: ClickResiduals, terms: tuple[str, ...],
+                settings: Mapping[str, Any], field: Field, image_size: ImageSize, intrinsics: Intrinsics | None,
+                distortion: DistortionEstimate | None,
+                learned_lines: Offsets | None = None) -> RayFitProblem:
+    """Return the problem of a fit with those lens terms; FitFailed where there are too few clicks for it."""
+    names, lens_terms = state.names, state.lens.TERMS
+    free = np.array([name in terms if name in lens_terms else True for name in names])
+    pinhole = names.index("turn_x")  # the lens and all before it
+    if intrinsics is not None:
+        gaussian = lens_prior(intrinsics, settings)
+        free[:pinhole] = [gaussian is not None and n in gaussian.names for n in names[:pinhole]]
+        known = names[:pinhole]
+        if gaussian is not None and "lens" not in settings["lens"]:
+            known = (*known, "log_height")  # the other calibration has counted it already
+    else:
+        known = distortion.names if distortion is not None else ()
+        gaussian = distortion_prior(distortion, settings) if distortion is not None else None
+        free[names.index("aspect")] = settings["aspect_sigma"] > 0
+        for name in CENTRE:
+            free[names.index(name)] = centre_sigma_px(settings, image_size) > 0 or name in known
+    priors = camera_priors(state.lens, terms, settings, field, image_size, float(np.exp(state.log_focal)), known)
+    lines, usual_line_mm = line_priors(problem, settings, field, learned_lines)
+    priors += lines
+    rows = residual_count(problem)
+    if rows + len(priors) + (len(gaussian.names) if gaussian else 0) - 1 < free.sum():
+        raise FitFailed(
+            say("refused.unknowns", "There are {n} measurements for {unknowns} unknowns.", n=rows,
+                unknowns=int(free.sum())),
+            say("refused.unknowns.fix", "Mark at least {n} more points, or choose fewer lens terms.",
+                n=int(free.sum()) - rows), reason="too-few-points")
+    return RayFitProblem(problem, priors, free, names, line_sigma_mm(settings, field), gaussian, usual_line_mm)
+
+
+def line_sigma_mm(settings: Mapping[str, Any], field: Field) -> float:
+    """Return σ of the lines about their places: the option's, or what the field says."""
+    given = settings["line_sigma_mm"]
+    return field.line_sigma_mm if given is None else given
+
+
+def line_priors(problem: ClickResiduals, settings: Mapping[str, Any], field: Field, learned: Offsets | None = None,
+                ) -> tuple[tuple[ScalarPrior, ...], float | None]:
+    """Return the priors of the markings' offsets, and about which σ theirs are learned.
+
+    learned: σ of an earlier fit; None is returned instead of the latter there, and where the options give it.
+    """
+    sigma_mm = line_sigma_mm(settings, field)
+    sigmas = [(learned or {}).get(name, {}).get(part, sigma_mm) for name, part in problem.offset_names]
+    free = learned is None and settings["line_sigma_mm"] is None and sigmas
+    return tuple(ScalarPrior(f"line_{i}", 0.0, s) for i, s in enumerate(sigmas)), sigma_mm if free else None
+
+
+FOCAL_GUESSES = (0.55, 0.8, 1.1, 1.6)  # of the picture's width: what field cameras have
+PLAUSIBLE_FOCAL = (0.2, 20.0)  # of the picture's width
+
+
+def start_states(lens: type[Lens], start_terms: Callable[[float, float], Array], problem: ClickResiduals,
+                 incidences: Incidences, image_size: ImageSize, height_mm: float | None) -> list[RayCameraParameters]:
+    """Return candidates for the refinement. Raises FitFailed where no linear method sees a camera."""
+    centre, offsets_mm = np.array(image_size.centre), np.zeros(len(problem.offset_names))
+
+    half_diagonal_px = float(np.hypot(*image_size)) / 2
+
+    def state(focal: float, k1: float, rotation: Array, position: Array) -> RayCameraParameters:
+        return RayCameraParameters(lens, float(np.log(focal)), 1.0, centre,
+                                   start_terms(k1, half_diagonal_px / focal), rotation, position, offsets_mm)
+
+    found = homography_from_lines(incidences, centre)
+    plane_from_field = np.asarray(np.linalg.inv(found.field_from_plane), np.float64)
+    states = [state(focal, float(np.clip(found.bend * focal**2, -1.0, 0.5)),
+                    *pose_from_homography(plane_from_field, focal))
+              for focal in _focals(plane_from_field, image_size, height_mm)]
+    flat = problem.marks[:, 2] == 0
+    if flat.sum() >= 6:  # landmarks alone allow Tsai's two stages as well
+        spots = problem.pixels[problem.curves:][flat]
+        try:
+            rotation, position, focal, k1 = tsai_two_stage(spots - centre, problem.marks[flat, :2])
+            if PLAUSIBLE_FOCAL[0] < focal / image_size.width < PLAUSIBLE_FOCAL[1] and position[2] > 0:
+                states.append(state(focal, float(np.clip(k1, -0.5, 0.5)), rotation, position))
+        except FitFailed:
+            pass  # the linear candidates remain
+    return states
+
+
+def _focals(plane_from_field: Array, image_size: ImageSize, height_mm: float | None) -> list[float]:
+    estimate = focal_from_vanishing_points(plane_from_field)
+    focals = [f * image_size.width for f in FOCAL_GUESSES]
+    if estimate is not None and PLAUSIBLE_FOCAL[0] < estimate / image_size.width < PLAUSIBLE_FOCAL[1]:
+        focals.insert(0, estimate)
+    if height_mm is not None:  # the focal length under which the pose comes out at the taped height
+        trial = np.geomspace(*PLAUSIBLE_FOCAL, 60) * image_size.width
+        _, positions_mm = pose_from_homography(plane_from_field, trial)
+        focals.insert(0, float(trial[np.argmin(np.abs(positions_mm[:, 2] - height_mm))]))
+    return focals
+
 
 MOVED = 0.1  # of the logarithm of the focal length: k3's prior is then nearly twice as wide as it should be
 
@@ -167,3 +288,47 @@ def lens_fitter(model: type[RayCamera]) -> type[RayFitter]:
     if not issubclass(fitter, RayFitter):
         raise TypeError(f"the fitter of {model.NAME} starts from no lens")
     return fitter
+
+
+USUAL_CORNER = 0.75  # of the picture, in focal lengths
+
+
+class DivisionFitter(RayFitter):
+    MODEL: ClassVar[type[RayCamera]] = Division
+    TERMS: ClassVar[tuple[str, ...]] = Division.LENS.TERMS
+
+    @classmethod
+    def start_terms(cls, k1: float, corner: float = USUAL_CORNER) -> Array:
+        return np.array([k1])
+
+
+class BrownConradyFitter(RayFitter):
+    MODEL: ClassVar[type[RayCamera]] = BrownConrady
+    TERMS: ClassVar[tuple[str, ...]] = ("k1", "k2", "p1", "p2", "k3")
+    OPTIONS: ClassVar[tuple[Option, ...]] = (replace(TERMS_OPTION, choices=BrownConrady.LENS.TERMS), *RAY_OPTIONS)
+
+    @classmethod
+    def start_terms(cls, k1: float, corner: float = USUAL_CORNER) -> Array:
+        k1, k2, k3 = odd_series(*division_radii(k1, corner), 3)
+        return np.array([k1, k2, 0, 0, k3, 0, 0, 0], float)
+
+
+class FisheyeFitter(RayFitter):
+    MODEL: ClassVar[type[RayCamera]] = Fisheye
+    TERMS: ClassVar[tuple[str, ...]] = Fisheye.LENS.TERMS
+    OPTIONS: ClassVar[tuple[Option, ...]] = (replace(TERMS_OPTION, choices=Fisheye.LENS.TERMS), *RAY_OPTIONS)
+
+    @classmethod
+    def start_terms(cls, k1: float, corner: float = USUAL_CORNER) -> Array:
+        undistorted, distorted = division_radii(k1, corner)
+        return np.array([*odd_series(np.arctan(undistorted), distorted, 2), 0, 0], float)
+
+
+class SslFitter(RayFitter):
+    MODEL: ClassVar[type[RayCamera]] = Ssl
+    TERMS: ClassVar[tuple[str, ...]] = Ssl.LENS.TERMS
+    ASPECT_SIGMA: ClassVar[float] = 0.0  # the league's message has one focal length
+
+    @classmethod
+    def start_terms(cls, k1: float, corner: float = USUAL_CORNER) -> Array:
+        return np.array([-k1])

@@ -10,13 +10,12 @@ import numpy as np
 from touchline.core.errors import FitFailed
 from touchline.core.geometry import Array, Indices, Mask, root_mean_square
 from touchline.core.statements import say
+from touchline.fitting.contract import CLICK_SIGMAS_PX
 from touchline.fitting.least_squares import FIRST_DAMPING, Minimum, minimise
 from touchline.fitting.linear import CHECK_LINES
-from touchline.fitting.options import CLICK_SIGMAS_PX
 from touchline.fitting.ray_camera.lens_prior import GaussianPrior
-from touchline.fitting.ray_camera.line_offsets import line_sigmas_mm
 from touchline.fitting.ray_camera.parameters import RayCameraParameters
-from touchline.fitting.ray_camera.problem import CameraState, ClickResiduals, ScalarPrior, State
+from touchline.fitting.ray_camera.problem import CameraState, ClickResiduals, ScalarPrior, State, line_sigmas_mm
 
 CLICK_PX = 0.5  # prior of σ of a click
 FIRST_STEPS, MORE_STEPS, PROMISING = 1, 7, 3  # of every start, and of so many that were the best then

@@ -1,4 +1,4 @@
-"""Division model: one number bends the whole picture; and its form with two or three even terms.
+"""Division model: one number bends the whole picture; its form with two or three even terms; the nearest odd series.
 
     r_u = r_d / (1 + k r_d²)   undistorts, and its inverse   r_d = 2 r_u / (1 + √(1 - 4 k r_u²))   distorts;
 
@@ -114,3 +114,23 @@ def _horizon(terms: tuple[float, ...]) -> float:
     k1, k2, k3 = terms
     # of the divisor, and of the slope times its square
     return float(np.sqrt(smallest_root([1.0, k1, k2, k3], [1.0, -k1, -3 * k2, -5 * k3]))) * (1 - 1e-12)
+
+
+MIN_DENOMINATOR = 0.2  # of the division lens, beyond which it says nothing of others
+
+
+def division_radii(k: float, corner: float) -> tuple[Array, Array]:
+    """Return undistorted and distorted radii (n,) of a division lens, out to a distorted radius."""
+    distorted = np.linspace(corner / 40, corner, 40)
+    below = 1 + k * distorted**2
+    distorted, below = distorted[below > MIN_DENOMINATOR], below[below > MIN_DENOMINATOR]
+    return distorted / below, distorted
+
+
+def odd_series(radius: Array, distorted: Array, count: int) -> Array:
+    """Return c of distorted = r + c₁ r³ + c₂ r⁵ … by least squares, relative to the reach."""
+    reach = radius[-1]
+    share = radius / reach  # powers of a small r would vanish
+    powers = np.stack([share ** (2 * k + 3) for k in range(count)], axis=1)
+    found, *_ = np.linalg.lstsq(powers, (distorted - radius) / reach, rcond=None)
+    return found / reach ** (2 * np.arange(count) + 2)

@@ -1,1 +1,0 @@
-"""What a fit is worth: residuals, expected error, observability, comparison, and the report."""

@@ -1,1 +1,0 @@
-"""What moves over the field: tracks of robots and balls."""

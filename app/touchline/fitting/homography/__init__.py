@@ -1,1 +1,0 @@
-"""Fit a homography: normalised DLT, then the distances in pixels."""
