@@ -12,14 +12,14 @@ from fastapi import APIRouter, FastAPI
 
 from touchline.api import server
 from touchline.api.description.document import DescribedApi, operation_id
-from touchline.api.middleware import headers, problems
+from touchline.api.middleware import limits, problems
 from touchline.api.middleware.access import AccessControl, has_token, login_router
 from touchline.api.middleware.connections import limited_connections
 from touchline.api.middleware.limits import MB, BodyLimits
 from touchline.api.middleware.page_files import PageFiles
+from touchline.api.requests import PROBLEMS
 from touchline.api.responses import API
 from touchline.api.routes import docs
-from touchline.api.schemas.requests import PROBLEMS
 from touchline.capabilities import CALIBRATION, call, jobs, loaded, savers
 from touchline.images import ImageLimits
 from touchline.installation import __version__, shipped
@@ -90,7 +90,7 @@ def _add_page(app: FastAPI, settings: Settings) -> None:
                        upload_bytes=image_limits(settings).max_bytes, text_s=settings.server.request_timeout_s,
                        upload_s=settings.server.upload_timeout_s)
     app.add_middleware(AccessControl, token=token, hosts=hosts)
-    app.add_middleware(headers.SecurityHeaders, scripts=[h for page in pages for h in headers.inline_hashes(page)])
+    app.add_middleware(limits.SecurityHeaders, scripts=[h for page in pages for h in limits.inline_hashes(page)])
     app.add_middleware(problems.UnexpectedErrors)
 
 

@@ -17,7 +17,7 @@ from tests.support.refusals import API, refusal
 from tests.support.route_world import CAMERAS, HALVES, NAME, World, board, clicked_edges, motion
 from touchline.core.records import Calibration
 from touchline.main import create_app
-from touchline.services.saved_shapes import READERS
+from touchline.services.open_store import READERS
 from touchline.settings import Settings
 from touchline.store.database import count_rows
 from touchline.store.integrity import find_unreadable_rows

@@ -9,11 +9,19 @@ import pytest
 from openapi_spec_validator import OpenAPIV31SpecValidator
 from starlette.testclient import TestClient
 
-from touchline.api.description.document import completed, operations, own_fields
-from touchline.api.description.examples import EXAMPLES, FORM, JSON
+from touchline.api.description.document import (
+    EXAMPLES,
+    FORM,
+    JSON,
+    KINDS,
+    NAMES,
+    PARAMETERS,
+    completed,
+    operations,
+    own_fields,
+)
 from touchline.api.description.fields import FIELDS
 from touchline.api.description.own_fields import OWN_FIELDS
-from touchline.api.description.parameters import KINDS, NAMES, PARAMETERS
 from touchline.formats import FORMATS
 from touchline.main import create_app
 from touchline.settings import Settings

@@ -10,7 +10,7 @@ import pytest
 from tests.support.exported import example
 from tests.support.pictures import encoded, gradient
 from tests.support.servers import served
-from touchline.cli.call_lines import Call, calls_of, filled, request_of
+from touchline.cli.call import Call, calls_of, filled, request_of
 from touchline.core.errors import BadInput
 from touchline.formats import FORMATS
 

@@ -13,7 +13,7 @@ from tests.support.pair_over_field import calibrations
 from tests.support.servers import served
 from tests.support.waiting import until
 from touchline.capabilities import commands
-from touchline.cli.removed_commands import REMOVED
+from touchline.cli.console import REMOVED
 from touchline.league.config import PublishingConfig
 from touchline.league.packet import geometry_packet, published_cameras
 from touchline.workflows import interchange

@@ -14,7 +14,7 @@ PLANTED = {
     "cli.files": "read_bytes(maybe_folder)",
     "boards.poses": "cell_counts(points, maybe_size)",
     "capabilities": "find_command(mm)",
-    "client.connection": "to_server(mm)",
+    "client.client": "to_server(mm)",
     "core.geometry": "inside_picture(points, points)",
     "detection.detect": "field_area(name, name)",
     "evaluate.distortion": "distortion_kind(name)",

@@ -18,7 +18,7 @@ FITS = ["fitting/border.py", "fitting/contract.py", "fitting/linear.py", "fittin
         "workflows/calibration_request.py", "fitting/field_pattern.py", "workflows/automatic.py",
         "workflows/automatic_request.py", "workflows/recognition.py"]
 # Of callers of REST and the shell alone: the page sends none of it.
-NOT_OF_THE_PAGE = {"bad-axis", "bad-parameters", "bad-corners", "too-many-points"}
+NOT_OF_THE_PAGE = {"bad-axis", "bad-parameters", "bad-corners", "too-many-points", "not-a-line", "bad-lens"}
 
 
 def called(tree: ast.AST, names: set[str]):

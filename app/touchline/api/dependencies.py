@@ -8,7 +8,7 @@ from fastapi import Depends, Header, Request
 from pydantic import AfterValidator
 from starlette.requests import HTTPConnection
 
-from touchline.api.schemas.requests import Id
+from touchline.api.requests import Id
 from touchline.core.errors import TouchlineError
 from touchline.core.jobs import Caller
 from touchline.services.container import Services

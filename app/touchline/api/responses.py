@@ -1,7 +1,7 @@
 """Responses: JSON without NaN, pages, records with an ETag, what never changes, jobs, pictures, and files' headers."""
 
 import re
-from collections.abc import Awaitable, Callable, Iterable
+from collections.abc import Awaitable, Callable, Iterable, Mapping
 from functools import partial, wraps
 from inspect import Parameter, iscoroutinefunction, signature
 from typing import Any, Literal
@@ -12,12 +12,11 @@ import numpy as np
 from fastapi import Request
 from numpy.typing import NDArray
 from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import Headers
 from starlette.responses import Response
 
 from touchline.api.dependencies import caller_of
-from touchline.api.json_text import json_bytes
-from touchline.api.middleware.problems import MANUAL
-from touchline.api.revalidation import revalidated
+from touchline.api.middleware.problems import MANUAL, json_bytes
 from touchline.core.errors import Cancelled
 from touchline.core.jobs import Progress, error_of
 from touchline.evaluate.approximation import ApproximationError
@@ -25,6 +24,19 @@ from touchline.images import ENCODED_MEDIA_TYPES, encode
 from touchline.jobs import Job
 from touchline.services.answer_cache import CachedAnswer
 from touchline.services.container import Services
+
+TAGS = re.compile(r'"[^"]*"')  # whether weak or not: of an answer to GET the same
+
+
+def revalidated(asked: Headers, content: bytes, etag: str, media_type: str, headers: Mapping[str, str]) -> Response:
+    """Return the content with its ETag; 304 without it where the If-None-Match of the request names that."""
+    known = asked.get("if-none-match", "")
+    sent = {**headers, "ETag": etag}
+    if known.strip() == "*" or etag in TAGS.findall(known):
+        sent.pop("Content-Encoding", None)
+        return Response(status_code=304, headers=sent)
+    return Response(content, media_type=media_type, headers=sent)
+
 
 # What ends a header or a path, is no letter anywhere, or turns the reading direction and so hides a name's ending.
 UNSAFE = re.compile(r'[\x00-\x1f\x7f-\x9f/\\:*?"<>|\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]')

@@ -10,8 +10,7 @@ from fastapi import WebSocket
 from pydantic import BaseModel, ValidationError
 from starlette.websockets import WebSocketDisconnect
 
-from touchline.api.json_text import json_bytes
-from touchline.api.middleware.problems import MANUAL
+from touchline.api.middleware.problems import MANUAL, json_bytes
 from touchline.core.errors import BadInput, Busy, TouchlineError
 from touchline.core.statements import stated
 

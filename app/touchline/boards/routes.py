@@ -10,10 +10,10 @@ from typing import Annotated
 from fastapi import APIRouter, WebSocket
 from pydantic import Field
 
+from touchline.api import schemas
+from touchline.api.bodies import image_size, pictures_of_one_size
 from touchline.api.dependencies import CallerDep, ServicesDep, in_thread
-from touchline.api.request_mapping import image_size, pictures_of_one_size
 from touchline.api.responses import Json, accepted
-from touchline.api.schemas import responses
 from touchline.api.sockets import SessionLimit, receive_json, run_until_first, send_json, websocket_session
 from touchline.boards.board import Board, views_from_json
 from touchline.boards.poses import MAX_VIEWS
@@ -69,7 +69,7 @@ class BoardMessage(Strict):
     take: bool = False
 
 
-@router.post("/board", status_code=202, response_model=responses.Job)
+@router.post("/board", status_code=202, response_model=schemas.Job)
 @in_thread
 def calibrate_lens(services: ServicesDep, caller: CallerDep, body: BoardRequest) -> Json:
     """Start a job that finds a lens and saves it: {"lens": id, "record": what GET /lenses/{id} returns}.

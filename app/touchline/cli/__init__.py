@@ -3,11 +3,10 @@
 A command's module is imported when the command is run, and only then: the table of capabilities names it, with its line
 in the help.
 
-    console.py    errors with their fix on stderr, exit codes
-    progress.py   the progress bar
+    console.py    errors with their fix on stderr, exit codes, the progress bar
     files.py      points, calibrations, lenses and pictures from files and to files
     requests.py   the options of a fit, shared by several commands
-    archive.py    settings, and the data folder of a server that does not run
+    server.py     settings, and the data folder of a server that does not run
 """
 
 import signal
@@ -19,8 +18,7 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 from touchline.capabilities import commands, find_command
-from touchline.cli.console import EXIT_CODES, exit_code_of
-from touchline.cli.removed_commands import REMOVED, removed_command
+from touchline.cli.console import EXIT_CODES, REMOVED, exit_code_of, removed_command
 from touchline.core.registry import load
 from touchline.installation import __version__
 

@@ -1,13 +1,20 @@
-"""What a command says besides its result: errors with their fix on stderr, exit codes, also for a poor verdict."""
+"""What a command shows besides its result: progress, errors with their fix, exit codes, and removed commands."""
 
 import sys
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bar
+from typer.core import TyperCommand
 
 from touchline.core.errors import TouchlineError
+from touchline.core.jobs import Progress
 
 UNEXPECTED, USAGE, REFUSED, FILE, POOR = 1, 2, 3, 4, 5
 FILE_REASONS = ("port-taken", "data-folder", "data-folder-in-use", "not-saved", "disk-full", "no-settings-file",
@@ -60,3 +67,39 @@ def exit_below(enough: Enough, level: str | None) -> None:
 
 def say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
+
+
+@contextmanager
+def progress_bar(title: str) -> Iterator[Progress]:
+    """Show a bar on a terminal, nothing elsewhere, until the work is done."""
+    console = Console(stderr=True)
+    with Bar(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"),
+             TimeElapsedColumn(), console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(title, total=1.0)
+        yield lambda fraction, message: bar.update(task, completed=fraction, description=message or title)
+
+
+REMOVED = {  # what is a file in the call must be JSON as the REST description has it
+    "pair": "touchline call POST /pairs @pair.json",
+    "rig": "touchline call POST /rigs/NAME/check, or GET /rigs/NAME/stitched.png --out hall.png",
+    "straight": "touchline call POST /straightness @straightness.json",
+    "motion": "touchline call POST /motion film=FILM.mp4",
+    "publish": "touchline call --server URL PUT /publishing enabled=true",
+    "absorb": "touchline call --server URL GET /publishing/heard",
+    "detect": "touchline call POST /detections @detections.json",
+    "compare": "touchline call POST /calibrations/compare @compare.json",
+    "difference": "touchline call GET /calibrations/ID/difference/OTHER.json",
+    "uncertainty": "touchline call GET /calibrations/ID/uncertainty.json",
+    "scene": "touchline call GET /calibrations/ID/scene.html --out scene.html",
+    "batch": "the script of the help page Scripts in Python that calibrates every image of a folder",
+}
+HELP = "The help page Shell commands describes it under Removed commands."
+
+
+def removed_command(name: str) -> TyperCommand:
+    """Return a command that takes any words, and says what took its place."""
+    def replaced(**_: Any) -> None:
+        say(f"error: touchline {name} was removed.\nfix: Use {REMOVED[name]}. {HELP}")
+        raise typer.Exit(USAGE)
+    return TyperCommand(name, callback=replaced, hidden=True, add_help_option=False, context_settings={
+        "ignore_unknown_options": True, "allow_extra_args": True, "help_option_names": []})

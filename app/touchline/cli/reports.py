@@ -9,8 +9,8 @@ import typer
 
 from touchline import report as reporting
 from touchline.cli import files
-from touchline.cli.archive import ConfigOption, stored
 from touchline.cli.console import Enough, EnoughOption, exit_below
+from touchline.cli.server import ConfigOption, stored
 from touchline.core.errors import Conflict
 from touchline.images import frame_from_bytes
 from touchline.report.contents import HEAD, outcome, what_is_missing

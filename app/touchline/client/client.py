@@ -1,9 +1,10 @@
-"""Client: each common step of a script as one method, and `call` for every other call of the REST interface."""
+"""Client: each common step of a script as one method, `call` for all others, to a server or in this process."""
 
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Literal, Self, cast
 from urllib.parse import quote
 
@@ -11,10 +12,99 @@ import httpx2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from touchline.client import connection
 from touchline.client.answers import Calibration, Job, Snapshot
-from touchline.core.errors import BadInput, Cancelled, NotFound, Unavailable
-from touchline.core.jobs import Progress, no_progress
+from touchline.core.errors import BadInput, Cancelled, NotFound, TouchlineError, Unavailable
+from touchline.core.jobs import Progress, error_of, no_progress
+
+HERE = "http://127.0.0.1"  # what the application is asked as, where there is no server
+TIMEOUT = httpx2.Timeout(120.0, connect=10.0)  # a call that fits or compares while its caller waits may take a minute
+
+
+@contextmanager
+def to_server(url: str, token: str | None = None) -> Iterator[httpx2.Client]:
+    """Connect to a running server. url: such as http://127.0.0.1:8000, or its /api/v1. token: its access token."""
+    try:
+        address = httpx2.URL(url.rstrip("/").removesuffix("/api/v1"))
+    except httpx2.InvalidURL:
+        address = httpx2.URL("")
+    if address.scheme not in ("http", "https") or not address.host:
+        raise BadInput(f"{url!r} is not the address of a server.", "Enter it as http://127.0.0.1:8000.",
+                       reason="bad-address")
+    with httpx2.Client(base_url=address, headers=_authorised(token), timeout=TIMEOUT) as http:
+        yield http
+
+
+@contextmanager
+def in_process(data: Path | None = None, config: Path | None = None) -> Iterator[httpx2.Client]:
+    """Start the application in this process, and end it. Conflict where a server uses that data folder.
+
+    data: the data folder; that of the settings where it is None. Cameras sleep until a call asks for them; nothing is
+    sent to the league's network or heard from it.
+    """
+    from starlette.testclient import TestClient
+
+    from touchline.main import create_app
+    from touchline.settings import load_settings
+
+    settings = load_settings(config, data=data)
+    token = settings.token.get_secret_value() if settings.token else None
+    with TestClient(create_app(settings, serves=False), base_url=HERE, headers=_authorised(token),
+                    raise_server_exceptions=False, client=("127.0.0.1", 0)) as http:
+        yield http
+
+
+@contextmanager
+def in_temporary_folder(config: Path | None = None) -> Iterator[httpx2.Client]:
+    """Start the application in this process with an empty data folder, which is removed at the end."""
+    with TemporaryDirectory(prefix="touchline-") as folder, in_process(Path(folder), config) as http:
+        yield http
+
+
+def send(http: httpx2.Client, request: httpx2.Request, stream: bool = False) -> httpx2.Response:
+    """Send a request; raise what its problem says, and Unavailable where nobody answers.
+
+    stream: whether the body is left to be read by the caller, who closes the response then.
+    """
+    try:
+        response = http.send(request, stream=stream)
+        if response.is_success:
+            return response
+        response.read()
+    except httpx2.TimeoutException:
+        raise Unavailable(f"{request.url} did not answer in time.", "Check the server, then try again.",
+                          reason="network") from None
+    except httpx2.TransportError as error:
+        raise Unavailable(f"{request.url.copy_with(path='/', query=None)} does not answer: {error}.",
+                          "Start the server with touchline serve, or check its address.", reason="network") from None
+    raise problem_in(response)
+
+
+def problem_in(response: httpx2.Response) -> TouchlineError:
+    """Return the error that a refusal stands for."""
+    try:
+        problem = response.json()
+    except ValueError:
+        problem = None
+    if not isinstance(problem, Mapping) or "detail" not in problem:  # something between us and the server answered
+        return Unavailable(f"{response.url} answered {response.status_code} {response.reason_phrase}.",
+                           "Check that this is the address of a Touchline server.", reason="network")
+    return error_of(_with_reason(problem))
+
+
+def _with_reason(problem: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a problem with its reason, which is the last part of its type."""
+    kind = str(problem.get("type", "")).rpartition("/")[2]
+    return {**{name: value for name, value in problem.items() if name != "type"}, "reason": kind or "refused"}
+
+
+def error_of_job(problem: Mapping[str, Any]) -> TouchlineError:
+    """Return the error with which a job has failed."""
+    return error_of(_with_reason(problem))
+
+
+def _authorised(token: str | None) -> dict[str, str]:
+    return {"Authorization": f"Bearer {token}"} if token else {}
+
 
 API = "/api/v1"
 Frame = Literal["image", "corrected", "field"]
@@ -39,14 +129,14 @@ class Client:
         if server is not None and (data is not None or config is not None):
             raise BadInput("A server has its own data folder and settings.", "Give either a server, or a data folder "
                            "and settings.", reason="bad-request")
-        self._connect(connection.to_server(server, token) if server is not None else connection.in_process(
+        self._connect(to_server(server, token) if server is not None else in_process(
             None if data is None else Path(data), None if config is None else Path(config)), operator)
 
     @classmethod
     def temporary(cls, *, config: Path | str | None = None, operator: str | None = None) -> Self:
         """Return a client of the application inside this process, whose data folder is removed at the end."""
         client = cls.__new__(cls)
-        client._connect(connection.in_temporary_folder(None if config is None else Path(config)), operator)
+        client._connect(in_temporary_folder(None if config is None else Path(config)), operator)
         return client
 
     def _connect(self, opened: Any, operator: str | None) -> None:
@@ -81,7 +171,7 @@ class Client:
         full = path if path.startswith(f"{API}/") else f"{API}/{path.lstrip('/')}"
         request = self._http.build_request(method.upper(), full, **{
             name: value for name, value in given.items() if value is not None})
-        return connection.send(self._http, request, stream)
+        return send(self._http, request, stream)
 
     def items(self, path: str, **params: Any) -> Iterator[dict[str, Any]]:
         """Yield what a list holds, newest first, page by page: items("/calibrations", camera="north")."""
@@ -148,7 +238,7 @@ class Client:
             self.cancel(id)
             raise
         if now["problem"] is not None:
-            raise connection.error_of_job(now["problem"])
+            raise error_of_job(now["problem"])
         if now["state"] != "done":
             raise Cancelled(f"The job {id} was cancelled.", "Start it again.")
         return now["result"]

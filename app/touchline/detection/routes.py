@@ -12,12 +12,11 @@ from fastapi import APIRouter, Query, Request, WebSocket
 from pydantic import Field
 from starlette.responses import Response
 
+from touchline.api import schemas
 from touchline.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
+from touchline.api.requests import Format, Id
 from touchline.api.responses import NO_STORE, Json, JsonText, created, page, picture, versioned
-from touchline.api.schemas import responses
-from touchline.api.schemas.base import Answer, JsonObject, page_of, response
-from touchline.api.schemas.media import PICTURE, files
-from touchline.api.schemas.requests import Format, Id
+from touchline.api.schemas import PICTURE, Answer, JsonObject, files, page_of, response
 from touchline.api.sockets import run_until_first, send_text, until_disconnect, websocket_session
 from touchline.core.errors import BadInput, Conflict, NotFound, Unavailable
 from touchline.core.jobs import Progress
@@ -227,7 +226,7 @@ def _settings(services: Services, id: str) -> Json:
         "problem": None if problem is None else problem.to_json()}}, etag)
 
 
-@router.get("/cameras/{id}/detections", response_model=responses.FrameDetections)
+@router.get("/cameras/{id}/detections", response_model=schemas.FrameDetections)
 async def read_detections(services: ServicesDep, id: Id) -> Response:
     """Return ball and robots in the next frame, in field mm with covariance, and the time of each stage.
 
@@ -372,7 +371,7 @@ def read_clip_image(services: ServicesDep, id: Id, number: int, stage: Stage = R
     return picture(detect_in_clip(services, id, number, plan, stage)[1](), "jpg")
 
 
-@clips.get("/clips/{id}/frames/{number}", response_model=responses.FrameDetections)
+@clips.get("/clips/{id}/frames/{number}", response_model=schemas.FrameDetections)
 @in_thread
 def read_clip_detections(services: ServicesDep, id: Id, number: int, plan: PlanName = None) -> Json:
     """Return detections in a frame, as of a live camera, by the camera's plan, colours and calibration of now."""

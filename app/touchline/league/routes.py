@@ -7,11 +7,11 @@ from typing import Annotated, Literal
 from fastapi import APIRouter
 from pydantic import Field
 
+from touchline.api import schemas
 from touchline.api.dependencies import IfMatch, OperatorDep, ServicesDep, in_thread
+from touchline.api.requests import CameraId, Id
 from touchline.api.responses import Json, created, versioned
-from touchline.api.schemas import responses
-from touchline.api.schemas.base import JsonObject, Texts, list_of, response
-from touchline.api.schemas.requests import CameraId, Id
+from touchline.api.schemas import JsonObject, Texts, list_of, response
 from touchline.core.errors import Conflict
 from touchline.core.statements import say
 from touchline.league.config import PublishingConfig
@@ -106,7 +106,7 @@ def list_geometry_senders(services: ServicesDep) -> Json:
     return Json(services.part(PublishingService).received())
 
 
-@router.post("/heard/{id}/import", status_code=201, response_model=responses.Calibration)
+@router.post("/heard/{id}/import", status_code=201, response_model=schemas.Calibration)
 @in_thread
 def import_geometry_camera(services: ServicesDep, by: OperatorDep, id: Id, body: ImportBody) -> Json:
     """Save one camera of a sender's newest packet as a new version of a calibration; its note says who sent it."""

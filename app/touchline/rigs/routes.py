@@ -10,12 +10,11 @@ from fastapi import APIRouter, Query, Request
 from pydantic import Field
 from starlette.responses import Response
 
+from touchline.api import schemas
 from touchline.api.dependencies import CallerDep, IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
+from touchline.api.requests import AsJob, CameraId, Id
 from touchline.api.responses import NO_STORE, Json, accepted, finished_or_queued, page, picture, versioned
-from touchline.api.schemas import responses
-from touchline.api.schemas.base import page_of
-from touchline.api.schemas.media import PICTURE
-from touchline.api.schemas.requests import AsJob, CameraId, Id
+from touchline.api.schemas import PICTURE, page_of
 from touchline.core.errors import BadInput, Conflict
 from touchline.core.geometry import ImageSize
 from touchline.core.jobs import Progress
@@ -36,7 +35,7 @@ from touchline.rigs.service import RigJson, RigState
 from touchline.rigs.verdict import RigTrouble
 from touchline.services.container import Services
 from touchline.services.forms import HeightForm, Name, Number, Pair, Rotate, Size, Strict
-from touchline.workflows.refit import run_refit
+from touchline.workflows.calibration_request import run_refit
 
 router = APIRouter(prefix="/rigs", tags=["rigs"])
 pairs = APIRouter(prefix="/pairs", tags=["judging"])
@@ -201,7 +200,7 @@ async def read_stitched_image(request: Request, services: ServicesDep, name: Id,
     return await services.process_picture(ImageSize(width, width), draw, request.is_disconnected)
 
 
-@router.post("/{name}/check", response_model=RigReport, responses=responses.ACCEPTED)
+@router.post("/{name}/check", response_model=RigReport, responses=schemas.ACCEPTED)
 async def check_rig(request: Request, services: ServicesDep, name: Id, body: RigCheck,
                     job: AsJob = False) -> Response:
     """Compare its cameras where two see the same carpet: mm map, largest, mean, p95, max, there and at
@@ -226,7 +225,7 @@ async def check_rig(request: Request, services: ServicesDep, name: Id, body: Rig
                                     services.part(RigState).checks.context(rig))
 
 
-@router.post("/{name}/refit", status_code=202, response_model=responses.Job)
+@router.post("/{name}/refit", status_code=202, response_model=schemas.Job)
 @in_thread
 def refit_rig(services: ServicesDep, caller: CallerDep, name: Id, body: RigRefit) -> Response:
     """Start a job that refits cameras to their own points with the rig's rectangles, as new versions of which none is

@@ -16,9 +16,9 @@ from websockets.exceptions import WebSocketException
 from websockets.typing import Subprotocol
 
 from touchline.api.dependencies import ServicesDep
+from touchline.api.requests import Id
 from touchline.api.responses import disposition
-from touchline.api.schemas.media import HTML
-from touchline.api.schemas.requests import Id
+from touchline.api.schemas import HTML
 from touchline.api.sockets import receive_json, run_until_first, send_json, websocket_session
 from touchline.core.errors import NotFound, TouchlineError, Unavailable
 from touchline.core.json_values import JsonObject

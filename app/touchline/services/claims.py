@@ -1,19 +1,26 @@
-"""Gather the claims of a version: what its report says, and what every capability has tried to refute it."""
+"""Claims of a version gathered, the site's before a match, and the one way in which a version becomes active."""
 
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
+from typing import Any
 
 from touchline.capabilities import CAPABILITIES, loaded_by_name
-from touchline.core.errors import TouchlineError
+from touchline.core.errors import Conflict, TouchlineError
+from touchline.core.json_values import number
 from touchline.core.records import Calibration
 from touchline.core.statements import say
-from touchline.evaluate.claims import Claim, difference_claims, field_claims, report_claims
+from touchline.evaluate.claims import Claim, difference_claims, field_claims, problems, report_claims
+from touchline.evaluate.site_claims import CameraImage, SiteCamera, camera_claims
+from touchline.live.messages import CameraStatus
 from touchline.models import Restored, model_of
 from touchline.services.container import IsAbandoned, Services
 from touchline.settings import CameraSettings
+from touchline.sources import device_of
+from touchline.vision.picture_print import PicturePrint
 from touchline.workflows import calibration as workflow
 
 log = logging.getLogger("touchline")
@@ -78,3 +85,70 @@ def _difference(active: Calibration, calibration: Calibration) -> list[Claim]:
         return []  # of other pictures or another field: what they differ by is no length
     model, _, region = Restored.of(active)
     return difference_claims(workflow.difference(model, model_of(calibration), region), active.version)
+
+
+async def activate(services: Services, id: str, by: str, etag: str | None, despite: Sequence[str],
+                   is_abandoned: IsAbandoned) -> Calibration:
+    """Activate a version; Conflict "problems-found" where claims stand against it that `despite` does not name.
+
+    What was true a moment ago is asked again: its camera may have moved since. etag: as the store takes it. What it
+    was activated in spite of is kept in the history, as far as it stood against it.
+    """
+    store = services.store.calibrations
+    calibration = await services.run_in_thread(store.get, id)
+    if calibration.active:  # nothing changes
+        return calibration
+    claims = await all_claims(services, calibration, is_abandoned)
+    against = [claim.code for claim in problems(claims)]
+    if left := problems(claims, despite):
+        raise _refusal(calibration, left, against)
+    activated = await services.run_in_thread(store.activate, id, by, etag, against)
+    if activated.camera is not None:
+        services.live.refresh(activated.camera)
+    for part in services.running_parts:
+        part.wake()
+    return activated
+
+
+def _refusal(calibration: Calibration, left: Sequence[Claim], against: Sequence[str]) -> Conflict:
+    return Conflict(
+        say("activation.problems", "Version {version} was not activated: {problems}.", version=calibration.version,
+            problems=[claim.title for claim in left]),
+        say("activation.problems.fix", "Mend these problems, or activate it despite them."),
+        reason="problems-found", claims=[claim.to_json() for claim in left], despite=against)
+
+
+async def readiness(services: Services) -> list[Claim]:
+    """Return the site's claims. Cameras are judged by their status; none is started."""
+    cameras = await services.run_in_thread(services.cameras.all)
+    statuses = {camera.id: services.live.status(camera.id) for camera in cameras}
+    running = {camera.id: services.live.get_running(camera.id) for camera in cameras}
+    prints = {id: None if camera is None else camera.picture_print for id, camera in running.items()}
+    return await services.run_in_thread(_claims, services, cameras, statuses, prints)
+
+
+def _claims(services: Services, cameras: list[CameraSettings], statuses: dict[str, CameraStatus],
+            prints: dict[str, PicturePrint | None]) -> list[Claim]:
+    own = camera_claims([_camera(services, camera, statuses[camera.id], prints[camera.id]) for camera in cameras])
+    return [*own, *(claim for name, find in loaded_by_name("site_claims") for claim in _found(name, find, services))]
+
+
+def _found(name: str, find: Callable[[Services], list[Claim]], services: Services) -> list[Claim]:
+    try:
+        return find(services)
+    except Exception as error:
+        return package_failed(name, error)
+
+
+def _camera(services: Services, camera: CameraSettings, status: CameraStatus, now: PicturePrint | None) -> SiteCamera:
+    active = services.store.calibrations.active(camera.id)
+    verdict: Any = {} if active is None else active.report.get("verdict") or {}
+    against = () if active is None else tuple(claim for claim in field_claims(
+        active, services.cameras.field_changes(active), camera.field, camera.region, None) if claim.is_problem)
+    image = CameraImage(device_of(camera.source), now, None, None, (camera.field, camera.region))
+    if active is not None:
+        image = replace(image, then=services.picture_print(active.snapshot), size=active.image_size,
+                        area=(active.field["name"], active.region))
+    return SiteCamera(camera.id, camera.title, status["state"], status["problem"],
+                      active is not None, verdict.get("level") or "unknown", number(verdict.get("mm")), against,
+                      status["drift"], image)

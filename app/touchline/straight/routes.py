@@ -10,13 +10,12 @@ from fastapi import APIRouter, Query, Request, WebSocket
 from pydantic import Field
 from starlette.responses import Response
 
+from touchline.api import schemas
+from touchline.api.bodies import image_size, pictures_of_one_size
 from touchline.api.dependencies import CallerDep, IfMatch, ServicesDep, in_thread
-from touchline.api.request_mapping import image_size, pictures_of_one_size
+from touchline.api.requests import AsJob, Format, Id, WidthPx
 from touchline.api.responses import Json, accepted, finished_or_queued, picture
-from touchline.api.schemas import responses
-from touchline.api.schemas.base import response
-from touchline.api.schemas.media import PICTURE
-from touchline.api.schemas.requests import AsJob, Format, Id, WidthPx
+from touchline.api.schemas import PICTURE, response
 from touchline.api.sockets import SessionLimit, run_until_first, send_json, until_disconnect, websocket_session
 from touchline.core.geometry import MAX_COORDINATE
 from touchline.core.json_values import JsonObject
@@ -76,7 +75,7 @@ class StraightenedRequest(Strict):
     lens: PlumbLensForm
 
 
-@router.post("", response_model=Straightness, responses=responses.ACCEPTED)
+@router.post("", response_model=Straightness, responses=schemas.ACCEPTED)
 async def measure_straightness(request: Request, services: ServicesDep, body: StraightnessRequest,
                                job: AsJob = False) -> Response:
     """Measure edges of images, or lines marked in one: how far the lens bends them, and what correction leaves.
@@ -205,7 +204,7 @@ class MotionRequest(Strict):
     note: Note = ""
 
 
-@rolls.post("/motion", status_code=202, response_model=responses.Job)
+@rolls.post("/motion", status_code=202, response_model=schemas.Job)
 @in_thread
 def evaluate_rolls(services: ServicesDep, caller: CallerDep, body: MotionRequest) -> Json:
     """Start a job: {"report", "lens": id | null, "calibration": id | null}. No version is activated.

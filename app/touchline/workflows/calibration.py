@@ -6,15 +6,16 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
 from touchline.core.errors import BadInput, Conflict, FitFailed
 from touchline.core.field import BORDERS, Arc, Field, Line, Region
 from touchline.core.geometry import ImageSize, Points, as_points
 from touchline.core.jobs import Progress, no_progress, subprogress
-from touchline.core.json_values import nullable, nullable_points
+from touchline.core.json_values import PointJson, PointsJson, SizeJson, nullable, nullable_points
 from touchline.core.records import Fit, Observations
 from touchline.core.sentences import CALIBRATE_THIS_SIZE, other_image_size
-from touchline.core.statements import stated
+from touchline.core.statements import Stated, stated
 from touchline.evaluate import residuals
 from touchline.evaluate.cross_validation import held_out_mm
 from touchline.evaluate.difference import (
@@ -28,14 +29,76 @@ from touchline.evaluate.difference import (
 from touchline.evaluate.distortion import distortion_kind, sag_pct
 from touchline.evaluate.report import report
 from touchline.evaluate.report_types import ErrorFigures, FitReport
+from touchline.evaluate.residuals import ResidualVectors
 from touchline.evaluate.uncertainty import expected_error, fit_from_json, grid_over
 from touchline.fitting import FITTERS, sensitivity_of
 from touchline.fitting.border import Degree, fit_curve
-from touchline.imaging.correction import CorrectedView, correction_map
+from touchline.imaging.correction import CorrectedView, MeshHeader, correction_map
 from touchline.imaging.heat_map import heat_map
 from touchline.models import CameraModel, RayModel, raw_from_field
 from touchline.models.polynomial import MAX_DEGREE
-from touchline.workflows.calibration_types import BorderFit, Marking, Polyline, ResidualArrows, Uncertainty
+
+Marking = Literal["border", "line", "arc", "landmark"]
+
+
+class Polyline(TypedDict):
+    feature: str
+    kind: Marking
+    points: PointsJson
+
+
+class BorderFit(Stated):
+    degree: int
+    degree_reason: str
+    coefficients: list[float]
+    rms_px: float
+    loo_rms_px: float | None
+    residuals_px: list[float]
+    outliers: list[int]
+    curve: list[PointJson]
+    distortion_pct: float
+    kind: Literal["barrel", "pincushion", "none"] | None
+
+
+class ModelParameters(TypedDict):
+    name: str
+    parameters: Mapping[str, Any]
+
+
+class PreviewMesh(MeshHeader):
+    """The corrected view, its nodes in base64 as raw_px, and the field in it."""
+
+    raw_px: str
+    overlay: list[Polyline]
+
+
+class Preview(TypedDict):
+    model: ModelParameters
+    report: FitReport
+    corrected_size: SizeJson
+    overlay: list[Polyline]
+    mesh: PreviewMesh | None
+
+
+class Attempt(TypedDict):
+    """refusal: why it cannot be fitted: reason, title, what, fix, and which."""
+
+    preview: Preview | None
+    refusal: dict[str, Any] | None
+
+
+class ResidualArrows(ResidualVectors):
+    frame: Literal["raw", "corrected"]
+
+
+class ErrorGrid(TypedDict):
+    places: list[list[PointJson]]
+    sigma_mm: list[list[float | None]]
+
+
+class Uncertainty(ErrorFigures):
+    grid: ErrorGrid
+
 
 Space = Literal["image", "corrected", "field"]
 SPACES = ("image", "corrected", "field")

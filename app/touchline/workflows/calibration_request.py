@@ -1,4 +1,4 @@
-"""A request for a calibration: everything it rests on, looked up and checked; routes, jobs and commands share it."""
+"""A request for a calibration: everything it rests on, looked up and checked; and fits made again from saved points."""
 
 import secrets
 from base64 import b64encode
@@ -8,11 +8,11 @@ from dataclasses import field as member
 from datetime import UTC, datetime
 from typing import Any, Self
 
-from touchline.core.errors import BadInput, FitFailed
-from touchline.core.field import Field, Region
+from touchline.core.errors import BadInput, Conflict, FitFailed
+from touchline.core.field import BORDERS, Field, Region
 from touchline.core.field_json import field_from_json
 from touchline.core.geometry import ImageSize
-from touchline.core.jobs import Progress, no_progress
+from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.records import Calibration, Observations, Warning, observations_from_json
 from touchline.core.statements import say
 from touchline.fitting import FITTERS, known_options
@@ -20,8 +20,7 @@ from touchline.imaging.correction import correction_mesh
 from touchline.installation import __version__
 from touchline.models import MODELS, CameraModel, parameters_json
 from touchline.workflows import calibration, model_choice
-from touchline.workflows.calibration import CalibrationResult
-from touchline.workflows.calibration_types import Attempt, Preview, PreviewMesh
+from touchline.workflows.calibration import Attempt, CalibrationResult, Preview, PreviewMesh
 from touchline.workflows.model_choice import AUTO, is_removed
 
 MAX_POINTS = 20_000  # of all observations together: a minute or two
@@ -186,3 +185,36 @@ def with_new_id(calibration: Calibration) -> Calibration:
     """Return it with an id and a date, where no store gives them."""
     return replace(calibration, id=secrets.token_hex(8),
                    created_at=datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z"))
+
+
+def run_refit(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: each of spec["calibrations"] fitted again, as {"made": [JSON of one not yet stored, …]}.
+
+    spec["rectangles"]: options that replace its own. spec["field"]: the field as it is now, None for that of each; what
+    was clicked on markings that it has no more is left out.
+    """
+    made = []
+    for number, one in enumerate(spec["calibrations"]):
+        before = Calibration.from_json(one)
+        share = subprogress(progress, number / len(spec["calibrations"]), (number + 1) / len(spec["calibrations"]),
+                            f"{before.camera}:")
+        if not before.observations:
+            raise Conflict(say("refit.no-points", "The calibration of {camera} has no points.", camera=before.camera),
+                           say("refit.calibrate-again", "It was imported. Calibrate the camera again."),
+                           reason="no-observations")
+        request = _request(before, spec["rectangles"], spec.get("field"))
+        made.append(request.record(request.run(share), parent=before.id).to_json())
+    return {"made": made}
+
+
+def _request(before: Calibration, rectangles: dict[str, Any], field: Any) -> CalibrationRequest:
+    options = {**before.options, **rectangles}
+    if field is None:
+        return CalibrationRequest.of(before, options, "fitted again with the shared calibration grid of its rig")
+    now = field_from_json(field)
+    known = {*now.lines, *now.arcs, *now.landmarks, *BORDERS}
+    kept = tuple(o for o in observations_from_json(before.observations)
+                 if not isinstance(o.feature, str) or o.feature in known)
+    return CalibrationRequest(kept, now, now.region(before.region, before.rotate), before.image_size,
+                              before.model_name, options, before.camera, before.snapshot, before.image_sha256,
+                              "fitted again to its points after the field was changed")

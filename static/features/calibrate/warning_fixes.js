@@ -54,6 +54,7 @@ export const FIXES = {
   folds: () => [recommended()],
   "bad-option": () => [options()],
   "unknown-option": () => [options()],
+  "bad-corrected-size": () => [options()],
   "lens-sigma-unknown": () => [options()],
   "no-covariance": () => [recommended()],
   "size-mismatch": () => [picture()],

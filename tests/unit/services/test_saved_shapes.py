@@ -12,7 +12,7 @@ from tests.support.paths import CLICKS
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, without_size
 from touchline.main import create_app
-from touchline.services.saved_shapes import READERS
+from touchline.services.open_store import READERS
 from touchline.settings import Settings
 from touchline.store.integrity import update_checksum
 from touchline.store.snapshots import EMPTY

@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Callable
 import pytest
 
 from touchline.core.errors import Busy, Cancelled, TouchlineError
-from touchline.services.turns import MAX_WAITING, QueuePlace, Turns
+from touchline.services.fit_processes import MAX_WAITING, QueuePlace, Turns
 
 
 class Queue:

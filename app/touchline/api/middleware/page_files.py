@@ -13,7 +13,7 @@ from pathlib import Path, PurePosixPath
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from touchline.api.revalidation import revalidated
+from touchline.api.responses import revalidated
 from touchline.services.answer_cache import etag_of
 
 IMPORTED = re.compile(r"""^(?:import|export)\b[^;"']*?["']([^"']+)["']""", re.MULTILINE)

@@ -4,6 +4,7 @@ A caller's mistake is a 4xx. An unexpected error is logged with an id, and answe
 """
 
 import asyncio
+import json
 import logging
 import secrets
 from collections.abc import Sequence
@@ -17,10 +18,20 @@ from starlette.requests import ClientDisconnect
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from touchline.api.json_text import json_bytes
 from touchline.core.errors import TouchlineError
+from touchline.core.json_values import finite_json
 from touchline.core.sentences import SHUTTING_DOWN
 from touchline.core.statements import say, stated
+
+
+def json_bytes(value: Any) -> bytes:
+    """Return UTF-8 JSON; NaN and infinities are null, and half a surrogate pair is a question mark."""
+    try:
+        text = json.dumps(value, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+    except ValueError:
+        text = json.dumps(finite_json(value), allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+    return text.encode("utf-8", "replace")
+
 
 MEDIA_TYPE = "application/problem+json"
 RETRY_S = 5  # after too many at once: what others asked for has moved on by then

@@ -5,11 +5,11 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Request
 from pydantic import Field
 
+from touchline.api import schemas
+from touchline.api.bodies import with_lens
 from touchline.api.dependencies import CallerDep, ServicesDep
-from touchline.api.request_mapping import with_lens
+from touchline.api.requests import MAX_PICTURES, PictureChoice
 from touchline.api.responses import Json, accepted
-from touchline.api.schemas import responses
-from touchline.api.schemas.requests import MAX_PICTURES, PictureChoice
 from touchline.jobs import Job
 from touchline.services.container import Services
 from touchline.services.forms import Name, Note, OptionValues, Pair, Rotate, Strict
@@ -46,7 +46,7 @@ class AutoRequest(PictureChoice):
     note: Note = ""
 
 
-@router.post("/calibrations/auto", tags=["calibrations"], status_code=202, response_model=responses.Job)
+@router.post("/calibrations/auto", tags=["calibrations"], status_code=202, response_model=schemas.Job)
 async def detect_calibration(request: Request, services: ServicesDep, caller: CallerDep, body: AutoRequest) -> Json:
     """Start a job that recognises the field, finds its lines, and saves a version if nothing contradicts it.
 

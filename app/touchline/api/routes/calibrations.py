@@ -9,10 +9,11 @@ from fastapi import APIRouter, Query, Request
 from pydantic import Field
 from starlette.responses import Response
 
-from touchline.api.bodies import uploaded_file
+from touchline.api import schemas
+from touchline.api.bodies import fit_task, uploaded_file
 from touchline.api.dependencies import IfMatch, OperatorDep, ServicesDep, VersionDep, caller_of, in_thread
-from touchline.api.json_text import json_bytes
-from touchline.api.request_mapping import fit_task
+from touchline.api.middleware.problems import json_bytes
+from touchline.api.requests import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
 from touchline.api.responses import (
     Json,
     JsonText,
@@ -23,14 +24,11 @@ from touchline.api.responses import (
     finished_or_queued,
     versioned,
 )
-from touchline.api.schemas import responses
-from touchline.api.schemas.base import JsonObject, list_of, page_of, response
-from touchline.api.schemas.media import EXPORTED, UNCHANGED, upload
-from touchline.api.schemas.requests import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
+from touchline.api.schemas import EXPORTED, UNCHANGED, JsonObject, list_of, page_of, response, upload
 from touchline.core.errors import TouchlineError
 from touchline.core.records import Calibration
-from touchline.services.activation import activate
 from touchline.services.answer_cache import CachedAnswer
+from touchline.services.claims import activate
 from touchline.services.container import Services
 from touchline.services.fit_processes import FEW_POINTS
 from touchline.services.forms import Name, Note, Strict
@@ -44,7 +42,7 @@ from touchline.workflows.model_choice import Ranking
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 
-Calibrations = page_of("Calibrations", responses.Calibration)
+Calibrations = page_of("Calibrations", schemas.Calibration)
 Activation = response("Activation", calibration=str, version=int | None, at=str, by=str, despite=list[str])
 Activations = response("Activations", items=list_of(Activation))
 Format = response("Format", format=str, title=str, holds=str, suffix=str, reads=bool, exact=bool,
@@ -76,7 +74,7 @@ def list_activations(services: ServicesDep, camera: Annotated[IdQuery | None, Qu
                      store.calibrations.active_id(camera) or NOTHING_ACTIVE)
 
 
-@router.patch("/{id}", response_model=responses.Calibration)
+@router.patch("/{id}", response_model=schemas.Calibration)
 def update_calibration_note(services: ServicesDep, id: Id, body: NoteChange, if_match: IfMatch = None) -> Json:
     """Change the note of a version: nothing else of it ever changes.
 
@@ -85,7 +83,7 @@ def update_calibration_note(services: ServicesDep, id: Id, body: NoteChange, if_
     return _version_json(services.store.calibrations.annotate(id, body.note, if_match))
 
 
-@router.post("/{id}/restore", response_model=responses.Calibration)
+@router.post("/{id}/restore", response_model=schemas.Calibration)
 def restore_calibration(services: ServicesDep, id: Id, if_match: IfMatch = None) -> Json:
     """Undo a deletion: the version is there again under its number. With If-Match only if it is unchanged."""
     return _version_json(services.store.calibrations.restore(id, if_match))
@@ -108,7 +106,7 @@ CameraNumber = Annotated[int | None, Query(ge=0, le=2**32 - 1,
 IMPORT_BODY = {"requestBody": upload({option: {"type": "string"} for option in OPTIONS})}
 
 
-@router.post("", status_code=201, response_model=responses.Calibration, responses=responses.ACCEPTED)
+@router.post("", status_code=201, response_model=schemas.Calibration, responses=schemas.ACCEPTED)
 async def create_calibration(request: Request, services: ServicesDep, by: OperatorDep, body: FitRequest,
                              job: AsJob = False) -> Response:
     """Fit, evaluate and save a new version of a camera's calibration. Nothing is saved if anything fails.
@@ -131,7 +129,7 @@ def _created(calibration: Calibration) -> Json:
     return created(calibration.to_json(), f"calibrations/{calibration.id}")
 
 
-@router.post("/compare", response_model=Ranking, responses=responses.ACCEPTED)
+@router.post("/compare", response_model=Ranking, responses=schemas.ACCEPTED)
 async def compare_models(request: Request, services: ServicesDep, body: CompareRequest, job: AsJob = False) -> Response:
     """Rank every model (or those in `models`) on the same points; saves nothing and may take ten seconds.
 
@@ -142,7 +140,7 @@ async def compare_models(request: Request, services: ServicesDep, body: CompareR
     return await finished_or_queued(request, services, "comparison", run_compare, spec, job)
 
 
-@router.post("/import", status_code=201, response_model=responses.Calibration | responses.Lens,
+@router.post("/import", status_code=201, response_model=schemas.Calibration | schemas.Lens,
              openapi_extra=IMPORT_BODY)
 async def import_calibration(request: Request, services: ServicesDep, by: OperatorDep) -> Json:
     """Save the content of a file: multipart with `file` of any format that GET …/exports lists with "reads".
@@ -183,7 +181,7 @@ def _brief(services: Services, version: FoundVersion) -> bytes:
     return services.answers.get_or_make((_brief, version.stamp, services.fields.revision), made).content
 
 
-@router.get("/{id}", response_model=responses.Calibration)
+@router.get("/{id}", response_model=schemas.Calibration)
 def read_calibration(services: ServicesDep, id: Id) -> Json:
     """Return one version, with everything it was made from; its ETag goes into If-Match of PATCH and DELETE."""
     return _version_json(services.store.calibrations.get(id))
@@ -195,7 +193,7 @@ def delete_calibration(services: ServicesDep, id: Id, if_match: IfMatch = None) 
     services.store.calibrations.delete(id, if_match)
 
 
-@router.post("/{id}/activate", response_model=responses.Calibration)
+@router.post("/{id}/activate", response_model=schemas.Calibration)
 async def activate_calibration(request: Request, services: ServicesDep, by: OperatorDep, id: Id,
                                body: ActivationRequest | None = None, if_match: IfMatch = None) -> Json:
     """Make a version its camera's active one; the former stays, so rolling back is activating that.

@@ -7,11 +7,11 @@ from typing import Any
 from fastapi import APIRouter
 from starlette.responses import Response
 
+from touchline.api import requests
 from touchline.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDep
+from touchline.api.requests import Id
 from touchline.api.responses import Json, created, page
-from touchline.api.schemas import requests
-from touchline.api.schemas.base import JsonObject, Texts, described, page_of, response
-from touchline.api.schemas.requests import Id
+from touchline.api.schemas import JsonObject, Texts, described, page_of, response
 from touchline.core.errors import Busy, Conflict
 from touchline.core.sentences import NOT_CALIBRATED
 from touchline.core.statements import named, say, stated

@@ -6,12 +6,11 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request
 
 from touchline.api.dependencies import ServicesDep
+from touchline.api.requests import Id
 from touchline.api.responses import NO_STORE, Json
-from touchline.api.schemas.base import response
-from touchline.api.schemas.requests import Id
+from touchline.api.schemas import response
 from touchline.evaluate.claims import Claim, ClaimJson, Gate, gate_of
-from touchline.services.claims import all_claims, known_claims
-from touchline.services.readiness import readiness
+from touchline.services.claims import all_claims, known_claims, readiness
 
 router = APIRouter()
 

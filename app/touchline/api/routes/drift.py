@@ -5,10 +5,10 @@ from typing import Annotated
 from fastapi import APIRouter, Request, Response
 from pydantic import Field
 
+from touchline.api import schemas
 from touchline.api.dependencies import CallerDep, ServicesDep
+from touchline.api.requests import MAX_PICTURES, AsJob, Id, PictureChoice
 from touchline.api.responses import Json, accepted, finished_or_queued
-from touchline.api.schemas import responses
-from touchline.api.schemas.requests import MAX_PICTURES, AsJob, Id, PictureChoice
 from touchline.core.errors import BadInput, Conflict
 from touchline.core.sentences import CALIBRATE_AND_ACTIVATE, NOT_CALIBRATED
 from touchline.core.statements import say
@@ -30,7 +30,7 @@ class CheckRequest(PictureChoice):
 
 
 @router.post("/calibrations/{id}/check", tags=["calibrations"], response_model=CalibrationCheck,
-             responses=responses.ACCEPTED)
+             responses=schemas.ACCEPTED)
 async def check_calibration(request: Request, services: ServicesDep, id: Id, body: CheckRequest,
                             job: AsJob = False) -> Response:
     """Return a verdict and the error of each line in mm; the version, and which one is active, stay as they are."""
@@ -58,7 +58,7 @@ class Reregister(Strict):
     note: Note = "Pose updated"
 
 
-@router.post("/cameras/{id}/reregister", tags=["cameras"], status_code=202, response_model=responses.Job)
+@router.post("/cameras/{id}/reregister", tags=["cameras"], status_code=202, response_model=schemas.Job)
 async def reregister_camera(request: Request, services: ServicesDep, caller: CallerDep, id: Id,
                             body: Reregister | None = None) -> Json:
     """Start a job: a child of the active calibration with its lens, and the pose by the field's lines now.

@@ -4,9 +4,9 @@
 from fastapi import APIRouter
 
 from touchline.api.dependencies import ServicesDep
+from touchline.api.requests import Limit
 from touchline.api.responses import Json
-from touchline.api.schemas.base import described, list_of, response
-from touchline.api.schemas.requests import Limit
+from touchline.api.schemas import described, list_of, response
 from touchline.services import events
 from touchline.services.events import newest_events
 

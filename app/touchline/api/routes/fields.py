@@ -6,13 +6,12 @@ from fastapi import APIRouter, Body, Header, Request
 from pydantic import Field as Value
 from starlette.responses import Response
 
+from touchline.api import schemas
 from touchline.api.bodies import uploaded_file
 from touchline.api.dependencies import CallerDep, IfMatch, ServicesDep, in_thread
+from touchline.api.requests import CameraId, Id
 from touchline.api.responses import Json, accepted, attachment, versioned
-from touchline.api.schemas import responses
-from touchline.api.schemas.base import page_of, response
-from touchline.api.schemas.media import EXPORTED, upload
-from touchline.api.schemas.requests import CameraId, Id
+from touchline.api.schemas import EXPORTED, page_of, response, upload
 from touchline.core.errors import BadInput, Conflict
 from touchline.core.field import Field
 from touchline.core.field_json import MAX_SIDE_MM, MIN_SIDE_MM, field_from_json
@@ -38,8 +37,8 @@ from touchline.services.fields import (
 )
 from touchline.services.forms import Strict
 from touchline.store.fields import field_etag
+from touchline.workflows.calibration_request import run_refit
 from touchline.workflows.proposed_field import ProposedFieldJson, proposed_field
-from touchline.workflows.refit import run_refit
 from touchline.workflows.seen_field import SeenField, seen_field
 
 router = APIRouter(prefix="/fields", tags=["fields"])
@@ -202,7 +201,7 @@ async def propose_field(request: Request, services: ServicesDep, body: Uncalibra
     return await services.process_picture(snapshot.size, look, request.is_disconnected)
 
 
-@router.post("/{name}/refit", status_code=202, response_model=responses.Job)
+@router.post("/{name}/refit", status_code=202, response_model=schemas.Job)
 @in_thread
 def refit_field(services: ServicesDep, caller: CallerDep, name: Id, body: Refit) -> Response:
     """Start a job that makes calibrations again from their saved points on the current field, as new versions of

@@ -7,11 +7,11 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
+from touchline.api.bodies import fit_task, image_size
 from touchline.api.dependencies import ServicesDep, caller_of
-from touchline.api.request_mapping import fit_task, image_size
+from touchline.api.requests import BorderRequest, FitRequest
 from touchline.api.responses import Json, JsonText, finished_or_queued, page
-from touchline.api.schemas.base import page_of, response
-from touchline.api.schemas.requests import BorderRequest, FitRequest
+from touchline.api.schemas import page_of, response
 from touchline.core.geometry import as_points
 from touchline.core.jobs import Progress
 from touchline.core.options import OptionJson
@@ -22,8 +22,8 @@ from touchline.services import fit_processes
 from touchline.services.container import Services
 from touchline.services.forms import Name
 from touchline.workflows import calibration
+from touchline.workflows.calibration import Attempt, BorderFit, Preview
 from touchline.workflows.calibration_request import CalibrationRequest, run_attempt, run_preview
-from touchline.workflows.calibration_types import Attempt, BorderFit, Preview
 
 router = APIRouter()
 

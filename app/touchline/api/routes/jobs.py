@@ -8,17 +8,17 @@ from typing import Annotated, Any, TypeVar
 from fastapi import APIRouter, Depends, WebSocket
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
+from touchline.api import schemas
 from touchline.api.dependencies import ServicesDep
+from touchline.api.requests import Id
 from touchline.api.responses import Json, job_json, page
-from touchline.api.schemas import responses
-from touchline.api.schemas.base import page_of
-from touchline.api.schemas.requests import Id
+from touchline.api.schemas import page_of
 from touchline.api.sockets import send_stream
 from touchline.jobs import Job, JobEngine
 
 router = APIRouter(prefix="/jobs", tags=["jobs"])
 
-Jobs = page_of("Jobs", responses.Job)
+Jobs = page_of("Jobs", schemas.Job)
 
 T = TypeVar("T")
 MADE = ("calibration", "lens")
@@ -31,13 +31,13 @@ def list_jobs(services: ServicesDep) -> Json:
     return page(map(job_json, services.jobs.all()))
 
 
-@router.get("/{id}", response_model=responses.Job)
+@router.get("/{id}", response_model=schemas.Job)
 def read_job(services: ServicesDep, id: Id) -> Json:
     """Return a job as it is now: state, progress from 0 to 1, and in the end its result or its problem."""
     return Json(job_json(services.jobs.get(id)))
 
 
-@router.delete("/{id}", response_model=responses.Job)
+@router.delete("/{id}", response_model=schemas.Job)
 def cancel_job(services: ServicesDep, id: Id) -> Json:
     """Cancel a job at once; one that has ended stays as it ended. Results are saved completely or not at all."""
     return Json(job_json(services.jobs.cancel(id)))

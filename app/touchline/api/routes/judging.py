@@ -6,15 +6,15 @@ from fastapi import APIRouter, Depends, Query
 from starlette.responses import Response
 
 from touchline.api.dependencies import ServicesDep, VersionDep, in_thread
+from touchline.api.requests import Id
 from touchline.api.responses import Json, cached_response, picture
-from touchline.api.schemas.media import UNCHANGED, files
-from touchline.api.schemas.requests import Id
+from touchline.api.schemas import UNCHANGED, files
 from touchline.core.records import Calibration
 from touchline.evaluate.difference import Difference
 from touchline.models import Restored, model_of
 from touchline.store.calibrations import FoundVersion
 from touchline.workflows import calibration as workflow
-from touchline.workflows.calibration_types import Uncertainty
+from touchline.workflows.calibration import Uncertainty
 
 router = APIRouter(tags=["judging"])
 

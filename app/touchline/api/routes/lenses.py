@@ -3,17 +3,17 @@
 from fastapi import APIRouter
 from starlette.responses import Response
 
+from touchline.api import schemas
 from touchline.api.dependencies import IfMatch, ServicesDep
+from touchline.api.requests import Cursor, Id, Limit
 from touchline.api.responses import Json, page, versioned
-from touchline.api.schemas import responses
-from touchline.api.schemas.base import page_of
-from touchline.api.schemas.requests import Cursor, Id, Limit
+from touchline.api.schemas import page_of
 from touchline.core.json_values import JsonObject
 from touchline.store.repository import content_etag
 
 router = APIRouter(prefix="/lenses", tags=["lenses"])
 
-Lenses = page_of("Lenses", responses.LensSummary)
+Lenses = page_of("Lenses", schemas.LensSummary)
 
 SUMMARY = ("id", "created_at", "camera", "note", "model", "board", "image_size")
 
@@ -25,7 +25,7 @@ def list_lenses(services: ServicesDep, limit: Limit = 50, cursor: Cursor = None)
     return page(map(_summary, lenses.items), lenses.next_cursor)
 
 
-@router.get("/{id}", response_model=responses.Lens)
+@router.get("/{id}", response_model=schemas.Lens)
 def read_lens(services: ServicesDep, id: Id) -> Json:
     """Return one lens, with its covariance and its complete report; its ETag goes into If-Match of DELETE."""
     lens = services.store.lenses.get(id)

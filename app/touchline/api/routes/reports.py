@@ -8,10 +8,9 @@ from starlette.responses import HTMLResponse
 
 from touchline import report
 from touchline.api.dependencies import ServicesDep, VersionDep, in_thread
-from touchline.api.json_text import json_bytes
+from touchline.api.middleware.problems import json_bytes
 from touchline.api.responses import Json, cached_response, disposition
-from touchline.api.schemas.base import JsonObject, response
-from touchline.api.schemas.media import HTML, UNCHANGED
+from touchline.api.schemas import HTML, UNCHANGED, JsonObject, response
 from touchline.core.errors import NotFound, TouchlineError
 from touchline.core.records import Frame
 from touchline.evaluate.claims import Claim, ClaimJson

@@ -12,12 +12,11 @@ from fastapi import APIRouter, Request
 from pydantic import BaseModel, SecretStr
 from starlette.responses import StreamingResponse
 
+from touchline.api import requests
 from touchline.api.dependencies import ServicesDep
 from touchline.api.middleware.access import has_token
 from touchline.api.responses import NO_STORE, Json, attachment
-from touchline.api.schemas import requests
-from touchline.api.schemas.base import JsonObject, list_of, response
-from touchline.api.schemas.media import files
+from touchline.api.schemas import JsonObject, files, list_of, response
 from touchline.core.statements import named, stated
 from touchline.installation import __version__, shipped
 from touchline.settings import PublishSettings, Settings

@@ -6,6 +6,7 @@ from fastapi import APIRouter, Query, Request, WebSocket
 from pydantic import Field
 from starlette.responses import Response
 
+from touchline.api import requests, schemas
 from touchline.api.bodies import content_type, json_body, uploaded_file
 from touchline.api.dependencies import (
     MAX_NAME,
@@ -16,11 +17,9 @@ from touchline.api.dependencies import (
     in_thread,
     operator_name,
 )
+from touchline.api.requests import CameraSnapshot, Cursor, Format, Id, IdQuery, Limit, Purpose, WidthPx
 from touchline.api.responses import Json, created, page, picture, versioned
-from touchline.api.schemas import requests, responses
-from touchline.api.schemas.base import JsonObject, page_of, response
-from touchline.api.schemas.media import PICTURE, upload
-from touchline.api.schemas.requests import CameraSnapshot, Cursor, Format, Id, IdQuery, Limit, Purpose, WidthPx
+from touchline.api.schemas import PICTURE, JsonObject, page_of, response, upload
 from touchline.api.sockets import send_stream
 from touchline.core.errors import BadInput
 from touchline.core.opencv import shrink_to_width
@@ -38,7 +37,7 @@ router = APIRouter()
 Draft = response("Draft", says=True, field=str | None, region=str | None, rotate=int | None, model=str | None,
     options=JsonObject, observations=list[ObservationJson], updated_at=str | None)
 SnappedPoints = response("SnappedPoints", points=list[SnappedPoint])
-Snapshots = page_of("Snapshots", responses.Snapshot)
+Snapshots = page_of("Snapshots", schemas.Snapshot)
 
 PURPOSES = get_args(Purpose)
 Reach = Annotated[float, Field(ge=2, le=40, description="how far from the point a line may be, px")]
@@ -48,7 +47,7 @@ BODY = upload({"camera": {"type": "string"},
 BODY["content"]["application/json"] = {"schema": CameraSnapshot.model_json_schema()}
 
 
-@router.post("/snapshots", tags=["snapshots"], status_code=201, response_model=responses.Snapshot,
+@router.post("/snapshots", tags=["snapshots"], status_code=201, response_model=schemas.Snapshot,
              openapi_extra={"requestBody": BODY})
 async def create_snapshot(request: Request, services: ServicesDep) -> Json:
     """Save an image: multipart with `file` (PNG, JPEG, BMP or WebP), or JSON {"camera": id} to take one now."""
@@ -87,7 +86,7 @@ def list_snapshots(services: ServicesDep, limit: Limit = 50, cursor: Cursor = No
     return page((snapshot.to_json() for snapshot in snapshots.items), snapshots.next_cursor)
 
 
-@router.get("/snapshots/{id}", tags=["snapshots"], response_model=responses.Snapshot)
+@router.get("/snapshots/{id}", tags=["snapshots"], response_model=schemas.Snapshot)
 def read_snapshot(services: ServicesDep, id: Id) -> Json:
     """Describe a snapshot: size, camera, when it was taken, the checksum of its bytes."""
     return Json(services.store.snapshots.get(id).to_json())

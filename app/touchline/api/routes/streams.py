@@ -1,4 +1,4 @@
-"""/cameras/{id}/…: a camera's newest pictures, for pages (WebSocket), for players and scripts (MJPEG, single frames).
+"""/cameras/{id}/…: a camera's newest pictures, for pages (WebSocket), players and scripts (MJPEG, single frames).
 
 Each viewer has one slot: the newest picture waits in it, and one that was not taken in time is missed.
 """
@@ -9,15 +9,16 @@ from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Query, WebSocket
 from starlette.responses import Response
+from starlette.types import Receive, Scope, Send
 from starlette.websockets import WebSocketDisconnect
 
 from touchline.api.dependencies import ServicesDep
-from touchline.api.mjpeg_response import BOUNDARY, MjpegResponse
+from touchline.api.middleware.connections import ABORT
+from touchline.api.requests import Id
 from touchline.api.responses import NO_STORE
-from touchline.api.schemas.media import PICTURE, files
-from touchline.api.schemas.requests import Id
+from touchline.api.schemas import PICTURE, files
 from touchline.api.sockets import SEND_TIMEOUT_S, run_until_first, websocket_session
-from touchline.core.errors import BadInput, Conflict
+from touchline.core.errors import BadInput, Conflict, Unavailable
 from touchline.core.sentences import ACTIVATE_OR_RAW, NOT_CALIBRATED
 from touchline.images import encode
 from touchline.imaging.correction import CorrectedView
@@ -28,6 +29,47 @@ from touchline.processes.framing import decode_body
 from touchline.services.container import Services
 from touchline.services.live import FIRST_FRAME_S, take_frame, when_awake
 from touchline.workflows.calibration import correct
+
+BOUNDARY = "touchline-frame"
+
+
+class MjpegResponse(Response):
+    """Send the newest frame as fast as the connection takes it, until the viewer or the camera has gone."""
+
+    media_type = f"multipart/x-mixed-replace; boundary={BOUNDARY}"
+
+    def __init__(self, camera: LiveCamera, channel: StreamSpec, max_fps: float | None) -> None:
+        super().__init__(headers=NO_STORE)
+        del self.headers["content-length"]
+        self._camera, self._channel, self._max_fps = camera, channel, max_fps
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        await run_until_first(self._send(scope, send), _until_disconnect(receive))
+
+    async def _send(self, scope: Scope, send: Send) -> None:
+        with self._camera.watching(self._channel, self._max_fps) as viewer:
+            await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
+            with suppress(Unavailable):  # the camera was changed or removed
+                async for body in viewer:
+                    try:
+                        async with asyncio.timeout(SEND_TIMEOUT_S):
+                            await send({"type": "http.response.body", "body": _part(body), "more_body": True})
+                    except TimeoutError:
+                        scope.get("state", {}).get(ABORT, lambda: None)()
+                        return
+        await send({"type": "http.response.body", "body": f"--{BOUNDARY}--\r\n".encode()})
+
+
+def _part(body: bytes) -> bytes:
+    head, jpeg = decode_body(body)
+    return (f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n"
+            f"X-Frame-Seq: {head['seq']}\r\nX-Frame-Time: {head['time']:.3f}\r\n\r\n").encode() + bytes(jpeg) + b"\r\n"
+
+
+async def _until_disconnect(receive: Receive) -> None:
+    while (await receive())["type"] != "http.disconnect":
+        pass
+
 
 router = APIRouter(prefix="/cameras", tags=["cameras"])
 

@@ -8,10 +8,9 @@ from starlette.responses import Response
 
 from touchline.api.bodies import binary_points, content_type, json_body, uploaded_file
 from touchline.api.dependencies import ServicesDep, VersionDep, in_thread
+from touchline.api.requests import Format, FrameName, IdQuery, MarginPx, TransformRequest, WidthPx
 from touchline.api.responses import Json, cached_response, picture
-from touchline.api.schemas.base import response
-from touchline.api.schemas.media import BINARY, PICTURE, UNCHANGED, bytes_of, files, upload
-from touchline.api.schemas.requests import Format, FrameName, IdQuery, MarginPx, TransformRequest, WidthPx
+from touchline.api.schemas import BINARY, PICTURE, UNCHANGED, bytes_of, files, response, upload
 from touchline.core.errors import BadInput
 from touchline.core.geometry import ImageSize, as_points
 from touchline.core.jobs import Progress
@@ -23,7 +22,7 @@ from touchline.models import Restored, model_of
 from touchline.processes.framing import encode_body
 from touchline.services.container import Services
 from touchline.workflows import calibration as workflow
-from touchline.workflows.calibration_types import Polyline, ResidualArrows
+from touchline.workflows.calibration import Polyline, ResidualArrows
 
 router = APIRouter(prefix="/calibrations/{id}", tags=["using a calibration"])
 
