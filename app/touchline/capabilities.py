@@ -69,7 +69,8 @@ CAPABILITIES: Mapping[str, Capability] = {
                         "Restore an archive to an empty folder and an empty database."),
             "restore-backup": ("touchline.cli.server:restore_backup",
                                "Restore the newest backup without damage. The current database moves to quarantine.")}),
-    "cameras": Capability(routes=(f"{ROUTES}.cameras:router", f"{ROUTES}.streams:router", f"{ROUTES}.events:router")),
+    "cameras": Capability(routes=(f"{ROUTES}.cameras:router", f"{ROUTES}.streams:router",
+                                  f"{ROUTES}.cameras:events_router")),
     "snapshots": Capability(routes=(f"{ROUTES}.snapshots:router",)),
     "fields": Capability(routes=(f"{ROUTES}.fields:router",)),
     "automatic": Capability(
@@ -89,7 +90,7 @@ CAPABILITIES: Mapping[str, Capability] = {
                             "Compare the field lines with a calibration. Exit code 5 if it is below --enough.")}),
     "calibration": Capability(
         routes=(f"{ROUTES}.fit:router", f"{ROUTES}.calibrations:router", f"{ROUTES}.judging:router",
-                f"{ROUTES}.claims:router", f"{ROUTES}.using:router"),
+                f"{ROUTES}.judging:claims_router", f"{ROUTES}.using:router"),
         jobs={"calibration.fit": f"{CALIBRATION}:run_fit", "calibration.compare": f"{CALIBRATION}:run_compare",
               "calibration.preview": f"{CALIBRATION}:run_preview", "calibration.attempt": f"{CALIBRATION}:run_attempt",
               "calibration.refit": "touchline.workflows.calibration_request:run_refit"},

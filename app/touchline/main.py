@@ -19,7 +19,7 @@ from touchline.api.middleware.limits import MB, BodyLimits
 from touchline.api.middleware.page_files import PageFiles
 from touchline.api.requests import PROBLEMS
 from touchline.api.responses import API
-from touchline.api.routes import docs
+from touchline.api.routes.server_state import docs_router
 from touchline.capabilities import CALIBRATION, call, jobs, loaded, savers
 from touchline.images import ImageLimits
 from touchline.installation import __version__, shipped
@@ -79,7 +79,7 @@ def _add_page(app: FastAPI, settings: Settings) -> None:
     static = shipped("static")
     token = settings.token.get_secret_value() if settings.token else None
     app.include_router(login_router(token))
-    app.include_router(docs.docs_router(static))
+    app.include_router(docs_router(static))
     for router in loaded("page_routes"):
         app.include_router(router)
     pages = [page.read_text(encoding="utf-8") for page in static.glob("*.html")] + [docs.PAGE]

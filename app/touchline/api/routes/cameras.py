@@ -1,4 +1,4 @@
-"""/cameras: those that the settings name and those that operators added; their status and their controls."""
+"""/cameras: those of the settings and of operators, their status and controls, and what has happened to them."""
 
 import asyncio
 import base64
@@ -9,14 +9,16 @@ from starlette.responses import Response
 
 from touchline.api import requests
 from touchline.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDep
-from touchline.api.requests import Id
+from touchline.api.requests import Id, Limit
 from touchline.api.responses import Json, created, page
-from touchline.api.schemas import JsonObject, Texts, described, page_of, response
+from touchline.api.schemas import JsonObject, Texts, described, list_of, page_of, response
 from touchline.core.errors import Busy, Conflict
 from touchline.core.sentences import NOT_CALIBRATED
 from touchline.core.statements import named, say, stated
 from touchline.images import encode
 from touchline.live.messages import CameraStatus, ListedCameraStatus
+from touchline.services import events
+from touchline.services.events import newest_events
 from touchline.settings import CameraSettings
 from touchline.sources import SOURCES
 from touchline.sources.discover import discover_cameras
@@ -178,3 +180,19 @@ def _source(name: str) -> dict[str, Any]:
     return stated({"scheme": name, "title": named(f"source.{name}", kind.TITLE),
                    "help": named(f"source.{name}.help", kind.HELP), "target": kind.TARGET,
                    "options": [option.to_json() for option in kind.OPTIONS]})
+
+
+events_router = APIRouter(tags=["cameras"])
+
+Event = response("Event", says=True, at=str, kind=events.Kind, camera=described(str | None, "null: images from files"),
+    version=int | None, by=str | None, despite=list[str], text=str)
+Events = response("Events", items=list_of(Event))
+
+
+@events_router.get("/events", response_model=Events)
+def list_events(services: ServicesDep, limit: Limit = 20) -> Json:
+    """List activations, and since the server was started which cameras went offline, came back or moved; newest first.
+
+    Each has one plain sentence as `text`.
+    """
+    return Json({"items": newest_events(services.events.noted, services.store, services.cameras, limit)})

@@ -1,17 +1,20 @@
-"""How far to trust a version, how far two are apart, and what teams receive of one."""
+"""How far to trust a version and the site, how far two versions are apart, and what teams receive of one."""
 
+from collections.abc import Sequence
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Query
+from fastapi import APIRouter, Depends, Query, Request
 from starlette.responses import Response
 
 from touchline.api.dependencies import ServicesDep, VersionDep, in_thread
 from touchline.api.requests import Id
-from touchline.api.responses import Json, cached_response, picture
-from touchline.api.schemas import UNCHANGED, files
+from touchline.api.responses import NO_STORE, Json, cached_response, picture
+from touchline.api.schemas import UNCHANGED, files, response
 from touchline.core.records import Calibration
+from touchline.evaluate.claims import Claim, ClaimJson, Gate, gate_of
 from touchline.evaluate.difference import Difference
 from touchline.models import Restored, model_of
+from touchline.services.claims import all_claims, known_claims, readiness
 from touchline.store.calibrations import FoundVersion
 from touchline.workflows import calibration as workflow
 from touchline.workflows.calibration import Uncertainty
@@ -78,3 +81,38 @@ def _difference(a: Calibration, b: Calibration) -> Difference:
 
 def _heat_map(values_mm: Any, calibration: Calibration, title: str) -> Response:
     return picture(workflow.error_map_image(values_mm, Restored.of(calibration).region, title), "png")
+
+
+claims_router = APIRouter()
+
+Claims = response("Claims", calibration=str, gate=Gate, items=list[ClaimJson])
+Readiness = response("Readiness", gate=Gate, items=list[ClaimJson])
+
+Look = Annotated[bool, Query(description="false: only what is known without looking at an image")]
+
+
+@claims_router.get("/calibrations/{id}/claims", tags=["judging"], response_model=Claims)
+async def list_claims(request: Request, services: ServicesDep, id: Id, look: Look = True) -> Json:
+    """List what is claimed of a version, and what was tried to refute it: with a frame of its camera, taken now.
+
+    A claim is `held` only where something was tried that would have refuted it. gate: `problems` where claims stand
+    against activating the version, which then wants their codes in `despite`; `not-tested` where some could not be
+    tested; else `ready`.
+    """
+    calibration = await services.run_in_thread(services.store.calibrations.get, id)
+    claims = (await all_claims(services, calibration, request.is_disconnected) if look else
+              await services.run_in_thread(known_claims, services, calibration))
+    return _answer(claims, calibration=id)
+
+
+@claims_router.get("/readiness", tags=["health"], response_model=Readiness)
+async def read_readiness(services: ServicesDep) -> Json:
+    """List what a match rests on: cameras that are live, calibrated and in place, rigs that agree, publishing.
+
+    gate: `ready` only if nothing stands against it and everything was tested. No camera is started by this.
+    """
+    return _answer(await readiness(services))
+
+
+def _answer(claims: Sequence[Claim], **more: Any) -> Json:
+    return Json({**more, "gate": gate_of(claims), "items": [claim.to_json() for claim in claims]}, headers=NO_STORE)

@@ -1,4 +1,4 @@
-"""/health, /settings, /restore-backup and /archive: the state of the server, its settings, and all it has saved."""
+"""/health, /settings, /restore-backup, /archive and /docs: the server's state, its settings, all it has saved."""
 
 import re
 import time
@@ -10,17 +10,40 @@ from typing import Any, Literal
 
 from fastapi import APIRouter, Request
 from pydantic import BaseModel, SecretStr
-from starlette.responses import StreamingResponse
+from starlette.responses import HTMLResponse, Response, StreamingResponse
 
 from touchline.api import requests
 from touchline.api.dependencies import ServicesDep
 from touchline.api.middleware.access import has_token
 from touchline.api.responses import NO_STORE, Json, attachment
 from touchline.api.schemas import JsonObject, files, list_of, response
+from touchline.core.errors import Unavailable
 from touchline.core.statements import named, stated
 from touchline.installation import __version__, shipped
 from touchline.settings import PublishSettings, Settings
 from touchline.store.opening import Restoration as RestorationRecord
+
+START = "SwaggerUIBundle({url: '/api/v1/openapi.json', dom_id: '#swagger-ui', deepLinking: true});"
+PAGE = f"""<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Touchline: REST</title>
+<link rel="icon" href="/icon.svg">
+<link rel="stylesheet" href="/vendor/swagger-ui/swagger-ui.css"></head><body><div id="swagger-ui"></div>
+<script src="/vendor/swagger-ui/swagger-ui-bundle.js"></script><script>{START}</script></body></html>"""
+
+
+def docs_router(static: Path) -> APIRouter:
+    """Return the route of the page; it needs the browser libraries fetched when the package was built."""
+    router = APIRouter(include_in_schema=False)
+
+    @router.get("/docs")
+    def docs() -> Response:
+        if not (static / "vendor" / "swagger-ui" / "swagger-ui-bundle.js").is_file():
+            raise Unavailable("The files of the documentation page are missing.",
+                              "Install Touchline again with access to the npm registry, or use /api/v1/openapi.json.",
+                              reason="docs-not-built")
+        return HTMLResponse(PAGE)
+
+    return router
+
 
 router = APIRouter()
 
