@@ -19,7 +19,7 @@ from touchline.api.middleware.limits import MB, BodyLimits
 from touchline.api.middleware.page_files import PageFiles
 from touchline.api.requests import PROBLEMS
 from touchline.api.responses import API
-from touchline.api.routes.server_state import docs_router
+from touchline.api.routes.server_state import DOCS_PAGE, docs_router
 from touchline.capabilities import CALIBRATION, call, jobs, loaded, savers
 from touchline.images import ImageLimits
 from touchline.installation import __version__, shipped
@@ -82,7 +82,7 @@ def _add_page(app: FastAPI, settings: Settings) -> None:
     app.include_router(docs_router(static))
     for router in loaded("page_routes"):
         app.include_router(router)
-    pages = [page.read_text(encoding="utf-8") for page in static.glob("*.html")] + [docs.PAGE]
+    pages = [page.read_text(encoding="utf-8") for page in static.glob("*.html")] + [DOCS_PAGE]
     hosts = () if token else (*LOOPBACK, settings.server.host, *settings.server.allowed_hosts)
     # The last one added is the outermost.
     app.add_middleware(PageFiles, folder=static)

@@ -9,7 +9,7 @@ from tests.support.activation import activate_despite
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
 from tests.support.waiting import until
-from touchline.services.events import MAX_NOTED, CameraEvents, newest_events
+from touchline.services.activity import MAX_NOTED, CameraEvents, newest_events
 
 CAL = f"{API}/calibrations"
 STEADY = {"calibration": "a", "state": "steady", "alarm": False, "mm": 0.1}
@@ -59,7 +59,7 @@ def test_what_happened_last_comes_first_after_the_clock_was_set_back(client, mon
         return datetime(2026, 1, 1, next(hours), tzinfo=UTC)
 
     monkeypatch.setattr(services.store.calibrations, "_clock", set_back)
-    monkeypatch.setattr("touchline.services.events.utc_now", set_back)
+    monkeypatch.setattr("touchline.services.activity.utc_now", set_back)
     log = CameraEvents()
     for state, by in (("live", "Ada"), ("offline", "Bo"), ("live", "Cy")):
         log.note({"north": {"state": state, "drift": None}})

@@ -15,8 +15,7 @@ from tests.support.group_listener import Listener, free_group, said
 from tests.support.refusals import API, refusal
 from tests.support.tiers import long
 from tests.support.waiting import LONG_S, until
-from touchline.league.config import PublishingConfig
-from touchline.league.packet import geometry_packet, published_cameras
+from touchline.league.packet import PublishingConfig, geometry_packet, published_cameras
 from touchline.main import create_app
 from touchline.network.multicast import MulticastReceiver
 from touchline.settings import Settings

@@ -27,10 +27,9 @@ from tests.support.ssl_listener import Packet
 from tests.support.ssl_messages import changed
 from tests.support.waiting import until
 from touchline.formats.ssl_field import field_to_wire
-from touchline.league.config import PublishingConfig
 from touchline.league.live import GeometryListener
-from touchline.league.packet import geometry_packet, published_cameras
-from touchline.network.address import MulticastAddress
+from touchline.league.packet import PublishingConfig, geometry_packet, published_cameras
+from touchline.network.multicast import MulticastAddress
 from touchline.ssl_protocol.protobuf import decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import (
     SSL_DetectionFrame,

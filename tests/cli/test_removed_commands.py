@@ -14,8 +14,7 @@ from tests.support.servers import served
 from tests.support.waiting import until
 from touchline.capabilities import commands
 from touchline.cli.console import REMOVED
-from touchline.league.config import PublishingConfig
-from touchline.league.packet import geometry_packet, published_cameras
+from touchline.league.packet import PublishingConfig, geometry_packet, published_cameras
 from touchline.workflows import interchange
 
 OTHERS = {"scene", "publish", "absorb", "batch"}  # batch: tests/api/test_scripts_manual.py

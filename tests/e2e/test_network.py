@@ -13,8 +13,7 @@ from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said
 from tests.support.manual_pictures import manual_picture
 from tests.support.words import t
-from touchline.league.config import PublishingConfig
-from touchline.league.packet import geometry_packet, published_cameras
+from touchline.league.packet import PublishingConfig, geometry_packet, published_cameras
 from touchline.workflows import interchange
 
 ASKED_MM = 10

@@ -28,7 +28,7 @@ PLANTED = {
     "live.picture": "scaled_down(points, 640)",
     "main": "create_app(name)",
     "models": "model_from_json(maybe_name, {})",
-    "network.address": "MulticastAddress(mm)",
+    "network.multicast": "MulticastAddress(mm)",
     "processes.framing": "encode_body(points)",
     "report.drawing": "data_address(points, name)",
     "rigs.mosaic": "FieldView(mm, name)",

@@ -9,8 +9,8 @@ from io import FileIO
 
 from tests.support.exported import example
 from tests.support.waiting import until
-from touchline.league.config import PublishingConfig
 from touchline.league.live import GeometryListener, Publisher
+from touchline.league.packet import PublishingConfig
 from touchline.league.packet_camera import packet_camera
 
 SIOCSIFFLAGS, SIOCGIFFLAGS, SIOCSIFADDR, IFF_UP = 0x8914, 0x8913, 0x8916, 1

@@ -10,7 +10,7 @@ from tests.support.paths import SHARED_DATA
 from touchline.core.geometry import as_triple, homogeneous
 from touchline.models.ray_camera import Division
 from touchline.models.rotation import vector_from_matrix
-from touchline.rigs.epipolar import ideal_px
+from touchline.rigs.evidence import ideal_px
 
 KUSVOD2 = SHARED_DATA / "pairs" / "kusvod2"
 PAIRS = ("corr", "plant", "rotunda")

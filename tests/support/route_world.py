@@ -26,8 +26,7 @@ from tests.support.straight_edges import lens_of, lines_seen
 from tests.support.tape import SIDES_AND_DIAGONALS, measured
 from tests.support.waiting import until
 from touchline.formats import FORMATS
-from touchline.league.config import PublishingConfig
-from touchline.league.packet import geometry_packet, published_cameras
+from touchline.league.packet import PublishingConfig, geometry_packet, published_cameras
 from touchline.store.fields import load_fields
 from touchline.straight.service import saved_rolls
 from touchline.workflows.calibration_request import CalibrationRequest

@@ -4,8 +4,7 @@ import time
 
 import numpy as np
 
-from touchline.boards.board import Board
-from touchline.boards.detection import find_board_quickly
+from touchline.boards.board import Board, find_board_quickly
 from touchline.boards.poses import BoardPose
 from touchline.core.json_values import JsonObject
 from touchline.live.camera_part import CameraPart, PartContext

@@ -2,7 +2,7 @@
 
 A pose is described by the image of the board's four outermost corners, its quad: where it is, how large, which edge
 is nearer. A focal length as long as the image is wide is assumed: good enough to say "tilt it more", and no fit rests
-on it. Once a lens is known, coverage.py says better which view would help most.
+on it. Once a lens is known, uncertainty.py says better which view would help most.
 """
 
 from collections import Counter

@@ -4,11 +4,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from touchline.boards.coverage import MIN_TILT_DEG, next_view, tilts
 from touchline.boards.fit import BoardFit, shared_covariance
 from touchline.boards.poses import EDGES, cell_counts
 from touchline.boards.problem import WARP, BoardObservations
-from touchline.boards.uncertainty import CrossValidation, FocalDrift, cross_validate, expected_over_picture
+from touchline.boards.uncertainty import (
+    MIN_TILT_DEG,
+    CrossValidation,
+    FocalDrift,
+    cross_validate,
+    expected_over_picture,
+    next_view,
+    tilts,
+)
 from touchline.core.geometry import Array
 from touchline.core.json_values import JsonObject, finite_json
 from touchline.core.records import Warning

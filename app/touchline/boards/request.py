@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from dataclasses import field as member
 from typing import Any, Self
 
-from touchline.boards.board import Board, BoardView, views_from_json
-from touchline.boards.detection import find_board
+from touchline.boards.board import Board, BoardView, find_board, views_from_json
 from touchline.boards.fit import board_model, board_options, fit_board
 from touchline.boards.report import board_report
 from touchline.core.errors import BadInput, Conflict, FitFailed

@@ -32,7 +32,7 @@ from touchline.detection.colours import (
     learn_profile,
     mean_light,
 )
-from touchline.detection.field_locator import FieldLocator
+from touchline.detection.objects import FieldLocator
 from touchline.detection.profile import NAMES, ColourProfile
 from touchline.detection.records import Detections
 from touchline.detection.stages import FrameResult, StageConfig, StageContext, StagePipeline

@@ -34,7 +34,7 @@ from touchline.detection.detect import (
     detections_image,
     pipeline_for,
 )
-from touchline.detection.field_locator import FieldLocator
+from touchline.detection.objects import FieldLocator
 from touchline.detection.profile import ColourProfile, ProfileJson
 from touchline.detection.records import detection_packet
 from touchline.detection.stages import FrameResult, StageConfig, StagePipeline, stage_of

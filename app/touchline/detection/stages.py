@@ -31,7 +31,7 @@ from touchline.core.geometry import ImageSize
 from touchline.core.options import Option, read_options
 from touchline.core.registry import Registry
 from touchline.detection.blobs import NO_BLOBS, Blobs
-from touchline.detection.field_locator import FieldLocator
+from touchline.detection.objects import FieldLocator
 from touchline.detection.profile import NAMES, Bgr, ColourProfile
 from touchline.detection.records import Detection, Detections
 

@@ -17,18 +17,17 @@ from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration
 from touchline.core.sentences import TRIES_AGAIN
 from touchline.core.statements import say
-from touchline.league.config import PublishingConfig
 from touchline.league.packet import (
     NO_FIELDS,
     FitPacketCamera,
     PassedOn,
     PublishedCamera,
+    PublishingConfig,
     geometry_packet,
     published_cameras,
 )
 from touchline.league.received import RemotePublisher
-from touchline.network.address import MulticastAddress
-from touchline.network.multicast import Datagram, MulticastReceiver, MulticastSender
+from touchline.network.multicast import Datagram, MulticastAddress, MulticastReceiver, MulticastSender
 from touchline.ssl_protocol.protobuf import decode
 from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPacket
 

@@ -1,4 +1,4 @@
-"""The league's geometry packet: which cameras are in it, which are not and why, and the field.
+"""The league's geometry packet: settings of publishing, which cameras are in it, which are not and why, and the field.
 
 Ball models and the width of the substitution area are nowhere in Touchline, and a program that hears two fields by
 turns starts anew with each: so whoever publishes beside another passes on the other's field as it came, byte for byte.
@@ -9,17 +9,18 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
+from dataclasses import field as member
 from typing import Any, Self
 
-from touchline.core.errors import Conflict, TouchlineError
+from touchline.core.errors import BadInput, Conflict, TouchlineError
 from touchline.core.field import Field
 from touchline.core.field_json import FIELD_CHANGED_FIX, changes_in_words, field_from_json
-from touchline.core.json_values import JsonObject
+from touchline.core.json_values import JsonObject, read
 from touchline.core.records import Calibration
 from touchline.core.statements import say
 from touchline.formats.ssl_field import field_to_wire, known_field, names_are_the_leagues
-from touchline.league.config import PublishingConfig
 from touchline.league.packet_camera import PacketCamera, packet_camera
+from touchline.settings import PublishSettings
 from touchline.ssl_protocol.protobuf import decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import (
     GeometryPacket,
@@ -28,6 +29,35 @@ from touchline.ssl_protocol.ssl_vision_pb2 import (
     SSL_GeometryCameraCalibration,
     SSL_Source,
 )
+
+
+@dataclass(frozen=True)
+class PublishingConfig(PublishSettings):
+    """All settings of publishing: with those that a page sets, of single cameras by their names.
+
+    field: the field to send where cameras see several; None for that of most cameras. numbers: camera ids, where they
+    differ from those of the regions. approved: the cameras that are sent in spite of limit_mm, with the id of the
+    calibration for which that was approved.
+    """
+
+    field: str | None = None
+    numbers: Mapping[str, int] = member(default_factory=dict)
+    approved: Mapping[str, str] = member(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, number in self.numbers.items():
+            if not 0 <= number < 2**32:
+                raise BadInput(say("publishing.bad-number", "{number} is not a valid camera number for {camera!r}.",
+                                   number=number, camera=name),
+                               say("publishing.number-range", "Give a whole number, 0 or more."),
+                               reason="bad-camera-number")
+
+    @classmethod
+    def from_json(cls, value: Any) -> Self:
+        """Read what to_json wrote; BadInput for anything else."""
+        return read(cls, value, "The network configuration", "Enter the network settings again.", "bad-publishing")
+
 
 NO_FIELDS: Mapping[str, Field] = {}
 MAX_AGE_S = 86_400.0  # after a day, what was received is another event's

@@ -14,7 +14,7 @@ from touchline.api.responses import Json, created, versioned
 from touchline.api.schemas import JsonObject, Texts, list_of, response
 from touchline.core.errors import Conflict
 from touchline.core.statements import say
-from touchline.league.config import PublishingConfig
+from touchline.league.packet import PublishingConfig
 from touchline.league.service import PublishingService
 from touchline.services.forms import Name, Number, Rotate, Size, Strict
 from touchline.services.import_file import OPTIONS, import_file

@@ -4,28 +4,71 @@ import json
 import logging
 import threading
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from touchline.core.errors import BadInput, Conflict, NotFound, TouchlineError
 from touchline.core.json_values import JsonObject
 from touchline.core.records import Calibration, Warning
-from touchline.core.statements import Sentence, join, say
-from touchline.evaluate.claims import Claim
-from touchline.league.claims import packet_claim, publishing_claim
-from touchline.league.config import PublishingConfig
+from touchline.core.statements import Sentence, join, say, sentence_in
+from touchline.evaluate.claims import Case, Claim, mm
 from touchline.league.live import GeometryListener, Publisher, PublishStatus
-from touchline.league.packet import PassedOn, PublishedCamera, published_cameras, published_field
+from touchline.league.packet import PassedOn, PublishedCamera, PublishingConfig, published_cameras, published_field
 from touchline.league.packet_camera import PacketCameraCache
 from touchline.league.received import RemotePublisher, contradictions, geometry_to_pass_on, received_json
-from touchline.network.address import interfaces
-from touchline.network.multicast import MulticastSender
+from touchline.network.multicast import MulticastSender, interfaces
 from touchline.services.container import IsAbandoned, Services
 from touchline.services.running_part import RunningPart
 from touchline.ssl_protocol.protobuf import decode
 from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPacket
 from touchline.store.files import write_atomically
 from touchline.store.repository import check_etag, content_etag
+
+
+def packet_claim(found: Mapping[str, Any]) -> Claim:
+    """Return what teams receive. found: as GET /calibrations/{id}/packet answers."""
+    title, problem = say("claim.packet", "Received by teams"), found["problem"]
+    if problem is not None:
+        return Claim("packet", "refuted", say("claim.packet.none", "Cannot be published as it is"),
+                     sentence_in(problem, "what"), sentence_in(problem, "fix"), ("packet",))
+    expected, loss = found["expected"], found["loss"]
+    notes = [sentence_in(one, "text") for one in found["warnings"] if one["reason"] != "packet-error"]
+    asked = say("claim.packet.asked", "You are asked before it is published.") if found["asked"] else Sentence("")
+    if expected is None:
+        return Claim("packet", "not-tested", title, join(say(
+            "claim.packet.unknown", "From the calibration, at most. Its own error is unknown."), asked, *notes),
+            figure=mm(loss["worst_mm"], at_most=True))
+    return Claim("packet", "held" if found["level"] == "good" and not notes else "refuted", title,
+                 join(asked, _tops(expected.get("hat")), *notes), tried=("packet-decoded",), figure=mm(expected["rms"]))
+
+
+def publishing_claim(state: str, warnings: Sequence[Warning]) -> Claim:
+    """Return whether teams receive anything. state: "on-air" only where packets go out; warnings: what keeps teams from
+    what was calibrated."""
+    what, tried = say("claim.publishing.geometry", "SSL-Vision geometry"), ("sent-packets",)
+    if warnings:
+        first = warnings[0]
+        title = (say("claim.publishing.failing", "Not publishing") if state == "failing" else
+                 say("claim.publishing.problems", "Publishing has problems"))
+        return Claim("publishing", "refuted", title, first.text, first.fix, tried, True, cure="publishing",
+                     cases=tuple(Case(one.text, one.fix) for one in warnings))
+    if state == "on-air":
+        return Claim("publishing", "held", say("claim.publishing.on-air", "Publishing"), what, tried=tried,
+                     cure="publishing")
+    return Claim("publishing", "refuted", say("claim.publishing.off", "Not publishing"), what, tried=tried,
+                 cure="publishing")
+
+
+def _tops(hat: Mapping[str, Any] | None) -> Sentence:
+    if hat is None:
+        return Sentence("")
+    if hat.get("known") is False:
+        return say("claim.packet.tops-unknown", "The error at robot tops is unknown, because the camera height is "
+                   "unknown.")
+    return say("claim.packet.tops", "Robot tops ({height:.0f} mm): {error:.1f} mm.", height=hat["z_mm"],
+               error=hat["rms"])
+
 
 log = logging.getLogger("touchline")
 FILE = "publishing.json"

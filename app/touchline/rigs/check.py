@@ -26,15 +26,16 @@ from touchline.models import CameraModel, field_from_raw, model_of, raw_from_fie
 from touchline.models.ray_camera import RayCamera
 from touchline.models.rotation import vector_from_matrix
 from touchline.rigs import verdict as verdicts
-from touchline.rigs.epipolar import (
+from touchline.rigs.evidence import (
+    Matches,
     PredictedGeometry,
+    best_evidence,
     calibrated_epipolar_px,
     epipolar_curves,
     epipolar_segments,
     geometry,
     pose_between,
 )
-from touchline.rigs.evidence import Matches, best_evidence
 from touchline.rigs.fundamental_matrix import fundamental_matrix
 from touchline.rigs.rig import Rig, RigMember, RigStatus, rig_status
 from touchline.rigs.verdict import ComparedPair, PairVerdict, RigTrouble, RigVerdict, Source

@@ -29,7 +29,7 @@ from touchline.core.errors import FitFailed
 from touchline.core.geometry import Array, Indices, Mask, Points, as_matches, homogeneous, root_mean_square
 from touchline.fitting.least_squares import minimise
 from touchline.models.rotation import cross_matrix, matrix_from_vector
-from touchline.rigs.epipolar import epipolar_px, sampson_px
+from touchline.rigs.evidence import epipolar_px, sampson_px
 
 MIN_MATCHES = 12  # seven are used up by the answer; the rest must bear it out
 SAME_PX = 0.1

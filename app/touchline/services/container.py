@@ -22,12 +22,11 @@ from touchline.evaluate.claims import Claim
 from touchline.images import ImageDecoder, ImageLimits
 from touchline.jobs import Job, JobEngine
 from touchline.models import CameraModel
+from touchline.services.activity import CameraEvents, Presence
 from touchline.services.answer_cache import AnswerCache
 from touchline.services.cameras import CameraService
-from touchline.services.events import CameraEvents
 from touchline.services.fit_processes import FitProcesses, closed_request
 from touchline.services.live import LiveCameras, start_live_cameras, take_frame
-from touchline.services.presence import Presence
 from touchline.services.running_part import RunningPart
 from touchline.settings import CameraSettings, Settings
 from touchline.store.fields import FieldRepository
@@ -49,7 +48,7 @@ MAX_CLAIMS_KEPT = 500  # of versions, by what never changes: their own pictures,
 MAX_PRINTS_KEPT = 500  # of calibration images, 3 kB each
 MAX_LARGE = 2  # pictures at once
 LARGE_PX = 4e6  # of a picture that is drawn or looked through: a second, and 100 MB
-POLL_S = 0.05  # how often a job that somebody waits for is looked at
+EVENTS_POLL_S = 0.05  # how often a job that somebody waits for is looked at
 FRAME_INTERVAL_S = 1 / 3  # between the frames of a background: who walks by needs some seconds to leave
 POLLS_PER_CHECK = 10  # and after how many looks whether its caller still waits
 
@@ -206,7 +205,7 @@ class Services:
 
         async def watch() -> None:
             while not await is_abandoned():
-                await anyio.sleep(POLLS_PER_CHECK * POLL_S)
+                await anyio.sleep(POLLS_PER_CHECK * EVENTS_POLL_S)
             gone.set()
 
         watching = asyncio.create_task(watch())
@@ -224,7 +223,7 @@ class Services:
         polls = 0
         try:
             while not self.jobs.get(job.id).ended:
-                await anyio.sleep(POLL_S)
+                await anyio.sleep(EVENTS_POLL_S)
                 polls += 1
                 if polls % POLLS_PER_CHECK == 0 and await is_abandoned():
                     break

@@ -24,13 +24,15 @@ from touchline.core.geometry import Array, ImageSize, Indices, Mask, Points, as_
 from touchline.core.statements import say
 from touchline.fitting.least_squares import Minimum
 from touchline.models.distortion import LINE_LENSES, Distortion, half_diagonal_px
-from touchline.straight.problem import Chains, LineFit, robust_weight
 from touchline.straight.search import (
+    Chains,
+    LineFit,
     PlumbLineProblem,
     chain_rms,
     division_rms,
     initial_bend,
     initial_fit,
+    robust_weight,
     solve,
 )
 

@@ -27,7 +27,7 @@ from touchline.evaluate.distortion import STANDARD_LENS_PCT, sag_pct
 from touchline.models import CameraModel
 from touchline.models.distortion import Distortion
 from touchline.straight.bow import picture_of_line
-from touchline.straight.problem import Chains
+from touchline.straight.search import Chains
 
 SIDEWAYS = 1e-3  # of the picture's diagonal per s²: before rolls can be compared; slow balls on a pool table do 2e-3
 MIN_FOR_SIDEWAYS = 4  # rolls

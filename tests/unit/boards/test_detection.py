@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.board_views import picture_of
-from touchline.boards.board import Board
-from touchline.boards.detection import find_board, refine_corners_by_square
+from touchline.boards.board import Board, find_board, refine_corners_by_square
 
 CHESS = Board("chessboard", 9, 6, 30.0)
 CHARUCO = Board("charuco", 7, 5, 30.0, 22.0, "DICT_4X4_100")

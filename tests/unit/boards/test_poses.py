@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from tests.support.board_views import picture_of
-from touchline.boards.board import Board, BoardView
-from touchline.boards.coverage import EDGES
-from touchline.boards.detection import find_board_quickly
+from touchline.boards.board import Board, BoardView, find_board_quickly
 from touchline.boards.poses import MIN_VIEWS, STILL_S, BoardCapture, BoardPose, pose_history
+from touchline.boards.uncertainty import EDGES
 from touchline.core.errors import BadInput
 from touchline.core.geometry import ImageSize
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support.tiers import long, rounds
-from touchline.boards.board import Board, BoardView
-from touchline.boards.detection import find_board
+from touchline.boards.board import Board, BoardView, find_board
 from touchline.boards.fit import fit_board
 from touchline.boards.request import calibrate_board
 from touchline.core.errors import FitFailed

@@ -8,13 +8,12 @@ import pytest
 
 from tests.support.board_views import BOARD, FISHEYE, PLAIN, SIZE, TRUTH, picture_of, views_of
 from touchline.boards.board import Board, BoardView, views_from_json
-from touchline.boards.coverage import next_view, tilts
 from touchline.boards.fit import fit_board
 from touchline.boards.poses import NEXT_SHARE, cell_counts, rotation_to, tilt_vector
 from touchline.boards.problem import BoardObservations
 from touchline.boards.report import neighbour_correlation
 from touchline.boards.request import calibrate_board, require_board
-from touchline.boards.uncertainty import expected_over_picture
+from touchline.boards.uncertainty import expected_over_picture, next_view, tilts
 from touchline.core.errors import BadInput, FitFailed
 from touchline.models import MODELS
 from touchline.models.rotation import matrix_from_vector

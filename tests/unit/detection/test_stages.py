@@ -13,7 +13,7 @@ from touchline.core.errors import TouchlineError
 from touchline.core.geometry import ImageSize
 from touchline.core.ssl_pattern import DOTS_MM, NUMBER_OF
 from touchline.detection.blobs import Blobs, fine_middles, runs_of
-from touchline.detection.field_locator import FieldLocator
+from touchline.detection.objects import FieldLocator
 from touchline.detection.profile import ColourProfile, ColourSample
 from touchline.detection.records import Detection
 from touchline.detection.stages import STAGES, FrameState, Stage, StageConfig, StageContext, StagePipeline

@@ -11,7 +11,7 @@ from touchline.evaluate.claims import Claim, difference_claims, field_claims, ga
 from touchline.evaluate.drift.orientation import Orientation
 from touchline.evaluate.picture_claims import another_cameras, ends_claim, lines_claim, live_claim
 from touchline.evaluate.site_claims import SiteCamera, camera_claims
-from touchline.league.claims import packet_claim, publishing_claim
+from touchline.league.service import packet_claim, publishing_claim
 from touchline.rigs.verdict import CheckedLevel, neighbour_claim, rig_claim
 
 GOOD = {"verdict": {"mm": 0.4, "level": "good", "sentence": "Accurate."}, "rms_px": 0.21, "cv_rms_mm": 0.5,

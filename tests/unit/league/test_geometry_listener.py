@@ -22,12 +22,11 @@ from tests.support.ssl_messages import changed
 from tests.support.tiers import long
 from tests.support.waiting import until
 from touchline.core.errors import TouchlineError
-from touchline.league.config import PublishingConfig
 from touchline.league.live import MAX_CAMERAS, MAX_SENDERS, GeometryListener, Publisher
-from touchline.league.packet import geometry_packet, published_cameras
+from touchline.league.packet import PublishingConfig, geometry_packet, published_cameras
 from touchline.league.packet_camera import packet_camera
 from touchline.league.received import RemotePublisher, contradictions, received_json
-from touchline.network.address import MulticastAddress
+from touchline.network.multicast import MulticastAddress
 from touchline.ssl_protocol.protobuf import decode, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import SSL_DetectionFrame, SSL_GeometryData, SSL_Source, SSL_WrapperPacket
 from touchline.store.fields import load_fields

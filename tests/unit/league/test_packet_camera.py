@@ -16,8 +16,7 @@ from touchline.core.records import Calibration, Observation
 from touchline.evaluate.approximation import approximate_camera
 from touchline.evaluate.uncertainty import grid_over
 from touchline.formats.ssl_vision import camera_from_wire
-from touchline.league.config import PublishingConfig
-from touchline.league.packet import published_cameras
+from touchline.league.packet import PublishingConfig, published_cameras
 from touchline.league.packet_camera import packet_camera
 from touchline.models import model_of
 from touchline.models.contract import RECTANGLE_FIELDS

@@ -15,9 +15,8 @@ from tests.support.league_geometry import PROGRAMS, packet_of
 from tests.support.publishing import publishing_of
 from tests.support.waiting import until
 from touchline.core.field import Field
-from touchline.league.config import PublishingConfig
 from touchline.league.live import GeometryListener
-from touchline.league.packet import MAX_AGE_S, PassedOn, geometry_packet, published_cameras
+from touchline.league.packet import MAX_AGE_S, PassedOn, PublishingConfig, geometry_packet, published_cameras
 from touchline.league.received import STALE_S, RemotePublisher, geometry_differences, geometry_to_pass_on
 from touchline.league.service import RECEIVED_FILE
 from touchline.models.ray_camera import Ssl

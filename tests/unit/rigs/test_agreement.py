@@ -13,7 +13,7 @@ from touchline.evaluate.agreement import agreement, shared_area
 from touchline.evaluate.offsets import OffsetMeasurements, fit_offset_field, from_clicks, from_matches
 from touchline.models import raw_from_field
 from touchline.models.rotation import matrix_from_vector, vector_from_matrix
-from touchline.rigs.epipolar import geometry, ideal_px
+from touchline.rigs.evidence import geometry, ideal_px
 from touchline.rigs.fundamental_matrix import fundamental_matrix
 from touchline.rigs.rig import Rectangles, most_common
 from touchline.rigs.verdict import of_pair

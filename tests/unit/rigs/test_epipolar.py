@@ -9,7 +9,7 @@ from tests.support.exported import model_of, of_model
 from tests.support.pairs import simulated
 from touchline.core.geometry import ImageSize
 from touchline.rigs.check import lines_by_calibrations
-from touchline.rigs.epipolar import calibrated_epipolar_px, epipolar_curves, epipolar_segments, ideal_px
+from touchline.rigs.evidence import calibrated_epipolar_px, epipolar_curves, epipolar_segments, ideal_px
 from touchline.rigs.fundamental_matrix import fundamental_matrix
 from touchline.rigs.verdict import of_calibrated, of_fundamental
 

@@ -9,7 +9,7 @@ import pytest
 from tests.support.pairs import KUSVOD2, PAIRS, eight_point, epipolar_error_px, ideal, labelled_matches, simulated
 from tests.support.tiers import rounds
 from touchline.core.errors import BadInput, FitFailed
-from touchline.rigs.epipolar import calibrated_epipolar_px, sampson_px
+from touchline.rigs.evidence import calibrated_epipolar_px, sampson_px
 from touchline.rigs.fundamental_matrix import FundamentalParameters, fundamental_matrix
 
 

@@ -16,8 +16,7 @@ from touchline.models.distortion import LINE_LENSES, Distortion
 from touchline.models.lenses.division import EvenDivisionLens
 from touchline.straight.bow import sag_px, sag_verdict
 from touchline.straight.fit import fit_plumb_lines
-from touchline.straight.problem import Chains, LineFit
-from touchline.straight.search import with_best_lines
+from touchline.straight.search import Chains, LineFit, with_best_lines
 from touchline.straight.straightness import straightness
 
 FEW_OR_ALL = rounds("seeds", 1, 8)

@@ -17,8 +17,8 @@ from touchline.core.sentences import NOT_CALIBRATED
 from touchline.core.statements import named, say, stated
 from touchline.images import encode
 from touchline.live.messages import CameraStatus, ListedCameraStatus
-from touchline.services import events
-from touchline.services.events import newest_events
+from touchline.services import activity
+from touchline.services.activity import newest_events
 from touchline.settings import CameraSettings
 from touchline.sources import SOURCES
 from touchline.sources.discover import discover_cameras
@@ -184,8 +184,8 @@ def _source(name: str) -> dict[str, Any]:
 
 events_router = APIRouter(tags=["cameras"])
 
-Event = response("Event", says=True, at=str, kind=events.Kind, camera=described(str | None, "null: images from files"),
-    version=int | None, by=str | None, despite=list[str], text=str)
+Event = response("Event", says=True, at=str, kind=activity.Kind,
+    camera=described(str | None, "null: images from files"), version=int | None, by=str | None, despite=list[str], text=str)
 Events = response("Events", items=list_of(Event))
 
 

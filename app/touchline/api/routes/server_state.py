@@ -24,7 +24,7 @@ from touchline.settings import PublishSettings, Settings
 from touchline.store.opening import Restoration as RestorationRecord
 
 START = "SwaggerUIBundle({url: '/api/v1/openapi.json', dom_id: '#swagger-ui', deepLinking: true});"
-PAGE = f"""<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Touchline: REST</title>
+DOCS_PAGE = f"""<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Touchline: REST</title>
 <link rel="icon" href="/icon.svg">
 <link rel="stylesheet" href="/vendor/swagger-ui/swagger-ui.css"></head><body><div id="swagger-ui"></div>
 <script src="/vendor/swagger-ui/swagger-ui-bundle.js"></script><script>{START}</script></body></html>"""
@@ -40,7 +40,7 @@ def docs_router(static: Path) -> APIRouter:
             raise Unavailable("The files of the documentation page are missing.",
                               "Install Touchline again with access to the npm registry, or use /api/v1/openapi.json.",
                               reason="docs-not-built")
-        return HTMLResponse(PAGE)
+        return HTMLResponse(DOCS_PAGE)
 
     return router
 

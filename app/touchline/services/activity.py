@@ -1,15 +1,17 @@
-"""What has happened: versions that were activated, and cameras that went offline, came back or were moved.
+"""What has happened to cameras and versions, and which operators have a picture open.
 
 The store keeps activations. What cameras did is noted here while the server runs, and forgotten with it.
 """
 
 import asyncio
 import heapq
-from collections.abc import AsyncIterator, Mapping
-from contextlib import asynccontextmanager
+import itertools
+from collections.abc import AsyncIterator, Iterator, Mapping
+from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
 from operator import itemgetter
+from threading import Lock
 from time import monotonic
 from typing import Any, Literal
 
@@ -24,7 +26,7 @@ from touchline.store.store import Store
 Kind = Literal["activated", "offline", "back", "moved", "cleared"]
 
 FROM_FILES = say("event.images-from-files", "the images from files")
-POLL_S = 0.25  # a camera that hangs is stalled for half a second, then its process starts anew
+EVENTS_POLL_S = 0.25  # a camera that hangs is stalled for half a second, then its process starts anew
 MAX_NOTED = 500  # of all cameras together; a loose cable makes two a minute
 WORKS = {"live": True, "mismatch": True, "stalled": False, "offline": False}  # other states tell nothing new
 ALARMS = {  # codes and templates
@@ -88,8 +90,8 @@ class CameraEvents:
         loop = asyncio.get_running_loop()
         while True:
             slept = loop.time()
-            await asyncio.sleep(POLL_S)
-            if loop.time() - slept < POLL_S + LATE_S:  # else we were held up, and what cameras have sent lies unread
+            await asyncio.sleep(EVENTS_POLL_S)
+            if loop.time() - slept < EVENTS_POLL_S + LATE_S:  # else we were held up: what cameras sent lies unread
                 self.note({id: live.status(id) for id in live.running})
 
     def _compare(self, id: str, known: _Known, status: CameraStatus) -> _Known:
@@ -138,3 +140,55 @@ def _activated(version: int, camera: str, problems: int) -> Sentence:
         return say("event.activated", "Version {version} of {camera} was activated.", version=version, camera=camera)
     return say("event.activated-despite", "Version {version} of {camera} was activated. Known problems: {problems}.",
                version=version, camera=camera, problems=problems)
+
+
+PRESENCE_POLL_S = 0.2
+
+
+class Presence:
+    """Thread-safe."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._numbers = itertools.count(1)
+        self._here: dict[str, dict[int, str]] = {}
+        self._saved: dict[str, tuple[str, str]] = {}
+
+    @contextmanager
+    def at(self, snapshot: str, name: str) -> Iterator[int]:
+        """Note that somebody has a picture open while the context lasts; yield their number."""
+        with self._lock:
+            number = next(self._numbers)
+            self._here.setdefault(snapshot, {})[number] = name
+        try:
+            yield number
+        finally:
+            with self._lock:
+                del self._here[snapshot][number]
+                if not self._here[snapshot]:
+                    del self._here[snapshot]
+                    self._saved.pop(snapshot, None)
+
+    def saved(self, snapshot: str, etag: str, by: str) -> None:
+        """Note that a draft was saved."""
+        with self._lock:
+            if snapshot in self._here:
+                self._saved[snapshot] = (etag, by)
+
+    def state_for(self, snapshot: str, number: int) -> dict[str, Any]:
+        """Return who else is there, in order of arrival, and the draft that was saved last meanwhile."""
+        with self._lock:
+            others = [name for other, name in self._here.get(snapshot, {}).items() if other != number]
+            etag, by = self._saved.get(snapshot, (None, None))
+        return {"others": others, "etag": etag, "by": by}
+
+    async def changes(self, snapshot: str, name: str) -> AsyncIterator[dict[str, Any]]:
+        """Yield the state for somebody who has a picture open, now and after every change."""
+        with self.at(snapshot, name) as number:
+            before = None
+            while True:
+                now = self.state_for(snapshot, number)
+                if now != before:
+                    yield now
+                    before = now
+                await asyncio.sleep(PRESENCE_POLL_S)
