@@ -18,7 +18,7 @@ from tests.support.paths import LABELS
 from tests.support.paths import SHARED_DATA as DATA
 from touchline.core.geometry import ImageSize
 from touchline.detection.colours import BACKGROUND, learn_profile
-from touchline.detection.objects import FieldLocator
+from touchline.detection.records import FieldLocator
 from touchline.detection.stages import StageConfig, StageContext, StagePipeline
 from touchline.detection.store import load_plans
 

@@ -7,7 +7,7 @@ import numpy as np
 from tests.support.sim_truth import truth_at
 from touchline.core.geometry import ImageSize
 from touchline.detection.colours import learn_profile
-from touchline.detection.objects import FieldLocator
+from touchline.detection.records import FieldLocator
 from touchline.detection.stages import StageContext, StagePipeline
 from touchline.detection.store import load_plans
 from touchline.sources.sim.actors import Motion

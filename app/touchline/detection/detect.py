@@ -32,9 +32,8 @@ from touchline.detection.colours import (
     learn_profile,
     mean_light,
 )
-from touchline.detection.objects import FieldLocator
 from touchline.detection.profile import NAMES, ColourProfile
-from touchline.detection.records import Detections
+from touchline.detection.records import Detections, FieldLocator
 from touchline.detection.stages import FrameResult, StageConfig, StageContext, StagePipeline
 from touchline.imaging.correction import CorrectedView, correction_map
 from touchline.models import CameraModel, RayModel, Restored, model_of

@@ -34,9 +34,8 @@ from touchline.detection.detect import (
     detections_image,
     pipeline_for,
 )
-from touchline.detection.objects import FieldLocator
 from touchline.detection.profile import ColourProfile, ProfileJson
-from touchline.detection.records import detection_packet
+from touchline.detection.records import FieldLocator, detection_packet
 from touchline.detection.stages import FrameResult, StageConfig, StagePipeline, stage_of
 from touchline.images import encode
 from touchline.live.camera_part import CameraPart, PartContext

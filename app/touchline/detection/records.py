@@ -1,15 +1,23 @@
-"""Detections on a field at one moment: the ball, robots and their markers, each with its confidence.
+"""Detections on a field at one moment, each with its confidence; and from pixels to places at a height.
 
 A detection's pixel is raw. Its place is in field mm at its own height z_mm; None without a calibration. They leave as
 JSON, and as the Small Size League's SSL_DetectionFrame: one packet a frame and camera.
+
+    locator = FieldLocator.of(model)                    any camera model; one without rays knows the carpet only
+    places, mm_per_px = locator.spread(pixels, z_mm)    (n, 2) mm, and (n, 2, 2): how the place moves with the pixel
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import degrees, isfinite, radians
 from typing import Any, Literal, Self, get_args
 
+import numpy as np
+from numpy.typing import NDArray
+
 from touchline.core.errors import BadInput
-from touchline.core.geometry import MAX_COORDINATE, ImageSize
+from touchline.core.geometry import MAX_COORDINATE, ImageSize, Points
+from touchline.models import RayModel
 from touchline.ssl_protocol.protobuf import build, encode
 from touchline.ssl_protocol.ssl_vision_pb2 import (
     SSL_DetectionBall,
@@ -156,3 +164,70 @@ def _ball(item: Detection, x_mm: float, y_mm: float) -> SSL_DetectionBall:
 def _robot(item: Detection, x_mm: float, y_mm: float) -> SSL_DetectionRobot:
     return build(SSL_DetectionRobot, confidence=item.confidence, robot_id=item.id, x=x_mm, y=y_mm,
                  orientation=item.orientation_rad, pixel_x=item.pixel[0], pixel_y=item.pixel[1], height=item.z_mm)
+
+
+Jacobians = NDArray[np.float64]  # (n, 2, 2)
+_STEP_PX = 1.0
+_GRID = (33, 25)
+
+
+@dataclass(frozen=True, eq=False)
+class FieldLocator:
+    """model: a camera model, or None where there is no calibration: a pixel then is mm_per_px everywhere.
+
+    eye_mm: the camera's position, given by hand for a model without rays, so that heights count.
+    has_rays: the model can unproject to any height.
+    """
+
+    image_size: ImageSize
+    model: Any = None
+    flat_mm_per_px: float = 1.0
+    eye_mm: tuple[float, float, float] | None = None
+    has_rays: bool = False
+
+    @classmethod
+    def of(cls, model: Any, eye_mm: tuple[float, float, float] | None = None) -> Self:
+        return cls(model.image_size, model, eye_mm=eye_mm, has_rays=isinstance(model, RayModel))
+
+    @classmethod
+    def flat(cls, image_size: ImageSize, mm_per_px: float) -> Self:
+        """Without a calibration: sizes follow the given scale, and there are no field places."""
+        return cls(image_size, None, mm_per_px)
+
+    @property
+    def knows_heights(self) -> bool:
+        return self.has_rays or self.eye_mm is not None
+
+    def field_from_raw(self, pixels: Points, z_mm: float = 0.0) -> Points:
+        """(..., 2) px to (..., 2) mm in the plane at z_mm, on the carpet if heights are unknown; NaN out of reach."""
+        pixels = np.asarray(pixels, float)
+        if self.model is None:
+            return (pixels - np.array(self.image_size.centre)) * (self.flat_mm_per_px, -self.flat_mm_per_px)
+        if self.has_rays:
+            return self.model.unproject(pixels, z_mm)
+        carpet = self.model.field_from_corrected(self.model.corrected_from_raw(pixels))
+        if self.eye_mm is None or not z_mm:
+            return carpet
+        # The line of sight meets height z that share of the way from the carpet to the eye.
+        return carpet + (np.array(self.eye_mm[:2]) - carpet) * (z_mm / self.eye_mm[2])
+
+    def spread(self, pixels: Points, z_mm: float = 0.0) -> tuple[Points, Jacobians]:
+        """Places of (n, 2) pixels, and the derivative of (x, y) mm by (x, y) px."""
+        pixels = np.asarray(pixels, float).reshape(-1, 2)
+        steps = np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)]) * _STEP_PX
+        found = self.field_from_raw(pixels[:, None] + steps, z_mm)
+        across, down = (found[:, 1] - found[:, 2]) / (2 * _STEP_PX), (found[:, 3] - found[:, 4]) / (2 * _STEP_PX)
+        return found[:, 0], np.stack([across, down], axis=-1)
+
+    def scale(self, pixels: Points) -> NDArray[np.float64]:
+        """About how many mm a pixel is on the carpet, (n,), from a coarse table; NaN out of reach."""
+        at = np.asarray(pixels, float) / (np.array(tuple(self.image_size)) - 1) * (np.array(_GRID) - 1)
+        columns, rows = np.clip(np.rint(at), 0, np.array(_GRID) - 1).astype(int).T
+        return self._scales[rows, columns]
+
+    @cached_property
+    def _scales(self) -> NDArray[np.float64]:
+        w, h = self.image_size
+        grid = np.stack(np.meshgrid(np.linspace(0, w - 1, _GRID[0]), np.linspace(0, h - 1, _GRID[1])), axis=-1)
+        turns = self.spread(grid.reshape(-1, 2))[1]
+        return np.sqrt(np.abs(np.linalg.det(np.nan_to_num(turns)))).reshape(_GRID[1], _GRID[0])

@@ -31,9 +31,8 @@ from touchline.core.geometry import ImageSize
 from touchline.core.options import Option, read_options
 from touchline.core.registry import Registry
 from touchline.detection.blobs import NO_BLOBS, Blobs
-from touchline.detection.objects import FieldLocator
 from touchline.detection.profile import NAMES, Bgr, ColourProfile
-from touchline.detection.records import Detection, Detections
+from touchline.detection.records import Detection, Detections, FieldLocator
 
 Picture = NDArray[np.uint8]  # (height, width, 3) BGR
 

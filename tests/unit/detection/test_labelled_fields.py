@@ -8,7 +8,7 @@ from tests.support.labelled import COLOURS, SETS, picture, read_set, sight_for, 
 from tests.support.tiers import rounds
 from touchline.core.geometry import ImageSize
 from touchline.detection.colours import learn_profile
-from touchline.detection.objects import FieldLocator
+from touchline.detection.records import FieldLocator
 from touchline.detection.stages import StageConfig, StageContext, StagePipeline
 from touchline.detection.store import load_plans
 

@@ -13,9 +13,8 @@ from touchline.core.errors import TouchlineError
 from touchline.core.geometry import ImageSize
 from touchline.core.ssl_pattern import DOTS_MM, NUMBER_OF
 from touchline.detection.blobs import Blobs, fine_middles, runs_of
-from touchline.detection.objects import FieldLocator
 from touchline.detection.profile import ColourProfile, ColourSample
-from touchline.detection.records import Detection
+from touchline.detection.records import Detection, FieldLocator
 from touchline.detection.stages import STAGES, FrameState, Stage, StageConfig, StageContext, StagePipeline
 from touchline.detection.store import load_plans
 

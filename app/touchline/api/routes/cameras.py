@@ -185,7 +185,8 @@ def _source(name: str) -> dict[str, Any]:
 events_router = APIRouter(tags=["cameras"])
 
 Event = response("Event", says=True, at=str, kind=activity.Kind,
-    camera=described(str | None, "null: images from files"), version=int | None, by=str | None, despite=list[str], text=str)
+    camera=described(str | None, "null: images from files"), version=int | None, by=str | None, despite=list[str],
+    text=str)
 Events = response("Events", items=list_of(Event))
 
 
