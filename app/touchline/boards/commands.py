@@ -9,7 +9,7 @@ import typer
 from touchline.boards.board import Board
 from touchline.boards.request import BoardCalibrationRequest
 from touchline.cli import files
-from touchline.cli.console import progress_bar
+from touchline.cli.progress import progress_bar
 from touchline.cli.requests import ReportAsJson, options_from
 from touchline.core.json_values import JsonObject
 

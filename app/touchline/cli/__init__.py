@@ -3,7 +3,8 @@
 A command's module is imported when the command is run, and only then: the table of capabilities names it, with its line
 in the help.
 
-    console.py    errors with their fix on stderr, exit codes, the progress bar
+    console.py    errors with their fix on stderr, exit codes, removed commands
+    progress.py   the progress bar
     files.py      points, calibrations, lenses and pictures from files and to files
     requests.py   the options of a fit, shared by several commands
     server.py     settings, and the data folder of a server that does not run

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from touchline.cli import files, requests
-from touchline.cli.console import progress_bar
+from touchline.cli.progress import progress_bar
 from touchline.core.errors import FitFailed
 from touchline.core.jobs import subprogress
 from touchline.core.records import Calibration

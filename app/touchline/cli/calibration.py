@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from touchline.cli import files, requests
-from touchline.cli.console import progress_bar
+from touchline.cli.progress import progress_bar
 from touchline.cli.requests import OwnFields, RegionName, Rotate, own_fields
 from touchline.core.records import Calibration
 from touchline.core.sentences import area_name

@@ -9,7 +9,8 @@ import numpy as np
 import typer
 
 from touchline.cli import files
-from touchline.cli.console import Enough, EnoughOption, exit_below, progress_bar
+from touchline.cli.console import Enough, EnoughOption, exit_below
+from touchline.cli.progress import progress_bar
 from touchline.cli.requests import AsJson
 from touchline.core.geometry import Pixels
 from touchline.core.jobs import subprogress

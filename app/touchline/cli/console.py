@@ -1,20 +1,14 @@
-"""What a command shows besides its result: progress, errors with their fix, exit codes, and removed commands."""
+"""What a command shows besides its result: errors with their fix on stderr, exit codes, and removed commands."""
 
 import sys
 import traceback
-from collections.abc import Iterator
-from contextlib import contextmanager
 from enum import StrEnum
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-from rich.progress import Progress as Bar
 from typer.core import TyperCommand
 
 from touchline.core.errors import TouchlineError
-from touchline.core.jobs import Progress
 
 UNEXPECTED, USAGE, REFUSED, FILE, POOR = 1, 2, 3, 4, 5
 FILE_REASONS = ("port-taken", "data-folder", "data-folder-in-use", "not-saved", "disk-full", "no-settings-file",
@@ -67,16 +61,6 @@ def exit_below(enough: Enough, level: str | None) -> None:
 
 def say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
-
-
-@contextmanager
-def progress_bar(title: str) -> Iterator[Progress]:
-    """Show a bar on a terminal, nothing elsewhere, until the work is done."""
-    console = Console(stderr=True)
-    with Bar(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"),
-             TimeElapsedColumn(), console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(title, total=1.0)
-        yield lambda fraction, message: bar.update(task, completed=fraction, description=message or title)
 
 
 REMOVED = {  # what is a file in the call must be JSON as the REST description has it

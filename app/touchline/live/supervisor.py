@@ -12,8 +12,9 @@ from touchline.core.sentences import CHECK_STATE_TRY_AGAIN, FREE_MEMORY, SET_RES
 from touchline.core.statements import Sentence, say, stated
 from touchline.live import messages
 from touchline.live.messages import ProcessValues
+from touchline.processes.async_process import AsyncProcess
 from touchline.processes.framing import Message, decode_body
-from touchline.processes.start import AsyncProcess, Program
+from touchline.processes.start import Program
 from touchline.sources import Identity
 from touchline.vision.zones import LONG_S, Still
 

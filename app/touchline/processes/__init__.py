@@ -8,9 +8,9 @@ ready and ends when its parent's end of the socket closes. Its parent holds a `C
 `AsyncProcess` (for the event loop), and kills it where it misbehaves: what a stranger's picture, camera or job does to
 a child never harms the server.
 
-    start.py       Program, how a process is started from it, and the parent's side: for threads, which hold decoders
-                   and workers, and for the event loop, which holds cameras and scenes
-    child_main.py  the beginning of every child
-    framing.py     messages: HEADER and body, over a socket; refusals as they cross it
-    limits.py      memory, files and core dumps
+    start.py          Program, how a process is started from it, and the parent's side for threads: decoders, workers
+    child_main.py     the beginning of every child
+    framing.py        messages: HEADER and body, over a socket; refusals as they cross it
+    limits.py         memory, files and core dumps
+    async_process.py  the parent's side for the event loop: cameras, scenes
 """

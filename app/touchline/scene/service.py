@@ -18,8 +18,9 @@ from touchline.core.records import Calibration
 from touchline.core.sentences import CALIBRATE_AND_ACTIVATE, camera_not_calibrated
 from touchline.core.statements import say, stated
 from touchline.images import encode
+from touchline.processes.async_process import AsyncProcess
 from touchline.processes.framing import decode_body
-from touchline.processes.start import AsyncProcess, Program
+from touchline.processes.start import Program
 from touchline.scene import messages
 from touchline.services.container import Services
 from touchline.store.repository import LruCache
