@@ -27,6 +27,14 @@ from touchline.services.container import Services
 
 TAGS = re.compile(r'"[^"]*"')  # whether weak or not: of an answer to GET the same
 
+# What ends a header or a path, is no letter anywhere, or turns the reading direction and so hides a name's ending.
+UNSAFE = re.compile(r'[\x00-\x1f\x7f-\x9f/\\:*?"<>|\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]')
+MAX_LENGTH = 80  # characters: of four bytes each, with %-signs, still no header that a proxy would refuse
+END_LENGTH = 30
+API = "/api/v1"
+NO_STORE = {"Cache-Control": "no-store"}
+REVALIDATED = {"Cache-Control": "private, no-cache"}  # a browser keeps it, and asks each time whether it is still so
+
 
 def revalidated(asked: Headers, content: bytes, etag: str, media_type: str, headers: Mapping[str, str]) -> Response:
     """Return the content with its ETag; 304 without it where the If-None-Match of the request names that."""
@@ -36,15 +44,6 @@ def revalidated(asked: Headers, content: bytes, etag: str, media_type: str, head
         sent.pop("Content-Encoding", None)
         return Response(status_code=304, headers=sent)
     return Response(content, media_type=media_type, headers=sent)
-
-
-# What ends a header or a path, is no letter anywhere, or turns the reading direction and so hides a name's ending.
-UNSAFE = re.compile(r'[\x00-\x1f\x7f-\x9f/\\:*?"<>|\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]')
-MAX_LENGTH = 80  # characters: of four bytes each, with %-signs, still no header that a proxy would refuse
-END_LENGTH = 30
-API = "/api/v1"
-NO_STORE = {"Cache-Control": "no-store"}
-REVALIDATED = {"Cache-Control": "private, no-cache"}  # a browser keeps it, and asks each time whether it is still so
 
 
 def attachment(name: str) -> str:

@@ -16,6 +16,8 @@ from touchline.evaluate.report_types import SavedReport
 from touchline.store import snapshots
 from touchline.workflows.calibration import ModelParameters
 
+BINARY = "application/octet-stream"
+
 
 class Texts(BaseModel):
     """An object of texts, and what its sentences state beside them."""
@@ -59,7 +61,6 @@ def page_of(name: str, item: type) -> type[Answer]:
     return response(name, items=list_of(item), next_cursor=str | None)
 
 
-BINARY = "application/octet-stream"
 Responses = dict[int | str, JsonObject]
 
 

@@ -38,6 +38,13 @@ MAX_VIEWS = 1000
 MAX_CORNERS = 10_000  # in one view
 MAX_PADDED_CORNERS = 300_000  # views × corners of the fullest: 2000 views of a usual board, some hundred megabytes
 
+DETECTION_PX = 1600  # the longer side of the image in which corners are detected; at full size they are refined
+SLOW_DETECTION_PX = 1000  # the same for the slow detector, which takes seconds on more
+QUICK_DETECTION_PX = 800  # and for the quick search: 20 to 40 ms
+WINDOW_SQUARES = 0.35  # half a window in squares: inside the four squares even when they are seen at an angle
+MIN_HALF_WINDOW_PX, MAX_HALF_WINDOW_PX = 2, 16  # below: too few pixels; above, nothing more is gained
+MARKER_MARGIN = 0.9  # of the white rim around a marker: its black edge would draw the corner away
+
 
 @dataclass(frozen=True)
 class Board:
@@ -166,13 +173,6 @@ def _bad_board(what: str, fix: str) -> BadInput:
 
 
 Grey = NDArray[np.uint8]  # (h, w)
-
-DETECTION_PX = 1600  # the longer side of the image in which corners are detected; at full size they are refined
-SLOW_DETECTION_PX = 1000  # the same for the slow detector, which takes seconds on more
-QUICK_DETECTION_PX = 800  # and for the quick search: 20 to 40 ms
-WINDOW_SQUARES = 0.35  # half a window in squares: inside the four squares even when they are seen at an angle
-MIN_HALF_WINDOW_PX, MAX_HALF_WINDOW_PX = 2, 16  # below: too few pixels; above, nothing more is gained
-MARKER_MARGIN = 0.9  # of the white rim around a marker: its black edge would draw the corner away
 
 
 def find_board(pixels: Pixels, board: Board, name: str = "") -> BoardView | None:

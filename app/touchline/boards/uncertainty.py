@@ -44,6 +44,9 @@ MIN_VIEWS = 6  # of a cross-validation and a drift: halves of three are the leas
 MIN_DRIFT_SIGMAS = 5.0  # honest series in any order reach 3.1
 MIN_DRIFT = 0.002  # 1 px at an image's border; of 810 honest orders none shows more than 0.0016
 
+MIN_TILT_DEG = 12.0  # less is hardly a tilt: a board shows the focal length by its foreshortening, 1 - cos
+MIN_NEXT_CORNERS = 12  # fewer inside the image are no view
+
 
 def expected_over_picture(lens: Intrinsics) -> Array:
     """Return the expected error at ERROR_GRID over the image, (rows, columns) px."""
@@ -182,10 +185,6 @@ def _focal_change(fit: BoardFit, shape: Array) -> tuple[float, float]:
     variance_of_noise = np.sum(left**2) / max(fit.solution.freedom - 1, 1) / power
     variance_of_views = np.sum(np.sum(own * left, axis=1) ** 2) / power**2 * views / (views - 1)
     return change, float(np.sqrt(variance_of_noise + variance_of_views))
-
-
-MIN_TILT_DEG = 12.0  # less is hardly a tilt: a board shows the focal length by its foreshortening, 1 - cos
-MIN_NEXT_CORNERS = 12  # fewer inside the image are no view
 
 
 def tilts(fit: BoardFit) -> tuple[Array, tuple[str, ...]]:

@@ -36,6 +36,7 @@ USED = re.compile(r"\$\{([A-Za-z_]\w*)((?:\.\w[\w-]*)*)\}")
 NAMED = re.compile(r"([A-Za-z_]\w*)\s*=\s*(?=[A-Za-z]+\s+/)")
 WITH_JSON = re.compile(r'(\w+)\s+(\S+)\s+([{\[].*?)(?:\s+>\s+([^\s"\]}]+))?')  # needs no quotes of a shell
 FORM = "Write METHOD PATH [BODY…], such as GET /cameras."
+TOKEN = "TOUCHLINE_TOKEN"  # also the setting of the server itself
 
 
 @dataclass(frozen=True)
@@ -155,9 +156,6 @@ def _content_type(body: bytes) -> str:
     except (ValueError, RecursionError):
         return "application/json" if body.lstrip()[:1] in (b"{", b"[") else "application/octet-stream"
     return "application/json"
-
-
-TOKEN = "TOUCHLINE_TOKEN"  # also the setting of the server itself
 
 
 def call(

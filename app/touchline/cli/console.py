@@ -19,6 +19,22 @@ EXIT_CODES = ("Exit codes: 0 done; 1 internal error; 2 wrong command line; 3 the
               "field, settings); 4 a file, folder, port or network cannot be used; 5 report, check, call: the "
               "verdict is below --enough.")
 
+REMOVED = {  # what is a file in the call must be JSON as the REST description has it
+    "pair": "touchline call POST /pairs @pair.json",
+    "rig": "touchline call POST /rigs/NAME/check, or GET /rigs/NAME/stitched.png --out hall.png",
+    "straight": "touchline call POST /straightness @straightness.json",
+    "motion": "touchline call POST /motion film=FILM.mp4",
+    "publish": "touchline call --server URL PUT /publishing enabled=true",
+    "absorb": "touchline call --server URL GET /publishing/heard",
+    "detect": "touchline call POST /detections @detections.json",
+    "compare": "touchline call POST /calibrations/compare @compare.json",
+    "difference": "touchline call GET /calibrations/ID/difference/OTHER.json",
+    "uncertainty": "touchline call GET /calibrations/ID/uncertainty.json",
+    "scene": "touchline call GET /calibrations/ID/scene.html --out scene.html",
+    "batch": "the script of the help page Scripts in Python that calibrates every image of a folder",
+}
+HELP = "The help page Shell commands describes it under Removed commands."
+
 
 class FileTrouble(TouchlineError):
     """A file that cannot be read or written, or a port that is taken."""
@@ -61,23 +77,6 @@ def exit_below(enough: Enough, level: str | None) -> None:
 
 def say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
-
-
-REMOVED = {  # what is a file in the call must be JSON as the REST description has it
-    "pair": "touchline call POST /pairs @pair.json",
-    "rig": "touchline call POST /rigs/NAME/check, or GET /rigs/NAME/stitched.png --out hall.png",
-    "straight": "touchline call POST /straightness @straightness.json",
-    "motion": "touchline call POST /motion film=FILM.mp4",
-    "publish": "touchline call --server URL PUT /publishing enabled=true",
-    "absorb": "touchline call --server URL GET /publishing/heard",
-    "detect": "touchline call POST /detections @detections.json",
-    "compare": "touchline call POST /calibrations/compare @compare.json",
-    "difference": "touchline call GET /calibrations/ID/difference/OTHER.json",
-    "uncertainty": "touchline call GET /calibrations/ID/uncertainty.json",
-    "scene": "touchline call GET /calibrations/ID/scene.html --out scene.html",
-    "batch": "the script of the help page Scripts in Python that calibrates every image of a folder",
-}
-HELP = "The help page Shell commands describes it under Removed commands."
 
 
 def removed_command(name: str) -> TyperCommand:

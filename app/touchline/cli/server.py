@@ -25,6 +25,18 @@ FromOption = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="
                                                  "not running.")]
 ToOption = Annotated[Path, typer.Option("--data", metavar="DIR", help="An empty or new folder.")]
 
+# What straight lines look like before anybody has calibrated: a hall's cameras hang nearly straight, two of them share
+# half a field, and another league plays on a black table.
+DEMO_CAMERAS = (
+    {"id": "overhead", "name": "Overhead camera, barrel lens",
+     "source": "sim://ssl-div-b?region=half&lens=strong&tilt=5&roll=1.5&height=5000&robots=7&fps=10",
+     "field": "ssl-div-b", "region": "half"},
+    {"id": "east", "name": "East camera, tilted", "source": "sim://ssl-div-b?cameras=2&camera=1&lens=half&tilt=8&fps=10",
+     "field": "ssl-div-b", "region": "half-right"},
+    {"id": "table", "name": "Table camera, pincushion lens", "source": "sim://vsss-3v3?lens=pincushion&fps=10",
+     "field": "vsss-3v3", "region": "full"},
+)
+
 
 @contextmanager
 def stored(data: Path | None, config: Path | None) -> Iterator[tuple[Store, Settings]]:
@@ -76,18 +88,6 @@ PortOption = Annotated[int | None, typer.Option("--port", min=0, max=65535, help
 HostOption = Annotated[str | None, typer.Option("--host", help="Address to listen on. 127.0.0.1 requires no token.")]
 OpenOption = Annotated[bool, typer.Option("--open/--no-browser", help="Open the page in a browser.")]
 LogOption = Annotated[bool, typer.Option("--verbose", "-v", help="Log every request.")]
-
-# What straight lines look like before anybody has calibrated: a hall's cameras hang nearly straight, two of them share
-# half a field, and another league plays on a black table.
-DEMO_CAMERAS = (
-    {"id": "overhead", "name": "Overhead camera, barrel lens",
-     "source": "sim://ssl-div-b?region=half&lens=strong&tilt=5&roll=1.5&height=5000&robots=7&fps=10",
-     "field": "ssl-div-b", "region": "half"},
-    {"id": "east", "name": "East camera, tilted", "source": "sim://ssl-div-b?cameras=2&camera=1&lens=half&tilt=8&fps=10",
-     "field": "ssl-div-b", "region": "half-right"},
-    {"id": "table", "name": "Table camera, pincushion lens", "source": "sim://vsss-3v3?lens=pincushion&fps=10",
-     "field": "vsss-3v3", "region": "full"},
-)
 
 
 def serve(host: HostOption = None, port: PortOption = None, data: DataOption = None, config: ConfigOption = None,

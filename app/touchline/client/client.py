@@ -18,6 +18,12 @@ from touchline.core.jobs import Progress, error_of, no_progress
 
 HERE = "http://127.0.0.1"  # what the application is asked as, where there is no server
 TIMEOUT = httpx2.Timeout(120.0, connect=10.0)  # a call that fits or compares while its caller waits may take a minute
+API = "/api/v1"
+
+POINTS = "application/octet-stream"  # little-endian float64 pairs, as transform takes and answers them
+POLL_S = 0.05  # of a job that has just begun; each look waits a little longer
+MAX_POLL_S = 1.0
+SLOWER = 1.3
 
 
 @contextmanager
@@ -106,12 +112,7 @@ def _authorised(token: str | None) -> dict[str, str]:
     return {"Authorization": f"Bearer {token}"} if token else {}
 
 
-API = "/api/v1"
 Frame = Literal["image", "corrected", "field"]
-POINTS = "application/octet-stream"  # little-endian float64 pairs, as transform takes and answers them
-POLL_S = 0.05  # of a job that has just begun; each look waits a little longer
-MAX_POLL_S = 1.0
-SLOWER = 1.3
 
 
 class Client:

@@ -21,6 +21,12 @@ from touchline.core.statements import Stated
 
 LineJson = TypedDict("LineJson", {"name": str, "from": PointJson, "to": PointJson, "width_mm": float})
 
+BORDERS = ("left", "right", "top", "bottom")
+QUARTER_TURNS = (0, 90, 180, 270)
+DEFAULT_LINE_WIDTH_MM = 10.0
+LINE_SIGMA_MM = 3.0  # of painted lines about their places
+HAT_MM = 150.0  # where the pattern of a Small Size League robot is; other leagues' fields say theirs
+
 
 class ArcJson(TypedDict):
     name: str
@@ -61,11 +67,6 @@ class FieldJson(Stated):
 
 
 Point = tuple[float, float]
-BORDERS = ("left", "right", "top", "bottom")
-QUARTER_TURNS = (0, 90, 180, 270)
-DEFAULT_LINE_WIDTH_MM = 10.0
-LINE_SIGMA_MM = 3.0  # of painted lines about their places
-HAT_MM = 150.0  # where the pattern of a Small Size League robot is; other leagues' fields say theirs
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,16 @@ FIELD_CHANGED_FIX = say("field-change.calibrate-again",
                         "Calibrate it again from its saved points, then activate the new version.")
 SIZE = say("field-change.size", "its size")
 
+NAME = re.compile(r"[a-z0-9]+(?:-[a-z0-9]+)*")
+MAX_NAME = 64
+MAX_HAT_MM = 2000.0  # a grown-up humanoid
+MAX_LINE_SIGMA_MM = 200.0
+MIN_SIDE_MM, MAX_SIDE_MM = 100.0, 100_000.0  # a table top to a stadium
+MAX_MEMBERS = 500  # of each kind; the richest league field has 60
+SAME_MM = 0.01  # two ways to say one place may differ by this
+BESIDE = 0.05  # of half a side: a region's edge lies along its line, which may have been taped outside the field
+T = TypeVar("T")
+
 
 def field_changes(before: Mapping[str, Any], now: Mapping[str, Any], region: str,
                   observed: Iterable[Any]) -> tuple[str, ...]:
@@ -78,16 +88,6 @@ def changes_in_words(changes: Sequence[str]) -> Sentence:
     return names[0]
 
 
-NAME = re.compile(r"[a-z0-9]+(?:-[a-z0-9]+)*")
-MAX_NAME = 64
-MAX_HAT_MM = 2000.0  # a grown-up humanoid
-MAX_LINE_SIGMA_MM = 200.0
-MIN_SIDE_MM, MAX_SIDE_MM = 100.0, 100_000.0  # a table top to a stadium
-MAX_MEMBERS = 500  # of each kind; the richest league field has 60
-SAME_MM = 0.01  # two ways to say one place may differ by this
-BESIDE = 0.05  # of half a side: a region's edge lies along its line, which may have been taped outside the field
-
-T = TypeVar("T")
 Named = TypeVar("Named", Line, Arc, Landmark, Region)
 
 

@@ -22,6 +22,12 @@ from touchline.core.statements import STATEMENTS, join, say, sentence_in, stated
 
 Progress = Callable[[float, str], None]
 
+BY_STATUS = {kind.status: kind for kind in (
+    BadInput, ImageTooLarge, NotFound, Conflict, Stale, Busy, Unavailable, DiskFull)}
+PROBLEM_MEMBERS = ("reason", "title", "status", "detail", "fix", STATEMENTS)
+WAITING = say("job.waiting", "Waiting for its turn")
+STORED = {"run": "run", "spec": "spec", "saver": "keep", "context": "about", "durable": "lasts"}  # names in stored rows
+
 
 def no_progress(fraction: float, message: str) -> None:
     """Ignore progress."""
@@ -34,11 +40,6 @@ def subprogress(progress: Progress, start: float, end: float, title: str = "") -
 
 State = Literal["queued", "running", "done", "failed", "cancelled"]
 ENDED: tuple[State, ...] = ("done", "failed", "cancelled")
-BY_STATUS = {kind.status: kind for kind in (
-    BadInput, ImageTooLarge, NotFound, Conflict, Stale, Busy, Unavailable, DiskFull)}
-PROBLEM_MEMBERS = ("reason", "title", "status", "detail", "fix", STATEMENTS)
-WAITING = say("job.waiting", "Waiting for its turn")
-STORED = {"run": "run", "spec": "spec", "saver": "keep", "context": "about", "durable": "lasts"}  # names in stored rows
 
 
 class Caller(NamedTuple):

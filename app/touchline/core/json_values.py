@@ -33,6 +33,24 @@ PointsJson = list[PointJson | None]  # None: out of reach
 SizeJson = Annotated[list[int], Len(2, 2)]
 JsonObject = dict[str, Any]
 
+T = TypeVar("T")
+# What pydantic finds, in words; {…} is the limit that it states.
+FAULTS = {
+    "missing": "is missing", "extra_forbidden": "is unknown", "unexpected_keyword_argument": "is unknown",
+    "float_type": "is not a number", "finite_number": "is not a number", "int_type": "is not a whole number",
+    "string_type": "is not a text", "bool_type": "is neither true nor false", "literal_error": "is not {expected}",
+    "list_type": "is not a list", "tuple_type": "is not a list", "dict_type": "is not an object",
+    "dataclass_type": "is not an object", "model_type": "is not an object",
+    "greater_than_equal": "is less than {ge:g}", "less_than_equal": "is more than {le:g}",
+    "too_short": "has fewer than {min_length} entries", "too_long": "has more than {max_length} entries",
+    "string_too_short": "is too short", "string_too_long": "has more than {max_length} characters"}
+MAX_PLACE = 100  # characters
+
+MAX_TEXT = 400  # characters of a sentence; ours have 200
+MAX_NAME = 64
+MAX_OFFSET_MM = 1000.0
+IMPORTED = "Imported calibration. Its accuracy is unknown."  # the verdict of another program's file
+
 
 def number(value: Any) -> float | None:
     """A finite number, as a float; None for anything else."""
@@ -69,18 +87,6 @@ def nullable_points(points: Any) -> list[list[float] | None]:
     return [pair if ok else None for pair, ok in zip(pairs.tolist(), reachable.tolist(), strict=True)]
 
 
-T = TypeVar("T")
-# What pydantic finds, in words; {…} is the limit that it states.
-FAULTS = {
-    "missing": "is missing", "extra_forbidden": "is unknown", "unexpected_keyword_argument": "is unknown",
-    "float_type": "is not a number", "finite_number": "is not a number", "int_type": "is not a whole number",
-    "string_type": "is not a text", "bool_type": "is neither true nor false", "literal_error": "is not {expected}",
-    "list_type": "is not a list", "tuple_type": "is not a list", "dict_type": "is not an object",
-    "dataclass_type": "is not an object", "model_type": "is not an object",
-    "greater_than_equal": "is less than {ge:g}", "less_than_equal": "is more than {le:g}",
-    "too_short": "has fewer than {min_length} entries", "too_long": "has more than {max_length} entries",
-    "string_too_short": "is too short", "string_too_long": "has more than {max_length} characters"}
-MAX_PLACE = 100  # characters
 _adapters: "dict[type, TypeAdapter[Any]]" = {}  # made once: it takes a millisecond
 
 
@@ -112,11 +118,6 @@ def read(kind: type[T], value: Any, what: str, fix: str, reason: str) -> T:
         raise BadInput(f"{what}: {place} {fault}." if place else f"{what} {fault}.", fix, reason=reason) from None
     except ValueError:  # half a character, or a nesting without an end
         raise BadInput(f"{what} has an entry that JSON cannot hold.", fix, reason=reason) from None
-
-
-MAX_TEXT = 400  # characters of a sentence; ours have 200
-MAX_NAME = 64
-MAX_OFFSET_MM = 1000.0
 
 
 def text(value: Any, longest: int = MAX_TEXT) -> str | None:
@@ -167,8 +168,6 @@ def _centres(value: Any) -> Any:
     return {name: pair for name, mm in value.items() if isinstance(name, str)
             and (pair := _pair(mm)) is not None and max(map(abs, pair)) <= MAX_OFFSET_MM}
 
-
-IMPORTED = "Imported calibration. Its accuracy is unknown."  # the verdict of another program's file
 
 _BORDER = {"before_pct": _number, "after_pct": _number}
 _SIGMA = {"rms": _number, "median": _number}

@@ -122,31 +122,6 @@ AREAS = {
     "eighth-7": "outer top right eighth",
 }
 
-
-def marking_name(id: str) -> Sentence:
-    """Return the name of a border, line, arc or landmark, stated as "line.touch-line-top"; another's as plain text."""
-    return _name(id, MARKINGS, "line")
-
-
-def area_name(id: str) -> Sentence:
-    """Return the name of an area, stated as "area.half-left"; another's as plain text."""
-    return _name(id, AREAS, "area")
-
-
-def marking_names(ids: Sequence[str]) -> list[Sentence]:
-    return [marking_name(id) for id in ids]
-
-
-def _name(id: str, table: dict[str, str], part: str) -> Sentence:
-    return say(f"{part}.{id}", table[id]) if id in table else Sentence(id.replace("-", " ").replace("_", " "))
-
-
-def the_border(id: str | None) -> Sentence:
-    """Return "the left border", with its name as what it states; "the border" where it has no id."""
-    called = marking_name(id) if id else Sentence("border")
-    return Sentence(f"the {called}", called.statements)
-
-
 NOT_CALIBRATED = say("camera.not-calibrated", "This camera has no active calibration.")
 SENDS_NO_FRAMES = say("camera.sends-no-frames", "The camera sends no frames.")
 SENDS_NO_IMAGES = say("camera.sends-no-images", "The camera no longer sends images.")
@@ -174,6 +149,30 @@ TRY_WHEN_BACK = say("advice.try-when-back", "Try again when it is back.")
 TRIES_AGAIN = say("advice.tries-again", "Touchline tries again automatically. See the server log for the reason.")
 SERIES_MOVED = say("series.moved", "The camera moved while the images were taken.")
 SERIES_MOVED_FIX = say("series.moved.fix", "Fix the camera, then take the images again.")
+
+
+def marking_name(id: str) -> Sentence:
+    """Return the name of a border, line, arc or landmark, stated as "line.touch-line-top"; another's as plain text."""
+    return _name(id, MARKINGS, "line")
+
+
+def area_name(id: str) -> Sentence:
+    """Return the name of an area, stated as "area.half-left"; another's as plain text."""
+    return _name(id, AREAS, "area")
+
+
+def marking_names(ids: Sequence[str]) -> list[Sentence]:
+    return [marking_name(id) for id in ids]
+
+
+def _name(id: str, table: dict[str, str], part: str) -> Sentence:
+    return say(f"{part}.{id}", table[id]) if id in table else Sentence(id.replace("-", " ").replace("_", " "))
+
+
+def the_border(id: str | None) -> Sentence:
+    """Return "the left border", with its name as what it states; "the border" where it has no id."""
+    called = marking_name(id) if id else Sentence("border")
+    return Sentence(f"the {called}", called.statements)
 
 
 def install_package(name: str) -> Sentence:

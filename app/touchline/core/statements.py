@@ -17,6 +17,9 @@ MIN_PLAIN = 1e-6  # below it noughts are no longer counted: 3.1 × 10⁻⁸
 MAX_PLAIN = 1e6
 MIN_SIGMA = 1e-300  # a σ below it is none
 
+STATEMENTS = "statements"  # the entry beside the sentences
+MAX_STATEMENTS = 20  # of an entry, as read from a file
+
 
 def format_number(value: float, digits: int = 2) -> str:
     """With that many significant digits, whole parts in full: 0.26, 1.5, 124, −0.000064, 3.1 × 10⁻⁸."""
@@ -63,9 +66,6 @@ def sentence(text: str) -> str:
     """A sentence that may begin with a name we gave, "image 3" or "view 3"; a file's name stays as it is written."""
     return re.sub(r"\A(?:image|picture|view)(?= \d)", lambda name: name[0].capitalize(), text)
 
-
-STATEMENTS = "statements"  # the entry beside the sentences
-MAX_STATEMENTS = 20  # of an entry, as read from a file
 
 Record = TypeVar("Record", bound=Mapping[str, Any])
 

@@ -19,6 +19,9 @@ from touchline.detection.profile import NAMES
 from touchline.detection.records import Detection
 from touchline.detection.stages import FrameState, Picture, Stage
 
+_HAT_MM = 75.0  # from a robot's middle: no ball is seen there
+_SHARP = 40.0  # grey levels a pixel at the rim of a ball in a sharp picture
+
 
 class Markers(Stage):
     NAME: ClassVar = "markers"
@@ -43,10 +46,6 @@ class Markers(Stage):
         return state.with_found(*(Detection(
             "marker", (float(blobs.middle[i, 0]), float(blobs.middle[i, 1])), teams[int(blobs.colour[i])], z_mm=z_mm,
             confidence=float(blobs.roundness[i]), area_px=float(blobs.area[i])) for i in good))
-
-
-_HAT_MM = 75.0  # from a robot's middle: no ball is seen there
-_SHARP = 40.0  # grey levels a pixel at the rim of a ball in a sharp picture
 
 
 class FindBall(Stage):

@@ -32,6 +32,10 @@ Covariance = tuple[tuple[float, float], tuple[float, float]]
 _KEYS = {"kind", "team", "id", "pixel", "x_mm", "y_mm", "z_mm", "orientation_deg", "confidence", "covariance_mm2",
          "orientation_sigma_deg", "area_px", "on_carpet"}
 _FORM = "Give the result of to_json of a detection."
+MAX_PER_KIND = 100  # of a kind: a datagram must hold them
+
+_STEP_PX = 1.0
+_GRID = (33, 25)
 
 
 @dataclass(frozen=True)
@@ -135,9 +139,6 @@ def _refused(what: str) -> BadInput:
     return BadInput(what, _FORM, reason="bad-detections")
 
 
-MAX_PER_KIND = 100  # of a kind: a datagram must hold them
-
-
 def detection_packet(detections: Detections, camera_number: int, sent_s: float) -> bytes:
     """Return the datagram of a frame.
 
@@ -167,8 +168,6 @@ def _robot(item: Detection, x_mm: float, y_mm: float) -> SSL_DetectionRobot:
 
 
 Jacobians = NDArray[np.float64]  # (n, 2, 2)
-_STEP_PX = 1.0
-_GRID = (33, 25)
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,6 +34,10 @@ from touchline.evaluate.verdict import FAIR_MM
 from touchline.models import CameraModel, RayModel, field_from_raw, model_of, raw_from_field
 
 COARSE, FINE = 96, 40  # cells along the longer side: to find the shared part, and to draw it
+MIN_AT_HEIGHT = 10  # measures, two of a match: a shift, a turn and a scale with something left over
+
+NEAR_MM = 400.0  # so far from a measure the map rests on it
+TWO = 2  # directions of the carpet
 
 
 class AreaMap(TypedDict):
@@ -91,8 +95,6 @@ def _seen_by_both(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: Ima
     return SharedArea(x, y, both)
 
 
-MIN_AT_HEIGHT = 10  # measures, two of a match: a shift, a turn and a scale with something left over
-
 ExpectedAt = Callable[[Points], Array]  # of places (…, 2) mm at hat height: the error to expect there (…,) mm
 HatFrom = Literal["carpet", "matches", "expected"]
 HatUnknown = Literal["no-rays", "no-covariance", "not-seen"]
@@ -149,10 +151,6 @@ def apart_at_tops(a: CameraModel, b: CameraModel, z_mm: float, places: Points, c
     if one is None or other is None:
         return None, None, "no-covariance"
     return np.sqrt(carried**2 + one(places) ** 2 + other(places) ** 2), "expected", None
-
-
-NEAR_MM = 400.0  # so far from a measure the map rests on it
-TWO = 2  # directions of the carpet
 
 
 class PlaneDifference(TypedDict):

@@ -23,6 +23,28 @@ State = Literal["held", "refuted", "not-tested"]
 Gate = Literal["ready", "not-tested", "problems"]
 Cure = Literal["points", "model", "camera", "versions", "pair", "drift", "images", "rig", "publishing", ""]
 
+LENS_SAME_PX = 2.0  # two fits of one lens to other points differ by about a pixel near the image's corners
+MIN_LENS_PX, MIN_LENS_SHARE = 0.1, 0.01  # no figure is better than that
+SAME_MM = 1.0  # less than what two calibrations from two images of one camera differ by
+
+FIT = ("residuals", "covariance")
+WRONG_LENS = {"lens-ends": say("claim.model.ends", "The lens model does not cover the whole field"),
+              "another-lens": say("claim.model.contradicted", "Another lens model contradicts this one"),
+              "residuals-too-large": say("claim.model.residuals", "The lens model does not fit the points")}
+UNUSUAL_LENS = ("unusual-principal-point", "unusual-aspect", "unusual-focal-length")
+WRONG_HEIGHT = {
+    "implausible-camera": say("claim.height.implausible", "The camera height is implausible"),
+    "height-contradicted": say("claim.height.contradicted", "The points contradict the entered camera height"),
+    "unusual-height": say("claim.height.unusual", "The camera height is unusual")}
+ACCURACY = {"good": say("claim.accuracy.good", "Accurate on the carpet"),
+            "fair": say("claim.accuracy.fair", "Usable accuracy on the carpet"),
+            "poor": say("claim.accuracy.poor", "Not accurate enough on the carpet")}
+TOPS = {"good": say("claim.tops.good", "Accurate at robot tops"),
+        "fair": say("claim.tops.fair", "Usable accuracy at robot tops"),
+        "poor": say("claim.tops.poor", "Not accurate enough at robot tops")}
+ADD_POINTS = say("claim.accuracy.fix", "Add points on lines inside the field, or use another lens model.")
+ENTER_HEIGHT = say("claim.height.fix", "Measure the camera height and enter it.")
+
 
 class ClaimFigure(TypedDict):
     """A length that a claim is about; at_most: whether it is a bound."""
@@ -121,11 +143,6 @@ def problems(claims: Iterable[Claim], despite: Iterable[str] = ()) -> tuple[Clai
     return tuple(claim for claim in claims if claim.is_problem and claim.code not in accepted)
 
 
-LENS_SAME_PX = 2.0  # two fits of one lens to other points differ by about a pixel near the image's corners
-MIN_LENS_PX, MIN_LENS_SHARE = 0.1, 0.01  # no figure is better than that
-SAME_MM = 1.0  # less than what two calibrations from two images of one camera differ by
-
-
 def difference_claims(found: Mapping[str, Any], former: int) -> list[Claim]:
     """Return how a version differs from the active one. found: a Difference; former: the active one's number."""
     claims, lens = [], found["lens"]
@@ -154,25 +171,6 @@ def difference_claims(found: Mapping[str, Any], former: int) -> list[Claim]:
         "claim.difference.worst", "Median difference. Largest: {mm:.1f} mm.", mm=largest), tried=("active-version",),
         figure=mm(median)))
     return claims
-
-
-FIT = ("residuals", "covariance")
-WRONG_LENS = {"lens-ends": say("claim.model.ends", "The lens model does not cover the whole field"),
-              "another-lens": say("claim.model.contradicted", "Another lens model contradicts this one"),
-              "residuals-too-large": say("claim.model.residuals", "The lens model does not fit the points")}
-UNUSUAL_LENS = ("unusual-principal-point", "unusual-aspect", "unusual-focal-length")
-WRONG_HEIGHT = {
-    "implausible-camera": say("claim.height.implausible", "The camera height is implausible"),
-    "height-contradicted": say("claim.height.contradicted", "The points contradict the entered camera height"),
-    "unusual-height": say("claim.height.unusual", "The camera height is unusual")}
-ACCURACY = {"good": say("claim.accuracy.good", "Accurate on the carpet"),
-            "fair": say("claim.accuracy.fair", "Usable accuracy on the carpet"),
-            "poor": say("claim.accuracy.poor", "Not accurate enough on the carpet")}
-TOPS = {"good": say("claim.tops.good", "Accurate at robot tops"),
-        "fair": say("claim.tops.fair", "Usable accuracy at robot tops"),
-        "poor": say("claim.tops.poor", "Not accurate enough at robot tops")}
-ADD_POINTS = say("claim.accuracy.fix", "Add points on lines inside the field, or use another lens model.")
-ENTER_HEIGHT = say("claim.height.fix", "Measure the camera height and enter it.")
 
 
 def report_claims(calibration: Calibration) -> list[Claim]:

@@ -27,6 +27,11 @@ from touchline.models.ray_camera import RayCamera
 
 GRID = (25, 19)  # columns, rows over the region
 
+FREER = ("brown-conrady", "fisheye")
+MIN_TERMS = 2  # of a lens that can bend as real ones do
+EXPLAINS, EXPLAINS_PX = 3.0, 1.0  # how much worse than another model a reference may fit the points
+OWN = ("terms", "lens", "lens_sigma")  # options that are about one lens
+
 
 class DifferenceGrid(TypedDict):
     """By rows and columns: places in field mm, and how far apart the two have them, None out of reach."""
@@ -93,12 +98,6 @@ def _lens_json(one: CameraModel, other: CameraModel) -> LensDifference | None:
     px = np.linalg.norm(lens_difference(camera_intrinsics(one), camera_intrinsics(other)), axis=-1)
     return {"focal_ratio": other.focal_px / one.focal_px,
             "max_px": float(np.nanmax(px)) if np.isfinite(px).any() else None}
-
-
-FREER = ("brown-conrady", "fisheye")
-MIN_TERMS = 2  # of a lens that can bend as real ones do
-EXPLAINS, EXPLAINS_PX = 3.0, 1.0  # how much worse than another model a reference may fit the points
-OWN = ("terms", "lens", "lens_sigma")  # options that are about one lens
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,17 @@ GROUPS = {"log_focal": "focal length", "aspect": "pixel aspect", "centre_x": "le
 NAMES = {part: say(f"parameter.{part.replace(' ', '-')}", part) for part in (
     *GROUPS.values(), "lens", "perspective")}
 
+CANDIDATES_PER_FEATURE = 25
+CLICK_MARGIN_PX = 4.0  # clicks on the picture's very edge are rare
+
+SAMPLES = 400
+LINE_MARGIN_PX = 6.0  # a line is not looked for where its background ends with the picture
+ENDS = 0.03  # of the part that is seen: corners belong to two lines
+STEP_MM = 5.0
+MIN_POINTS = 5  # so many tell which of them is a stray
+STRAY_PX = 1.0
+BEND = 3  # degree of how far a fit may be off along one line
+
 
 @dataclass(frozen=True)
 class WeakDirection:
@@ -115,10 +126,6 @@ def _not_determined(parts: tuple[str, ...], cost: Sentence) -> Sentence:
                "{cost}.", parts=others, last=last, cost=cost)
 
 
-CANDIDATES_PER_FEATURE = 25
-CLICK_MARGIN_PX = 4.0  # clicks on the picture's very edge are rare
-
-
 def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSize, click_sigma_px: float,
                     ) -> NextClick | None:
     """The best of many places along all the field's lines and arcs: {"feature", "point" px, "worst_mm",
@@ -190,15 +197,6 @@ def _pixels(fit: Fit, places: Points) -> Points:
 def _across(ahead: Points, moved: Points) -> Array:
     """How far (n,) something moves across a line that runs ahead (n, 2)."""
     return (ahead[:, 0] * moved[:, 1] - ahead[:, 1] * moved[:, 0]) / np.linalg.norm(ahead, axis=1)
-
-
-SAMPLES = 400
-LINE_MARGIN_PX = 6.0  # a line is not looked for where its background ends with the picture
-ENDS = 0.03  # of the part that is seen: corners belong to two lines
-STEP_MM = 5.0
-MIN_POINTS = 5  # so many tell which of them is a stray
-STRAY_PX = 1.0
-BEND = 3  # degree of how far a fit may be off along one line
 
 
 def line_hints(model: CameraModel, feature: Feature, field: Field, region: Region, points: Points,

@@ -32,6 +32,15 @@ from touchline.models import CameraModel, RayModel, field_from_raw
 MAX_HEIGHT_MM = 400.0
 SAME_MM = 1.0  # two cameras may call one line by two names: a border of theirs, or the field's
 
+PRIOR_MM = 300.0  # one standard deviation of any disagreement
+MIN_MEASURES = (1, 10, 20)  # of degree 0, 1 and 2
+WITHIN_CHANCE = 1.1
+NOISE_MM = 0.3  # the least that a measure may claim
+KNOWN_MM = 5.0  # one standard deviation: a worse known disagreement is not known
+KNOWN_SHARE = 0.3  # of the disagreement itself, where that is large
+CUT = 4.7  # Tukey's, times the scale
+ROUNDS = 10
+
 
 @dataclass(frozen=True, eq=False)
 class OffsetMeasurements:
@@ -198,16 +207,6 @@ def _shared(tracks: list[tuple[Array, Array]]) -> tuple[Array, Array, Array]:
     s = np.sort(np.concatenate([s_a, s_b]))
     s = s[(s >= max(s_a[0], s_b[0])) & (s <= min(s_a[-1], s_b[-1]))]
     return s, np.interp(s, s_a, off_a), np.interp(s, s_b, off_b)
-
-
-PRIOR_MM = 300.0  # one standard deviation of any disagreement
-MIN_MEASURES = (1, 10, 20)  # of degree 0, 1 and 2
-WITHIN_CHANCE = 1.1
-NOISE_MM = 0.3  # the least that a measure may claim
-KNOWN_MM = 5.0  # one standard deviation: a worse known disagreement is not known
-KNOWN_SHARE = 0.3  # of the disagreement itself, where that is large
-CUT = 4.7  # Tukey's, times the scale
-ROUNDS = 10
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,6 +24,9 @@ EXCHANGE = say("claim.images.exchanged.fix", "Exchange the cables or the address
 Shown = Literal["own", "other", "unknown"]
 Found = Literal["apart", "unknown", "address", "image", "first", "second"]  # the last two: it shows the other's
 
+BROKEN = ("offline", "stalled", "mismatch")
+STEADY = "steady"
+
 
 @dataclass(frozen=True)
 class CameraImage:
@@ -117,10 +120,6 @@ def shows(a: str, b: str) -> Sentence:
 
 def _refuted(title: Sentence, evidence: Sentence, fix: Sentence, camera: str) -> Claim:
     return Claim(CODE, "refuted", title, evidence, fix, TRIED, True, cure="camera", camera=camera)
-
-
-BROKEN = ("offline", "stalled", "mismatch")
-STEADY = "steady"
 
 
 @dataclass(frozen=True)

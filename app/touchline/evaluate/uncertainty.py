@@ -40,6 +40,12 @@ MAX_VARIANCE = 1e18  # a σ of 10⁹ px, mm or rad: a larger one overflows in pr
 ASYMMETRY = 1e-6  # of the correlations; rounding leaves 1e-12
 NEGATIVE = -1e-6  # of the correlations' least value, likewise
 
+GRID = (13, 11)  # columns, rows over the region
+QUANTILE_95 = 1.6449  # of the normal distribution
+
+MARGIN = 0.01  # of the picture's diagonal: so much further out the lens must still reach
+HALVINGS = 20
+
 
 def covariance_from_json(value: Any, model: CameraModel) -> tuple[tuple[str, ...], NDArray[np.float64]]:
     """Names and their matrix (n, n) from a report's "covariance"; Conflict where it is not that model's."""
@@ -95,10 +101,6 @@ def _is_covariance(matrix: NDArray[np.float64]) -> bool:
     correlation = matrix / np.outer(scale, scale)
     symmetric = bool(np.abs(correlation - correlation.T).max() <= ASYMMETRY)
     return symmetric and bool(np.linalg.eigvalsh((correlation + correlation.T) / 2)[0] >= NEGATIVE)
-
-
-GRID = (13, 11)  # columns, rows over the region
-QUANTILE_95 = 1.6449  # of the normal distribution
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,10 +203,6 @@ def sigma_report(fit: Fit, region: Region, hat_mm: float, height_is_known: bool,
         hat["known"] = tops_are_known(hat["rms"], height_is_known)
         report["hat"] = hat
     return report
-
-
-MARGIN = 0.01  # of the picture's diagonal: so much further out the lens must still reach
-HALVINGS = 20
 
 
 def reach_warnings(model: CameraModel, region: Region, hat_height_mm: float) -> list[Warning]:

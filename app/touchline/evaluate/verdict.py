@@ -20,6 +20,12 @@ BEST_LEVEL: Mapping[str, Level] = {
     "misplaced-lines": "fair"}
 GRID = 9  # places each way over the region
 
+GOOD_MM = 5.0  # a ball is 43 mm wide; strategy code does not notice less
+FAIR_MM = 15.0  # robots still meet the ball
+LEFT_OUT = 2.0  # how much worse a lens predicts whole borders that it has not seen
+SURE = 1.5  # an expected error's level is that of what it keeps in 95 of 100 fits, over this: 7.5 and 22.5 mm
+LEVELS: tuple[Level, ...] = ("good", "fair", "poor")
+
 
 @dataclass(frozen=True)
 class Doubt:
@@ -45,13 +51,6 @@ def scale_error_mm(height: HeightJson | None, region: Region) -> float:
         return 0.0
     x, y = np.meshgrid(np.linspace(*region.x_mm, GRID), np.linspace(*region.y_mm, GRID))
     return abs(height["entered_mm"] / height["points_mm"] - 1) * root_mean_square(np.hypot(x, y))
-
-
-GOOD_MM = 5.0  # a ball is 43 mm wide; strategy code does not notice less
-FAIR_MM = 15.0  # robots still meet the ball
-LEFT_OUT = 2.0  # how much worse a lens predicts whole borders that it has not seen
-SURE = 1.5  # an expected error's level is that of what it keeps in 95 of 100 fits, over this: 7.5 and 22.5 mm
-LEVELS: tuple[Level, ...] = ("good", "fair", "poor")
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,43 @@ RECTANGLE_OPTIONS: tuple[Option, ...] = (
     Option("n_rectangles_y", "int", None, "Rectangles between the top and the bottom border.", (1, 1000)),
 )
 
+LINE_SIGMA = Option("line_sigma_mm", "float", None,
+                    "How far the painted lines may be from their nominal position. Empty: estimated from the image, "
+                    "starting from the field's own value; 0 treats them as exact.",
+                    (0, 200), "mm")
+CLICK_SIGMAS_PX = (0.01, 20)
+CLICK_SIGMA = Option("click_sigma_px", "float", None, "How accurate the points are. Empty: estimated from the points.",
+                     CLICK_SIGMAS_PX, "px")
+COMMON_OPTIONS: tuple[Option, ...] = (
+    *RECTANGLE_OPTIONS,
+    Option("robust", "bool", True, "List outliers and exclude them from the fit."),
+)
+
+RAY_OPTIONS: tuple[Option, ...] = (
+    Option("height_mm", "value-and-sigma", None,
+           "The measured camera height above the carpet, and its uncertainty. It separates focal length and height.",
+           (100, 50_000), "mm"),
+    Option("lens", "calibration", None,
+           "A calibration or board calibration whose lens is used; the field determines the pose."),
+    Option("lens_sigma", "choice", None, "0 fixes that lens; own allows its own uncertainty.",
+           choices=("0", "own")),
+    LINE_SIGMA,
+    CLICK_SIGMA,
+    Option("centre_sigma_px", "float", None,
+           "How far the principal point may be from the image centre. Empty: 1.2 % of the width; 0 fixes it there.",
+           (0, 500), "px"),
+    Option("aspect_sigma", "float", None,
+           "How far the pixel aspect ratio may be from 1. Empty: 0.002, or 0 for SSL; 0 fixes it.", (0, 0.2), ""),
+    *COMMON_OPTIONS,
+)
+
+TERMS_OPTION = Option("terms", "terms-or-auto", "auto",
+                      "Which terms to estimate; auto uses the terms that the points support.")
+
+SAME_PLACE_PX = 0.5  # two clicks closer than this are one
+MAX_CLICKED = 1000  # more come from a detector, whose spacing is its own
+DRAG = say("warning.outlier.fix", "Drag it onto the line, or remove it.")
+
 
 def corrected_rectangle(settings: Mapping[str, Any], region: Region,
                         image_size: ImageSize) -> tuple[float, float, int, int]:
@@ -98,44 +135,6 @@ class Fitter(ABC):
         return None
 
 
-LINE_SIGMA = Option("line_sigma_mm", "float", None,
-                    "How far the painted lines may be from their nominal position. Empty: estimated from the image, "
-                    "starting from the field's own value; 0 treats them as exact.",
-                    (0, 200), "mm")
-CLICK_SIGMAS_PX = (0.01, 20)
-CLICK_SIGMA = Option("click_sigma_px", "float", None, "How accurate the points are. Empty: estimated from the points.",
-                     CLICK_SIGMAS_PX, "px")
-COMMON_OPTIONS: tuple[Option, ...] = (
-    *RECTANGLE_OPTIONS,
-    Option("robust", "bool", True, "List outliers and exclude them from the fit."),
-)
-
-RAY_OPTIONS: tuple[Option, ...] = (
-    Option("height_mm", "value-and-sigma", None,
-           "The measured camera height above the carpet, and its uncertainty. It separates focal length and height.",
-           (100, 50_000), "mm"),
-    Option("lens", "calibration", None,
-           "A calibration or board calibration whose lens is used; the field determines the pose."),
-    Option("lens_sigma", "choice", None, "0 fixes that lens; own allows its own uncertainty.",
-           choices=("0", "own")),
-    LINE_SIGMA,
-    CLICK_SIGMA,
-    Option("centre_sigma_px", "float", None,
-           "How far the principal point may be from the image centre. Empty: 1.2 % of the width; 0 fixes it there.",
-           (0, 500), "px"),
-    Option("aspect_sigma", "float", None,
-           "How far the pixel aspect ratio may be from 1. Empty: 0.002, or 0 for SSL; 0 fixes it.", (0, 0.2), ""),
-    *COMMON_OPTIONS,
-)
-
-TERMS_OPTION = Option("terms", "terms-or-auto", "auto",
-                      "Which terms to estimate; auto uses the terms that the points support.")
-
-
-SAME_PLACE_PX = 0.5  # two clicks closer than this are one
-MAX_CLICKED = 1000  # more come from a detector, whose spacing is its own
-
-
 def first_of_each_place(points: Points) -> Indices:
     """Return for each point (n, 2) px the number of the first one at its place, its own in most cases.
 
@@ -180,9 +179,6 @@ def outlier_warnings(observations: Observations, owners: Indices, inliers: Mask,
     return [outlier_warning(observations, i, k, say("outlier.predicted", "is {px:.1f} px from its predicted position",
                                                     px=abs(px)))
             for (i, k), fine, px in zip(owners, inliers, pixels, strict=True) if not fine]
-
-
-DRAG = say("warning.outlier.fix", "Drag it onto the line, or remove it.")
 
 
 def outlier_warning(observations: Observations, i: int, k: int, where: Sentence, fix: Sentence = DRAG) -> Warning:

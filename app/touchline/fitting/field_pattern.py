@@ -12,6 +12,9 @@ from touchline.core.geometry import Array, ImageSize, Indices, Mask, Points, ins
 
 REACH = 1.0  # of the region's size, beyond its border: what a camera over it may see as well
 
+MARGIN_PX = 6.0
+FINE_MM_SHARE = 1 / 400  # of the field's length, between the places that are tried
+
 
 @dataclass(frozen=True, eq=False)
 class FieldPattern:
@@ -78,10 +81,6 @@ def is_half_turn_symmetric(field: Field) -> bool:
                       (*(np.round(sign * np.array(m.centre), 3) + 0.0), m.radius_mm))
         return found
     return places(1) == places(-1)
-
-
-MARGIN_PX = 6.0
-FINE_MM_SHARE = 1 / 400  # of the field's length, between the places that are tried
 
 
 @dataclass(frozen=True, eq=False)

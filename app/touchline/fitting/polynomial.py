@@ -32,6 +32,9 @@ MAX_AUTO_DEGREE = 3  # what section III-B used; more follows the clicks
 Place = tuple[int, int]  # (observation, point)
 _Known = tuple[float, float, int, int]  # share of I_width or I_height, share of the field, and whose
 
+MIN_HULL_SHARE = 0.01  # of the picture; clicks that enclose less are on one line
+EXTRAPOLATED_SHARE = 0.08  # of a border's length; a curve past its last click is not accepted further
+
 
 class Relation(NamedTuple):
     """u = across[0] + across[1]·x_c; v = Σ down[k] (y_c / I_height)^k; and how they came about."""
@@ -120,10 +123,6 @@ def _fit_curve(rows: list[_Known], degree: int) -> tuple[Array, set[Place]]:
             break
         keep[worst] = False
     return coefficients, {rows[i][2:] for i in np.flatnonzero(~keep)}
-
-
-MIN_HULL_SHARE = 0.01  # of the picture; clicks that enclose less are on one line
-EXTRAPOLATED_SHARE = 0.08  # of a border's length; a curve past its last click is not accepted further
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from touchline.fitting.ray_camera.parameters import RayCameraParameters
 from touchline.models.homography import Homography, normalise
 
 ENTRIES = tuple((i, j) for i in range(3) for j in range(3))[:8]
+EDGE_ON = 1e-9  # a plane is seen from its edge where it is this much shorter one way than the other
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +87,6 @@ class HomographyParameters:
         lifted = homogeneous(pixels)
         field = lifted @ np.linalg.inv(self.raw_from_unit @ self.unit_from_field).T
         return field[:, :2] / field[:, 2:]
-
-
-EDGE_ON = 1e-9  # a plane is seen from its edge where it is this much shorter one way than the other
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,10 @@ NO_WORSE = 1.05  # a lens with fewer terms is preferred unless richer ones are n
 NO_WORSE_MM = 1e-6
 TERM_LADDER = (("k1", "k2"), ("k1", "k2", "p1", "p2"), ("k1", "k2", "p1", "p2", "k3"))  # before a lens's all
 
+MARK = re.compile(rb"^# touchline: ([^\r\n]*)", re.MULTILINE)
+HEAD_BYTES = 8192
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+
 
 @dataclass(frozen=True)
 class ExportCamera:
@@ -98,11 +102,6 @@ def _cannot_hold(model: CameraModel, format: Format) -> Conflict:
     return Conflict(f"{format.title} cannot represent {why} ({model.TITLE}, {', '.join(model.LENS.TERMS)}).",
                     f"Fit {known} to the same points, or use approximate=true: the nearest lens over the covered "
                     "area, with its error in mm.", reason="format-cannot-hold")
-
-
-MARK = re.compile(rb"^# touchline: ([^\r\n]*)", re.MULTILINE)
-HEAD_BYTES = 8192
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,9 @@ from touchline.models.rotation import matrix_from_vector
 LENSES = {"brown-conrady": TERMS}
 LENSES_WITH_FISHEYE = {**LENSES, "fisheye": FISHEYE_TERMS}
 
+MAX_FOCAL_PX = 1e6
+NO_METADATA = Metadata()
+
 
 def intrinsics_of(camera: RayCamera) -> tuple[float, float, float, float]:
     """Return fx, fy, cx, cy in px."""
@@ -68,10 +71,6 @@ def lens_from_terms(terms: tuple[float, ...], at: str, fisheye: bool = False) ->
         raise format_error(f"{at} has terms beyond k6 (thin prism or tilt), which are not supported.",
                            "Calibrate with at most eight terms.")
     return "brown-conrady", (*terms[:len(TERMS)], *(0.0,) * (len(TERMS) - len(terms)))
-
-
-MAX_FOCAL_PX = 1e6
-NO_METADATA = Metadata()
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,25 @@ from touchline.ssl_protocol.ssl_vision_pb2 import (
 SAME_MM = 0.5  # they send whole millimetres, and floats of four bytes
 WHOLE_TURN = 2 * np.pi - 1e-3  # some send 6.283185
 
+NAMES = {  # ours: theirs, which names its shape as well
+    "touch-line-top": "TopTouchLine",
+    "touch-line-bottom": "BottomTouchLine",
+    "goal-line-left": "LeftGoalLine",
+    "goal-line-right": "RightGoalLine",
+    "halfway-line": "HalfwayLine",
+    "centre-line": "CenterLine",
+    "defence-left-front": "LeftPenaltyStretch",
+    "defence-right-front": "RightPenaltyStretch",
+    "defence-left-bottom": "LeftFieldLeftPenaltyStretch",
+    "defence-left-top": "LeftFieldRightPenaltyStretch",
+    "defence-right-top": "RightFieldLeftPenaltyStretch",
+    "defence-right-bottom": "RightFieldRightPenaltyStretch",
+    "centre-circle": "CenterCircle",
+}
+OURS = {theirs: ours for ours, theirs in NAMES.items()}
+DEFENCE_SIDE = re.compile(r"defence-(left|right)-(top|bottom)")
+GOAL_MM = {"width_mm": 1000, "depth_mm": 180, "height_mm": 160}  # where a field has none: required on the wire
+
 
 def known_field(sent: SSL_GeometryFieldSize, known: Iterable[Field]) -> Field | None:
     """Return the field of the same size whose markings are those of the message, or None.
@@ -86,26 +105,6 @@ def _arcs(arcs: list[tuple[float, ...]]) -> Array:
     part = np.where(np.abs(end - start) < WHOLE_TURN, radius, 0.0)
     return np.stack([x, y, radius, part * np.cos(start), part * np.sin(start), part * np.cos(end), part * np.sin(end)],
                     axis=-1)
-
-
-NAMES = {  # ours: theirs, which names its shape as well
-    "touch-line-top": "TopTouchLine",
-    "touch-line-bottom": "BottomTouchLine",
-    "goal-line-left": "LeftGoalLine",
-    "goal-line-right": "RightGoalLine",
-    "halfway-line": "HalfwayLine",
-    "centre-line": "CenterLine",
-    "defence-left-front": "LeftPenaltyStretch",
-    "defence-right-front": "RightPenaltyStretch",
-    "defence-left-bottom": "LeftFieldLeftPenaltyStretch",
-    "defence-left-top": "LeftFieldRightPenaltyStretch",
-    "defence-right-top": "RightFieldLeftPenaltyStretch",
-    "defence-right-bottom": "RightFieldRightPenaltyStretch",
-    "centre-circle": "CenterCircle",
-}
-OURS = {theirs: ours for ours, theirs in NAMES.items()}
-DEFENCE_SIDE = re.compile(r"defence-(left|right)-(top|bottom)")
-GOAL_MM = {"width_mm": 1000, "depth_mm": 180, "height_mm": 160}  # where a field has none: required on the wire
 
 
 def field_to_wire(field: Field) -> SSL_GeometryFieldSize:

@@ -21,6 +21,9 @@ from touchline.images.screen import screen
 # libjpeg leaves out what a smaller picture does not show: an eighth costs a third of the whole
 REDUCED = ((8, cv2.IMREAD_REDUCED_COLOR_8), (4, cv2.IMREAD_REDUCED_COLOR_4), (2, cv2.IMREAD_REDUCED_COLOR_2))
 
+ENCODED_MEDIA_TYPES = {"png": "image/png", "jpg": "image/jpeg"}
+PNG_COMPRESSION = 3  # of 9; a third slower files for a fifth of the bytes gained beyond it
+
 
 def decode_in_process(data: bytes, limits: ImageLimits = DEFAULT_LIMITS) -> Frame:
     """Screened like any picture, then decoded here, without a process or a time limit of its own.
@@ -94,10 +97,6 @@ class JpegFrame(Frame):
             raise self._declared.other_size(pixels.shape[1], pixels.shape[0])
         pixels.setflags(write=False)
         return np.asarray(pixels, np.uint8)
-
-
-ENCODED_MEDIA_TYPES = {"png": "image/png", "jpg": "image/jpeg"}
-PNG_COMPRESSION = 3  # of 9; a third slower files for a fifth of the bytes gained beyond it
 
 
 def encode(pixels: NDArray[np.uint8], format: str = "png", quality: int = 90) -> bytes:

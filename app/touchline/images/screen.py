@@ -40,6 +40,38 @@ FILE_HEADER_BYTES = 14
 HEADER_BYTES = (40, 52, 56, 64, 108, 124)
 BITS_PER_PIXEL = {0: (1, 4, 8, 16, 24, 32), 3: (16, 32)}  # by compression: none, bit fields
 
+EOI, SOS, HUFFMAN = 0xD9, 0xDA, 0xC4
+APP1 = 0xE1  # Exif or XMP: either may say that viewers are to turn the picture, which the decoders here do not
+PLAIN = (0xC0, 0xC1, 0xC2)  # baseline, extended, progressive: what cameras write
+OTHER_KINDS = (0xC3, 0xC5, 0xC6, 0xC7, 0xC9, 0xCA, 0xCB, 0xCD, 0xCE, 0xCF)  # lossless, hierarchical, arithmetic
+SEGMENTS = {HUFFMAN, 0xCC, *range(0xDB, 0xF0), 0xFE}  # tables, application data, comments
+MAX_SEGMENTS = 5_000
+
+# At C's speed and with nothing to backtrack: a Python loop over a file full of FF 00 would itself be the attack.
+NEXT_MARKER = re.compile(rb"\xff[^\x00\xff\xd0-\xd7]", re.DOTALL)
+FILL = re.compile(rb"\xff++")  # any number of fill bytes may precede a marker
+
+SIGNATURE_BYTES = 8
+CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # by colour type
+BIT_DEPTHS = {0: (1, 2, 4, 8, 16), 2: (8, 16), 3: (1, 2, 4, 8), 4: (8, 16), 6: (8, 16)}
+ANIMATION = (b"acTL", b"fcTL", b"fdAT")
+DEFLATE_MAX_RATIO = 1032  # a deflate stream cannot expand further, so a claim beyond it is a lie
+MAX_PNG_CHUNKS = 50_000  # 32 MB in chunks of 8 kB are 4,000
+MAX_ANCILLARY_BYTES = 4 * 2**20  # profiles and notes; none of them is wanted
+
+NO_PIXEL_HEADER = say("image-damage.no-pixel-header", "its pixel data has no header")
+ANIMATION_FLAG = 0x02
+MAX_WEBP_CHUNKS = 1_000
+
+TIFF, JPEG_2000 = say("file-kind.tiff", "a TIFF image"), say("file-kind.jpeg-2000", "a JPEG 2000 image")
+REFUSED: dict[bytes, Sentence] = {  # so that the refusal can name what came
+    b"GIF8": say("file-kind.gif", "a GIF image"), b"II*\0": TIFF, b"MM\0*": TIFF,
+    b"\0\0\0\x0cjP": JPEG_2000, b"\xffO\xffQ": JPEG_2000,
+    b"#?RADIANCE": say("file-kind.radiance", "a Radiance HDR image"),
+    b"v/1\x01": say("file-kind.openexr", "an OpenEXR image"), b"%PDF": say("file-kind.pdf", "a PDF document"),
+    b"<svg": say("file-kind.svg", "an SVG drawing"), b"PK": say("file-kind.zip", "a ZIP archive"),
+}
+
 
 def screen_bmp(data: bytes, limits: ImageLimits) -> DeclaredImage:
     """Size and format of an uncompressed BMP; a negative height means that its first row is the top one."""
@@ -59,18 +91,6 @@ def screen_bmp(data: bytes, limits: ImageLimits) -> DeclaredImage:
     if pixels_at + row_bytes * height > len(data):
         raise truncated("BMP")
     return DeclaredImage("bmp", width, height)
-
-
-EOI, SOS, HUFFMAN = 0xD9, 0xDA, 0xC4
-APP1 = 0xE1  # Exif or XMP: either may say that viewers are to turn the picture, which the decoders here do not
-PLAIN = (0xC0, 0xC1, 0xC2)  # baseline, extended, progressive: what cameras write
-OTHER_KINDS = (0xC3, 0xC5, 0xC6, 0xC7, 0xC9, 0xCA, 0xCB, 0xCD, 0xCE, 0xCF)  # lossless, hierarchical, arithmetic
-SEGMENTS = {HUFFMAN, 0xCC, *range(0xDB, 0xF0), 0xFE}  # tables, application data, comments
-MAX_SEGMENTS = 5_000
-
-# At C's speed and with nothing to backtrack: a Python loop over a file full of FF 00 would itself be the attack.
-NEXT_MARKER = re.compile(rb"\xff[^\x00\xff\xd0-\xd7]", re.DOTALL)
-FILL = re.compile(rb"\xff++")  # any number of fill bytes may precede a marker
 
 
 def screen_jpeg(data: bytes, limits: ImageLimits) -> DeclaredImage:
@@ -144,15 +164,6 @@ def _size(body: memoryview) -> tuple[int, int]:
     return width, height
 
 
-SIGNATURE_BYTES = 8
-CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # by colour type
-BIT_DEPTHS = {0: (1, 2, 4, 8, 16), 2: (8, 16), 3: (1, 2, 4, 8), 4: (8, 16), 6: (8, 16)}
-ANIMATION = (b"acTL", b"fcTL", b"fdAT")
-DEFLATE_MAX_RATIO = 1032  # a deflate stream cannot expand further, so a claim beyond it is a lie
-MAX_PNG_CHUNKS = 50_000  # 32 MB in chunks of 8 kB are 4,000
-MAX_ANCILLARY_BYTES = 4 * 2**20  # profiles and notes; none of them is wanted
-
-
 def screen_png(data: bytes, limits: ImageLimits) -> DeclaredImage:
     """Size and format of a still PNG whose critical chunks are whole."""
     width, height, raw_bytes = _header(data)
@@ -207,11 +218,6 @@ def _chunk(data: bytes, position: int) -> tuple[bytes, memoryview, int]:
         raise damaged(say("image-damage.checksum", "the checksum of its {chunk} chunk is wrong",
                           chunk=kind.decode("latin-1")))
     return kind, body, end + 4
-
-
-NO_PIXEL_HEADER = say("image-damage.no-pixel-header", "its pixel data has no header")
-ANIMATION_FLAG = 0x02
-MAX_WEBP_CHUNKS = 1_000
 
 
 def screen_webp(data: bytes, limits: ImageLimits) -> DeclaredImage:
@@ -278,15 +284,6 @@ FORMATS: dict[bytes, Screen] = {  # by the bytes that a file begins with
     b"\xff\xd8\xff": screen_jpeg,
     b"BM": screen_bmp,
     b"RIFF": screen_webp,
-}
-
-TIFF, JPEG_2000 = say("file-kind.tiff", "a TIFF image"), say("file-kind.jpeg-2000", "a JPEG 2000 image")
-REFUSED: dict[bytes, Sentence] = {  # so that the refusal can name what came
-    b"GIF8": say("file-kind.gif", "a GIF image"), b"II*\0": TIFF, b"MM\0*": TIFF,
-    b"\0\0\0\x0cjP": JPEG_2000, b"\xffO\xffQ": JPEG_2000,
-    b"#?RADIANCE": say("file-kind.radiance", "a Radiance HDR image"),
-    b"v/1\x01": say("file-kind.openexr", "an OpenEXR image"), b"%PDF": say("file-kind.pdf", "a PDF document"),
-    b"<svg": say("file-kind.svg", "an SVG drawing"), b"PK": say("file-kind.zip", "a ZIP archive"),
 }
 
 

@@ -28,6 +28,11 @@ MAX_MAP_PX = 50e6
 MAX_ENLARGED_PX = 16e6  # of a view with a margin or a width: some seconds, and 0.4 GB
 BORDER_BGR = (24, 20, 16)  # what the raw picture does not show
 
+MAX_ERROR_PX = 0.025  # between the nodes: at the edge of a white line, two grey levels
+FIRST_COLUMNS = 17
+MAX_NODES = 513  # in a row or column
+SPARE = 1.1  # more nodes than the error found asks for: it falls with their square only where the lens is even
+
 
 @dataclass(frozen=True)
 class CorrectedView:
@@ -110,12 +115,6 @@ def correction_map(model: Rectification, view: CorrectedView = CorrectedView(),
         block = slice(top, top + step)
         raw_x[block], raw_y[block] = model.raw_from_corrected_grid(x_c, y_c[block])
     return CorrectionMap(raw_x, raw_y)
-
-
-MAX_ERROR_PX = 0.025  # between the nodes: at the edge of a white line, two grey levels
-FIRST_COLUMNS = 17
-MAX_NODES = 513  # in a row or column
-SPARE = 1.1  # more nodes than the error found asks for: it falls with their square only where the lens is even
 
 
 class MeshHeader(TypedDict):

@@ -31,6 +31,10 @@ HANDSHAKE_S = 30.0  # one that answers may be busy
 CONNECT_POLL_S = 0.2
 CLOSE_S = 2.0
 
+POLL_S = 0.05  # how often we look whether a job is still wanted
+WAITING_NOTICE_S = 0.5  # before it is event that a job waits for a worker
+ANSWER_S = 30.0  # for a result to come over from the worker
+
 
 @dataclass(frozen=True, eq=False)
 class SubmittedJob:
@@ -148,11 +152,6 @@ class DaskCluster:
         if event[1].get("action") == "remove-worker":
             for inbox in list(self._inboxes.values()):
                 inbox.put({"kind": "gone", "worker": event[1].get("worker")})
-
-
-POLL_S = 0.05  # how often we look whether a job is still wanted
-WAITING_NOTICE_S = 0.5  # before it is event that a job waits for a worker
-ANSWER_S = 30.0  # for a result to come over from the worker
 
 
 class DaskRunner:

@@ -53,6 +53,12 @@ FORMER_NAMES = {
     "workflows.straight_lines_request:run_straightness": "straight.measure",
 }
 
+MAX_QUEUED = 100
+MAX_QUEUED_EACH = 20  # of one name: more would wait for so long that nobody waits for them
+
+KEPT_S = 3600.0
+MEMORY_BYTES = 2 << 30
+
 
 def current_name(stored: str) -> str:
     """Return the name that a stored job has in this version."""
@@ -62,8 +68,6 @@ def current_name(stored: str) -> str:
     return stored
 
 
-MAX_QUEUED = 100
-MAX_QUEUED_EACH = 20  # of one name: more would wait for so long that nobody waits for them
 Item = TypeVar("Item")
 
 
@@ -126,9 +130,6 @@ class FairQueue(Generic[Item]):
 
 Run = Callable[[Any, Progress], Any]
 ResultSaver = Callable[[Any, Any], Any]  # what run returned, and the job's context -> the job's result
-
-KEPT_S = 3600.0
-MEMORY_BYTES = 2 << 30
 
 
 class JobEngine:

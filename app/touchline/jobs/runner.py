@@ -17,6 +17,15 @@ from touchline.processes.start import ChildProcess, Program
 
 Report = Callable[[float, str], None]  # fraction, message
 
+MAX_ATTEMPTS = 3  # a worker may be lost by chance twice; a job that has lost three is itself to blame
+
+START_S = 30.0  # importing OpenCV takes 0.3 s, on a busy small machine some seconds
+STOP_S = 1.0  # a cancelled job has so long to stop by itself
+POLL_S = 0.05  # how often we look whether a job is still wanted
+NICE = 5  # what others wait for goes first
+MAX_ANSWER_BYTES = 64 << 20
+log = logging.getLogger("touchline")
+
 
 class WorkerDied(Exception):
     """What did the job ended in the middle of it, or does not start. Another try may end better."""
@@ -55,10 +64,6 @@ class JobRunner(Protocol):
         """Let go of what stands behind the runner."""
 
 
-MAX_ATTEMPTS = 3  # a worker may be lost by chance twice; a job that has lost three is itself to blame
-log = logging.getLogger("touchline")
-
-
 def problem_of_failure(error: Exception, wall_s: float) -> dict[str, Any]:
     """Return the problem, as problem_of writes it, of what a runner has raised; wall_s: the longest a job may take."""
     if isinstance(error, JobFailed) and "detail" in error.problem:
@@ -86,13 +91,6 @@ def _explained(error: Exception, wall_s: float) -> TouchlineError:
     return Unavailable(say("job.unexpected", "An unexpected error occurred (error {error}).", error=id),
                        say("job.report-error", "Try again. If the error remains, report it with the log around "
                            "error {error}.", error=id), reason="unexpected")
-
-
-START_S = 30.0  # importing OpenCV takes 0.3 s, on a busy small machine some seconds
-STOP_S = 1.0  # a cancelled job has so long to stop by itself
-POLL_S = 0.05  # how often we look whether a job is still wanted
-NICE = 5  # what others wait for goes first
-MAX_ANSWER_BYTES = 64 << 20
 
 
 class ProcessRunner:

@@ -20,6 +20,9 @@ from touchline.core.registry import load
 from touchline.core.statements import stated
 from touchline.processes.framing import FIRST_KIND, START, Connection, decode_body, encode_body
 
+RUN, CANCEL, BEGUN, PROGRESS, RESULT, PROBLEM = range(FIRST_KIND, FIRST_KIND + 6)
+MIN_INTERVAL_S = 0.05  # between two reports of progress; more often nobody sees
+
 
 def execute(run: str, spec: Any, progress: Progress) -> tuple[bool, Any]:
     """Return (True, what the function returned) or (False, its problem as JSON); run is "module:function".
@@ -34,10 +37,6 @@ def execute(run: str, spec: Any, progress: Progress) -> tuple[bool, Any]:
         return False, {"reason": "job-needs-memory"}
     except (Exception, SystemExit):
         return False, {"reason": "unexpected", "trace": traceback.format_exc()[-4000:]}
-
-
-RUN, CANCEL, BEGUN, PROGRESS, RESULT, PROBLEM = range(FIRST_KIND, FIRST_KIND + 6)
-MIN_INTERVAL_S = 0.05  # between two reports of progress; more often nobody sees
 
 
 def main(connection: Connection, arguments: dict[str, Any]) -> None:

@@ -30,6 +30,10 @@ from touchline.ssl_protocol.ssl_vision_pb2 import (
     SSL_Source,
 )
 
+NO_FIELDS: Mapping[str, Field] = {}
+MAX_AGE_S = 86_400.0  # after a day, what was received is another event's
+SAVE_EVERY_S = 3600.0
+
 
 @dataclass(frozen=True)
 class PublishingConfig(PublishSettings):
@@ -59,9 +63,6 @@ class PublishingConfig(PublishSettings):
         return read(cls, value, "The network configuration", "Enter the network settings again.", "bad-publishing")
 
 
-NO_FIELDS: Mapping[str, Field] = {}
-MAX_AGE_S = 86_400.0  # after a day, what was received is another event's
-SAVE_EVERY_S = 3600.0
 FitPacketCamera = Callable[[Calibration], PacketCamera | TouchlineError]
 
 

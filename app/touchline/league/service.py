@@ -25,6 +25,11 @@ from touchline.ssl_protocol.ssl_vision_pb2 import GeometryPacket
 from touchline.store.files import write_atomically
 from touchline.store.repository import check_etag, content_etag
 
+FILE = "publishing.json"
+RECEIVED_FILE = "heard-geometry.json"  # what another publisher's geometry adds to ours
+MERGED = ("numbers", "approved")  # by camera: those not named stay, null removes one
+log = logging.getLogger("touchline")
+
 
 def packet_claim(found: Mapping[str, Any]) -> Claim:
     """Return what teams receive. found: as GET /calibrations/{id}/packet answers."""
@@ -68,12 +73,6 @@ def _tops(hat: Mapping[str, Any] | None) -> Sentence:
                    "unknown.")
     return say("claim.packet.tops", "Robot tops ({height:.0f} mm): {error:.1f} mm.", height=hat["z_mm"],
                error=hat["rms"])
-
-
-log = logging.getLogger("touchline")
-FILE = "publishing.json"
-RECEIVED_FILE = "heard-geometry.json"  # what another publisher's geometry adds to ours
-MERGED = ("numbers", "approved")  # by camera: those not named stay, null removes one
 
 
 class PublishingService(RunningPart):

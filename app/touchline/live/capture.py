@@ -35,6 +35,9 @@ ENDED = "source-ended"
 REST_S = 1.0  # between two frames that nobody needs
 RESTS_AFTER_S = 10.0  # not all needed for so long: whoever comes back soon finds it awake
 
+MAX_FRAMES = 60
+STILL_PX = 1.0  # a camera that stands seems to move by a third of it
+
 
 @dataclass(frozen=True, eq=False)
 class CapturedFrame:
@@ -232,10 +235,6 @@ def _explained(error: Exception) -> TouchlineError:
     return Unavailable(say("source.failed", "The source failed: {error}.", error=type(error).__name__),
                        say("advice.check-camera-and-address", "Check the camera and its address."),
                        reason="source-failed")
-
-
-MAX_FRAMES = 60
-STILL_PX = 1.0  # a camera that stands seems to move by a third of it
 
 
 def take_still(capture: FrameCapture, frames: int, over_s: float, timeout_s: float) -> tuple[dict[str, Any], bytes]:

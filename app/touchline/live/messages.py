@@ -30,6 +30,9 @@ VIEWS = ("raw", "corrected", "side")
 STEP_PX = 160  # widths are rounded up to its multiples, qualities to tens: viewers who differ little share an encoding
 MAX_WIDTH = 3840
 
+EARLY_SHARE = 0.25  # of the interval: a frame so much too early is still taken, or every second would be lost
+RATE_FRAMES = 20  # over so many intervals the rate is measured
+
 
 @dataclass(frozen=True)
 class StreamSpec:
@@ -56,10 +59,6 @@ class StreamSpec:
     def is_of_part(self) -> bool:
         """Whether a part of the camera's process draws it, not the encoder."""
         return self.view not in VIEWS
-
-
-EARLY_SHARE = 0.25  # of the interval: a frame so much too early is still taken, or every second would be lost
-RATE_FRAMES = 20  # over so many intervals the rate is measured
 
 
 class Rate:

@@ -35,6 +35,7 @@ MARGIN = 0.06  # of the corrected frame's width is shown around the field, so th
 GAP_PX = 4  # between the two halves of a picture that stands side by side
 PASSED_BYTES_PX = 0.5  # of a JPEG that is passed on at quality 80; twice as many for each ten more
 OVERLAY_PX = 0.25  # a drawn line may be off by so much where points are left out of it
+IDLE_S = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,9 +150,6 @@ def described(spec: StreamSpec, applied: AppliedCalibration | None, raw: ImageSi
     if applied is None:
         return {"calibration": None}, b""
     return {"calibration": applied.record.id}, applied.overlay(spec.view, spec.width, raw, drawn)
-
-
-IDLE_S = 0.5
 
 
 class Encoder:

@@ -31,6 +31,11 @@ SHARE_IN_DOUBT = 0.2  # of a picture: coded anew from a frozen one, a quarter to
 NO_NOISE_FIX = say("camera.no-noise.fix", "If the camera still delivers new images, set it to less compression and to "
                    "key frames every few seconds; otherwise restart it.")
 
+MEMORY_BYTES = 6 << 30  # of addresses; FFmpeg and camera libraries reserve much more than they use
+RETRY_S, MAX_RETRY_S = 0.5, 5.0
+POLL_S = 0.1
+LATE_S = 0.5  # the event loop itself was held up: what the camera sent meanwhile lies unread
+
 
 @dataclass(frozen=True)
 class ProcessStatus:
@@ -137,12 +142,6 @@ def calibration_mismatch(status: ProcessStatus, confirmed: Identity | None,
 
 def camera_problem(reason: str, what: str, fix: str) -> ProblemJson:
     return stated(ProblemJson(reason=reason, what=what, fix=fix))
-
-
-MEMORY_BYTES = 6 << 30  # of addresses; FFmpeg and camera libraries reserve much more than they use
-RETRY_S, MAX_RETRY_S = 0.5, 5.0
-POLL_S = 0.1
-LATE_S = 0.5  # the event loop itself was held up: what the camera sent meanwhile lies unread
 
 
 class CameraProcess(AsyncProcess):

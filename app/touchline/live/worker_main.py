@@ -40,6 +40,7 @@ FLICKER_EVERY_S = 8.0
 BURST = 32  # frames, about a second of them
 BURST_S = 4.0  # a slow camera's burst ends here, whatever it has
 WIDTH_PX = 640
+STATUS_S = 0.2
 
 
 class QualityMonitor:
@@ -106,9 +107,6 @@ class QualityMonitor:
             corrected = applied.model.corrected_from_raw(points.reshape(-1, 2)).reshape(height, width, 2)
             self._mask = applied.record.id, raw, inside_picture(corrected, applied.model.corrected_size, 0)
         return self._mask[2]
-
-
-STATUS_S = 0.2
 
 
 def main(connection: Connection, arguments: dict[str, Any]) -> None:

@@ -16,6 +16,9 @@ from touchline.core.field import Region
 from touchline.core.geometry import MAX_COORDINATE, Array, ImageSize, Points
 from touchline.core.json_values import read
 
+EXPORTED = "Send the JSON that Touchline exported."
+RECTANGLE_FIELDS = ("width_px", "height_px", "n_rectangles_x", "n_rectangles_y", "region", "image_size")
+
 
 class Rectification(ABC):
     """Maps between the raw and a corrected picture: all that a correction map needs to know."""
@@ -90,7 +93,6 @@ class RayModel(CameraModel):
         """Map raw pixels (..., 2) to field mm (..., 2) in the plane at z_mm."""
 
 
-EXPORTED = "Send the JSON that Touchline exported."
 Model = TypeVar("Model", bound=CameraModel)
 
 
@@ -109,9 +111,6 @@ class TopView(CameraModel):
     def corrected_from_field(self, points: Points) -> Points:
         with np.errstate(invalid="ignore"):
             return self.region.region_from_field(np.asarray(points, float)) / self._mm_per_px
-
-
-RECTANGLE_FIELDS = ("width_px", "height_px", "n_rectangles_x", "n_rectangles_y", "region", "image_size")
 
 
 def read_model(kind: type[Model], parameters: Mapping[str, Any]) -> Model:

@@ -21,6 +21,10 @@ from touchline.models.rotation import matrix_from_vector
 RETURNED = "Send the lens that a board calibration returned."
 PINHOLE_PARAMETERS = ("log_focal", "aspect", "centre_x", "centre_y")  # the names before those of the lens's own terms
 
+GRID = (24, 18)
+TURN_STEPS = 8
+STEP_RAD = 1e-6
+
 
 @dataclass(frozen=True)
 class Intrinsics:
@@ -98,11 +102,6 @@ class Intrinsics:
             fine = bool(np.isfinite(c).all() and np.allclose(c, c.T, rtol=1e-6, atol=0) and (np.diag(c) >= 0).all())
         if not fine:
             raise BadInput("These parameters do not describe a lens.", RETURNED, reason="bad-parameters")
-
-
-GRID = (24, 18)
-TURN_STEPS = 8
-STEP_RAD = 1e-6
 
 
 def picture_grid(size: ImageSize, columns: int = GRID[0], rows: int = GRID[1]) -> Array:

@@ -31,6 +31,9 @@ from touchline.models.contract import EXPORTED, CameraModel, read_model
 
 MAX_DEGREE = 8
 
+REACH = 1.0  # how far beyond the picture a border is extrapolated, as a share of the picture's extent
+MIN_EXTENT_PX = 1.0  # borders nearer than this have met
+
 
 @dataclass(frozen=True)
 class Curve:
@@ -58,10 +61,6 @@ class Curve:
         for c in reversed(self.coefficients):  # Horner, with polynomials for numbers
             result = polynomial.polyadd(polynomial.polymul(result, (-self.centre / self.scale, 1 / self.scale)), (c,))
         return tuple(float(c) for c in np.pad(result, (0, len(self.coefficients) - len(result)))[: self.degree + 1])
-
-
-REACH = 1.0  # how far beyond the picture a border is extrapolated, as a share of the picture's extent
-MIN_EXTENT_PX = 1.0  # borders nearer than this have met
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,12 @@ from touchline.models.contract import EXPORTED
 
 BLOCK = 1 << 19  # so many kernel values at a time stay in the cache
 
+REACHES = (0.5, 0.25, 0.1, 0.05)  # of the field's extent on each side; the widest without a fold is kept
+MIN_STRETCH = 0.05  # a picture squeezed to less than this share is folding
+FOLD_GRID = 41
+NEWTON_STEPS = 40
+NEWTON_PX = 1e-11
+
 
 @dataclass(frozen=True, eq=False)
 class Spline:
@@ -71,11 +77,6 @@ def _squares(places: Array, knots: Array) -> Array:
     return np.maximum(square, 1e-300)
 
 
-REACHES = (0.5, 0.25, 0.1, 0.05)  # of the field's extent on each side; the widest without a fold is kept
-MIN_STRETCH = 0.05  # a picture squeezed to less than this share is folding
-FOLD_GRID = 41
-NEWTON_STEPS = 40
-NEWTON_PX = 1e-11
 Pair = tuple[float, float]
 Base = Literal["homography", "division", "brown-conrady"]
 

@@ -19,6 +19,13 @@ GROUP, PORT = "224.5.23.2", 10006  # the league's usual ones for vision
 MAX_NAME = 15  # bytes of an interface's name; Linux' IFNAMSIZ less its end
 SIOCGIFADDR = 0x8915
 
+MAX_DATAGRAM_BYTES = 65_536  # a byte more than UDP carries
+QUEUE_BYTES = 1 << 20  # a burst of detections from eight cameras waits here
+IP_MULTICAST_ALL = 49  # Linux: 0 gives a socket only the groups that it joined itself
+MAX_OWN_PORTS = 4  # of sockets that were opened one after the other: their last packets may still be heard
+NETWORK_CHANGED = (errno.ENETUNREACH, errno.ENETDOWN, errno.EHOSTUNREACH, errno.ENODEV, errno.EADDRNOTAVAIL,
+                   errno.ENXIO)
+
 
 class NetworkError(Conflict):
     """The network does not carry this now; callers retry."""
@@ -143,14 +150,6 @@ def _address(text: str) -> ipaddress.IPv4Address | None:
         return ipaddress.IPv4Address(text)
     except ValueError:
         return None
-
-
-MAX_DATAGRAM_BYTES = 65_536  # a byte more than UDP carries
-QUEUE_BYTES = 1 << 20  # a burst of detections from eight cameras waits here
-IP_MULTICAST_ALL = 49  # Linux: 0 gives a socket only the groups that it joined itself
-MAX_OWN_PORTS = 4  # of sockets that were opened one after the other: their last packets may still be heard
-NETWORK_CHANGED = (errno.ENETUNREACH, errno.ENETDOWN, errno.EHOSTUNREACH, errno.ENODEV, errno.EADDRNOTAVAIL,
-                   errno.ENXIO)
 
 
 class MulticastSender:

@@ -52,6 +52,16 @@ COARSE, FINE = 181, 65  # steps of a degree at most find the part in the picture
 AHEAD_MM = 1000.0  # how far along a direction it is looked at; any length gives the same pixel
 APART_MM = 1.0  # nearer, two cameras stand at one place and there is no such geometry
 
+MIN_MEASURES = 6  # in pictures: fewer are chance
+STEP_MM = 90.0
+MAX_PLACES = 160  # of one pair: some milliseconds each
+REACH_MM = 120.0  # a camera knocked further shows no line where one is expected
+CLEAR_MM = 180.0  # from every other marking: nothing else may be within reach
+MIN_REACH_PX, MAX_REACH_PX = 6.0, 30.0
+SURE_PX = 0.5
+CONFIDENT = 0.6
+TINY_MM = 1.0
+
 
 class PredictedGeometry(TypedDict):
     """The fundamental matrix in ideal pixels, the distance of the cameras, and by how much one is turned."""
@@ -181,17 +191,6 @@ def directions(camera: RayCamera, raw: Points) -> Array:
     with np.errstate(all="ignore"):
         rays = camera.rays(raw) @ camera.camera_from_field
         return rays / np.linalg.norm(rays, axis=1, keepdims=True)
-
-
-MIN_MEASURES = 6  # in pictures: fewer are chance
-STEP_MM = 90.0
-MAX_PLACES = 160  # of one pair: some milliseconds each
-REACH_MM = 120.0  # a camera knocked further shows no line where one is expected
-CLEAR_MM = 180.0  # from every other marking: nothing else may be within reach
-MIN_REACH_PX, MAX_REACH_PX = 6.0, 30.0
-SURE_PX = 0.5
-CONFIDENT = 0.6
-TINY_MM = 1.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,6 +38,7 @@ ALARMS = {  # codes and templates
 BACK = "event.back", "{camera} is back."
 OFFLINE = "event.offline", "{camera} went offline."
 CLEARED = "event.cleared", "{camera} is in its calibrated position again."
+PRESENCE_POLL_S = 0.2
 
 
 @dataclass(frozen=True)
@@ -140,9 +141,6 @@ def _activated(version: int, camera: str, problems: int) -> Sentence:
         return say("event.activated", "Version {version} of {camera} was activated.", version=version, camera=camera)
     return say("event.activated-despite", "Version {version} of {camera} was activated. Known problems: {problems}.",
                version=version, camera=camera, problems=problems)
-
-
-PRESENCE_POLL_S = 0.2
 
 
 class Presence:

@@ -23,6 +23,12 @@ MAX_WAITING = 200
 SUPERSEDED = (say("fit.superseded", "A newer request of the same series has replaced this one."),
               say("fit.superseded.fix", "Wait for the answer to the newer request."))
 
+MEMORY_BYTES = 2 << 30
+PROCESSES = max(1, (os.cpu_count() or 1) // 2)  # the others answer meanwhile
+MAX_KEPT_BYTES = 8 << 20  # of answers: of some eighty previews
+FEW_POINTS = 600  # half a second; operators click some fifty
+CHECK_S = 0.25  # between two looks whether a caller still waits
+
 
 class QueuePlace:
     """One caller's place in a queue; a newer one of its address and series is put there instead. None: of no series."""
@@ -95,13 +101,6 @@ class Turns:
     def _drop_empty(self, address: str) -> None:
         if not self._waiting[address]:
             del self._waiting[address]
-
-
-MEMORY_BYTES = 2 << 30
-PROCESSES = max(1, (os.cpu_count() or 1) // 2)  # the others answer meanwhile
-MAX_KEPT_BYTES = 8 << 20  # of answers: of some eighty previews
-FEW_POINTS = 600  # half a second; operators click some fifty
-CHECK_S = 0.25  # between two looks whether a caller still waits
 
 
 class FitProcesses:

@@ -24,6 +24,11 @@ SpecOf = Callable[[str], dict[str, Any]]
 CalibrationOf = Callable[[str], tuple[Calibration | None, Identity | None]]
 PictureOf = Callable[[Calibration], dict[str, Any] | None]
 
+T = TypeVar("T")
+FIRST_FRAME_S = 5.0  # a camera that was asleep gets so long to show its first frame
+SNAPSHOT_S = 20.0  # the background of many frames of a slow camera, or several cameras that wake up at once
+log = logging.getLogger("touchline")
+
 
 @dataclass
 class LiveCameras:
@@ -87,12 +92,6 @@ class LiveCameras:
     async def aclose(self) -> None:
         live, self._live = self._live, {}
         await asyncio.gather(*(camera.stop() for camera in live.values()))
-
-
-T = TypeVar("T")
-FIRST_FRAME_S = 5.0  # a camera that was asleep gets so long to show its first frame
-SNAPSHOT_S = 20.0  # the background of many frames of a slow camera, or several cameras that wake up at once
-log = logging.getLogger("touchline")
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,8 @@ from touchline.store.store import Store
 Row = Any  # of a table, intact
 Plain = dict[str, Any]
 
+SNAPSHOT = TypeAdapter(Snapshot)
+
 
 class _Saved(TypedDict):
     updated_at: str
@@ -102,9 +104,6 @@ class _RigBody(TypedDict):
 class _Rig(_Saved):
     etag: str
     rig: _RigBody
-
-
-SNAPSHOT = TypeAdapter(Snapshot)
 
 
 def _of(shape: Any, read: Callable[[Any, Row], object] = lambda record, row: record) -> Callable[[Row], object]:

@@ -15,6 +15,9 @@ from touchline.sources.lifecycle import Pacer, require_decoder, require_open
 
 MAX_BYTES = 64 * 1024 * 1024  # of a picture; the decoder has its own limit
 
+SUFFIXES = {".png", ".jpg", ".jpeg", ".bmp", ".webp"}
+MAX_PICTURES = 100_000
+
 
 def pictures_folder(context: SourceContext) -> Path:
     """Return the only folder that is read; Unavailable where none is set."""
@@ -85,10 +88,6 @@ class PictureSource(BaseSource):
 
     def close(self) -> None:
         self._frame = None
-
-
-SUFFIXES = {".png", ".jpg", ".jpeg", ".bmp", ".webp"}
-MAX_PICTURES = 100_000
 
 
 class FolderSource(BaseSource):

@@ -9,6 +9,9 @@ from touchline.core.records import Frame
 from touchline.core.sentences import OPEN_AGAIN
 from touchline.core.statements import say
 
+T = TypeVar("T")
+TRY_S = 1.0  # between two pictures that are decoded to see what they are
+
 
 def unknown_control(name: Any, known: Iterable[str]) -> NotFound:
     """Return the error for a control that this camera lacks."""
@@ -26,10 +29,6 @@ def refused_value(label: str, value: str, allowed: str) -> BadInput:
 def is_number(value: Any, low: float, high: float) -> bool:
     """Tell whether a control's value is a number in this range."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and low <= value <= high
-
-
-T = TypeVar("T")
-TRY_S = 1.0  # between two pictures that are decoded to see what they are
 
 
 class Pacer:

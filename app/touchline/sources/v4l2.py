@@ -29,6 +29,17 @@ NAMED = re.compile(r"/dev/(video\d{1,3}|v4l/by-(?:id|path)/[A-Za-z0-9_.:+,@%-]{1
 NO_SERIALS = {"sn0001", "0123456789", "123456789", "12345678", "1234567890", "0123456789abcdef", "200901010001",
               "01.00.00", "aabbccdd", "default", "none", "unknown"}
 
+SIZE = re.compile(r"([1-9][0-9]{1,3})x([1-9][0-9]{1,3})", re.ASCII)
+USUAL_SIZES = ("640x480", "800x600", "1280x720", "1280x960", "1280x1024", "1600x1200", "1920x1080", "2560x1440",
+               "3840x2160")
+EXPOSURE_STEP_US = 100  # V4L2_CID_EXPOSURE_ABSOLUTE counts in these
+MANUAL, AUTOMATIC = 1, (3, 0)  # V4L2's exposure modes; webcams know 3, "aperture priority", as their automatic
+UNSUPPORTED = -1  # what OpenCV says of a property that the device lacks
+
+JPEG_BEGINS = b"\xff\xd8"
+MAX_BAD_FRAMES = 30  # one after the other
+MJPG_FROM_PX = 1280 * 720  # above it, USB 2 has no room for raw pixels at a useful rate
+
 
 @dataclass(frozen=True)
 class VideoDevice:
@@ -111,14 +122,6 @@ def _text(path: Path) -> str:
         return " ".join(path.read_text("utf-8", "replace").split())[:100]
     except OSError:
         return ""
-
-
-SIZE = re.compile(r"([1-9][0-9]{1,3})x([1-9][0-9]{1,3})", re.ASCII)
-USUAL_SIZES = ("640x480", "800x600", "1280x720", "1280x960", "1280x1024", "1600x1200", "1920x1080", "2560x1440",
-               "3840x2160")
-EXPOSURE_STEP_US = 100  # V4L2_CID_EXPOSURE_ABSOLUTE counts in these
-MANUAL, AUTOMATIC = 1, (3, 0)  # V4L2's exposure modes; webcams know 3, "aperture priority", as their automatic
-UNSUPPORTED = -1  # what OpenCV says of a property that the device lacks
 
 
 @dataclass(frozen=True)
@@ -214,12 +217,6 @@ def _allowed(one: NumericProperty) -> str:
 
 # OpenCV waits ten seconds for a frame unless told otherwise, in whole seconds, before it is first used.
 os.environ.setdefault("OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT", "2")
-
-
-
-JPEG_BEGINS = b"\xff\xd8"
-MAX_BAD_FRAMES = 30  # one after the other
-MJPG_FROM_PX = 1280 * 720  # above it, USB 2 has no room for raw pixels at a useful rate
 
 
 class V4l2Source(BaseSource):

@@ -47,6 +47,7 @@ MAX_HEAD_BYTES = 1 << 20
 MAX_ROW_BYTES = 64 << 20  # the largest rows are jobs with everything that they found, some MB
 MAX_FILE_BYTES = 256 << 20  # no picture that is taken in is larger
 FIX = "Use another archive. This archive cannot be restored."
+UNFINISHED = "restore-unfinished"  # while it is there, the folder is not opened
 
 
 def archive_pieces(database: Database, folder: Path, fields: Path | None, clock: Clock,
@@ -214,9 +215,6 @@ class _Pipe:
             whole = b"".join(self._pieces)
             self._pieces, self._size = [], 0
             yield whole
-
-
-UNFINISHED = "restore-unfinished"  # while it is there, the folder is not opened
 
 
 def restore_into(file: Path, folder: Path, database: str | None) -> dict[str, int]:

@@ -30,6 +30,8 @@ from touchline.store.repository import Repository, StoreContext, timestamp
 from touchline.store.tables import CameraRow, IdentityRow
 
 FILE = "passwords.key"
+ENCRYPTED = "encrypted"  # in a row's JSON: the whole address
+log = logging.getLogger("touchline")
 
 
 class PasswordKey:
@@ -67,10 +69,6 @@ class PasswordKey:
             owner = self._path.parent.stat()
             os.chown(self._path, owner.st_uid, owner.st_gid)
         return Fernet(key)
-
-
-ENCRYPTED = "encrypted"  # in a row's JSON: the whole address
-log = logging.getLogger("touchline")
 
 
 class CameraRepository(DocumentRepository):

@@ -36,6 +36,13 @@ from touchline.store.files import (
 )
 from touchline.store.tables import ARCHIVED_TABLES, LedgerRow
 
+READERS = 8  # connections that read; more callers wait for one
+BUSY_MS = 5000
+WRITE_KEY = 0x70C42  # PostgreSQL's name for the lock of a transaction that writes; any number that nobody else takes
+SCHEMA_KEY = "hashtext(current_schema())"
+FULL_SQLSTATES = ("53100", "53200")  # disk full, out of memory
+DAMAGED_CODES = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+
 
 def count_rows(rows: Session) -> dict[str, int]:
     """Count the rows of each table, by its name."""
@@ -49,14 +56,6 @@ def count_missing_rows(rows: Session) -> dict[str, int]:
     counts = rows.scalar(select(LedgerRow.counts))
     saved: dict[str, int] = json.loads(counts) if counts else {}
     return {name: saved[name] - count for name, count in count_rows(rows).items() if saved.get(name, 0) > count}
-
-
-READERS = 8  # connections that read; more callers wait for one
-BUSY_MS = 5000
-WRITE_KEY = 0x70C42  # PostgreSQL's name for the lock of a transaction that writes; any number that nobody else takes
-SCHEMA_KEY = "hashtext(current_schema())"
-FULL_SQLSTATES = ("53100", "53200")  # disk full, out of memory
-DAMAGED_CODES = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 
 
 class Database:

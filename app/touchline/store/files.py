@@ -32,6 +32,22 @@ CODES = {
     "The rig": "saved.rig", "The roll": "saved.roll", "The setting": "saved.setting",
     "The snapshot": "saved.snapshot", "The undoing of the deletion": "saved.undoing"}
 
+T = TypeVar("T")
+TEMPORARY = ".tmp"
+DISK_IS_FULL = say("disk.is-full", "the disk is full.")
+FREE_SPACE = say("disk.free-space", "Free some space on the disk of the data folder, then try again.")
+CHECK_DISK = say("disk.check", "Check the disk and the permissions of the data folder, then try again.")
+UPLOAD_AGAIN = say("file.upload-again", "Upload it again.")
+
+TOLD_S = 300.0  # longer than any page waits between two looks at the list of problems
+DAMAGED = "database-damaged"  # told until another database is in its place
+
+MB = 1_000_000
+WARN_FREE_BYTES = 500 * MB
+MIN_FREE_BYTES = 100 * MB  # below that a picture is refused: a calibration needs some KB and finds them
+UPLOADS_BYTES = 2000 * MB
+BACKUPS_BYTES = 1000 * MB
+
 
 def not_saved(what: str) -> Sentence:
     """Return how an error begins. what: as in CODES; another word is stated as it is."""
@@ -41,14 +57,6 @@ def not_saved(what: str) -> Sentence:
 def because(error: str) -> Sentence:
     """Return how an error goes on."""
     return say("disk.cause", "{error}.", error=error)
-
-
-T = TypeVar("T")
-TEMPORARY = ".tmp"
-DISK_IS_FULL = say("disk.is-full", "the disk is full.")
-FREE_SPACE = say("disk.free-space", "Free some space on the disk of the data folder, then try again.")
-CHECK_DISK = say("disk.check", "Check the disk and the permissions of the data folder, then try again.")
-UPLOAD_AGAIN = say("file.upload-again", "Upload it again.")
 
 
 def write_atomically(path: Path, data: bytes, mode: int = 0o666) -> None:
@@ -168,10 +176,6 @@ def cannot_read(name: str, error: OSError) -> Unavailable:
                            error=error.strerror), UPLOAD_AGAIN, reason="damaged-file")
 
 
-TOLD_S = 300.0  # longer than any page waits between two looks at the list of problems
-DAMAGED = "database-damaged"  # told until another database is in its place
-
-
 class RecentFailures:
     """The last failure of each reason. Thread-safe."""
 
@@ -201,13 +205,6 @@ class RecentFailures:
         since_s = monotonic() - TOLD_S
         return tuple(Warning(reason, error.what, error.fix) for reason, (at_s, error) in list(self._last.items())
                      if at_s > since_s or reason == DAMAGED)
-
-
-MB = 1_000_000
-WARN_FREE_BYTES = 500 * MB
-MIN_FREE_BYTES = 100 * MB  # below that a picture is refused: a calibration needs some KB and finds them
-UPLOADS_BYTES = 2000 * MB
-BACKUPS_BYTES = 1000 * MB
 
 
 def free_bytes(folder: Path) -> int:

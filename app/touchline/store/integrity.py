@@ -25,6 +25,9 @@ from touchline.store.tables import CHECKSUMMED_TABLES, Checksummed, LedgerRow
 Row = TypeVar("Row", bound=Checksummed)
 NOT_COVERED = ("sequence", "damaged", "sha256", "body")
 
+ROWS_AT_ONCE = 500
+MAX_REASON = 300  # characters
+
 
 def checksummed(table: type[Row], record: Mapping[str, Any], what: str, **columns: Any) -> Row:
     """Make a row with that content and its checksum. what: how an error calls it, such as "The draft"."""
@@ -70,8 +73,6 @@ def covered_columns(table: type[Checksummed]) -> tuple[str, ...]:
     return tuple(sorted(column.key for column in inspect(table).columns if column.key not in NOT_COVERED))
 
 
-ROWS_AT_ONCE = 500
-MAX_REASON = 300  # characters
 Readers = Mapping[str, Callable[[Any], object]]  # by table: each raises for a row that it does not understand
 
 

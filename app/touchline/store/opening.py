@@ -57,6 +57,10 @@ from touchline.store.tables import SnapshotRow
 HEAD = "0008"
 MIGRATIONS = Path(__file__).parent / "migrations"
 
+FILE = "touchline.db"
+UNFINISHED = f"{FILE}.unfinished"  # what is to take its place
+log = logging.getLogger("touchline")
+
 
 def schema_of(engine: Engine) -> str | None:
     """Return the step that a database has reached; None for one without our tables."""
@@ -84,11 +88,6 @@ def upgrade(engine: Engine) -> None:
     with engine.begin() as connection:
         config.attributes["connection"] = connection
         command.upgrade(config, "head")
-
-
-log = logging.getLogger("touchline")
-FILE = "touchline.db"
-UNFINISHED = f"{FILE}.unfinished"  # what is to take its place
 
 
 def open_sqlite(folder: Path, backups: Backups, quarantine: Quarantine, readers: Readers) -> Database:

@@ -31,6 +31,19 @@ from touchline.store.files import (
 LOG, INDEX, JOURNAL = "-wal", "-shm", "-journal"
 ENDINGS = (LOG, INDEX, JOURNAL)  # of the side files; SQLite takes them for the database's own, whoever left them
 
+ROW = ".json"  # in the names of what is left of rows
+RESTORE_BACKUP = say("quarantine.restore-backup",
+                     "Restore the newest good backup of the database, or create again what was damaged.")
+RESTORE_OR_CREATE = say("quarantine.restore", "Restore it from a backup, or create it again.")
+NOTE = ".note"
+MISSING = "missing"  # kind of what is not damaged but gone
+COMPANIONS = (NOTE, *ENDINGS)  # endings of files that belong to a damaged one
+
+FOLDER = "replaced"
+KEPT = 3
+UNFINISHED = ".unfinished.tmp"
+log = logging.getLogger("touchline")
+
 
 def remove_database(path: Path) -> None:
     """Remove a database with its side files, as far as they are there; the file itself goes last."""
@@ -77,16 +90,6 @@ def open_as(path: Path, mode: Literal["ro", "rw"]) -> sqlite3.Connection:
 
 def _beside(path: Path, ending: str) -> Path:
     return path.with_name(path.name + ending)
-
-
-log = logging.getLogger("touchline")
-ROW = ".json"  # in the names of what is left of rows
-RESTORE_BACKUP = say("quarantine.restore-backup",
-                     "Restore the newest good backup of the database, or create again what was damaged.")
-RESTORE_OR_CREATE = say("quarantine.restore", "Restore it from a backup, or create it again.")
-NOTE = ".note"
-MISSING = "missing"  # kind of what is not damaged but gone
-COMPANIONS = (NOTE, *ENDINGS)  # endings of files that belong to a damaged one
 
 
 @dataclass(frozen=True)
@@ -200,11 +203,6 @@ class Quarantine:
             count += 1
             target = target.with_name(f"{name}.{count}")
         return target
-
-
-FOLDER = "replaced"
-KEPT = 3
-UNFINISHED = ".unfinished.tmp"
 
 
 class Replaced:

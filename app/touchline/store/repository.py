@@ -25,6 +25,10 @@ from touchline.store.quarantine import Damage, DamagedFile, Quarantine
 Key = TypeVar("Key", bound=Hashable)
 Value = TypeVar("Value")
 
+T = TypeVar("T")
+MAX_PAGE = 200
+LOOK_AGAIN = say("stale.look-again", "Check the current version, then repeat your change.")
+
 
 class LruCache(Generic[Key, Value]):
     """Values by key, of max_size together; the newest stays even if it is larger. Thread-safe."""
@@ -63,10 +67,7 @@ class LruCache(Generic[Key, Value]):
         return self._size
 
 
-T = TypeVar("T")
-MAX_PAGE = 200
 Clock = Callable[[], datetime]
-LOOK_AGAIN = say("stale.look-again", "Check the current version, then repeat your change.")
 
 
 def utc_now() -> datetime:

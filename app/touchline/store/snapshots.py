@@ -26,6 +26,9 @@ from touchline.store.quarantine import Damage, DamagedFile
 from touchline.store.repository import Page, Repository, StoreContext, check_etag, column_text, new_id, timestamp
 from touchline.store.tables import CalibrationRow, DraftRow, LensRow, SnapshotRow
 
+EMPTY: Mapping[str, Any] = {"field": None, "region": None, "rotate": None, "model": None, "options": {},
+                            "observations": []}
+
 
 @dataclass(frozen=True)
 class Snapshot:
@@ -200,10 +203,6 @@ def _contains(path: Path, digest: str) -> bool:
         return hashlib.sha256(path.read_bytes()).hexdigest() == digest
     except FileNotFoundError:
         return False
-
-
-EMPTY: Mapping[str, Any] = {"field": None, "region": None, "rotate": None, "model": None, "options": {},
-                            "observations": []}
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,13 @@ LINE_TOLERANCE_PX = 1e-5  # far below the noise of clicks and edges
 FOOT_TOLERANCE_PX = 1e-2  # a foot beside its place has only a second-order effect
 REGULARISATION = 1e-12  # of a chain's own information: two points on one place must not divide by 0
 
+CENTRE_SIGMA = 0.01  # of the diagonal: how far lenses are commonly mounted beside the sensor's centre
+TAU_PX = 1.0  # beyond, a chain's cost hardly grows
+MIN_SCALE = 0.05  # of the scale at the centre: beyond, the picture would be torn apart
+BEND_ROUNDS = 3  # the first over all bends, each later one between the neighbours of the best
+REFINED_STEPS = 9  # bends that a later round tries
+START_SHARES = (1.0, 0.8, 0.6, 0.4, 0.2, 0.0)  # of a first bend, until every chain is within reach
+
 
 @dataclass(frozen=True, eq=False)
 class Chains:
@@ -189,14 +196,6 @@ def _line_steps(by_line: Array, values: Array, weight: Array, chains: Chains) ->
     det = aa * bb - ab * ab
     det = det + REGULARISATION * aa * bb + np.finfo(float).tiny
     return -np.stack([bb * av - ab * bv, aa * bv - ab * av], axis=-1) / det[:, None]
-
-
-CENTRE_SIGMA = 0.01  # of the diagonal: how far lenses are commonly mounted beside the sensor's centre
-TAU_PX = 1.0  # beyond, a chain's cost hardly grows
-MIN_SCALE = 0.05  # of the scale at the centre: beyond, the picture would be torn apart
-BEND_ROUNDS = 3  # the first over all bends, each later one between the neighbours of the best
-REFINED_STEPS = 9  # bends that a later round tries
-START_SHARES = (1.0, 0.8, 0.6, 0.4, 0.2, 0.0)  # of a first bend, until every chain is within reach
 
 
 @dataclass(frozen=True)

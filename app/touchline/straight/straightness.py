@@ -33,6 +33,14 @@ from touchline.workflows.job_pictures import Pictures, job_pictures
 
 MIN_SCALE = 1 / 3  # a lens that sends its edges further is drawn without them
 
+LADDER = ("division", "division-even")  # what "auto" tries, simplest first
+MAX_MISFIT_RATIO = 0.95  # of the simpler lens' misfit: more is no reason for another term
+EDGES_SHARE = 0.5  # of the work: edges take about as long as the lens
+MAX_DRAWN = 40_000  # points of all chains together that the report repeats, for drawing
+MAX_DRAWN_OF_ONE = 33
+SIDES = (say("straight.side.left", "left"), say("straight.side.right", "right"), say("straight.side.top", "top"),
+         say("straight.side.bottom", "bottom"))
+
 
 @dataclass(frozen=True)
 class UndistortedView(Rectification):
@@ -63,15 +71,6 @@ class UndistortedView(Rectification):
     @property
     def _middle(self) -> Points:
         return np.array(self.lens.image_size.centre)
-
-
-LADDER = ("division", "division-even")  # what "auto" tries, simplest first
-MAX_MISFIT_RATIO = 0.95  # of the simpler lens' misfit: more is no reason for another term
-EDGES_SHARE = 0.5  # of the work: edges take about as long as the lens
-MAX_DRAWN = 40_000  # points of all chains together that the report repeats, for drawing
-MAX_DRAWN_OF_ONE = 33
-SIDES = (say("straight.side.left", "left"), say("straight.side.right", "right"), say("straight.side.top", "top"),
-         say("straight.side.bottom", "bottom"))
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,6 +34,25 @@ MAX_BLOBS = 200
 BESIDE_PX = 3  # around a blob that its middle takes part of
 FULL = 0.6  # of a blob's strong difference: from here on a pixel belongs to it wholly
 
+REACH_PX = 12.0  # how far from the expected place a thing of which only one place is known may be, per frame's time
+OF_SPEED = 0.6  # ... and of the way that it made since the last frame: it may be kicked
+MAX_MISSED = 4  # frames: behind a robot, a bar or an arm
+AREA_RATIO = 3.0
+MAX_TRACKS = 64
+MIN_TRACK_POINTS = 5
+MAX_POINTS = 600  # of a track: one that drives all day is reported in pieces
+
+MIN_RUN_POINTS = 8
+MIN_LENGTH = 0.05  # of the picture's diagonal: shorter ones say nothing about its lens
+MIN_STEP_PX = 1.0  # from point to point on the average: slower things stand, and jitter
+MAX_BOW = 0.12  # of the length: more is no lens, but a curve that was driven
+CROOKED_PX = 3.0  # a point further off than this is off whatever the noise
+MAX_OFF_NOISES = 3.5
+NOISE_PX = 0.25  # about what a ball's middle errs in a clean picture
+HUBER = 1.5
+ROUNDS = 6
+MAX_NOISE_PX = 1.5  # a run that is rougher is no rolling thing
+
 
 @dataclass(frozen=True)
 class MovingBlob:
@@ -106,15 +125,6 @@ def _mover(difference: NDArray[np.uint8], box: NDArray[np.int32], scale: NDArray
     y = y0 + float((weight.sum(axis=1) * np.arange(part.shape[0])).sum() / total)
     raw = (np.array([x, y]) + 0.5) * scale - 0.5
     return MovingBlob(float(raw[0]), float(raw[1]), area * float(scale.prod()), strong)
-
-
-REACH_PX = 12.0  # how far from the expected place a thing of which only one place is known may be, per frame's time
-OF_SPEED = 0.6  # ... and of the way that it made since the last frame: it may be kicked
-MAX_MISSED = 4  # frames: behind a robot, a bar or an arm
-AREA_RATIO = 3.0
-MAX_TRACKS = 64
-MIN_TRACK_POINTS = 5
-MAX_POINTS = 600  # of a track: one that drives all day is reported in pieces
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,18 +211,6 @@ class Tracker:
         track.frames.append(frame)
         track.points.append((mover.x, mover.y))
         track.area_px = mover.area_px if len(track.points) == 1 else 0.7 * track.area_px + 0.3 * mover.area_px
-
-
-MIN_RUN_POINTS = 8
-MIN_LENGTH = 0.05  # of the picture's diagonal: shorter ones say nothing about its lens
-MIN_STEP_PX = 1.0  # from point to point on the average: slower things stand, and jitter
-MAX_BOW = 0.12  # of the length: more is no lens, but a curve that was driven
-CROOKED_PX = 3.0  # a point further off than this is off whatever the noise
-MAX_OFF_NOISES = 3.5
-NOISE_PX = 0.25  # about what a ball's middle errs in a clean picture
-HUBER = 1.5
-ROUNDS = 6
-MAX_NOISE_PX = 1.5  # a run that is rougher is no rolling thing
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,6 +27,11 @@ _NOISES = 3.5  # noises apart from the median, a frame still agrees
 _MIN_APART = 3  # grey levels
 _STRIP = 3 * (1 << 14)  # bytes of each frame at a time: all frames of a strip fit a processor's cache
 
+WIDTH_PX = 640  # of the picture that is looked at
+SURE = 0.15  # response, of 1: less is no shift of the same scene
+ALIKE = 0.3  # of the contrast
+QUARTERS = 3  # of 4 must be sure
+
 
 class Background:
     """Add frames of one size, then ask for the picture. shape: (height, width, 3). frames: how many will be added."""
@@ -144,12 +149,6 @@ def _mean_of_agreeing(strip: NDArray[np.uint8], middle: NDArray[np.uint8], apart
     times = np.maximum(count, 1)[..., None].astype(np.uint16)
     mean = np.where(count[..., None] > 0, (total + times // 2) // times, middle).astype(np.uint8)
     return mean.reshape(-1), count.reshape(-1)
-
-
-WIDTH_PX = 640  # of the picture that is looked at
-SURE = 0.15  # response, of 1: less is no shift of the same scene
-ALIKE = 0.3  # of the contrast
-QUARTERS = 3  # of 4 must be sure
 
 
 def camera_shift_px(first: NDArray[np.uint8], other: NDArray[np.uint8]) -> float:

@@ -28,6 +28,22 @@ ASIDE_PX = 0.7  # off the way ahead, and
 ASIDE = 0.02  # so much more for each px of the gap: a lens bows the way
 TIP = 16  # points that tell which way a piece goes at its end
 
+BLUR_PX = 1.2  # sharper follows the noise, softer lets neighbouring edges push each other
+MARGIN = 4  # px at the picture's end, three blurs
+FAINT = 1.0  # grey levels a px: a weaker gradient is noise
+CLEAR = 3.0  # the median along a chain that is kept
+REACH = 2  # px to the next point of the same edge
+MIN_LINKED_COSINE = np.cos(np.radians(25))  # neighbours on one edge have nearly one gradient
+AHEAD = 0.8  # of a step's length that lies along the edge
+CORNER_ARM = 6  # points on either side that tell how sharply a chain turns
+CORNER = np.cos(np.radians(14))
+SMOOTH_PX = 1.0  # off a cubic: further is no smooth curve, and the chain is cut there
+RAGGED_PX = 0.4  # rms off a cubic of what may be a straight edge behind a lens
+TRIM = 3  # points at either end, where other edges meet this one
+SHORTEST_PIECE_PX = 12.0  # worth joining to others
+SHORTEST = 0.06  # of the picture's diagonal; a chain's bow grows with the square of its length
+BENT = 0.2  # of its chord: no lens of ours bows a line further
+
 
 @dataclass(frozen=True, eq=False)
 class Piece:
@@ -166,23 +182,6 @@ def _way(tips: list[Points]) -> NDArray:
     """Unit directions (n, 2): from the mean of a tip's first half to that of its second."""
     ways = np.array([tip[len(tip) // 2:].mean(axis=0) - tip[:len(tip) // 2].mean(axis=0) for tip in tips])
     return ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
-
-
-BLUR_PX = 1.2  # sharper follows the noise, softer lets neighbouring edges push each other
-MARGIN = 4  # px at the picture's end, three blurs
-FAINT = 1.0  # grey levels a px: a weaker gradient is noise
-CLEAR = 3.0  # the median along a chain that is kept
-REACH = 2  # px to the next point of the same edge
-MIN_LINKED_COSINE = np.cos(np.radians(25))  # neighbours on one edge have nearly one gradient
-AHEAD = 0.8  # of a step's length that lies along the edge
-CORNER_ARM = 6  # points on either side that tell how sharply a chain turns
-CORNER = np.cos(np.radians(14))
-SMOOTH_PX = 1.0  # off a cubic: further is no smooth curve, and the chain is cut there
-RAGGED_PX = 0.4  # rms off a cubic of what may be a straight edge behind a lens
-TRIM = 3  # points at either end, where other edges meet this one
-SHORTEST_PIECE_PX = 12.0  # worth joining to others
-SHORTEST = 0.06  # of the picture's diagonal; a chain's bow grows with the square of its length
-BENT = 0.2  # of its chord: no lens of ours bows a line further
 
 
 def edge_chains(pixels: NDArray[np.uint8]) -> list[Points]:

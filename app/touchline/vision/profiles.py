@@ -41,6 +41,10 @@ MIN_CONTRAST = 4.0  # grey levels
 CONTRAST_NOISES = 4.0
 CLEAN = 0.8  # of what slope and step leave, the share that the bar explains
 
+STRAY_SPREADS, STRAY_PX = 4.5, 0.6
+SLOPE_FROM, BEND_FROM = 6, 10  # points of a line: fewer do not tell its slope, or its bend
+ROUNDS, EXACT_PX = 8, 0.05
+
 
 @dataclass(frozen=True, eq=False)
 class Profiles:
@@ -242,11 +246,6 @@ def _columns(about: NDArray, width: float) -> tuple[NDArray, NDArray, NDArray]:
     a, b = (1 / (1 + np.exp(-1.702 * np.clip(z, -30, 30))) for z in (low, high))
     step = 2 / (1 + np.exp(-1.702 / BLUR_PX * np.clip(about, -30, 30))) - 1
     return np.stack([np.ones_like(about), about, step], axis=-1), a - b, 1.702 / BLUR_PX * (a * (1 - a) - b * (1 - b))
-
-
-STRAY_SPREADS, STRAY_PX = 4.5, 0.6
-SLOPE_FROM, BEND_FROM = 6, 10  # points of a line: fewer do not tell its slope, or its bend
-ROUNDS, EXACT_PX = 8, 0.05
 
 
 def strays(middle_px: NDArray, found: NDArray[np.bool_], line: NDArray) -> NDArray[np.bool_]:

@@ -24,6 +24,20 @@ ABOVE_NOISE = 6.0  # times the answer that bare ground gives at the 60th of a hu
 MIN_RESPONSE = 1.0
 OFF_CENTRE = 0.6  # px: further away, the neighbouring pixel is the ridge's
 
+REACH = 2  # px to the next point of the same ridge
+MIN_CHAINED_COSINE = np.cos(np.radians(22))
+AHEAD = 0.75  # of a step's length that lies along the ridge
+MIN_POINTS = 12
+SMOOTH_PX = 1.2  # off a cubic: further, and the chain is cut there
+KNEE = 8  # points on either side that tell how sharply a chain turns
+KNEE_TURN = np.cos(np.radians(25))
+
+SEARCH_PX = 1400  # of the longer side: in a larger picture, lines are looked for in one of that size
+STRONG_SHARE, WEAK = 0.8, 0.3  # of all length is weaker than what is strong; of that strength, what paint has at least
+LIGHT_GROUND = 120  # grey levels, of half the picture: below, no lines are darker than their ground
+PREVAIL = 2.0  # times as strong as the bright ones, all together
+LONG = 0.05  # of the diagonal: shorter ones tell nothing of that
+
 
 @dataclass(frozen=True, eq=False)
 class Ridges:
@@ -90,15 +104,6 @@ def _one_a_cell(points: Points, along: NDArray, strength: NDArray, shape: tuple[
     return Ridges(points[strongest], along[strongest], strength[strongest], cells[strongest])
 
 
-REACH = 2  # px to the next point of the same ridge
-MIN_CHAINED_COSINE = np.cos(np.radians(22))
-AHEAD = 0.75  # of a step's length that lies along the ridge
-MIN_POINTS = 12
-SMOOTH_PX = 1.2  # off a cubic: further, and the chain is cut there
-KNEE = 8  # points on either side that tell how sharply a chain turns
-KNEE_TURN = np.cos(np.radians(25))
-
-
 def ridge_chains(found: Ridges, shape: tuple[int, ...]) -> list[NDArray[np.int64]]:
     """Indices of points along each smooth piece of a ridge, the longest first; shape: of the picture."""
     walks = _walks(*_links(found, shape))
@@ -147,13 +152,6 @@ def _smooth(walk: list[int], points: Points) -> list[NDArray]:
     runs = straight_runs(points[chain], KNEE, KNEE_TURN, KNEE) if len(walk) >= 3 * KNEE else [(0, len(walk))]
     return [chain[start:end] for start, end in smooth_stretches(
         points[chain], runs, lambda piece: len(piece) >= MIN_POINTS and chord(piece) > 0, SMOOTH_PX, MIN_POINTS // 2)]
-
-
-SEARCH_PX = 1400  # of the longer side: in a larger picture, lines are looked for in one of that size
-STRONG_SHARE, WEAK = 0.8, 0.3  # of all length is weaker than what is strong; of that strength, what paint has at least
-LIGHT_GROUND = 120  # grey levels, of half the picture: below, no lines are darker than their ground
-PREVAIL = 2.0  # times as strong as the bright ones, all together
-LONG = 0.05  # of the diagonal: shorter ones tell nothing of that
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,6 +27,13 @@ _GROUPS = {say("zone.rim", "rim"): (0, 1, 2, 3, 5, 6, 7, 8), say("zone.corners",
            say("zone.left-edge", "left edge"): (0, 3, 6), say("zone.right-edge", "right edge"): (2, 5, 8),
            say("zone.top-edge", "top edge"): (0, 1, 2), say("zone.bottom-edge", "bottom edge"): (6, 7, 8)}
 
+COLUMNS, ROWS = 16, 12
+DARKEST, BRIGHTEST = 16, 240  # grey levels, on average: what is counted
+MIN_CELLS = 24  # that must be counted
+LARGE = 0.9  # of the cells: all but a clock, a caption or a cursor
+LIVELY_S, ENOUGH_S = 5.0, 20.0  # LARGE changes within LIVELY_S, for ENOUGH_S together: it has noise
+LONG_S = 20.0  # longer than from key frame to key frame
+
 
 def zone_slices(height: int, width: int) -> list[tuple[slice, slice]]:
     """Rows and columns of each zone, in the order of ZONES."""
@@ -80,14 +87,6 @@ def field_mask(field: NDArray | None, height: int, width: int) -> NDArray[np.boo
     raise BadInput("The outline of the field does not match the image.",
                    "Use a mask of the image size, or a polygon of at least three corners in pixels.",
                    reason="bad-outline")
-
-
-COLUMNS, ROWS = 16, 12
-DARKEST, BRIGHTEST = 16, 240  # grey levels, on average: what is counted
-MIN_CELLS = 24  # that must be counted
-LARGE = 0.9  # of the cells: all but a clock, a caption or a cursor
-LIVELY_S, ENOUGH_S = 5.0, 20.0  # LARGE changes within LIVELY_S, for ENOUGH_S together: it has noise
-LONG_S = 20.0  # longer than from key frame to key frame
 
 
 class Still(TypedDict):

@@ -40,6 +40,11 @@ from touchline.models.polynomial import MAX_DEGREE
 
 Marking = Literal["border", "line", "arc", "landmark"]
 
+SPACES = ("image", "corrected", "field")
+CURVE_POINTS = 65  # a border drawn with so many is smooth on any screen
+OVERLAY_STEP_MM = 50.0
+OVERLAY_STEP_DEG = 4.0
+
 
 class Polyline(TypedDict):
     feature: str
@@ -101,10 +106,6 @@ class Uncertainty(ErrorFigures):
 
 
 Space = Literal["image", "corrected", "field"]
-SPACES = ("image", "corrected", "field")
-CURVE_POINTS = 65  # a border drawn with so many is smooth on any screen
-OVERLAY_STEP_MM = 50.0
-OVERLAY_STEP_DEG = 4.0
 
 
 @dataclass(frozen=True)

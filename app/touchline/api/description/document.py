@@ -38,19 +38,6 @@ PARAMETERS = {
     "z_mm": "height of the points above the carpet, mm",
 }
 
-
-def parameter_description(path: str, name: str) -> str | None:
-    """Return what a parameter of that path means; None where nothing is known of it."""
-    words = path.split("/")
-    if f"{{{name}}}" in words:
-        of = words[words.index(f"{{{name}}}") - 1]
-        if of in NAMES:
-            return f"name of the {NAMES[of]}"
-        if of in KINDS:
-            return f"id of the {KINDS[of]}"
-    return PARAMETERS.get(name.lower())
-
-
 JSON = "application/json"
 FORM = "multipart/form-data"
 ID, OTHER_ID = "4f1c9a2b7d3e8056", "a07b3c5d9e1f2468"
@@ -73,6 +60,21 @@ FIELD = {"name": "training", "length_mm": 3000, "width_mm": 2000,
 MODEL = {"name": "polynomial", "parameters": {}}
 STAGES = {"snapshot": ID, "stages": "ssl", "calibration": OTHER_ID}
 RIG = {"field": "ssl-div-b", "cameras": ["north", {"camera": "south", "region": "right-half"}]}
+
+EVENTS = "text/event-stream"
+METHODS = ("get", "put", "post", "patch", "delete")
+
+
+def parameter_description(path: str, name: str) -> str | None:
+    """Return what a parameter of that path means; None where nothing is known of it."""
+    words = path.split("/")
+    if f"{{{name}}}" in words:
+        of = words[words.index(f"{{{name}}}") - 1]
+        if of in NAMES:
+            return f"name of the {NAMES[of]}"
+        if of in KINDS:
+            return f"id of the {KINDS[of]}"
+    return PARAMETERS.get(name.lower())
 
 
 def _json(value: Any) -> dict[str, Any]:
@@ -145,8 +147,6 @@ ACCESS: Schema = {
                "description": "What a browser keeps after the login, in place of the token."},
 }
 NO_TOKEN: Schema = {}  # a server for its own machine alone has none
-EVENTS = "text/event-stream"
-METHODS = ("get", "put", "post", "patch", "delete")
 OPERATOR: Schema = {"name": OPERATOR_HEADER, "in": "header", "required": False, "schema": {"type": "string"},
                     "description": "name of the operator, for what is saved, activated or started; by default the "
                                    "caller's network address"}

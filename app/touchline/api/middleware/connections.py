@@ -21,6 +21,12 @@ from touchline.api.middleware.problems import problem
 
 RESERVE = 64  # beyond the limit, for this machine and for who has the token: until its head says so
 
+ABORT = "touchline.abort"  # where the state of a request's scope holds what drops its connection at once
+RETRY = {"Retry-After": "5"}
+OVERLOADED = problem(503, "too-many-connections", "The server has too many connections.", "Try again in some seconds.",
+                     {"Connection": "close", **RETRY})
+MAX_HEAD_BYTES = 64 * 1024  # browsers send 2 kB, a large cookie makes it 8
+
 
 class Counted(Protocol):
     """A connection. address: of the other machine; None for this one, and for a proxy on it."""
@@ -88,13 +94,6 @@ class OpenConnections:
         found.make_room()
         self.remove(found)
         return True
-
-
-ABORT = "touchline.abort"  # where the state of a request's scope holds what drops its connection at once
-RETRY = {"Retry-After": "5"}
-OVERLOADED = problem(503, "too-many-connections", "The server has too many connections.", "Try again in some seconds.",
-                     {"Connection": "close", **RETRY})
-MAX_HEAD_BYTES = 64 * 1024  # browsers send 2 kB, a large cookie makes it 8
 
 
 def limited_connections(*, head_s: float = 10.0, most: int = 256, per_address: int = 40,

@@ -25,6 +25,7 @@ MB = 1_000_000
 ENVELOPE_BYTES = 64 * 1024  # what multipart adds to a file
 UPLOADS = ("multipart/", "application/octet-stream", "image/")
 LINGER_S = 2.0  # a client that is still sending would never read the refusal if the connection were cut at once
+INLINE_SCRIPT = re.compile(r"<script(?![^>]*\bsrc=)[^>]*>(.*?)</script>", re.DOTALL | re.IGNORECASE)
 
 
 class BodyLimits:
@@ -121,9 +122,6 @@ class _Body:
     async def _next(self, deadline: float) -> Message:
         async with asyncio.timeout_at(deadline):
             return await self._receive()
-
-
-INLINE_SCRIPT = re.compile(r"<script(?![^>]*\bsrc=)[^>]*>(.*?)</script>", re.DOTALL | re.IGNORECASE)
 
 
 def inline_hashes(html: str) -> list[str]:

@@ -23,20 +23,9 @@ from touchline.core.json_values import finite_json
 from touchline.core.sentences import SHUTTING_DOWN
 from touchline.core.statements import say, stated
 
-
-def json_bytes(value: Any) -> bytes:
-    """Return UTF-8 JSON; NaN and infinities are null, and half a surrogate pair is a question mark."""
-    try:
-        text = json.dumps(value, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
-    except ValueError:
-        text = json.dumps(finite_json(value), allow_nan=False, ensure_ascii=False, separators=(",", ":"))
-    return text.encode("utf-8", "replace")
-
-
 MEDIA_TYPE = "application/problem+json"
 RETRY_S = 5  # after too many at once: what others asked for has moved on by then
 MANUAL = "/problems/"  # a problem's type, relative to the server: the manual explains it there
-log = logging.getLogger("touchline")
 
 # Errors of the framework itself: reason and fix for each status.
 FRAMEWORK = {
@@ -74,6 +63,16 @@ VALUE_REASONS = {
     "string_too_long": "too-long",
     "json_invalid": "bad-json",
 }
+log = logging.getLogger("touchline")
+
+
+def json_bytes(value: Any) -> bytes:
+    """Return UTF-8 JSON; NaN and infinities are null, and half a surrogate pair is a question mark."""
+    try:
+        text = json.dumps(value, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+    except ValueError:
+        text = json.dumps(finite_json(value), allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+    return text.encode("utf-8", "replace")
 
 
 def problem(status: int, reason: str, detail: str, fix: str, headers: dict[str, str] | None = None, *,

@@ -29,6 +29,9 @@ DOCS_PAGE = f"""<!doctype html><html lang="en"><head><meta charset="utf-8"><titl
 <link rel="stylesheet" href="/vendor/swagger-ui/swagger-ui.css"></head><body><div id="swagger-ui"></div>
 <script src="/vendor/swagger-ui/swagger-ui-bundle.js"></script><script>{START}</script></body></html>"""
 
+ELSEWHERE = {"cameras": "cameras", "publish": "network"}  # what can be changed while the server runs, and where
+SECRET = "set"  # shown in place of a secret
+
 
 def docs_router(static: Path) -> APIRouter:
     """Return the route of the page; it needs the browser libraries fetched when the package was built."""
@@ -52,9 +55,6 @@ Health = response("Health", status=Literal["ok"], version=str, uptime_s=float, w
 Restoration = response("Restoration", record=RestorationRecord, lost=int)
 SettingView = response("SettingView", name=str, value=Any, default=Any, help=str, secret=bool, change=str | None)
 SettingsView = response("SettingsView", version=str, items=list_of(SettingView), storage=JsonObject)
-
-ELSEWHERE = {"cameras": "cameras", "publish": "network"}  # what can be changed while the server runs, and where
-SECRET = "set"  # shown in place of a secret
 
 
 @router.get("/health", tags=["health"], response_model=Health)

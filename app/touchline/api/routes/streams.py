@@ -31,6 +31,7 @@ from touchline.services.live import FIRST_FRAME_S, take_frame, when_awake
 from touchline.workflows.calibration import correct
 
 BOUNDARY = "touchline-frame"
+MAX_FPS = 240.0
 
 
 class MjpegResponse(Response):
@@ -73,7 +74,6 @@ async def _until_disconnect(receive: Receive) -> None:
 
 router = APIRouter(prefix="/cameras", tags=["cameras"])
 
-MAX_FPS = 240.0
 
 ViewName = Annotated[str, Query(max_length=64, description="raw, corrected, side: both side by side; detections: raw "
                                 "with the detections, stage-NAME: result of a stage of the detection")]

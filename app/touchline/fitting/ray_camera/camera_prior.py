@@ -42,6 +42,15 @@ ABSURD_SIGMAS = 2.5
 MISPLACED_SIGMAS = 6.0  # of the field's own σ: 18 mm where it says 3, which no painter and no tape is off
 NAMED_LINES = 3
 
+CONTRADICTED_SIGMAS = 3.0
+CHECKED_SHARE = 0.1  # of the height: where so much would not be seen, it has not been checked
+
+CLICK_SHARE = 0.7 / 1280  # σ of a careless click, of the picture's width; real ones have 0.3 to 0.5 px of 1280
+TOO_LARGE = 3.0  # of that, rms
+ANOTHER_LENS = 2.0  # times the rms of a lens of their own
+STRETCHED = 0.05  # σ of the aspect of a picture that was stretched
+MIN_LIMIT_PX = 1.5  # what no image is too sharp for
+
 
 def usual_height_mm(field: Field) -> float:
     """Return the height at which cameras hang over a field: 2.4 m over a table, 5 m over nine metres, 6 m in a hall."""
@@ -131,9 +140,6 @@ def centre_sigma_px(settings: Mapping[str, Any], image_size: ImageSize) -> float
     return CENTRE_SHARE * image_size.width if given is None else given
 
 
-CONTRADICTED_SIGMAS = 3.0
-CHECKED_SHARE = 0.1  # of the height: where so much would not be seen, it has not been checked
-
 Result = RayFitResult[RayCameraParameters]
 HeightState = Literal["agrees", "contradicted", "not-checked", "estimated"]
 
@@ -209,13 +215,6 @@ def _height(found: Result) -> tuple[float, float]:
     """Return the height of a fit and its σ, mm."""
     column = found.free_names.index("height")
     return float(found.minimum.state.position_mm[2]), float(np.sqrt(found.covariance[column, column]))
-
-
-CLICK_SHARE = 0.7 / 1280  # σ of a careless click, of the picture's width; real ones have 0.3 to 0.5 px of 1280
-TOO_LARGE = 3.0  # of that, rms
-ANOTHER_LENS = 2.0  # times the rms of a lens of their own
-STRETCHED = 0.05  # σ of the aspect of a picture that was stretched
-MIN_LIMIT_PX = 1.5  # what no image is too sharp for
 
 
 def residual_warnings(rms_px: float, settings: Mapping[str, Any], image_size: ImageSize) -> list[Warning]:

@@ -63,6 +63,11 @@ from touchline.models.lenses import Lens
 from touchline.models.lenses.division import division_radii, odd_series
 from touchline.models.ray_camera import BrownConrady, Division, Fisheye, RayCamera, Ssl
 
+FOCAL_GUESSES = (0.55, 0.8, 1.1, 1.6)  # of the picture's width: what field cameras have
+PLAUSIBLE_FOCAL = (0.2, 20.0)  # of the picture's width
+MOVED = 0.1  # of the logarithm of the focal length: k3's prior is then nearly twice as wide as it should be
+USUAL_CORNER = 0.75  # of the picture, in focal lengths
+
 
 def fit_problem(state: RayCameraParameters, problem: ClickResiduals, terms: tuple[str, ...],
                 settings: Mapping[str, Any], field: Field, image_size: ImageSize, intrinsics: Intrinsics | None,
@@ -115,10 +120,6 @@ def line_priors(problem: ClickResiduals, settings: Mapping[str, Any], field: Fie
     return tuple(ScalarPrior(f"line_{i}", 0.0, s) for i, s in enumerate(sigmas)), sigma_mm if free else None
 
 
-FOCAL_GUESSES = (0.55, 0.8, 1.1, 1.6)  # of the picture's width: what field cameras have
-PLAUSIBLE_FOCAL = (0.2, 20.0)  # of the picture's width
-
-
 def start_states(lens: type[Lens], start_terms: Callable[[float, float], Array], problem: ClickResiduals,
                  incidences: Incidences, image_size: ImageSize, height_mm: float | None) -> list[RayCameraParameters]:
     """Return candidates for the refinement. Raises FitFailed where no linear method sees a camera."""
@@ -157,9 +158,6 @@ def _focals(plane_from_field: Array, image_size: ImageSize, height_mm: float | N
         _, positions_mm = pose_from_homography(plane_from_field, trial)
         focals.insert(0, float(trial[np.argmin(np.abs(positions_mm[:, 2] - height_mm))]))
     return focals
-
-
-MOVED = 0.1  # of the logarithm of the focal length: k3's prior is then nearly twice as wide as it should be
 
 
 class RayFitter(Fitter):
@@ -288,9 +286,6 @@ def lens_fitter(model: type[RayCamera]) -> type[RayFitter]:
     if not issubclass(fitter, RayFitter):
         raise TypeError(f"the fitter of {model.NAME} starts from no lens")
     return fitter
-
-
-USUAL_CORNER = 0.75  # of the picture, in focal lengths
 
 
 class DivisionFitter(RayFitter):

@@ -30,6 +30,9 @@ from touchline.models.ray_camera import RayCamera
 MIN_VARIANCE = 1e-9  # of its scale: a lower bound of the variance in every direction
 BENDS_ALIKE = 1.0  # and so much of the focal length's: lenses that bend alike lie on a curve, which is a line nearby
 
+FIXED_SIGMA = 1e-3  # of its σ, for a distortion that is to be fixed
+CENTRE = ("centre_x", "centre_y")
+
 
 @dataclass(frozen=True, eq=False)
 class GaussianPrior:
@@ -156,10 +159,6 @@ def lens_prior(lens: Intrinsics, settings: Mapping[str, Any]) -> GaussianPrior |
         least = max(least, BENDS_ALIKE * covariance[names.index("log_focal"), names.index("log_focal")])
     return GaussianPrior.of(names, np.array([lens.values[name] for name in names]), covariance, lens.lens,
                             lens.focal_px, least)
-
-
-FIXED_SIGMA = 1e-3  # of its σ, for a distortion that is to be fixed
-CENTRE = ("centre_x", "centre_y")
 
 
 @dataclass(frozen=True, eq=False)

@@ -36,6 +36,10 @@ TAIL = 4.0
 SPREAD = (TAIL + 1) / (TAIL - 1)  # the precision has gamma's distribution
 ROUNDS = 4
 
+FOOT_STEPS, NEAR_ENOUGH_MM = 12, 1.0  # for the first places: what remains of a last step is far less
+PARTS = ("across", "tilt", "centre_x", "centre_y")  # of a marking's offset, mm; "across" an arc is its radius
+TILT_SHARE = 0.4  # how far a line's end lies off by its tilt, of how far the line does as a whole: each end is measured
+
 
 def line_sigmas_mm(jacobian: Array, columns: Sequence[int], offsets_mm: Array, prior_sigmas_mm: Array,
                    usual_mm: float, kind: Mask) -> Array:
@@ -86,10 +90,6 @@ def _posterior_sigma(information: Array, pull: Array, weights: Array, own: Mask,
     p = np.exp(log_p - log_p.max())
     return float(np.sqrt(p @ SIGMAS_MM**2 / p.sum()))
 
-
-FOOT_STEPS, NEAR_ENOUGH_MM = 12, 1.0  # for the first places: what remains of a last step is far less
-PARTS = ("across", "tilt", "centre_x", "centre_y")  # of a marking's offset, mm; "across" an arc is its radius
-TILT_SHARE = 0.4  # how far a line's end lies off by its tilt, of how far the line does as a whole: each end is measured
 
 Offsets = Mapping[str, Mapping[str, float]]  # mm by marking and part
 

@@ -31,6 +31,8 @@ from touchline.models.lenses.projection import (
     solve_2x2,
 )
 
+MIN_DENOMINATOR = 0.2  # of the division lens, beyond which it says nothing of others
+
 
 class DivisionLens(PowerTerms):
     TERMS: ClassVar[tuple[str, ...]] = ("k",)
@@ -114,9 +116,6 @@ def _horizon(terms: tuple[float, ...]) -> float:
     k1, k2, k3 = terms
     # of the divisor, and of the slope times its square
     return float(np.sqrt(smallest_root([1.0, k1, k2, k3], [1.0, -k1, -3 * k2, -5 * k3]))) * (1 - 1e-12)
-
-
-MIN_DENOMINATOR = 0.2  # of the division lens, beyond which it says nothing of others
 
 
 def division_radii(k: float, corner: float) -> tuple[Array, Array]:

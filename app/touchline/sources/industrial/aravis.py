@@ -43,6 +43,12 @@ ASK = struct.pack(">BBHHH", 0x42, 0x01, 0x0002, 0, 1)  # key, answer wanted, dis
 ANSWER = struct.pack(">H", 0x0003)
 WAITS_S = (0.3, 0.6)  # asked twice, since UDP may lose one
 
+BUFFERS = 6  # pictures under way; with fewer, a short pause of this process loses some
+MAX_CAMERAS = 64
+SUCCESS = 0  # of a buffer's states
+WITH_IMAGE = (1, 4, 5, 10)  # payload types: image, chunk data, extended chunk data, several parts
+FAKE = "Fake_"  # names of the cameras that the library itself simulates
+
 
 def is_ip(target: str) -> bool:
     try:
@@ -75,13 +81,6 @@ def _answered(line: socket.socket, until: float) -> bool:
         if answer[2:4] == ANSWER:
             return True
     return False
-
-
-BUFFERS = 6  # pictures under way; with fewer, a short pause of this process loses some
-MAX_CAMERAS = 64
-SUCCESS = 0  # of a buffer's states
-WITH_IMAGE = (1, 4, 5, 10)  # payload types: image, chunk data, extended chunk data, several parts
-FAKE = "Fake_"  # names of the cameras that the library itself simulates
 
 
 class AravisSource(IndustrialSource):

@@ -17,15 +17,6 @@ from touchline.sources.industrial.features import Node, finite_range
 NAME = "libaravis-0.8.so.0"
 FIX = say("industrial.install-aravis", "Install it: apt install libaravis-0.8-0.")
 
-
-class _GError(ctypes.Structure):
-    _fields_ = (("domain", c_uint32), ("code", c_int), ("message", c_char_p))
-
-
-class AravisError(Exception):
-    """An error that the library reports."""
-
-
 # (result, arguments, whether a GError** comes last) → the functions with that signature, without "arv_"
 SIGNATURES: dict[tuple[Any, tuple[Any, ...], bool], str] = {
     (None, (c_char_p,), False): "enable_interface disable_interface",
@@ -67,6 +58,19 @@ SIGNATURES: dict[tuple[Any, tuple[Any, ...], bool], str] = {
 CALLS = {name: signature for signature, names in SIGNATURES.items() for name in names.split()}
 NEWER = {"buffer_get_image_padding", "device_get_feature_access_mode"}  # not in every 0.8; call() then answers None
 KINDS = {"choice": "enumeration", "bool": "boolean", "command": "command", "float": "float", "int": "integer"}
+READ_ONLY = 0  # of Aravis' access modes; it calls some "write only" that can be read very well
+
+SETTERS: dict[str, tuple[str, Callable[..., object]]] = {  # by kind: type in the function's name, and its conversion
+    "choice": ("string", lambda value: str(value).encode()), "bool": ("boolean", bool), "int": ("integer", int),
+    "float": ("float", float)}
+
+
+class _GError(ctypes.Structure):
+    _fields_ = (("domain", c_uint32), ("code", c_int), ("message", c_char_p))
+
+
+class AravisError(Exception):
+    """An error that the library reports."""
 
 
 class Aravis:
@@ -146,13 +150,6 @@ def aravis() -> Aravis:
 def text(raw: bytes | None) -> str:
     """Return a camera's own text, printable."""
     return "".join(c for c in (raw or b"").decode("utf-8", "replace") if c.isprintable())[:200].strip()
-
-
-READ_ONLY = 0  # of Aravis' access modes; it calls some "write only" that can be read very well
-
-SETTERS: dict[str, tuple[str, Callable[..., object]]] = {  # by kind: type in the function's name, and its conversion
-    "choice": ("string", lambda value: str(value).encode()), "bool": ("boolean", bool), "int": ("integer", int),
-    "float": ("float", float)}
 
 
 class AravisNodes:

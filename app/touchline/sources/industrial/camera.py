@@ -25,6 +25,17 @@ from touchline.sources.lifecycle import require_open
 Pixels = NDArray[np.uint8]  # (height, width, 3) BGR
 SIDE_PX = (4, 32767)  # below, there is nothing to take colours from; above, OpenCV refuses
 
+# What cameras made before the list call the same numbers.
+OLD_NAMES = {"YUV422Packed": "YUV422_8_UYVY", "YUV422_YUYV_Packed": "YUV422_8", "BGR8Packed": "BGR8",
+             "RGB8Packed": "RGB8", "BGRA8Packed": "BGRa8", "RGBA8Packed": "RGBa8"}
+
+CANNOT_OPEN = say("industrial.cannot-open", "The camera cannot be opened.")
+DOES_NOT_START = say("industrial.does-not-start", "The camera does not start.")
+SMALLER_SIZE = say("industrial.smaller-size", "Set a smaller width and height.")
+READ_S = 1.5  # longer without a picture, and the camera counts as off
+MAX_PAYLOAD = 128 * 1024 * 1024  # bytes of one picture, as a camera announces them before any comes
+FPS = Option("fps", "float", None, "Frames per second. If not set: as set in the camera.", (0.1, 240))
+
 
 @dataclass(frozen=True)
 class PixelFormat:
@@ -73,9 +84,6 @@ PIXEL_FORMATS = {one.name: one for one in (
     PixelFormat("Mono8", 0x01080001, 1, _by(cv2.COLOR_GRAY2BGR)),
 )}
 _BY_CODE = {one.code: one for one in PIXEL_FORMATS.values()}
-# What cameras made before the list call the same numbers.
-OLD_NAMES = {"YUV422Packed": "YUV422_8_UYVY", "YUV422_YUYV_Packed": "YUV422_8", "BGR8Packed": "BGR8",
-             "RGB8Packed": "RGB8", "BGRA8Packed": "BGRa8", "RGBA8Packed": "RGBa8"}
 
 
 def canonical_name(name: str) -> str | None:
@@ -117,12 +125,6 @@ def bgr_from_raw(data: Any, width: int, height: int, code: int, padding: int = 0
     return pixels
 
 
-CANNOT_OPEN = say("industrial.cannot-open", "The camera cannot be opened.")
-DOES_NOT_START = say("industrial.does-not-start", "The camera does not start.")
-SMALLER_SIZE = say("industrial.smaller-size", "Set a smaller width and height.")
-READ_S = 1.5  # longer without a picture, and the camera counts as off
-MAX_PAYLOAD = 128 * 1024 * 1024  # bytes of one picture, as a camera announces them before any comes
-FPS = Option("fps", "float", None, "Frames per second. If not set: as set in the camera.", (0.1, 240))
 PIXEL_FORMAT = Option("pixel_format", "choice", None, "Pixel format. If not set: the best format that both support.",
                       choices=tuple(PIXEL_FORMATS))
 

@@ -31,6 +31,21 @@ NOTHING_THERE = {"http": say("network.no-answer-at-path", "The camera has nothin
                  "rtsp": say("network.no-stream-at-path", "The camera has no stream under this path.")}
 PATHS = {"http": "MJPEG", "rtsp": "RTSP"}
 
+PAIR = re.compile(r'([a-z][a-z0-9_-]*)\s*=\s*(?:"((?:[^"\\]|\\.)*)"|([^\s,"]+))', re.IGNORECASE)
+HASHES = {"md5": md5, "sha-256": sha256}
+
+PORTS = {"rtsp": 554, "http": 80, "https": 443}
+NAME = re.compile(r"(?=.{1,253}\.?$)([a-z0-9_]([a-z0-9_-]{0,61}[a-z0-9_])?\.)*[a-z0-9_]([a-z0-9_-]{0,61}[a-z0-9_])?\.?",
+                  re.IGNORECASE)
+NUMBER = re.compile(r"0x[0-9a-f]*|[0-9]+", re.IGNORECASE)  # the last label of 127.1, 0x7f.1, 2130706433
+METADATA = frozenset(map(ipaddress.ip_address, (  # clouds' services that hand out keys; most others are link-local
+    "169.254.169.254", "100.100.100.200", "168.63.129.16", "192.0.0.192", "fd00:ec2::254", "fd20:ce::254")))
+THIS_NETWORK = ipaddress.ip_network("0.0.0.0/8")
+NAT64, V4_COMPATIBLE = ipaddress.ip_network("64:ff9b::/96"), ipaddress.ip_network("::/96")
+NEIGHBOURS = Path("/proc/net/arp")
+FORM = "Enter it as {scheme}://user:password@host:port/path. Write @ / : # in a password as %40 %2F %3A %23."
+THIS_MACHINE = say("host.this-machine", "this machine itself")
+
 
 def status_error(status: int, scheme: str) -> Unavailable:
     """Return the error for a status. scheme: "http" or "rtsp"."""
@@ -57,10 +72,6 @@ def silent() -> Unavailable:
 def connection_lost() -> Unavailable:
     return Unavailable(say("network.connection-lost", "The connection to the camera was lost."), CHECK_SWITCHED_ON,
                        reason="camera-gone")
-
-
-PAIR = re.compile(r'([a-z][a-z0-9_-]*)\s*=\s*(?:"((?:[^"\\]|\\.)*)"|([^\s,"]+))', re.IGNORECASE)
-HASHES = {"md5": md5, "sha-256": sha256}
 
 
 class Login:
@@ -123,18 +134,6 @@ class Login:
 
 
 Address = ipaddress.IPv4Address | ipaddress.IPv6Address
-
-PORTS = {"rtsp": 554, "http": 80, "https": 443}
-NAME = re.compile(r"(?=.{1,253}\.?$)([a-z0-9_]([a-z0-9_-]{0,61}[a-z0-9_])?\.)*[a-z0-9_]([a-z0-9_-]{0,61}[a-z0-9_])?\.?",
-                  re.IGNORECASE)
-NUMBER = re.compile(r"0x[0-9a-f]*|[0-9]+", re.IGNORECASE)  # the last label of 127.1, 0x7f.1, 2130706433
-METADATA = frozenset(map(ipaddress.ip_address, (  # clouds' services that hand out keys; most others are link-local
-    "169.254.169.254", "100.100.100.200", "168.63.129.16", "192.0.0.192", "fd00:ec2::254", "fd20:ce::254")))
-THIS_NETWORK = ipaddress.ip_network("0.0.0.0/8")
-NAT64, V4_COMPATIBLE = ipaddress.ip_network("64:ff9b::/96"), ipaddress.ip_network("::/96")
-NEIGHBOURS = Path("/proc/net/arp")
-FORM = "Enter it as {scheme}://user:password@host:port/path. Write @ / : # in a password as %40 %2F %3A %23."
-THIS_MACHINE = say("host.this-machine", "this machine itself")
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,10 @@ MAX_HEAD = 16 * 1024
 LENGTH = re.compile(rb"^content-length\s*:\s*(\d{1,12})\s*$", re.IGNORECASE | re.MULTILINE)
 BOUNDARY = re.compile(r'boundary\s*=\s*(?:"([^"]{1,200})"|([^\s;,"]{1,200}))', re.IGNORECASE)
 
+OPEN_S = 2.0
+READ_S = 1.5
+MAX_BAD_PARTS = 30  # broken parts one after the other, then it is no stream of pictures
+
 
 class PartTooLarge(Exception):
     """A part, or what stands where one should begin, is larger than any picture."""
@@ -122,11 +126,6 @@ class MultipartParser:
         self._data.clear()
         self._leave(0)
         raise PartTooLarge
-
-
-OPEN_S = 2.0
-READ_S = 1.5
-MAX_BAD_PARTS = 30  # broken parts one after the other, then it is no stream of pictures
 
 
 class HttpSource(BaseSource):

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 MAX_TEXT = 256 * 1024  # of one request or reply with its body
 READ_BYTES = 1 << 18
 LENGTH = re.compile(rb"^Content-Length:\s*(\d{1,9})", re.IGNORECASE | re.MULTILINE)
+READ_S = 1.5
 
 
 class RtspRelay:
@@ -202,9 +203,6 @@ class RtspRelay:
         self._playing = self._playing or request[0] == "PLAY"
         head = re.sub(r"(?mi)^CSeq:[^\r\n]*", f"CSeq: {request[3]}", head)
         ffmpeg.sendall(head.encode() + b"\r\n\r\n" + body)
-
-
-READ_S = 1.5
 
 
 class RtspSource(BaseSource):

@@ -22,6 +22,16 @@ _SLOWING = 0.25  # of its speed that a ball loses in a second
 _WAYPOINTS = 9  # of a person's walk
 _ROUNDING_MM = 300.0  # people cut corners by this
 
+YELLOW, BLUE = (40.0, 214.0, 246.0), (210.0, 96.0, 24.0)  # BGR
+PINK, LIME = (190.0, 92.0, 250.0), (92.0, 232.0, 110.0)
+ORANGE = (30.0, 112.0, 250.0)
+HULL, HAT = (34.0, 33.0, 32.0), (20.0, 20.0, 20.0)
+WHITE, SKIN, HAIR, JEANS = (215.0, 220.0, 222.0), (140.0, 170.0, 214.0), (28.0, 34.0, 42.0), (96.0, 66.0, 48.0)
+# A small robot's colour beside its team's, by its number.
+PURPLE, CYAN, RED = (214.0, 52.0, 120.0), (222.0, 214.0, 60.0), (44.0, 30.0, 222.0)
+OWN_COLOURS = (LIME, PINK, CYAN, PURPLE, RED)
+_STRIDE_MM = 1300.0  # two steps
+
 
 @dataclass(frozen=True)
 class Motion:
@@ -189,17 +199,6 @@ def _walk(region: Region, seed: int, person: int) -> tuple[NDArray, NDArray, flo
     ends = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
     inward = atan2(np.mean(region.y_mm) - corners[0, 1], np.mean(region.x_mm) - corners[0, 0])
     return corners, ends, float(rng.uniform(0.8, 1.2)), inward + float(rng.uniform(-0.5, 0.5))
-
-
-YELLOW, BLUE = (40.0, 214.0, 246.0), (210.0, 96.0, 24.0)  # BGR
-PINK, LIME = (190.0, 92.0, 250.0), (92.0, 232.0, 110.0)
-ORANGE = (30.0, 112.0, 250.0)
-HULL, HAT = (34.0, 33.0, 32.0), (20.0, 20.0, 20.0)
-WHITE, SKIN, HAIR, JEANS = (215.0, 220.0, 222.0), (140.0, 170.0, 214.0), (28.0, 34.0, 42.0), (96.0, 66.0, 48.0)
-# A small robot's colour beside its team's, by its number.
-PURPLE, CYAN, RED = (214.0, 52.0, 120.0), (222.0, 214.0, 60.0), (44.0, 30.0, 222.0)
-OWN_COLOURS = (LIME, PINK, CYAN, PURPLE, RED)
-_STRIDE_MM = 1300.0  # two steps
 
 
 def moving(play: Motion, field: Field, region: Region, time_s: float, eye: tuple[float, float, float]) -> list[Solid]:

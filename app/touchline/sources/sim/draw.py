@@ -26,6 +26,10 @@ SHINE: Colour = (150.0, 190.0, 255.0)
 _EDGE = 4.0  # sigmas; beyond it nothing is covered
 _RING = np.linspace(0, 2 * np.pi, 16, endpoint=False)
 
+STEPS = 32  # a grey level; 16 bits then reach four times as bright as white
+_ROWS = 8  # of a strip
+_SHEET = 1 << 22  # random numbers; each strip takes a random piece
+
 
 @dataclass(frozen=True, eq=False)
 class Layer:
@@ -176,11 +180,6 @@ def _ball_layers(patch: Scene, ball: Ball) -> Iterator[Layer | None]:
     yield patch.layer(off - r, ball.colour, 0.0)
     shine = Disc((ball.centre[0] - 0.3 * r, ball.centre[1] + 0.3 * r), 0.25 * r)
     yield patch.layer(shine.distance(*patch.at(1.8 * r)), SHINE, 0.0)
-
-
-STEPS = 32  # a grey level; 16 bits then reach four times as bright as white
-_ROWS = 8  # of a strip
-_SHEET = 1 << 22  # random numbers; each strip takes a random piece
 
 
 def in_steps(picture: NDArray, steps: float | Colour) -> NDArray[np.int16]:

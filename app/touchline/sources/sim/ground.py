@@ -25,6 +25,13 @@ from touchline.sources.sim.camera import SimCamera
 Plane = NDArray[np.floating]  # (height, width) float32
 Pick = NDArray[np.intp]  # (n,) flat pixel numbers
 _REACH = 3.5  # sigmas; beyond it the blur leaves less than a grey level
+DRIFT_PERIOD_S = 60.0
+GREEN, BLACK = (44.0, 112.0, 60.0), (36.0, 34.0, 34.0)
+
+_TILE = 512  # texels
+# (mm a texel, smoothing in texels, strength): fibres, tufts, and where people walked
+_GRAINS = ((7.0, 0.7, 0.05), (38.0, 1.5, 0.02), (420.0, 3.0, 0.03))
+_STRIP_MM = 2000.0  # carpets are laid in strips of this width
 
 
 def band(d: NDArray, half_mm: float | NDArray, sigma_mm: NDArray) -> NDArray:
@@ -135,9 +142,6 @@ def markings_coverage(ground: Ground, lines: Iterable[Line], arcs: Iterable[Arc]
     return (1 - bare).reshape(ground.size.height, ground.size.width)
 
 
-DRIFT_PERIOD_S = 60.0
-
-
 @dataclass(frozen=True)
 class Lamps:
     """flicker, drift: shares of the light, 0…1, up and down."""
@@ -154,14 +158,9 @@ class Lamps:
 
 
 Colour = tuple[float, float, float]  # BGR, 0…255, as it looks in full light
-GREEN, BLACK = (44.0, 112.0, 60.0), (36.0, 34.0, 34.0)
 PAINT: Colour = (226.0, 236.0, 232.0)
 FLOOR: Colour = (112.0, 122.0, 128.0)
 WALL: Colour = (52.0, 54.0, 56.0)
-_TILE = 512  # texels
-# (mm a texel, smoothing in texels, strength): fibres, tufts, and where people walked
-_GRAINS = ((7.0, 0.7, 0.05), (38.0, 1.5, 0.02), (420.0, 3.0, 0.03))
-_STRIP_MM = 2000.0  # carpets are laid in strips of this width
 
 
 @dataclass(frozen=True)

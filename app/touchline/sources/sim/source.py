@@ -33,6 +33,17 @@ NUMBERS = {"exposure": "exposure_us", "gain": "gain_db", "white_balance": "white
            "softer": "softer_px", "frame_rate": "frame_rate"}  # controls that are numbers, and their attributes
 KNOCKS_PX, SOFTER_PX = (-200.0, 200.0), (0.0, 5.0)
 
+# The league's numbering of cameras over a shared field.
+CAMERAS = {
+    "1": ("full",),
+    "2": ("half-left", "half-right"),
+    "4": ("quarter-bottom-left", "quarter-top-left", "quarter-bottom-right", "quarter-top-right"),
+    "8": tuple(f"eighth-{i}" for i in range(8)),
+}
+MAX_PIXELS = 6_000_000  # each takes about 60 bytes while the field is painted
+HEIGHT_PER_DIAGONAL = 0.7  # lower, and a strong lens shows its corners bent back
+LENS_TERMS = ("k", "a", "k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
+
 
 @dataclass
 class Settings:
@@ -106,18 +117,6 @@ class Settings:
 
     def _text(self, binning: int) -> str:
         return f"{self.size.width // binning}x{self.size.height // binning}"
-
-
-# The league's numbering of cameras over a shared field.
-CAMERAS = {
-    "1": ("full",),
-    "2": ("half-left", "half-right"),
-    "4": ("quarter-bottom-left", "quarter-top-left", "quarter-bottom-right", "quarter-top-right"),
-    "8": tuple(f"eighth-{i}" for i in range(8)),
-}
-MAX_PIXELS = 6_000_000  # each takes about 60 bytes while the field is painted
-HEIGHT_PER_DIAGONAL = 0.7  # lower, and a strong lens shows its corners bent back
-LENS_TERMS = ("k", "a", "k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
 
 
 class SimSource(BaseSource):
