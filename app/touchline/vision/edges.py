@@ -22,27 +22,27 @@ from numpy.typing import NDArray
 from touchline.core import opencv
 from touchline.core.geometry import Points, root_mean_square
 
-GAP_PX = 40.0  # ... and no longer than the shorter piece
+MAX_GAP_PX = 40.0  # between two pieces of one edge, which is no longer than the shorter piece either
 MIN_JOINED_COSINE = np.cos(np.radians(5))
-ASIDE_PX = 0.7  # off the way ahead, and
-ASIDE = 0.02  # so much more for each px of the gap: a lens bows the way
-TIP = 16  # points that tell which way a piece goes at its end
+MAX_OFF_AXIS_PX = 0.7  # across the way ahead, and
+OFF_AXIS_A_PX = 0.02  # so much more for each px of the gap: a lens bows the way
+TIP_POINTS = 16  # that give the direction of a piece at its end
 
 BLUR_PX = 1.2  # sharper follows the noise, softer lets neighbouring edges push each other
-MARGIN = 4  # px at the picture's end, three blurs
-FAINT = 1.0  # grey levels a px: a weaker gradient is noise
-CLEAR = 3.0  # the median along a chain that is kept
-REACH = 2  # px to the next point of the same edge
+MARGIN_PX = 4  # at the picture's end, three blurs
+MIN_GRADIENT = 1.0  # grey levels a px: a weaker one is noise
+MIN_MEDIAN_GRADIENT = 3.0  # along a chain
+REACH_PX = 2  # to the next point of the same edge
 MIN_LINKED_COSINE = np.cos(np.radians(25))  # neighbours on one edge have nearly one gradient
-AHEAD = 0.8  # of a step's length that lies along the edge
-CORNER_ARM = 6  # points on either side that tell how sharply a chain turns
-CORNER = np.cos(np.radians(14))
-SMOOTH_PX = 1.0  # off a cubic: further is no smooth curve, and the chain is cut there
-RAGGED_PX = 0.4  # rms off a cubic of what may be a straight edge behind a lens
-TRIM = 3  # points at either end, where other edges meet this one
-SHORTEST_PIECE_PX = 12.0  # worth joining to others
-SHORTEST = 0.06  # of the picture's diagonal; a chain's bow grows with the square of its length
-BENT = 0.2  # of its chord: no lens of ours bows a line further
+MIN_AHEAD_SHARE = 0.8  # of a step's length that lies along the edge
+CORNER_ARM = 6  # points on either side by which the turn of a chain is measured
+MIN_CORNER_COSINE = np.cos(np.radians(14))
+MAX_OFF_CUBIC_PX = 1.0  # further is no smooth curve, and the chain is cut there
+MAX_RMS_OFF_CUBIC_PX = 0.4  # of what may be a straight edge behind a lens
+TRIMMED_POINTS = 3  # at either end, where other edges meet this one
+MIN_PIECE_PX = 12.0  # worth joining to others
+MIN_CHAIN_SHARE = 0.06  # of the picture's diagonal; a chain's bow grows with the square of its length
+MAX_BOW_SHARE = 0.2  # of its chord: no lens of ours bows a line further
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,7 @@ def walks(follows: NDArray) -> Iterator[list[int]]:
 
 
 def straight_runs(points: Points, arm: int, least_cosine: float, clear: int) -> list[tuple[int, int]]:
-    """The stretches [start, end) of a chain between its sharp turns, told by `arm` points on either side.
+    """The stretches [start, end) of a chain between its sharp turns, which are seen by `arm` points on either side.
 
     clear: of a turn, points that are left out after it.
     """
@@ -132,34 +132,61 @@ def smooth_stretches(points: Points, waiting: list[tuple[int, int]], is_long: Ca
 
 
 def joined(pieces: Sequence[Piece]) -> list[Piece]:
-    """Longer pieces of the same points."""
+    """Longer pieces of the same points: each is followed by the nearest one that goes on with it, where that agrees."""
     if not pieces:
         return []
-    first, last = (np.array([p.points[i] for p in pieces]) for i in (0, -1))
-    outset, outcome = _way([p.points[:TIP] for p in pieces]), _way([p.points[-TIP:] for p in pieces])
-    length = np.array([chord(p.points) for p in pieces])
-    cells: dict[tuple[int, int], list[int]] = {}
-    for i, (x, y) in enumerate(np.floor(first / GAP_PX).astype(int)):
-        cells.setdefault((x, y), []).append(i)
+    ends = _Ends.of(pieces)
     follows, leads = np.full(len(pieces), -1), np.full(len(pieces), -1)
     follow_gap, lead_gap = np.full(len(pieces), np.inf), np.full(len(pieces), np.inf)
-    for i, (x, y) in enumerate(np.floor(last / GAP_PX).astype(int)):
-        near = np.array([j for dx in (-1, 0, 1) for dy in (-1, 0, 1) for j in cells.get((x + dx, y + dy), ())], int)
-        near = near[near != i]
-        step = first[near] - last[i]
-        middle = outcome[i] + outset[near]
-        middle = middle / np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-9)
-        gap = np.sum(step * middle, axis=1)
-        aside = np.abs(step[:, 0] * middle[:, 1] - step[:, 1] * middle[:, 0])
-        fits = ((gap > 0) & (gap < np.minimum(GAP_PX, np.minimum(length[near], length[i])))
-                & (aside < ASIDE_PX + ASIDE * gap) & (outset[near] @ outcome[i] > MIN_JOINED_COSINE))
-        for j, g in zip(near[fits], gap[fits], strict=True):
-            if g < follow_gap[i]:
-                follow_gap[i], follows[i] = g, j
-            if g < lead_gap[j]:
-                lead_gap[j], leads[j] = g, i
+    for i, candidates in enumerate(_starts_near_ends(ends)):
+        for j, gap in zip(*ends.continuations(i, candidates), strict=True):
+            if gap < follow_gap[i]:
+                follow_gap[i], follows[i] = gap, j
+            if gap < lead_gap[j]:
+                lead_gap[j], leads[j] = gap, i
     return [Piece(np.concatenate([pieces[i].points for i in walk]), np.concatenate([pieces[i].strength for i in walk]))
             for walk in walks(mutual_links(follows, leads))]
+
+
+@dataclass(frozen=True, eq=False)
+class _Ends:
+    """Of each piece: where it starts and ends (n, 2), its unit direction there (n, 2), and its chord (n,), px."""
+
+    start: Points
+    end: Points
+    start_direction: NDArray
+    end_direction: NDArray
+    length: NDArray
+
+    @classmethod
+    def of(cls, pieces: Sequence[Piece]) -> Self:
+        return cls(np.array([p.points[0] for p in pieces]), np.array([p.points[-1] for p in pieces]),
+                   _directions([p.points[:TIP_POINTS] for p in pieces]),
+                   _directions([p.points[-TIP_POINTS:] for p in pieces]), np.array([chord(p.points) for p in pieces]))
+
+    def continuations(self, i: int, candidates: NDArray) -> tuple[NDArray, NDArray]:
+        """Return those of the candidates that go straight on where piece i ends, and the gaps to them, px."""
+        step = self.start[candidates] - self.end[i]
+        # The gap is bridged along the mean of both directions, since a lens bends the edge within it.
+        bridge = self.end_direction[i] + self.start_direction[candidates]
+        bridge = bridge / np.maximum(np.linalg.norm(bridge, axis=1, keepdims=True), 1e-9)
+        gap = np.sum(step * bridge, axis=1)
+        off_axis = np.abs(step[:, 0] * bridge[:, 1] - step[:, 1] * bridge[:, 0])
+        is_near = (gap > 0) & (gap < np.minimum(MAX_GAP_PX, np.minimum(self.length[candidates], self.length[i])))
+        is_straight_on = ((off_axis < MAX_OFF_AXIS_PX + OFF_AXIS_A_PX * gap)
+                          & (self.start_direction[candidates] @ self.end_direction[i] > MIN_JOINED_COSINE))
+        fits = is_near & is_straight_on
+        return candidates[fits], gap[fits]
+
+
+def _starts_near_ends(ends: _Ends) -> Iterator[NDArray]:
+    """Yield for each piece which others start in the cells of MAX_GAP_PX about its end: any further gap is too long."""
+    cells: dict[tuple[int, int], list[int]] = {}
+    for i, (x, y) in enumerate(np.floor(ends.start / MAX_GAP_PX).astype(int)):
+        cells.setdefault((x, y), []).append(i)
+    for i, (x, y) in enumerate(np.floor(ends.end / MAX_GAP_PX).astype(int)):
+        near = np.array([j for dx in (-1, 0, 1) for dy in (-1, 0, 1) for j in cells.get((x + dx, y + dy), ())], int)
+        yield near[near != i]
 
 
 def off_cubic(points: Points) -> tuple[NDArray, float]:
@@ -178,7 +205,7 @@ def chord(points: Points) -> float:
     return float(np.linalg.norm(points[-1] - points[0])) if len(points) > 1 else 0.0
 
 
-def _way(tips: list[Points]) -> NDArray:
+def _directions(tips: list[Points]) -> NDArray:
     """Unit directions (n, 2): from the mean of a tip's first half to that of its second."""
     ways = np.array([tip[len(tip) // 2:].mean(axis=0) - tip[:len(tip) // 2].mean(axis=0) for tip in tips])
     return ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
@@ -189,10 +216,10 @@ def edge_chains(pixels: NDArray[np.uint8]) -> list[Points]:
     gradient_x, gradient_y = opencv.blurred_gradients(opencv.to_grey(pixels), BLUR_PX)
     points, directions, strength, cells = _tops(gradient_x, gradient_y)
     height, width = gradient_x.shape
-    least = max(SHORTEST * float(np.hypot(width, height)), SHORTEST_PIECE_PX)
+    least_px = max(MIN_CHAIN_SHARE * float(np.hypot(width, height)), MIN_PIECE_PX)
     pieces = [piece for links in walks(_links(points, directions, cells, (height, width))) if len(links) > 1
-              for piece in _smooth(Piece(points[links], strength[links]), SHORTEST_PIECE_PX)]
-    found = [chain.points for line in joined(pieces) for chain in _smooth(line, least)]
+              for piece in _smooth(Piece(points[links], strength[links]), MIN_PIECE_PX)]
+    found = [chain.points for line in joined(pieces) for chain in _smooth(line, least_px)]
     return sorted(found, key=lambda chain: (-chord(chain), *chain[0]))
 
 
@@ -203,9 +230,9 @@ def _tops(gx: NDArray, gy: NDArray) -> tuple[Points, NDArray, NDArray, NDArray]:
     sideways = np.abs(gx[1:-1, 1:-1]) >= np.abs(gy[1:-1, 1:-1])
     before = np.where(sideways, strength[1:-1, :-2], strength[:-2, 1:-1])
     after = np.where(sideways, strength[1:-1, 2:], strength[2:, 1:-1])
-    tops = (inner > FAINT) & (inner >= before) & (inner > after)
+    tops = (inner > MIN_GRADIENT) & (inner >= before) & (inner > after)
     # Beyond the picture's end its last row goes on, in the blur, and turns a slanted edge.
-    tops[:MARGIN], tops[-MARGIN:], tops[:, :MARGIN], tops[:, -MARGIN:] = False, False, False, False
+    tops[:MARGIN_PX], tops[-MARGIN_PX:], tops[:, :MARGIN_PX], tops[:, -MARGIN_PX:] = False, False, False, False
     row, column = np.nonzero(tops)
     low, top, high = (np.sqrt(s[row, column]).astype(float) for s in (before, inner, after))
     with np.errstate(all="ignore"):
@@ -229,21 +256,22 @@ def _links(points: Points, directions: NDArray, cells: NDArray, shape: tuple[int
         return (np.sum(step * (tangent[a] + tangent[b]), axis=1) / 2,
                 np.sum(directions[a] * directions[b], axis=1) > MIN_LINKED_COSINE)
 
-    return mutual_links(*nearest_neighbours(points, cells, shape, REACH, AHEAD, judge))
+    return mutual_links(*nearest_neighbours(points, cells, shape, REACH_PX, MIN_AHEAD_SHARE, judge))
 
 
 def _smooth(line: Piece, least_px: float) -> list[Piece]:
     """The stretches of a chain, at least so long, that may be a straight edge behind a lens; without its ends."""
-    line = line.part(TRIM, -TRIM)
-    runs = straight_runs(line.points, CORNER_ARM, CORNER, CORNER_ARM - 1)
+    line = line.part(TRIMMED_POINTS, -TRIMMED_POINTS)
+    runs = straight_runs(line.points, CORNER_ARM, MIN_CORNER_COSINE, CORNER_ARM - 1)
 
     def is_long(points: Points) -> bool:
-        return len(points) >= 2 * TRIM + 6 and chord(points) >= least_px
+        return len(points) >= 2 * TRIMMED_POINTS + 6 and chord(points) >= least_px
 
-    pieces = (line.part(*ends) for ends in smooth_stretches(line.points, runs, is_long, SMOOTH_PX, 2 * TRIM))
-    return [piece for piece in pieces if np.median(piece.strength) >= CLEAR and _is_calm(piece.points)]
+    stretches = smooth_stretches(line.points, runs, is_long, MAX_OFF_CUBIC_PX, 2 * TRIMMED_POINTS)
+    return [piece for piece in (line.part(*ends) for ends in stretches)
+            if np.median(piece.strength) >= MIN_MEDIAN_GRADIENT and _is_smooth(piece.points)]
 
 
-def _is_calm(points: Points) -> bool:
+def _is_smooth(points: Points) -> bool:
     off, bow = off_cubic(points)
-    return root_mean_square(off) < RAGGED_PX and bow < BENT * chord(points)
+    return root_mean_square(off) < MAX_RMS_OFF_CUBIC_PX and bow < MAX_BOW_SHARE * chord(points)

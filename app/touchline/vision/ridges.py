@@ -19,24 +19,25 @@ from touchline.core.geometry import Points
 from touchline.vision.edges import chord, nearest_neighbours, smooth_stretches, straight_runs
 
 SIGMAS_PX = (0.9, 1.5, 2.4, 3.8)  # a bar answers most to 0.3 of its width: 1 to 13 px are covered
-MARGIN = 3  # px at the picture's end, where the blur has nothing to go on
-ABOVE_NOISE = 6.0  # times the answer that bare ground gives at the 60th of a hundred places
+MARGIN_PX = 3  # at the picture's end, where the blur has nothing to go on
+ABOVE_NOISE = 6.0  # times the response of ground without lines, at the 60th of a hundred places
 MIN_RESPONSE = 1.0
-OFF_CENTRE = 0.6  # px: further away, the neighbouring pixel is the ridge's
+MAX_OFF_CENTRE_PX = 0.6  # further away, the neighbouring pixel is the ridge's
 
-REACH = 2  # px to the next point of the same ridge
+REACH_PX = 2  # to the next point of the same ridge
 MIN_CHAINED_COSINE = np.cos(np.radians(22))
-AHEAD = 0.75  # of a step's length that lies along the ridge
+MIN_AHEAD_SHARE = 0.75  # of a step's length that lies along the ridge
 MIN_POINTS = 12
-SMOOTH_PX = 1.2  # off a cubic: further, and the chain is cut there
-KNEE = 8  # points on either side that tell how sharply a chain turns
-KNEE_TURN = np.cos(np.radians(25))
+MAX_OFF_CUBIC_PX = 1.2  # further, and the chain is cut there
+TURN_ARM = 8  # points on either side by which the turn of a chain is measured
+MIN_TURN_COSINE = np.cos(np.radians(25))
 
 SEARCH_PX = 1400  # of the longer side: in a larger picture, lines are looked for in one of that size
-STRONG_SHARE, WEAK = 0.8, 0.3  # of all length is weaker than what is strong; of that strength, what paint has at least
-LIGHT_GROUND = 120  # grey levels, of half the picture: below, no lines are darker than their ground
-PREVAIL = 2.0  # times as strong as the bright ones, all together
-LONG = 0.05  # of the diagonal: shorter ones tell nothing of that
+STRONG_SHARE = 0.8  # of all length is weaker than what counts as strong
+MIN_PAINT_SHARE = 0.3  # of that strength, which paint has at least
+MIN_LIGHT_GROUND = 120  # grey levels, of half the picture: below, no lines are darker than their ground
+MIN_DARK_RATIO = 2.0  # dark lines prevail where they are so much stronger than the bright ones, all together
+MIN_LONG_SHARE = 0.05  # of the diagonal: shorter lines do not count in that
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,42 +56,57 @@ def ridges(gray: NDArray[np.uint8]) -> Ridges:
     best = np.zeros(picture.shape, np.float32)
     offset = np.zeros((*picture.shape, 2), np.float32)  # from the pixel to the ridge's top
     across = np.zeros((*picture.shape, 2), np.float32)
-    for sigma in SIGMAS_PX:
-        _look(picture, sigma, best, offset, across)
-    best[:MARGIN], best[-MARGIN:], best[:, :MARGIN], best[:, -MARGIN:] = 0, 0, 0, 0
-    row, column = np.nonzero((best > 0) & (np.abs(offset) <= OFF_CENTRE).all(axis=-1))
+    for sigma_px in SIGMAS_PX:
+        _add_ridges_of(picture, sigma_px, best, offset, across)
+    best[:MARGIN_PX], best[-MARGIN_PX:], best[:, :MARGIN_PX], best[:, -MARGIN_PX:] = 0, 0, 0, 0
+    row, column = np.nonzero((best > 0) & (np.abs(offset) <= MAX_OFF_CENTRE_PX).all(axis=-1))
     normal = across[row, column].astype(np.float64)
     points = np.stack([column, row], axis=1) + offset[row, column]
     return _one_a_cell(points.astype(np.float64), np.stack([-normal[:, 1], normal[:, 0]], axis=1),
                        best[row, column].astype(np.float64), picture.shape)
 
 
-def _look(picture: NDArray, sigma: float, best: NDArray, offset: NDArray, across: NDArray) -> None:
-    """Write this blur's ridges, in place, wherever they answer more than any before."""
-    soft = cv2.GaussianBlur(picture, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
+def _add_ridges_of(picture: NDArray, sigma_px: float, best: NDArray, offset: NDArray, across: NDArray) -> None:
+    """Write this blur's ridges, in place, wherever their response is stronger than any before."""
+    soft = cv2.GaussianBlur(picture, (0, 0), sigma_px, borderType=cv2.BORDER_REPLICATE)
+    xx, yy, xy = _hessian(soft)
+    # The Hessian's eigenvalues are mean ∓ spread.
+    mean, half_difference = cv2.addWeighted(xx, 0.5, yy, 0.5, 0), cv2.addWeighted(xx, 0.5, yy, -0.5, 0)
+    spread = cv2.magnitude(half_difference, xy)
+    response = _response(mean, spread, sigma_px)
+    threshold = ABOVE_NOISE * float(np.percentile(response[::7, ::5], 60)) + MIN_RESPONSE
+    row, column = np.nonzero((response > threshold) & (response > best))
+    at = row, column
+    low = mean[at] - spread[at]
+    # The eigenvector of the low eigenvalue, from whichever row of the matrix is longer: the other may vanish.
+    from_first, from_second = np.stack([xy[at], low - xx[at]], axis=1), np.stack([low - yy[at], xy[at]], axis=1)
+    first_is_longer = np.abs(from_first).sum(axis=1) >= np.abs(from_second).sum(axis=1)
+    normal = np.where(first_is_longer[:, None], from_first, from_second)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True) + 1e-9
+    # The top of the parabola across the ridge: one Newton step from the pixel, with the slope and the curvature there.
+    slope_x = (soft[row, np.minimum(column + 1, soft.shape[1] - 1)] - soft[row, np.maximum(column - 1, 0)]) / 2
+    slope_y = (soft[np.minimum(row + 1, soft.shape[0] - 1), column] - soft[np.maximum(row - 1, 0), column]) / 2
+    to_top = -(normal[:, 0] * slope_x + normal[:, 1] * slope_y) / (low - 1e-6)
+    best[at], offset[at], across[at] = response[at], normal * to_top[:, None], normal
+
+
+def _hessian(soft: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """Return the second derivatives xx, yy and xy of a picture, (h, w) each, by central differences."""
     second, first, one = np.array([1, -2, 1], np.float32), np.array([-0.5, 0, 0.5], np.float32), np.ones(1, np.float32)
 
     def filtered(x: NDArray, y: NDArray) -> NDArray:
         return cv2.sepFilter2D(soft, cv2.CV_32F, x, y, borderType=cv2.BORDER_REPLICATE)
-    xx, yy, xy = filtered(second, one), filtered(one, second), filtered(first, first)
-    middle, half = cv2.addWeighted(xx, 0.5, yy, 0.5, 0), cv2.addWeighted(xx, 0.5, yy, -0.5, 0)
-    spread = cv2.magnitude(half, xy)
-    # -low - |high|, where low and high are middle ∓ spread: spread itself for a ridge on a slope, less for a blob.
-    answer = cv2.min(cv2.subtract(spread, middle), spread) * np.float32(2 * sigma**1.5)
-    answer = np.where(middle < 0, cv2.min(answer, (spread - middle - np.abs(middle + spread)) * np.float32(sigma**1.5)),
-                      np.float32(0))
-    threshold = ABOVE_NOISE * float(np.percentile(answer[::7, ::5], 60)) + MIN_RESPONSE
-    row, column = np.nonzero((answer > threshold) & (answer > best))
-    at = row, column
-    low = middle[at] - spread[at]
-    # The eigenvector of low, from whichever row of the matrix is longer.
-    a, b = np.stack([xy[at], low - xx[at]], axis=1), np.stack([low - yy[at], xy[at]], axis=1)
-    normal = np.where((np.abs(a).sum(axis=1) >= np.abs(b).sum(axis=1))[:, None], a, b)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True) + 1e-9
-    slope_x = (soft[row, np.minimum(column + 1, soft.shape[1] - 1)] - soft[row, np.maximum(column - 1, 0)]) / 2
-    slope_y = (soft[np.minimum(row + 1, soft.shape[0] - 1), column] - soft[np.maximum(row - 1, 0), column]) / 2
-    top = -(normal[:, 0] * slope_x + normal[:, 1] * slope_y) / (low - 1e-6)
-    best[at], offset[at], across[at] = answer[at], normal * top[:, None], normal
+    return filtered(second, one), filtered(one, second), filtered(first, first)
+
+
+def _response(mean: NDArray, spread: NDArray, sigma_px: float) -> NDArray:
+    """Return σ^1.5 (-low - |high|) of the eigenvalues low, high = mean ∓ spread; 0 where it does not curve down.
+
+    A ridge on a slope has spread itself for that, a blob less. The power of σ makes the blur that fits answer most.
+    """
+    response = cv2.min(cv2.subtract(spread, mean), spread) * np.float32(2 * sigma_px**1.5)
+    not_blob = (spread - mean - np.abs(mean + spread)) * np.float32(sigma_px**1.5)
+    return np.where(mean < 0, cv2.min(response, not_blob), np.float32(0))
 
 
 def _one_a_cell(points: Points, along: NDArray, strength: NDArray, shape: tuple[int, ...]) -> Ridges:
@@ -117,7 +133,8 @@ def _links(found: Ridges, shape: tuple[int, ...]) -> tuple[NDArray, NDArray]:
         return (np.sum(step * found.along[a], axis=1),
                 np.abs(np.sum(found.along[a] * found.along[b], axis=1)) > MIN_CHAINED_COSINE)
 
-    neighbour, count = nearest_neighbours(found.points, found.cells, shape, REACH, AHEAD, judge), len(found.points)
+    neighbour = nearest_neighbours(found.points, found.cells, shape, REACH_PX, MIN_AHEAD_SHARE, judge)
+    count = len(found.points)
     for way in (0, 1):
         mine = neighbour[way]
         answered = (mine >= 0) & ((neighbour[0][mine] == np.arange(count)) | (neighbour[1][mine] == np.arange(count)))
@@ -149,9 +166,14 @@ def _walks(ahead: NDArray, behind: NDArray) -> list[list[int]]:
 def _smooth(walk: list[int], points: Points) -> list[NDArray]:
     """The stretches of a chain that a lens could have made of a line or of a piece of an arc."""
     chain = np.array(walk)
-    runs = straight_runs(points[chain], KNEE, KNEE_TURN, KNEE) if len(walk) >= 3 * KNEE else [(0, len(walk))]
-    return [chain[start:end] for start, end in smooth_stretches(
-        points[chain], runs, lambda piece: len(piece) >= MIN_POINTS and chord(piece) > 0, SMOOTH_PX, MIN_POINTS // 2)]
+    has_turns = len(walk) >= 3 * TURN_ARM
+    runs = straight_runs(points[chain], TURN_ARM, MIN_TURN_COSINE, TURN_ARM) if has_turns else [(0, len(walk))]
+
+    def is_long(piece: Points) -> bool:
+        return len(piece) >= MIN_POINTS and chord(piece) > 0
+
+    stretches = smooth_stretches(points[chain], runs, is_long, MAX_OFF_CUBIC_PX, MIN_POINTS // 2)
+    return [chain[start:end] for start, end in stretches]
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,8 +192,8 @@ def painted_lines(gray: NDArray[np.uint8]) -> PaintedLines:
     found, chains = _bright(small)
     if _is_light(gray):
         dark, dark_chains = _bright(255 - small)
-        long = LONG * float(np.hypot(*small.shape))
-        if _weight(dark, dark_chains, long) > PREVAIL * _weight(found, chains, long):
+        long = MIN_LONG_SHARE * float(np.hypot(*small.shape))
+        if _weight(dark, dark_chains, long) > MIN_DARK_RATIO * _weight(found, chains, long):
             gray, found, chains = 255 - gray, dark, dark_chains
     return PaintedLines(gray, tuple((found.points[c] + 0.5) / scale - 0.5 for c in chains),
                         tuple(found.along[c] for c in chains))
@@ -184,7 +206,7 @@ def with_bright_lines(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _is_light(gray: NDArray[np.uint8]) -> bool:
-    return bool(np.median(gray[::4, ::4]) > LIGHT_GROUND)
+    return bool(np.median(gray[::4, ::4]) > MIN_LIGHT_GROUND)
 
 
 def _bright(gray: NDArray[np.uint8]) -> tuple[Ridges, list[NDArray[np.int64]]]:
@@ -206,4 +228,4 @@ def _like_paint(chains: list[NDArray[np.int64]], found: Ridges) -> list[NDArray[
     order = np.argsort(strength)
     run = np.cumsum(length[order])
     strong = strength[order][np.searchsorted(run, STRONG_SHARE * run[-1])]
-    return [chain for chain, own in zip(chains, strength, strict=True) if own >= WEAK * strong]
+    return [chain for chain, own in zip(chains, strength, strict=True) if own >= MIN_PAINT_SHARE * strong]
