@@ -16,9 +16,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from tests.support.auto_scenes import fields
 from touchline.core.records import Calibration, Frame
+from touchline.drift.check import check
 from touchline.models import model_from_json, raw_from_field
 from touchline.workflows.automatic_request import AutomaticRequest
-from touchline.workflows.check import check
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "fields"
 PICTURES = [

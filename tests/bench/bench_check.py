@@ -25,11 +25,11 @@ from touchline.core.errors import TouchlineError
 from touchline.core.field import BORDERS
 from touchline.core.geometry import as_triple
 from touchline.core.records import Calibration, Frame, observations_from_json
+from touchline.drift.check import Check, check
 from touchline.evaluate.uncertainty import grid_over
 from touchline.formats.camera_file import CameraFile
 from touchline.workflows.automatic_request import AutomaticRequest
 from touchline.workflows.calibration_request import CalibrationRequest
-from touchline.workflows.check import Check, check
 from touchline.workflows.interchange import ImportOptions, calibration_from_file, export, read_file
 
 TURN_DEG = 0.3

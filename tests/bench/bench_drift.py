@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from tests.support.drifting_cameras import followed, knocked  # noqa: E402
-from touchline.evaluate.drift.alarm import ALARMS, DriftWatch  # noqa: E402
+from touchline.drift.alarm import ALARMS, DriftWatch  # noqa: E402
 
 SCENES = (
     "sim://ssl-div-b?size=1280x1024&robots=12&people=2&k1=-0.2",
@@ -48,9 +48,9 @@ def main() -> None:
             told = watch.add(sample, float(index))
             raised += told.state in ALARMS
             covered += told.state not in (*ALARMS, "steady")
-            if sample.judged:
-                px.append(sample.judged.px)
-                mm.append(sample.judged.mm)
+            if sample.moved:
+                px.append(sample.moved.px)
+                mm.append(sample.moved.mm)
                 seen.append(sample.seen)
         alarms, looks = alarms + raised, looks + every
         print(f"{scene:96s} {len(reference.across):6d} {np.median(seen):4.0f} {np.median(px):12.3f} {max(px):6.3f} "

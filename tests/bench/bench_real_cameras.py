@@ -32,6 +32,7 @@ from touchline.core.errors import TouchlineError
 from touchline.core.field import BORDERS, Field, Region
 from touchline.core.geometry import ImageSize
 from touchline.core.records import Calibration, Fit, Frame, Observation
+from touchline.drift.reregister import reregister
 from touchline.evaluate.comparison import FittedModel, compare_models, parameter_count
 from touchline.evaluate.uncertainty import expected_error, grid_over, knows_its_error
 from touchline.fitting import FITTERS
@@ -40,7 +41,6 @@ from touchline.workflows import automatic
 from touchline.workflows.calibration import CalibrationResult, calibrate
 from touchline.workflows.calibration_request import CalibrationRequest
 from touchline.workflows.model_choice import LADDER
-from touchline.workflows.reregister import reregister
 
 CLICK_MODELS = ("brown-conrady", "fisheye", "division", "ssl")
 STRONG = ("gopro-hero3", "tum-vi-fisheye", "m12-3.6mm", "usb-fisheye-170")

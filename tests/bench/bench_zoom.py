@@ -18,10 +18,10 @@ from tests.support.sim_clicks import border_observations
 from tests.support.simulated_source import simulated_source
 from touchline.core.errors import FitFailed
 from touchline.core.records import Calibration, Frame
+from touchline.drift.reregister import reregister
 from touchline.models import field_from_raw, model_from_json
 from touchline.sources.sim.render import Rendering
 from touchline.workflows.calibration_request import CalibrationRequest
-from touchline.workflows.reregister import reregister
 
 SCENE = "sim://ssl-div-b?size=1280x1024&robots=12&people=3&k1=-0.2&tilt={tilt}"
 TILTS = (0, 8, 20, 35)

@@ -16,11 +16,11 @@ from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
 
 MOST = {
-    "tokens": 500_500,
-    "files": 524,
-    "untyped dictionaries": 480,
-    "modules with one importer": 111,
-    "breaks": 6,
+    "tokens": 500_499,
+    "files": 518,
+    "untyped dictionaries": 472,
+    "modules with one importer": 110,
+    "breaks": 3,
 }
 SLACK = 0.01  # of tokens: what a usual change adds; far below it the figure is lowered here
 LAYOUT = {tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.COMMENT, tokenize.ENDMARKER}
@@ -64,10 +64,10 @@ def test_it_is_lowered_here_as_well(figure):
 
 def test_a_break_is_seen():
     planted = {"touchline.core.field": {"touchline.rigs.check"}, "touchline.main": {"touchline.core.field"},
-               "touchline.workflows.check": {"touchline.scene.service"},
-               "touchline.rigs.check": {"touchline.evaluate.drift.change"}}
+               "touchline.workflows.calibration_request": {"touchline.scene.service"},
+               "touchline.rigs.check": {"touchline.drift.check"}}
     assert [*breaks(planted)] == [("touchline.core.field", "touchline.rigs.check"),
-                                  ("touchline.workflows.check", "touchline.scene.service")]
+                                  ("touchline.workflows.calibration_request", "touchline.scene.service")]
 
 
 def test_every_pattern_is_of_some_module():

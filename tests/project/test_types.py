@@ -18,6 +18,7 @@ PLANTED = {
     "core.geometry": "inside_picture(points, points)",
     "detection.detect": "field_area(name, name)",
     "evaluate.distortion": "distortion_kind(name)",
+    "drift.check": "verdict_in(points, name)",
     "fitting": "sensitivity_of(points)",
     "formats.ssl_field": "field_to_wire(name)",
     "images.limits": "checked_size(1280, mm, touchline.images.limits.ImageLimits())",

@@ -7,7 +7,7 @@ import numpy as np
 from tests.support.live_cameras import FIELDS
 from tests.support.sim_clicks import border_observations
 from tests.support.simulated_source import simulated_source
-from touchline.evaluate.drift.monitor import DriftReference
+from touchline.evaluate.field_lines.motion import LineReference
 from touchline.models import CameraModel
 from touchline.sources.sim.render import Rendering
 from touchline.workflows.calibration_request import CalibrationRequest
@@ -21,10 +21,10 @@ def fitted(url: str, model: str = "brown-conrady", noise_px: float = 0.3) -> tup
     return rendering, task.run(cross_validate=False).model
 
 
-def followed(url: str, model: str = "brown-conrady") -> tuple[Rendering, DriftReference]:
+def followed(url: str, model: str = "brown-conrady") -> tuple[Rendering, LineReference]:
     """A simulated camera, and what its first picture shows of the lines."""
     rendering, calibration = fitted(url, model)
-    reference = DriftReference.of([rendering.frame_at(0, 0.0)], calibration, rendering.field, rendering.region)
+    reference = LineReference.of([rendering.frame_at(0, 0.0)], calibration, rendering.field, rendering.region)
     assert reference is not None
     return rendering, reference
 

@@ -18,12 +18,12 @@ from tests.support.second_simulator.scene_spec import Optics, SceneSpec, Sensor,
 from touchline.core.field import BORDERS, Field
 from touchline.core.geometry import ImageSize, Pixels
 from touchline.core.records import Calibration, Observation
+from touchline.drift.check import check
+from touchline.drift.service import ends_claim, lines_claim, live_claim
 from touchline.evaluate.claims import Claim, field_claims, report_claims
-from touchline.evaluate.drift.orientation import OrientationReference
-from touchline.evaluate.picture_claims import ends_claim, lines_claim, live_claim
+from touchline.evaluate.field_lines.orientation import OrientationReference
 from touchline.models import Restored, model_of
 from touchline.workflows.calibration_request import CalibrationRequest
-from touchline.workflows.check import check
 
 SIZE = (640, 512)
 POINT_PX = 0.2  # of the points on the markings

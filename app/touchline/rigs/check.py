@@ -20,8 +20,8 @@ from touchline.core.jobs import Progress, no_progress, subprogress
 from touchline.core.json_values import PointsJson, nullable_points
 from touchline.core.records import Calibration
 from touchline.core.statements import join, say
+from touchline.drift.check import verdict_in
 from touchline.evaluate.agreement import AreaMap, RigAgreement, agreement, expected_at_tops
-from touchline.evaluate.drift.checked import verdict_in
 from touchline.models import CameraModel, field_from_raw, model_of, raw_from_field
 from touchline.models.ray_camera import RayCamera
 from touchline.models.rotation import vector_from_matrix

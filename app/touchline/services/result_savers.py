@@ -27,12 +27,6 @@ def found_lines(services: Services, result: JsonObject, about: JsonObject) -> Js
     return {"calibration": _saved(services, result["made"], about), **result["told"]}
 
 
-def registered(services: Services, result: JsonObject, about: JsonObject) -> JsonObject:
-    """Save the version with the new pose, as the child of the one that it was made from."""
-    version = services.store.calibrations.add(Calibration.from_json(result["made"]), about["by"])
-    return {"calibration": version.id, "version": version.version, "snapshot": version.snapshot, **result["told"]}
-
-
 def _saved(services: Services, record: JsonObject | None, about: JsonObject) -> str | None:
     """Save a version and return its id; None where there is none."""
     return None if record is None else save_new_version(services.store, Calibration.from_json(record), about["by"]).id

@@ -28,8 +28,7 @@ from touchline.evaluate.areas import (
     better_areas,
     smaller_areas,
 )
-from touchline.evaluate.drift.alarm import state_of
-from touchline.evaluate.drift.monitor import DriftReference
+from touchline.evaluate.field_lines.motion import LineReference
 from touchline.evaluate.report_types import FitReport
 from touchline.evaluate.verification import AutomaticVerdict, Proof, Verification, verdict_of
 from touchline.fitting import FITTERS
@@ -239,8 +238,8 @@ def without_camera(doubts: list[ProblemJson], areas: Sequence[SeenArea] = ()) ->
 
 def _has_moved(model: CameraModel, field: Field, region: Region, frame: Frame, series: Pictures) -> bool:
     """Return whether the lines of the median lie elsewhere in one of its pictures: some, evenly spread."""
-    if len(series) < 2 or (reference := DriftReference.of([frame.pixels], model, field, region)) is None:
+    if len(series) < 2 or (reference := LineReference.of([frame.pixels], model, field, region)) is None:
         return False
     looked_at = sorted(set(np.linspace(0, len(series) - 1, LOOKED_AT).round().astype(int).tolist()))
-    return any(state_of(reference.look(series[number][1]().pixels)) == "knocked" for number in looked_at)
+    return any(reference.look(series[number][1]().pixels).has_moved() for number in looked_at)
 

@@ -9,7 +9,7 @@ from touchline.core.field import Field, Region
 from touchline.core.geometry import Pixels
 from touchline.core.sentences import marking_name
 from touchline.core.statements import Sentence, say, stated
-from touchline.evaluate.drift.line_check import line_deviations, measure_single_markings
+from touchline.evaluate.field_lines.measurement import line_deviations, measure_single_markings
 from touchline.evaluate.verification import MISSING_SHOWN
 from touchline.models import CameraModel
 

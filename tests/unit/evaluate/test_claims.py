@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import pytest
 
 from touchline.core.records import Warning
+from touchline.drift.service import another_cameras, ends_claim, lines_claim, live_claim
 from touchline.evaluate.claims import Claim, difference_claims, field_claims, gate_of, mm, problems, report_claims
-from touchline.evaluate.drift.orientation import Orientation
-from touchline.evaluate.picture_claims import another_cameras, ends_claim, lines_claim, live_claim
+from touchline.evaluate.field_lines.orientation import Orientation
 from touchline.evaluate.site_claims import SiteCamera, camera_claims
 from touchline.league.service import packet_claim, publishing_claim
 from touchline.rigs.verdict import CheckedLevel, neighbour_claim, rig_claim

@@ -14,10 +14,12 @@ from touchline.detection import live as detection
 from touchline.detection.live import FrameBuffer, StageRenderer
 from touchline.detection.records import Detections
 from touchline.detection.stages import FrameResult
+from touchline.drift import live as drift
+from touchline.drift.live import DriftPart
 from touchline.images import ImageLimits
-from touchline.live import drift, picture, worker_main
+from touchline.live import picture, worker_main
 from touchline.live.camera import LiveCamera
-from touchline.live.drift import CameraDriftMonitor
+from touchline.live.camera_part import PartContext
 from touchline.live.failures import Failures, failure_words
 from touchline.live.messages import StreamSpec
 from touchline.live.picture import AppliedCalibration, Encoder
@@ -116,7 +118,8 @@ def test_a_look_for_drift_that_fails_is_followed_by_another(monkeypatch):
     monkeypatch.setattr(drift, "DriftWatch", fails_once(drift.DriftWatch, MemoryError()))
     monkeypatch.setattr(drift, "RETRY_S", 0.1)
     with one_failure(monkeypatch) as (capture, failures, running):
-        watching = running(CameraDriftMonitor(capture, ImageLimits(), failures))
+        context = PartContext(capture, lambda _: None, lambda _number, _body: None, failures, ImageLimits())
+        watching = running(DriftPart(context))
         watching.apply(AppliedCalibration.of(calibrated(SIM, "brown-conrady")), None)
         until(lambda: watching.newest is not None)
 

@@ -15,11 +15,11 @@ from touchline.core.errors import Unavailable
 from touchline.core.records import Frame
 from touchline.detection.live import LiveDetector
 from touchline.detection.store import named_plan
+from touchline.drift import live as drift
+from touchline.drift.live import DriftPart
 from touchline.images import ImageLimits, read_in_process
-from touchline.live import drift
 from touchline.live.camera_part import PartContext
 from touchline.live.capture import FrameCapture
-from touchline.live.drift import CameraDriftMonitor
 from touchline.live.failures import Failures
 from touchline.processes.framing import decode_body
 from touchline.sources import SourceContext
@@ -37,9 +37,9 @@ def test_the_last_frame_of_a_stopped_stream_is_learnt_from_once(capture, monkeyp
     monkeypatch.setattr(drift, "WAIT_S", 0.01)
     monkeypatch.setattr(drift, "LEARN_S", 0.01)
     monkeypatch.setattr(drift, "_reference", lambda pictures, _: [int(pixels[0, 0, 0]) for pixels in pictures])
-    monitor = CameraDriftMonitor(capture, ImageLimits(), Failures())
+    monitor = DriftPart(PartContext(capture, lambda _: None, lambda _number, _body: None, Failures(), ImageLimits()))
     with ThreadPoolExecutor() as pool:
-        learnt = pool.submit(monitor._learnt, None)
+        learnt = pool.submit(monitor._learn, None)
         for number in count(1):
             capture._keep(Frame(np.full((4, 4, 3), number, np.uint8)))
             time.sleep(0.1)  # no frame comes for longer than is waited

@@ -4,8 +4,8 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from touchline.evaluate.drift.alarm import DriftWatch
-from touchline.evaluate.drift.monitor import DriftSample
+from touchline.drift.alarm import DriftWatch
+from touchline.evaluate.field_lines.motion import MotionSample
 from touchline.fitting.image_motion import MotionSize
 from touchline.rigs.service import as_of_now
 
@@ -23,7 +23,7 @@ def drift(*samples):
 
 
 def seen(px=0.0):
-    return DriftSample("seen", 90, MotionSize(px, 5 * px, 0.01, 0.05), None, 100 * px)
+    return MotionSample("seen", 90, MotionSize(px, 5 * px, 0.01, 0.05), None, 100 * px)
 
 
 STEADY = drift(seen(), seen())
@@ -38,9 +38,9 @@ def test_a_check_of_cameras_that_stand_where_they_stood_holds():
 
 
 @pytest.mark.parametrize(("samples", "reason"), [
-    ([seen(3)] * 2, "moved"), ([DriftSample("gone", 0)] * 4, "moved"),
-    ([seen(3)] * 2 + [DriftSample("dark", 0)] * 5, "moved"),
-    ([DriftSample("soft", 90, MotionSize(0, 0, 0, 0), softer_px=2.0)] * 2, "out-of-focus")])
+    ([seen(3)] * 2, "moved"), ([MotionSample("gone", 0)] * 4, "moved"),
+    ([seen(3)] * 2 + [MotionSample("dark", 0)] * 5, "moved"),
+    ([MotionSample("soft", 90, MotionSize(0, 0, 0, 0), softer_px=2.0)] * 2, "out-of-focus")])
 def test_a_camera_with_an_alarm_makes_it_void(samples, reason):
     found = judged(drift(*samples))
     (outdated,) = found["outdated"]
@@ -51,7 +51,7 @@ def test_a_camera_with_an_alarm_makes_it_void(samples, reason):
     assert found["verdict"]["statements"]["sentence"][0]["code"] == "rig.void"
 
 
-@pytest.mark.parametrize("status", [{"drift": None}, drift(), drift(*[DriftSample("covered", 0)] * 5)])
+@pytest.mark.parametrize("status", [{"drift": None}, drift(), drift(*[MotionSample("covered", 0)] * 5)])
 def test_a_camera_that_nobody_watches_dates_it(status):
     found = judged(status)
     assert [(one["camera"], one["reason"]) for one in found["outdated"]] == [("south", "not-monitored")]

@@ -1,10 +1,11 @@
-"""Where a calibration's own points had the field's lines: what a check compares with, whatever the model makes of them.
+"""Places on the field's lines in a picture: where the model expects them, or where a calibration's own points had them.
 
-A point on a line lies on it. A landmark on lines, such as a corner, tells of each of them a few pixels away from it,
-where no other line is near.
+The own points are what a check compares with, whatever the model makes of them. A point on a line lies on it. A
+landmark on lines, such as a corner, tells of each of them a few pixels away from it, where no other line is near.
 """
 
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -12,14 +13,40 @@ import numpy as np
 
 from touchline.core.errors import TouchlineError
 from touchline.core.field import Arc, Field, Landmark, Line, Region
-from touchline.core.geometry import Array, ImageSize, Points, inside_picture
+from touchline.core.geometry import Array, ImageSize, Pixels, Points, inside_picture
 from touchline.core.records import Observation, Observations
-from touchline.fitting.field_pattern import FieldPattern, LineSamples, fine_pattern
+from touchline.fitting.field_pattern import FieldPattern, LineSamples, fine_pattern, sample_lines_evenly
 from touchline.models import CameraModel, field_from_raw, raw_from_field
+from touchline.vision.profiles import across_lines
 
-BESIDE_PX = (-24.0, -14.0, 14.0, 24.0)  # from a landmark, along a line through it
+REGION_MARGIN_MM = 20.0  # about a region: its borders belong to it
+BESIDE_LANDMARK_PX = (-24.0, -14.0, 14.0, 24.0)  # along a line through it
 STEP_MM = 2.0  # to either side, for directions and widths in the picture
-MARGIN_PX = 6.0
+IMAGE_MARGIN_PX = 6.0
+
+
+def expected_lines(model: CameraModel, pattern: FieldPattern, size: ImageSize, count: int, apart_px: float,
+                   clear_px: float, region: Region | None = None) -> LineSamples:
+    """Return about `count` clear places on the lines, at least apart_px apart; only those of the region if given."""
+    def project(points: Array) -> Points:
+        raw = raw_from_field(model, points[:, :2])
+        if region is None:
+            return raw
+        low, high = np.transpose([region.x_mm, region.y_mm])
+        of_region = ((points[:, :2] >= low - REGION_MARGIN_MM) & (points[:, :2] <= high + REGION_MARGIN_MM)).all(axis=1)
+        return np.where(of_region[:, None], raw, np.nan)
+
+    return sample_lines_evenly(project, pattern, size, count, apart_px, clear_px)
+
+
+def lines_in(gray: Pixels, lines: LineSamples, reach_px: float) -> tuple[LineSamples, Mapping[int, float]]:
+    """Return those of the lines that are seen within reach_px of where they are expected, with their places there.
+
+    gray (h, w), with its lines bright. Also returned is how wide each marking is painted, of how wide it should be.
+    """
+    profiles = across_lines(gray, lines.places, lines.normals, lines.width_px, lines.marking, reach_px)
+    middles = lines.places + np.where(profiles.found, profiles.middle, 0.0)[:, None] * lines.normals
+    return replace(lines, places=middles).of(profiles.found), profiles.widths
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +60,13 @@ class ObservedLines:
 
     @classmethod
     def of(cls, model: CameraModel, field: Field, region: Region, observations: Observations, size: ImageSize,
-           most: int) -> Self | None:
+           max_places: int) -> Self | None:
         """Read at most so many places from the observations; None where they tell of no line."""
         pattern = fine_pattern(field)
         features: dict[str, Line | Arc] = {}
         places: dict[str, list[Points]] = defaultdict(list)
         for observation in observations:
-            for name, feature, points in _lines_seen(model, pattern, field, region, observation):
+            for name, feature, points in _observed_features(model, pattern, field, region, observation):
                 features.setdefault(name, feature)
                 places[name].append(points)
         names = tuple(features)
@@ -49,8 +76,8 @@ class ObservedLines:
             return None
         at = LineSamples(*(np.concatenate([getattr(part, member) for part in parts])
                            for member in ("places", "normals", "width_px", "marking", "length_px", "clear")))
-        if len(at.places) > most:
-            at = at.of(np.linspace(0, len(at.places) - 1, most).round().astype(int))
+        if len(at.places) > max_places:
+            at = at.of(np.linspace(0, len(at.places) - 1, max_places).round().astype(int))
         return cls(names, tuple(features.values()), at, _gap_px(model, pattern, field, region, names, at))
 
     def samples(self, clear_px: float) -> LineSamples:
@@ -58,8 +85,8 @@ class ObservedLines:
         return replace(self.at, clear=self.gap_px > clear_px)
 
 
-def _lines_seen(model: CameraModel, pattern: FieldPattern, field: Field, region: Region, observation: Observation,
-                ) -> list[tuple[str, Line | Arc, Points]]:
+def _observed_features(model: CameraModel, pattern: FieldPattern, field: Field, region: Region,
+                       observation: Observation) -> list[tuple[str, Line | Arc, Points]]:
     """Return the lines that an observation tells of, by the name it would have, with the places (n, 2) px on each."""
     if observation.z_mm:
         return []
@@ -67,10 +94,17 @@ def _lines_seen(model: CameraModel, pattern: FieldPattern, field: Field, region:
         feature = field.feature(observation.feature, region)
     except TouchlineError:
         return []  # of a field that had it when this was calibrated
-    if not isinstance(feature, Landmark):
-        return [(str(observation.feature), feature, observation.points)] if observation.kind == "line" else []
-    spot, found = np.array(feature.position), []
+    if isinstance(feature, Landmark):
+        return _lines_through(model, pattern, field, region, feature, observation)
+    return [(str(observation.feature), feature, observation.points)] if observation.kind == "line" else []
+
+
+def _lines_through(model: CameraModel, pattern: FieldPattern, field: Field, region: Region, landmark: Landmark,
+                   observation: Observation) -> list[tuple[str, Line | Arc, Points]]:
+    """Return the lines through an observed landmark, with places (n, 2) px that lie beside it on each."""
+    spot = np.array(landmark.position)
     expected = raw_from_field(model, spot[None])
+    found = []
     for number, marking in enumerate(pattern.markings):
         of = pattern.marking == number
         if not of.any() or np.linalg.norm(pattern.points[of] - spot, axis=1).min() > pattern.step_mm[of].max():
@@ -79,11 +113,14 @@ def _lines_seen(model: CameraModel, pattern: FieldPattern, field: Field, region:
         px_per_mm = np.linalg.norm(raw_from_field(model, spot + STEP_MM * tangent) - expected) / STEP_MM
         if not px_per_mm > 0:
             continue
-        ways = marking.nearest(spot + np.array(BESIDE_PX)[:, None] / px_per_mm * tangent)
-        on = np.linalg.norm(pattern.points[of][:, None] - ways, axis=2).min(axis=0) < pattern.step_mm[of].max()
-        aside = raw_from_field(model, ways[on]) - expected
+        beside = marking.nearest(spot + np.array(BESIDE_LANDMARK_PX)[:, None] / px_per_mm * tangent)
+        # Where the line ends at the landmark, it is to one side only.
+        is_painted = (np.linalg.norm(pattern.points[of][:, None] - beside, axis=2).min(axis=0)
+                      < pattern.step_mm[of].max())
+        # The model tells the way along the line; where the landmark is, the observation does.
+        offsets = raw_from_field(model, beside[is_painted]) - expected
         found.append((field.observed_name(marking.name, region), marking,
-                      (observation.points[:, None] + aside).reshape(-1, 2)))
+                      (observation.points[:, None] + offsets).reshape(-1, 2)))
     return found
 
 
@@ -98,14 +135,14 @@ def _samples(model: CameraModel, feature: Line | Arc, number: int, points: Point
         tangent = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
         normals = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
         width = np.abs(np.sum(side * normals, axis=1))
-        fine = np.isfinite(width) & np.isfinite(normals).all(axis=1) & inside_picture(points, size, MARGIN_PX)
+        fine = np.isfinite(width) & np.isfinite(normals).all(axis=1) & inside_picture(points, size, IMAGE_MARGIN_PX)
     order = np.flatnonzero(fine)
-    order = order[np.argsort(_course(feature, foot[order]), kind="stable")]
+    order = order[np.argsort(_position_along(feature, foot[order]), kind="stable")]
     one = np.ones(len(order))
     return LineSamples(points[order], normals[order], width[order], np.full(len(order), number), one, one > 0)
 
 
-def _course(feature: Line | Arc, foot: Points) -> Array:
+def _position_along(feature: Line | Arc, foot: Points) -> Array:
     """Return how far along the feature each place (n, 2) mm is."""
     if isinstance(feature, Line):
         return (foot - feature.start) @ (np.array(feature.end) - feature.start)

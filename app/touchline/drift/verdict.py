@@ -5,22 +5,22 @@ lie there still are as good as they were, and no better; lines that lie elsewher
 points, its report must do; and one without either was never right, whatever the camera did.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Literal
 
 from touchline.core.sentences import marking_name
 from touchline.core.statements import Sentence, Stated, format_mm, join, say, stated
-from touchline.evaluate.drift.check_figures import CheckFigures
-from touchline.evaluate.drift.line_check import MOST, LineDeviation
+from touchline.drift.figures import CheckFigures
+from touchline.evaluate.field_lines.measurement import MIN_SHARE, LineDeviation
 from touchline.evaluate.report_types import Level
 from touchline.evaluate.verdict import FAIR_MM, GOOD_MM, LEVELS, SURE, level_of
 from touchline.evaluate.verification import MARKING_FOUND, MAX_MISSING, MIN_FOUND, MISSING_SHOWN
 
 MIN_LINES = 3
-PAINT = 3.0  # times the level's bound: so far may one marking lie off alone, painted beside its place
-ELSEWHERE = 0.5  # of the length that is expected: so much of other lines, and the camera looks elsewhere
-AS_MADE = 1.5  # times the error in the calibration's own report: then nothing has changed
-LENS = 2.0  # times: what is left when the picture's motion is taken away, against the level's bound
+REPAINTED_FACTOR = 3.0  # times the level's bound: so far may one marking lie off alone, painted beside its place
+MAX_OTHERS_SHARE = 0.5  # of the expected length: with more of other lines, the camera looks elsewhere
+MAX_AS_MADE_FACTOR = 1.5  # times the error in the calibration's own report: then nothing has changed
+MIN_LENS_FACTOR = 2.0  # times: what is left when the picture's motion is taken away, against the level's bound
 
 Since = Literal["unchanged", "moved", "never-right"]  # of the lines, since the calibration was made
 UNCHANGED = {"good": say("check.valid", "The calibration is still valid"),
@@ -54,68 +54,81 @@ class CheckVerdict(Stated):
 def is_conclusive(found: CheckFigures) -> bool:
     """Return whether so much of the lines was found that figures in mm mean something."""
     share = found["found_share"]
-    judged = share + found["missing_share"]  # of the rest, something may stand on it
-    return not (judged < MIN_FOUND or share < MOST or found["lines_found"] < MIN_LINES or found["p95_mm"] is None
-                or (share < MIN_FOUND and found["others_share"] > ELSEWHERE))
+    known_share = share + found["missing_share"]  # of the rest, something may stand on it
+    is_elsewhere = share < MIN_FOUND and found["others_share"] > MAX_OTHERS_SHARE
+    return not (known_share < MIN_FOUND or share < MIN_SHARE or found["lines_found"] < MIN_LINES
+                or found["p95_mm"] is None or is_elsewhere)
 
 
 def check_verdict(found: CheckFigures, lines: Sequence[LineDeviation]) -> CheckVerdict:
+    """Judge the figures of a check, and the deviation of every marking."""
     if not is_conclusive(found):
         return _by_points(found) or _inconclusive(found, lines)
-    far_mm, far = max(((line["rms_mm"], line["feature"]) for line in lines
-                       if line["rms_mm"] is not None and line["found_share"] >= MARKING_FOUND), key=lambda far: far[0])
-    worst = max(found["p95_mm"] or 0.0, *(plane["p95_mm"] for plane in (found["carpet"], found["hat"]) if plane),
-                far_mm / PAINT)
-    since, change = _since(found, worst), found["change"]
-    then = worst if change is None or since == "moved" else max(worst - change["mm"], 0.0) / SURE  # within noise
-    lines_level = level_of(then)
-    if since == "moved" and change is not None:
-        lines_level = _worse(lines_level, level_of(change["mm"]))
-    if found["missing"]:
-        many = found["missing_share"] > MAX_MISSING or found["missing_inside"] > MOST
-        lines_level = _worse(lines_level, "poor" if many else "fair")
+    farthest_mm, farthest = max(((line["rms_mm"], line["feature"]) for line in lines if line["rms_mm"] is not None
+                                 and line["found_share"] >= MARKING_FOUND), key=lambda line: line[0])
+    worst_mm = max(found["p95_mm"] or 0.0, *(plane["p95_mm"] for plane in (found["carpet"], found["hat"]) if plane),
+                   farthest_mm / REPAINTED_FACTOR)
+    since = _since(found, worst_mm)
+    lines_level = _lines_level(found, since, worst_mm)
     level = _worse(lines_level, found["own_level"])
-    reason, words, fix = _cause(found, since, level, worst)
+    reason, words, fix = _cause(found, since, level)
     sentence = join(_errors(found, words), say(
         "check.detected", "{share:.0f} % of the expected lines were detected.", share=100 * found["found_share"]))
-    if reason == "holds":
-        return stated(CheckVerdict(level=level, lines_level=lines_level, sentence=sentence, fix="", reason=reason))
-    if worst > GOOD_MM:
-        sentence = join(sentence, say("check.largest", "Largest error: {line}, {mm}.",
-                                      line=marking_name(far), mm=_mm(far_mm)))
-    if found["missing"]:
-        sentence = join(sentence, say(
-            "check.missing", "Not at their calibrated position, and not covered: {lines}.",
-            lines=[marking_name(name) for name in found["missing"][:MISSING_SHOWN]]))
+    if reason != "holds":
+        far = (marking_name(farthest), farthest_mm) if worst_mm > GOOD_MM else None
+        sentence = join(sentence, *_details(found, since, reason, far))
+    return stated(CheckVerdict(level=level, lines_level=lines_level, sentence=sentence, fix=fix or "", reason=reason))
+
+
+def _lines_level(found: CheckFigures, since: Since, worst_mm: float) -> Level:
+    """Return the level of how the lines lie, whatever the calibration's report says."""
+    change = found["change"]
+    # Lines that lie where its points had them are as wrong as when it was made: that error is within noise.
+    made_mm = worst_mm if change is None or since == "moved" else max(worst_mm - change["mm"], 0.0) / SURE
+    level = level_of(made_mm)
     if since == "moved" and change is not None:
-        sentence = join(sentence, say("check.moved-by", "Since it was calibrated, the lines have moved by {mm}.",
-                                      mm=_mm(change["mm"])))
+        level = _worse(level, level_of(change["mm"]))
+    if found["missing"]:
+        is_many = found["missing_share"] > MAX_MISSING or found["missing_inside"] > MIN_SHARE
+        level = _worse(level, "poor" if is_many else "fair")
+    return level
+
+
+def _details(found: CheckFigures, since: Since, reason: str, far: tuple[Sentence, float] | None) -> Iterator[Sentence]:
+    """Yield what else a verdict says that is not good. far: the name of the farthest line and how far it is, mm."""
+    change = found["change"]
+    if far is not None:
+        yield say("check.largest", "Largest error: {line}, {mm}.", line=far[0], mm=_mm(far[1]))
+    if found["missing"]:
+        yield say("check.missing", "Not at their calibrated position, and not covered: {lines}.",
+                  lines=[marking_name(name) for name in found["missing"][:MISSING_SHOWN]])
+    if since == "moved" and change is not None:
+        yield say("check.moved-by", "Since it was calibrated, the lines have moved by {mm}.", mm=_mm(change["mm"]))
     if reason == "as-made" and found["own_mm"] is not None and found["own_mm"] > GOOD_MM:
-        sentence = join(sentence, say("check.as-made", "When it was calibrated, the error was already {mm}.",
-                                      mm=_mm(found["own_mm"])))
-    return stated(CheckVerdict(level=level, lines_level=lines_level, sentence=sentence, fix=fix, reason=reason))
+        yield say("check.as-made", "When it was calibrated, the error was already {mm}.", mm=_mm(found["own_mm"]))
 
 
-def _since(found: CheckFigures, worst: float) -> Since:
+def _since(found: CheckFigures, worst_mm: float) -> Since:
     """Return what became of the lines, by the calibration's own points, else by its report."""
     change, own_mm, own_level = found["change"], found["own_mm"], found["own_level"]
-    if change is not None:
-        # more than a half of what is wrong now came since then, where its own verdict does not account for it
-        new = LEVELS.index(level_of(worst)) > (0 if own_level == "unknown" else LEVELS.index(own_level))
-        least = max(change["least_mm"], min(GOOD_MM, worst / 2) if new else GOOD_MM)
-        return "moved" if change["mm"] > least else "unchanged"
-    if worst <= max(GOOD_MM, AS_MADE * (own_mm or 0.0)):
-        return "unchanged"
-    return "moved" if own_level in ("good", "fair") else "never-right"
+    if change is None:
+        if worst_mm <= max(GOOD_MM, MAX_AS_MADE_FACTOR * (own_mm or 0.0)):
+            return "unchanged"
+        return "moved" if own_level in ("good", "fair") else "never-right"
+    own_rank = 0 if own_level == "unknown" else LEVELS.index(own_level)
+    # More than a half of what is wrong now came since then, where its own verdict does not account for it.
+    is_worse_than_made = LEVELS.index(level_of(worst_mm)) > own_rank
+    min_mm = max(change["least_mm"], min(GOOD_MM, worst_mm / 2) if is_worse_than_made else GOOD_MM)
+    return "moved" if change["mm"] > min_mm else "unchanged"
 
 
-def _cause(found: CheckFigures, since: Since, level: Level, worst: float) -> tuple[
+def _cause(found: CheckFigures, since: Since, level: Level) -> tuple[
         Literal["holds", "moved", "lens", "lines-missing", "as-made", "never-right"], Sentence, Sentence]:
     """Return the reason, how the sentence begins, and what to do."""
     change = found["change"]
     if since == "moved":
         left_mm = change["left_mm"] if change is not None else found["left_mm"]
-        if left_mm is not None and left_mm > (GOOD_MM if level == "fair" else FAIR_MM) / LENS:
+        if left_mm is not None and left_mm > (GOOD_MM if level == "fair" else FAIR_MM) / MIN_LENS_FACTOR:
             return "lens", MOVED[level], say(
                 "check.lens.fix", "This is not a simple shift: the lens settings changed, the lines were repainted, or "
                 "the lens model was not accurate between its points. Calibrate again.")
@@ -163,7 +176,7 @@ def _by_points(found: CheckFigures) -> CheckVerdict | None:
             "Only {share:.0f} % of the expected lines were detected at their calibrated position. "
             "Since it was calibrated, the lines have moved by {mm}.", **values), fix=say(
             "check.points-moved.fix", "The camera has moved. Calibrate it again.")))
-    if found["others_share"] > ELSEWHERE or own == "poor":
+    if found["others_share"] > MAX_OTHERS_SHARE or own == "poor":
         return stated(CheckVerdict(level="poor", lines_level="poor", reason="as-made", sentence=say(
             "check.points-unchanged", "The calibration is unchanged, but it was never accurate everywhere: only "
             "{share:.0f} % of the expected lines were detected. Its own points lie where they lay (within {mm}).",
@@ -187,7 +200,7 @@ def _errors(found: CheckFigures, words: Sentence) -> Sentence:
 def _inconclusive(found: CheckFigures, lines: Sequence[LineDeviation]) -> CheckVerdict:
     share = 100 * found["found_share"]
     doubtful = _is_unverified(found) or (found["change"] is None and found["own_level"] == "poor")
-    if found["others_share"] > ELSEWHERE:
+    if found["others_share"] > MAX_OTHERS_SHARE:
         if doubtful:
             return stated(CheckVerdict(level="poor", lines_level="poor", reason="never-right", sentence=say(
                 "check.other-lines", "{verdict}: only {share:.0f} % of the expected lines were detected, but other "

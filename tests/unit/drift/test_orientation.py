@@ -9,12 +9,12 @@ from tests.support.simulated_source import simulated_source
 from tests.support.tiers import rounds
 from touchline.core.errors import FitFailed
 from touchline.core.records import Frame
-from touchline.evaluate.drift.alarm import DriftWatch
-from touchline.evaluate.drift.monitor import DriftReference
-from touchline.evaluate.drift.orientation import OrientationReference
+from touchline.drift.alarm import DriftWatch
+from touchline.drift.check import check
+from touchline.drift.reregister import reregister
+from touchline.evaluate.field_lines.motion import LineReference
+from touchline.evaluate.field_lines.orientation import OrientationReference
 from touchline.models import Restored
-from touchline.workflows.check import check
-from touchline.workflows.reregister import reregister
 
 URL = "sim://table?size=640x480&robots=3"
 WAYS = {"turned": (-1, -1), "mirrored": (1, -1), "upside down": (-1, 1)}
@@ -53,7 +53,7 @@ def test_lines_that_fit_in_a_turned_or_mirrored_picture_convince_nobody(calibrat
         reregister(calibration, Frame(now), before=Frame(before))
     assert refused.value.reason == reason and refused.value.fix
 
-    reference, watch, sample = DriftReference.of([before], *Restored.of(calibration)), DriftWatch(0.0), None
+    reference, watch, sample = LineReference.of([before], *Restored.of(calibration)), DriftWatch(0.0), None
     for second in range(5):
         sample = reference.look(now, sample)
         told = watch.add(sample, float(second)).to_json()

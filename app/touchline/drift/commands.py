@@ -15,9 +15,9 @@ from touchline.cli.requests import AsJson
 from touchline.core.geometry import Pixels
 from touchline.core.jobs import subprogress
 from touchline.core.sentences import marking_names
+from touchline.drift.check import Check
+from touchline.drift.check import check as check_calibration
 from touchline.evaluate.verdict import level_of
-from touchline.workflows.check import Check
-from touchline.workflows.check import check as check_calibration
 from touchline.workflows.job_pictures import median_frame
 
 GOOD_COLOUR, POOR_COLOUR, EXPECTED_COLOUR = (80, 220, 80), (60, 60, 255), (255, 255, 255)  # BGR
@@ -37,10 +37,10 @@ def check(
     with progress_bar("Checking the calibration") as progress, files.decoded(pictures) as reads:
         frame = median_frame(reads, subprogress(progress, 0.0, 0.4))
         found = check_calibration(calibrated, frame.pixels, subprogress(progress, 0.4, 1.0))
-    told = json.dumps(found, allow_nan=False) if as_json else _summary(found)
+    summary = json.dumps(found, allow_nan=False) if as_json else _summary(found)
     if drawn is not None:
         files.write_picture(drawn, _draw(frame.pixels, found))
-    print(told)
+    print(summary)
     exit_below(enough, found["verdict"]["level"])
 
 

@@ -21,8 +21,7 @@ from typing_extensions import TypedDict
 from touchline.core.field import Arc, Field, Line, Region
 from touchline.core.geometry import Array, ImageSize, Indices, Mask, Pixels, Points, inside_picture
 from touchline.core.records import Observations
-from touchline.evaluate.drift.expected import expected_lines
-from touchline.evaluate.drift.observed import ObservedLines
+from touchline.evaluate.field_lines.expected import ObservedLines, expected_lines
 from touchline.evaluate.offsets import OffsetField, OffsetMeasurements, fit_offset_field
 from touchline.evaluate.residuals import rms
 from touchline.evaluate.verification import MARKING_FOUND
@@ -30,20 +29,24 @@ from touchline.fitting.field_pattern import LineSamples, fine_pattern
 from touchline.models import CameraModel, field_from_raw
 from touchline.vision.profiles import GROUND_PX, STEP_PX, across_lines, brightness_across, strays
 
-CAPTURES_PX = (4.0, 12.0, 32.0)  # in a picture of 1280 px, each about three times the last
-ALONE_PX = (12.0, 32.0, 64.0)  # for a single marking
-PLACES = 360  # in all
-APART_PX = 6.0
-CLEAR_PX = 4.0
-BETTER = 0.04  # of the expected length: less gained by a wider search is chance
-PLENTY = 0.85  # of the expected length, found near by: nothing is looked for further off
+# How far beside its place a line is looked for, px of a picture that is 1280 px wide; there is always another step.
+SEARCH_PX = (4.0, 12.0, 32.0)  # all lines: each step about three times the last
+SINGLE_SEARCH_PX = (12.0, 32.0, 64.0)  # one marking by itself
+REFERENCE_WIDTH_PX, MIN_WIDTH_RATIO = 1280, 0.8  # a small picture is searched as if it were so wide
+MAX_PLACES = 360  # of all lines together
+MIN_APART_PX = 6.0  # between places
+MIN_CLEAR_PX = 4.0  # to the paint of another line
+IMAGE_MARGIN_PX = 2
+# Shares of the expected length.
+MIN_GAIN = 0.04  # less gained by a wider search is chance
+ENOUGH_SHARE = 0.85  # found near by: nothing is looked for further off
+MIN_SHARE = 0.5  # found: with less, nothing can be said of single markings
+MIN_SINGLE_SHARE = 0.7  # of a marking's length, in one course: it is this marking, further off, and no chance
 MIN_MARKING_POINTS, MIN_OBSERVED_POINTS = 3, 2
-SHORT, HALF = 12, 0.5  # places of a line; of them, so many must be seen
+SHORT_PLACES, MIN_SHORT_SHARE = 12, 0.5  # a line of fewer places is found only where so much of it is
 MIN_MOTION_POINTS = 12  # measures that tell how a picture has moved
-MOST = 0.5  # of the expected length
 BORDER_MM = 50.0  # nearer to a border, a line is the border
-SURELY = 0.7  # of a marking's length, in one course: it is this marking, further off, and no chance
-BARE = 0.12  # of the paint's usual contrast: what varies less is carpet
+MAX_BARE_CONTRAST = 0.12  # of the paint's usual contrast: what varies less is carpet
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,10 +91,10 @@ class LineMeasurements:
     @property
     def missing(self) -> Mask:
         """Of each of the names: it should be in sight, nothing covers most of it, and it is not there."""
-        of = ~self.found
-        hidden, bare = (np.bincount(self.marking[some], self.stands_for_px[some], minlength=len(self.names))
-                        for some in (of, of & self.bare))
-        return (self.found_shares() < MARKING_FOUND) & (bare > hidden / 2)
+        unseen = ~self.found
+        unseen_px, bare_px = (np.bincount(self.marking[some], self.stands_for_px[some], minlength=len(self.names))
+                              for some in (unseen, unseen & self.bare))
+        return (self.found_shares() < MARKING_FOUND) & (bare_px > unseen_px / 2)
 
     @property
     def missing_share(self) -> float:
@@ -104,13 +107,13 @@ class LineMeasurements:
         return self._missing_of(self.inside)
 
     def _missing_of(self, some: Mask) -> float:
-        gone = some & self.missing[self.marking]
-        return float(self.stands_for_px[gone].sum() / max(self.stands_for_px[some].sum(), 1e-9))
+        missing = some & self.missing[self.marking]
+        return float(self.stands_for_px[missing].sum() / max(self.stands_for_px[some].sum(), 1e-9))
 
-    def with_those_of(self, other: Self, numbers: Indices) -> Self:
+    def with_markings_of(self, other: Self, numbers: Indices) -> Self:
         """Return these, but of those markings the other's."""
-        kept, more = ~np.isin(self.marking, numbers), np.isin(other.marking, numbers)
-        return type(self)(self.names, *(np.concatenate([getattr(self, name)[kept], getattr(other, name)[more]])
+        own, others = ~np.isin(self.marking, numbers), np.isin(other.marking, numbers)
+        return type(self)(self.names, *(np.concatenate([getattr(self, name)[own], getattr(other, name)[others]])
                                         for name in PER_PLACE))
 
     def evidence(self) -> OffsetMeasurements:
@@ -125,8 +128,11 @@ PER_PLACE = tuple(member.name for member in fields(LineMeasurements) if member.n
 
 
 def measure_lines(model: CameraModel, gray: Pixels, field: Field, region: Region) -> LineMeasurements:
-    """(h, w) grey. The narrowest search that finds plenty, or about as much as any."""
-    return _measured(_Search.of_markings(model, gray, field, region))
+    """Measure all lines of the region: the narrowest search that finds enough, or about as much as any.
+
+    gray (h, w), with its lines bright.
+    """
+    return _measure_all(_Search.of_markings(model, gray, field, region))
 
 
 def measure_single_markings(model: CameraModel, gray: Pixels, field: Field, region: Region, names: Collection[str],
@@ -134,8 +140,11 @@ def measure_single_markings(model: CameraModel, gray: Pixels, field: Field, regi
     """Measure these markings only, each further and further off: by the others, the camera is where it was."""
     search = _Search.of_markings(model, gray, field, region)
     numbers = np.flatnonzero([name in names for name in search.names])
-    best = search.near(None, CAPTURES_PX[0], numbers)
-    return _each_alone(search, best, None, lambda found: numbers[~(found.found_shares()[numbers] > SURELY)])
+    near = search.measure(None, SEARCH_PX[0], numbers)
+
+    def not_in_one_course(found: LineMeasurements) -> Indices:
+        return numbers[~(found.found_shares()[numbers] > MIN_SINGLE_SHARE)]
+    return _measure_singly(search, near, None, not_in_one_course)
 
 
 def measure_change(model: CameraModel, gray: Pixels, field: Field, region: Region, observations: Observations,
@@ -145,42 +154,43 @@ def measure_change(model: CameraModel, gray: Pixels, field: Field, region: Regio
     observations: on carpet; without their outliers.
     """
     size = ImageSize(gray.shape[1], gray.shape[0])
-    then = ObservedLines.of(model, field, region, observations, size, PLACES)
-    return None if then is None else _measured(_Search(model, gray, region, size, then.features, then.names,
-                                                       then.samples, MIN_OBSERVED_POINTS, since=True))
+    then = ObservedLines.of(model, field, region, observations, size, MAX_PLACES)
+    return None if then is None else _measure_all(_Search(model, gray, region, size, then.features, then.names,
+                                                          then.samples, MIN_OBSERVED_POINTS, is_since=True))
 
 
-def _measured(search: "_Search") -> LineMeasurements:
-    best, motion = search.near(None, CAPTURES_PX[0]), None
-    for capture in CAPTURES_PX[1:]:
-        if best.share > PLENTY:
+def _measure_all(search: "_Search") -> LineMeasurements:
+    """Measure all lines, after the motion of the whole picture that shows most of them."""
+    best, best_motion = search.measure(None, SEARCH_PX[0]), None
+    for distance_px in SEARCH_PX[1:]:
+        if best.share > ENOUGH_SHARE:
             break
-        far = search.near(None, capture)
-        moved = _moved(far)
-        if moved is None:
+        # Far off, a line may be taken for its neighbour. Together they still tell how the picture moved, and near
+        # that place each is measured again.
+        motion = _fit_motion(search.measure(None, distance_px))
+        if motion is None:
             continue
-        again = search.near(moved, CAPTURES_PX[0])
-        if again.share > best.share + BETTER:
-            best, motion = again, moved
-    if best.share < MOST:
+        again = search.measure(motion, SEARCH_PX[0])
+        if again.share > best.share + MIN_GAIN:
+            best, best_motion = again, motion
+    if best.share < MIN_SHARE:
         return best
-    return _each_alone(search, best, motion, lambda found: np.flatnonzero(found.missing))
+    return _measure_singly(search, best, best_motion, lambda found: np.flatnonzero(found.missing))
 
 
-def _each_alone(search: "_Search", best: LineMeasurements, moved: OffsetField | None,
-                wanted: Callable[[LineMeasurements], Indices]) -> LineMeasurements:
-    """Look for each marking that is wanted by itself, further and further off. wanted: which, of what is found."""
-    for capture in ALONE_PX:
-        alone = wanted(best)
-        if not len(alone):
+def _measure_singly(search: "_Search", best: LineMeasurements, motion: OffsetField | None,
+                    unfound: Callable[[LineMeasurements], Indices]) -> LineMeasurements:
+    """Look for single markings further and further off. unfound: the numbers of those that are still looked for."""
+    for distance_px in SINGLE_SEARCH_PX:
+        numbers = unfound(best)
+        if not len(numbers):
             break
-        far = search.near(moved, capture, alone)
-        found = np.flatnonzero(far.found_shares() > SURELY)
-        best = best.with_those_of(far, found)
+        far = search.measure(motion, distance_px, numbers)
+        best = best.with_markings_of(far, np.flatnonzero(far.found_shares() > MIN_SINGLE_SHARE))
     return best
 
 
-def _moved(measured: LineMeasurements) -> OffsetField | None:
+def _fit_motion(measured: LineMeasurements) -> OffsetField | None:
     """Fit how the picture as a whole has moved, px; None for too few measurements."""
     of = measured.found
     if of.sum() < MIN_MOTION_POINTS:
@@ -193,7 +203,7 @@ def _moved(measured: LineMeasurements) -> OffsetField | None:
 class _Search:
     """samples: the places to look at, of these features, by how clear of others they are to be, px.
 
-    since: offsets are from those very places, and not from the features.
+    is_since: offsets are from those very places, and not from the features.
     """
 
     model: CameraModel
@@ -203,63 +213,75 @@ class _Search:
     features: tuple[Line | Arc, ...]
     names: tuple[str, ...]
     samples: Callable[[float], LineSamples]
-    least: int  # points of a marking
-    since: bool
+    min_points: int  # of a marking
+    is_since: bool
 
     @classmethod
     def of_markings(cls, model: CameraModel, gray: Pixels, field: Field, region: Region) -> Self:
         """For the field's markings where the model has them."""
         size, pattern = ImageSize(gray.shape[1], gray.shape[0]), fine_pattern(field)
-        samples = partial(expected_lines, model, pattern, size, PLACES, APART_PX, region=region)
+        samples = partial(expected_lines, model, pattern, size, MAX_PLACES, MIN_APART_PX, region=region)
         names = tuple(marking.name for marking in pattern.markings)
-        return cls(model, gray, region, size, pattern.markings, names, samples, MIN_MARKING_POINTS, since=False)
+        return cls(model, gray, region, size, pattern.markings, names, samples, MIN_MARKING_POINTS, is_since=False)
 
-    def near(self, moved: OffsetField | None, capture_px: float, only: Indices | None = None) -> LineMeasurements:
-        """Measure lines within capture_px of where they are expected, after a motion of the whole picture.
+    def measure(self, motion: OffsetField | None, distance_px: float, only: Indices | None = None,
+                ) -> LineMeasurements:
+        """Measure lines within distance_px of where they are expected, after a motion of the whole picture.
 
         only: of these markings, by number.
         """
-        capture = capture_px * max(self.size.width / 1280, 0.8)
-        at = self.samples(max(CLEAR_PX, CLEAR_PX if moved is not None and only is None else capture))
+        reach_px = distance_px * max(self.size.width / REFERENCE_WIDTH_PX, MIN_WIDTH_RATIO)
+        # A line within reach of its neighbour could be taken for it, unless all are where their motion puts them.
+        is_near = motion is not None and only is None
+        at = self.samples(MIN_CLEAR_PX if is_near else max(MIN_CLEAR_PX, reach_px))
         if only is not None:
             at = at.of(np.isin(at.marking, only))
-        start = at.places if moved is None else at.places + np.nan_to_num(moved.at(at.places)[0])
-        profiles = across_lines(self.gray, start, at.normals, at.width_px, at.marking, capture)
-        hits = profiles.found & at.clear & inside_picture(start, self.size, 2)
+        start = at.places if motion is None else at.places + np.nan_to_num(motion.at(at.places)[0])
+        profiles = across_lines(self.gray, start, at.normals, at.width_px, at.marking, reach_px)
+        hits = profiles.found & at.clear & inside_picture(start, self.size, IMAGE_MARGIN_PX)
         hits &= ~strays(profiles.middle, hits, at.marking)
+        hits = self._without_chance_hits(hits, at)
+        raw = start + np.where(hits, profiles.middle, np.nan)[:, None] * at.normals
+        usual = float(np.median(profiles.contrast[hits])) if hits.any() else 0.0
+        bare = ~hits & self._bare(start, at, MAX_BARE_CONTRAST * usual)
+        return self._measurements(at, raw, bare)
+
+    def _without_chance_hits(self, hits: Mask, at: LineSamples) -> Mask:
+        """Return the hits without those of markings that have too few."""
         for number in range(len(self.features)):
             of = at.marking == number
             # Of a short line, a few places that agree may be a robot's edge.
-            least = max(self.least, HALF * of.sum()) if of.sum() < SHORT else self.least
-            if (hits & of).sum() < least:
-                hits &= ~of
-        raw = start + np.where(hits, profiles.middle, np.nan)[:, None] * at.normals
-        usual = float(np.median(profiles.contrast[hits])) if hits.any() else 0.0
-        return self._measurements(at, raw, ~hits & self._bare(start, at, BARE * usual))
+            is_short = of.sum() < SHORT_PLACES
+            min_points = max(self.min_points, MIN_SHORT_SHARE * of.sum()) if is_short else self.min_points
+            if (hits & of).sum() < min_points:
+                hits = hits & ~of
+        return hits
 
-    def _bare(self, places: Points, at: LineSamples, least_contrast: float) -> Mask:
-        """Return (n,) whether the brightness across each place is that of carpet alone."""
+    def _bare(self, places: Points, at: LineSamples, max_spread: float) -> Mask:
+        """Return (n,) whether the brightness across each place is that of carpet alone. max_spread: grey levels."""
         reach = at.width_px / 2 + GROUND_PX
         away = np.arange(-reach.max(initial=1.0), reach.max(initial=1.0) + STEP_PX / 2, STEP_PX)
         rows = brightness_across(self.gray, places, at.normals, away)
         rows = np.where(np.abs(away) <= reach[:, None], rows, np.nan)
-        return inside_picture(places, self.size, 2) & (np.nanstd(rows, axis=1) < least_contrast)
+        return inside_picture(places, self.size, IMAGE_MARGIN_PX) & (np.nanstd(rows, axis=1) < max_spread)
 
     def _measurements(self, at: LineSamples, raw: Points, bare: Mask) -> LineMeasurements:
+        """Return how far the lines at raw (n, 2) px, NaN where not found, lie from their places, px and mm."""
         clear = at.clear
-        spot, there = field_from_raw(self.model, raw), field_from_raw(self.model, at.places)
-        foot, normal = np.full_like(spot, np.nan), np.full_like(spot, np.nan)
+        on_carpet, expected = field_from_raw(self.model, raw), field_from_raw(self.model, at.places)
+        foot, normal = np.full_like(on_carpet, np.nan), np.full_like(on_carpet, np.nan)
         for number, marking in enumerate(self.features):
             of = at.marking == number
-            foot[of] = there[of] if self.since else marking.nearest(spot[of])
-            normal[of] = marking.normals(marking.nearest(there[of]) if self.since else there[of])
-        off_mm = np.sum((spot - foot) * normal, axis=1)
+            foot[of] = expected[of] if self.is_since else marking.nearest(on_carpet[of])
+            normal[of] = marking.normals(marking.nearest(expected[of]) if self.is_since else expected[of])
+        off_mm = np.sum((on_carpet - foot) * normal, axis=1)
         off_px = np.sum((raw - at.places) * at.normals, axis=1)
         return LineMeasurements(self.names, at.marking[clear], at.places[clear], at.normals[clear], raw[clear],
                                 off_px[clear], foot[clear], normal[clear], off_mm[clear], at.length_px[clear],
-                                bare[clear], self._inside(there[clear]))
+                                bare[clear], self._inside(expected[clear]))
 
     def _inside(self, places: Points) -> Mask:
+        """Return (n,) whether places (n, 2) mm are inside the region's borders, and not on them."""
         low, high = np.transpose([self.region.x_mm, self.region.y_mm])
         return ((places > low + BORDER_MM) & (places < high - BORDER_MM)).all(axis=1)
 

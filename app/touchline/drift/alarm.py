@@ -4,21 +4,18 @@ from dataclasses import dataclass, replace
 
 from touchline.core.drift_status import DriftJson, DriftState
 from touchline.core.statements import Sentence, join, say, stated
-from touchline.evaluate.drift.monitor import DriftSample
-from touchline.evaluate.drift.orientation import SAID
+from touchline.evaluate.field_lines import orientation
+from touchline.evaluate.field_lines.motion import MotionSample
 
 ALARMS = ("misplaced", "knocked", "out-of-focus", "replaced")
-STAYS = ("steady", "misplaced")
+UNMOVED = ("steady", "misplaced")
 PASSING = ("covered", "dark", "replaced")
 MONITORED = (*ALARMS, "steady")
 
-KNOCKED_PX, KNOCKED_MM = 0.5, 1.5  # either is a knock: half of what must be found
-MIN_PX = 0.1  # less is no knock, however many mm a pixel is
-SURE = 6.0  # σ
-BACK = 0.7  # of that, a knocked camera is back
-REWORD = 0.15  # of the millimetres: a smaller change does not repeat an alarm's sentence
-HOLD = 2  # looks in a row
-LONGER = 4  # for what may pass by itself: people in the way, a lamp that warms up, a hand before the lens
+BACK_SHARE = 0.7  # of what is a knock: nearer than that, a knocked camera is back
+MIN_REWORDED = 0.15  # of the millimetres: a smaller change does not repeat an alarm's sentence
+MIN_SAMPLES = 2  # in a row
+MIN_PASSING_SAMPLES = 4  # for what may pass by itself: people in the way, a lamp that warms up, a hand before the lens
 
 FIXES: dict[DriftState, str] = {
     "learning": say("drift.learning.fix", "Wait a few seconds."),
@@ -44,15 +41,15 @@ SENTENCES: dict[DriftState, Sentence] = {
 }
 
 
-def state_of(sample: DriftSample, was_knocked: bool = False) -> DriftState:
+STATES: dict[str, DriftState] = {"soft": "out-of-focus", "gone": "replaced", "covered": "covered", "dark": "dark",
+                                 "turned": "replaced", "mirrored": "replaced"}
+
+
+def state_of(sample: MotionSample, was_knocked: bool = False) -> DriftState:
     """Return the state that one sample alone shows."""
-    if sample.kind == "seen" and sample.judged is not None:
-        now, share = sample.judged, BACK if was_knocked else 1.0
-        far = now.px >= share * KNOCKED_PX or now.mm >= share * KNOCKED_MM
-        return "knocked" if far and now.px >= share * MIN_PX and sample.sure >= SURE else "steady"
-    states: dict[str, DriftState] = {"soft": "out-of-focus", "gone": "replaced", "covered": "covered", "dark": "dark",
-                                "turned": "replaced", "mirrored": "replaced"}
-    return states[sample.kind]
+    if sample.kind == "seen":
+        return "knocked" if sample.has_moved(BACK_SHARE if was_knocked else 1.0) else "steady"
+    return STATES[sample.kind]
 
 
 @dataclass(frozen=True)
@@ -66,21 +63,22 @@ class DriftStatus:
 
     state: DriftState
     since: float
-    sample: DriftSample | None = None
-    worded: DriftSample | None = None
+    sample: MotionSample | None = None
+    worded: MotionSample | None = None
     misplaced: str = ""
     doubt: str = ""
     hidden: DriftState | None = None
 
-    def with_sample(self, sample: DriftSample) -> "DriftStatus":
-        worded = self.worded if self.alarm and self._much_like(sample) else sample
+    def with_sample(self, sample: MotionSample) -> "DriftStatus":
+        """Return the same state with a newer sample that shows it."""
+        worded = self.worded if self.alarm and self._is_worded_alike(sample) else sample
         return replace(self, hidden=None, sample=sample, worded=worded)
 
-    def _much_like(self, sample: DriftSample) -> bool:
-        before, now = self.worded.judged if self.worded else None, sample.judged
+    def _is_worded_alike(self, sample: MotionSample) -> bool:
+        before, now = self.worded.moved if self.worded else None, sample.moved
         if self.worded is None or before is None or now is None:
             return before is now
-        return abs(now.mm - before.mm) < REWORD * before.mm and self.worded.softer_px == sample.softer_px
+        return abs(now.mm - before.mm) < MIN_REWORDED * before.mm and self.worded.softer_px == sample.softer_px
 
     @property
     def alarm(self) -> bool:
@@ -95,33 +93,32 @@ class DriftStatus:
 
     @property
     def sentence(self) -> str:
-        told = self.misplaced if self.state == "misplaced" else sentence(self.state, self.worded)
-        return told if self.hidden is None else join(told, SENTENCES[self.hidden])
+        own = self.misplaced if self.state == "misplaced" else sentence(self.state, self.worded)
+        return own if self.hidden is None else join(own, SENTENCES[self.hidden])
 
     def to_json(self) -> DriftJson:
-        judged = self.sample.judged if self.sample else None
+        px, mm, sigma_px, sigma_mm = [None] * 4 if self.sample is None or (moved := self.sample.moved) is None else [
+            round(value, 4) for value in (moved.px, moved.mm, moved.sigma_px, moved.sigma_mm)]
         return stated(DriftJson(
             state=self.state, alarm=self.alarm,
             monitored=self.state in MONITORED and self.hidden is None, since=round(self.since, 3),
-            px=_rounded(judged.px if judged else None), mm=_rounded(judged.mm if judged else None),
-            sigma_px=_rounded(judged.sigma_px if judged else None),
-            sigma_mm=_rounded(judged.sigma_mm if judged else None),
+            px=px, mm=mm, sigma_px=sigma_px, sigma_mm=sigma_mm,
             softer_px=self.sample.softer_px if self.sample else None,
             seen=self.sample.seen if self.sample else 0,
             sentence=self.sentence, fix=FIXES[self.state], doubt=self.doubt))
 
 
 class DriftWatch:
-    """Turns samples into a status. An alarm, of one kind or another, begins once HOLD samples in a row gave one."""
+    """Turns samples into a status. An alarm, of one kind or another, begins once MIN_SAMPLES in a row gave one."""
 
     def __init__(self, now: float) -> None:
         self.status = DriftStatus("learning", now)
-        self._row: list[tuple[DriftState, float]] = []  # states of the last samples, of one kind
+        self._alike: list[tuple[DriftState, float]] = []  # states and times of the last samples, of one kind
 
     @property
     def doubtful(self) -> bool:
         """Whether the last sample differs from the status: then the next should not wait."""
-        return bool(self._row) and self._row[-1][0] not in (self.status.state, self.status.hidden)
+        return bool(self._alike) and self._alike[-1][0] not in (self.status.state, self.status.hidden)
 
     def misplaced(self, sentence: str, doubt: str = "") -> None:
         """Note what is wrong with the calibration itself: a camera that stays is then as wrong as one knocked.
@@ -130,27 +127,33 @@ class DriftWatch:
         """
         self.status = replace(self.status, misplaced=sentence, doubt=doubt)
 
-    def add(self, sample: DriftSample, now: float) -> DriftStatus:
-        """now: unix, s, when the picture was taken."""
+    def add(self, sample: MotionSample, now: float) -> DriftStatus:
+        """Return the status after a sample of a picture that was taken at now, unix, s."""
         state = state_of(sample, self.status.state == "knocked")
         if state == "steady" and self.status.misplaced:
             state = "misplaced"
-        if self._row and not _same_kind(self._row[-1][0], state):
-            self._row = []
-        self._row = [*self._row, (state, now)][-LONGER:]
-        enough = LONGER if state in PASSING else 1 if self.status.state == "learning" and state in STAYS else HOLD
+        if self._alike and not _same_kind(self._alike[-1][0], state):
+            self._alike = []
+        self._alike = [*self._alike, (state, now)][-MIN_PASSING_SAMPLES:]
+        needed = self._needed_samples(state)
         if state == self.status.state:
             self.status = self.status.with_sample(sample)
-        elif len(self._row) >= enough and self.status.outlasts(state):
+        elif len(self._alike) >= needed and self.status.outlasts(state):
             self.status = replace(self.status, hidden=state)
-        elif len(self._row) >= enough:
-            self.status = replace(self.status, state=state, since=self._row[-enough][1], sample=sample, worded=sample,
-                                  hidden=None)
+        elif len(self._alike) >= needed:
+            self.status = replace(self.status, state=state, since=self._alike[-needed][1], sample=sample,
+                                  worded=sample, hidden=None)
         return self.status
+
+    def _needed_samples(self, state: DriftState) -> int:
+        """Return how many samples in a row make it the status."""
+        if state in PASSING:
+            return MIN_PASSING_SAMPLES
+        return 1 if self.status.state == "learning" and state in UNMOVED else MIN_SAMPLES
 
     def unfollowed(self, now: float) -> DriftStatus:
         """Set the status of a camera without a usable reference."""
-        self._row = []
+        self._alike = []
         if self.status.state != "unfollowed":
             self.status = DriftStatus("unfollowed", now)
         return self.status
@@ -160,22 +163,21 @@ def _same_kind(before: DriftState, state: DriftState) -> bool:
     return before == state or (before in ALARMS and state in ALARMS)
 
 
-def sentence(state: DriftState, sample: DriftSample | None) -> Sentence:
+def sentence(state: DriftState, sample: MotionSample | None) -> Sentence:
     """Describe the status for the operator."""
     if state == "replaced" and sample is not None and (sample.kind == "turned" or sample.kind == "mirrored"):
-        return SAID[sample.kind]
-    if state in SENTENCES or sample is None or sample.judged is None:
+        return orientation.SENTENCES[sample.kind]
+    if state in SENTENCES or sample is None or (moved := sample.moved) is None:
         return SENTENCES.get(state, SENTENCES["learning"])
     if state == "out-of-focus":
         px = _px(abs(sample.softer_px))
         return (say("drift.softer", "The focus has changed: the lines are softer by {px} px.", px=px)
                 if sample.softer_px > 0 else
                 say("drift.sharper", "The focus has changed: the lines are sharper by {px} px.", px=px))
-    now = sample.judged
     if state == "knocked":
         return say("drift.moved", "The camera has moved. Positions are off by about {mm} mm ({px} px).",
-                   mm=_mm(now.mm), px=_px(now.px))
-    return say("drift.steady", "No movement detected ({px} px, {mm} mm).", px=_px(now.px), mm=_mm(now.mm))
+                   mm=_mm(moved.mm), px=_px(moved.px))
+    return say("drift.steady", "No movement detected ({px} px, {mm} mm).", px=_px(moved.px), mm=_mm(moved.mm))
 
 
 def _px(px: float) -> str:
@@ -188,7 +190,3 @@ def _mm(mm: float) -> str:
     if mm < 0.1:
         return say("under", "under {value}", value="0.1")
     return f"{mm:.1f}" if mm < 10 else f"{mm:.0f}"
-
-
-def _rounded(value: float | None) -> float | None:
-    return None if value is None else round(value, 4)

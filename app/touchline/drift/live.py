@@ -7,61 +7,47 @@ the server was off, is seen too; where there is none, or none that shows them, f
 import contextlib
 import threading
 import time
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from touchline.core.drift_status import CameraDrift
 from touchline.core.errors import BadImage, TouchlineError
+from touchline.core.geometry import Pixels
 from touchline.core.json_values import JsonObject
 from touchline.core.statements import say, sentence_in
-from touchline.evaluate.drift.alarm import DriftWatch
-from touchline.evaluate.drift.checked import verdict_in
-from touchline.evaluate.drift.monitor import DriftReference, DriftSample
-from touchline.images import ImageLimits, decode_in_process
+from touchline.drift.alarm import DriftWatch
+from touchline.drift.check import verdict_in
+from touchline.evaluate.field_lines.motion import LineReference, MotionSample
+from touchline.images import decode_in_process
 from touchline.live.camera_part import CameraPart, PartContext
-from touchline.live.capture import FrameCapture
-from touchline.live.failures import Failures
 from touchline.live.picture import AppliedCalibration
 from touchline.processes.limits import give_way
 from touchline.store.files import read_checked
 
-EVERY_S = 1.0
-DOUBTFUL_S = 0.35  # an alarm comes two looks after the knock
+LOOK_S = 1.0  # between looks
+DOUBTFUL_LOOK_S = 0.35  # likewise, in doubt: an alarm comes two looks after the knock
 WAIT_S = 0.5  # for a frame
-LEARN_S = 0.5  # between the frames that are learnt from
-LEARN = 5
+LEARN_S, LEARN_FRAMES = 0.5, 5  # between the frames that are learnt from
 RETRY_S, MAX_RETRY_S = 5.0, 60.0  # where no lines were found to follow
 NICE = 10  # niceness: the picture goes first
 
+Source = Literal["calibration", "start"]  # of what lines looked like
+
 
 class DriftPart(CameraPart):
-    """The camera's drift, in its process."""
-
-    def __init__(self, around: PartContext) -> None:
-        self._monitor = CameraDriftMonitor(around.capture, around.limits, around.failures)
-        self.threads = (self._monitor.run,)
-
-    def apply(self, calibration: AppliedCalibration | None, picture: JsonObject | None) -> None:
-        self._monitor.apply(calibration, picture)
-
-    def status(self) -> JsonObject:
-        return {"drift": self._monitor.newest}
-
-
-class CameraDriftMonitor:
     """The thread that looks at the lines. It gives way: it sleeps much longer than it works."""
 
-    def __init__(self, capture: FrameCapture, limits: ImageLimits, failures: Failures) -> None:
-        self._capture = capture
-        self._failures = failures
-        self._limits = limits
-        self._target: tuple[AppliedCalibration, dict[str, Any] | None] | None = None
+    def __init__(self, around: PartContext) -> None:
+        self._capture = around.capture
+        self._failures = around.failures
+        self._limits = around.limits
+        self.threads = (self.run,)
+        self._target: tuple[AppliedCalibration, JsonObject | None] | None = None
         self._changed = threading.Event()
         self.newest: CameraDrift | None = None
 
-    def apply(self, calibration: AppliedCalibration | None, picture: dict[str, Any] | None) -> None:
+    def apply(self, calibration: AppliedCalibration | None, picture: JsonObject | None) -> None:
         """Follow this calibration's lines from now on. picture: {"name", "path", "sha256"} of the one it came from."""
         before = self._target
         if calibration is not None and before is not None and before[0].record.id == calibration.record.id:
@@ -69,6 +55,9 @@ class CameraDriftMonitor:
         self._target = None if calibration is None else (calibration, picture)
         self.newest = None
         self._changed.set()
+
+    def status(self) -> JsonObject:
+        return {"drift": self.newest}
 
     def run(self) -> None:
         """Work until the process ends, on a thread of its own."""
@@ -84,28 +73,28 @@ class CameraDriftMonitor:
                 if not self._changed.wait(RETRY_S):
                     self._changed.set()
 
-    def _follow(self, target: tuple[AppliedCalibration, dict[str, Any] | None]) -> None:
+    def _follow(self, target: tuple[AppliedCalibration, JsonObject | None]) -> None:
         """Follow the lines until something else is to be followed."""
         applied, picture = target
         watch, calibration, seq = DriftWatch(time.time()), applied.record, 0
 
-        def report(source: Literal["calibration", "start"] | None, took_s: float = 0.0) -> None:
+        def report(source: Source | None, took_s: float = 0.0) -> None:
             if self._target is target:
                 self.newest = {**watch.status.to_json(), "calibration": calibration.id, "reference": source,
                                "took_ms": round(1000 * took_s, 1)}
         report(None)
-        reference = self._reference_of_picture(applied, picture)
-        source: Literal["calibration", "start"] = "calibration" if reference is not None else "start"
+        reference = self._reference_in(applied, picture)
+        source: Source = "calibration" if reference is not None else "start"
         again_s = RETRY_S
         while reference is None:
-            if (reference := self._learnt(applied)) is None:
+            if (reference := self._learn(applied)) is None:
                 watch.unfollowed(time.time())
                 report(None)
                 if self._changed.wait(again_s):
                     return
                 again_s = min(2 * again_s, MAX_RETRY_S)
         watch.misplaced(reference.misplaced, reference.doubt)
-        sample: DriftSample | None = None
+        sample: MotionSample | None = None
         while not self._changed.is_set():
             taken = self._capture.after(seq, WAIT_S, in_passing=True)
             if taken is not None and taken.frame.size == reference.lines.size:
@@ -114,10 +103,10 @@ class CameraDriftMonitor:
                     sample = reference.lines.look(taken.frame.pixels, sample)
                     watch.add(sample, taken.time)
                     report(source, time.thread_time() - begun)
-            self._changed.wait(DOUBTFUL_S if watch.doubtful else EVERY_S)
+            self._changed.wait(DOUBTFUL_LOOK_S if watch.doubtful else LOOK_S)
 
-    def _reference_of_picture(self, applied: AppliedCalibration,
-                              picture: dict[str, Any] | None) -> "_Reference | None":
+    def _reference_in(self, applied: AppliedCalibration,
+                              picture: JsonObject | None) -> "_Reference | None":
         if picture is None:
             return None
         try:
@@ -126,11 +115,11 @@ class CameraDriftMonitor:
             return None
         return _reference([frame.pixels], applied)
 
-    def _learnt(self, applied: AppliedCalibration) -> "_Reference | None":
-        """Return a reference from some frames, in which what moves is not in the same place."""
-        pictures: list[NDArray[np.uint8]] = []
+    def _learn(self, applied: AppliedCalibration) -> "_Reference | None":
+        """Learn a reference from some frames, in which what moves is not in the same place."""
+        pictures: list[Pixels] = []
         seq = 0
-        while len(pictures) < LEARN:
+        while len(pictures) < LEARN_FRAMES:
             if (taken := self._capture.after(seq, WAIT_S, in_passing=True)) is not None:
                 seq = taken.seq
                 if pictures and pictures[0].shape != taken.frame.pixels.shape:
@@ -142,26 +131,25 @@ class CameraDriftMonitor:
 
 
 class _Reference(NamedTuple):
-    """What is followed, and in a sentence how far the calibration is from it.
+    """The lines that are followed, and in a sentence how far the calibration is from them.
 
     misplaced: where it is wrong, doubt: where it is only fair; else empty.
     """
 
-    lines: DriftReference
+    lines: LineReference
     misplaced: str
     doubt: str
 
 
-def _reference(pictures: list[NDArray[np.uint8]], applied: AppliedCalibration) -> _Reference | None:
+def _reference(pictures: list[Pixels], applied: AppliedCalibration) -> _Reference | None:
     height, width = pictures[0].shape[:2]
     if (width, height) != tuple(applied.record.image_size):
         return None
-    where = applied.model, applied.field, applied.region
     try:
-        if (lines := DriftReference.of(pictures, *where)) is None:
+        if (lines := LineReference.of(pictures, applied.model, applied.field, applied.region)) is None:
             return None
         verdict = verdict_in(pictures[0], applied.record)
     except (TouchlineError, np.linalg.LinAlgError):
         return None
-    told, level = sentence_in(verdict, "sentence"), verdict["lines_level"]
-    return _Reference(lines, told if level == "poor" else "", told if level == "fair" else "")
+    sentence, level = sentence_in(verdict, "sentence"), verdict["lines_level"]
+    return _Reference(lines, sentence if level == "poor" else "", sentence if level == "fair" else "")

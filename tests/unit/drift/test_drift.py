@@ -13,8 +13,8 @@ from tests.support.paths import CLICKS, SHARED_DATA
 from tests.support.tiers import long, rounds
 from touchline.core.geometry import ImageSize
 from touchline.core.records import observations_from_json
-from touchline.evaluate.drift.alarm import ALARMS, DriftWatch, sentence, state_of
-from touchline.evaluate.drift.monitor import DriftReference, DriftSample
+from touchline.drift.alarm import ALARMS, DriftWatch, sentence, state_of
+from touchline.evaluate.field_lines.motion import LineReference, MotionSample
 from touchline.fitting.image_motion import MotionField, MotionSize, estimate_motion
 from touchline.models import field_from_raw
 from touchline.sources import SourceContext, source_from_url
@@ -40,7 +40,7 @@ def whole():
     return followed(WHOLE)
 
 
-def looks(reference: DriftReference, rendering: Rendering, seconds, watch: DriftWatch | None = None):
+def looks(reference: LineReference, rendering: Rendering, seconds, watch: DriftWatch | None = None):
     """The states that a watch tells, look by look."""
     watch, sample = watch or DriftWatch(0.0), None
     for second in seconds:
@@ -58,7 +58,7 @@ def test_a_small_knock_is_found_at_the_second_look(request, scene, by):
     told = [told for told, _ in looks(reference, other, range(4, 6), watch)]
     assert [one.state for one in told] == ["steady", "knocked"]
     assert told[-1].since == 4.0  # when it was seen first
-    found = told[-1].sample.judged
+    found = told[-1].sample.moved
     # The calibration's own errors are in it too: of eight knocks the worst is 0.03 px and 0.4 mm beside the truth.
     assert found.px == pytest.approx(px, rel=0.12, abs=0.03)
     assert found.mm == pytest.approx(mm, rel=0.12, abs=0.5)
@@ -72,22 +72,22 @@ def test_a_hard_knock_is_told_in_millimetres_as_well(half, degrees):
     px, mm = moved_by(rendering, other)
     sample = reference.look(other.frame_at(1, 1.0))
     assert state_of(sample) == "knocked" and px > 4
-    assert sample.judged.px == pytest.approx(px, rel=0.12)
-    assert sample.judged.mm == pytest.approx(mm, rel=0.12)
+    assert sample.moved.px == pytest.approx(px, rel=0.12)
+    assert sample.moved.mm == pytest.approx(mm, rel=0.12)
 
 
 @rounds("px", 8, 2, 4, 16, 20)
 def test_a_picture_that_jumps_any_way_is_told_with_its_size(half, px):
     """Along many lines as well: these lie where they lay, and must not outvote the few that show the motion."""
     rendering, reference = half
-    model, there = reference.yardstick.flow.model, reference.yardstick
+    model, there = reference.samples.flow.model, reference.samples
     for degrees in range(0, 360, 30):
         shift = px * np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
         jumped = cv2.warpAffine(rendering.frame_at(7, 7.0), np.float64([[1, 0, shift[0]], [0, 1, shift[1]]]),
                                 tuple(reference.size), flags=cv2.INTER_CUBIC)
         truth = np.linalg.norm(field_from_raw(model, there.raw + shift) - there.field, axis=1)
         told = reference.look(jumped)
-        assert told.judged.mm == pytest.approx(np.nanpercentile(truth, 95), rel=0.25), degrees
+        assert told.moved.mm == pytest.approx(np.nanpercentile(truth, 95), rel=0.25), degrees
 
 
 @pytest.mark.parametrize("model", ["homography", "polynomial"])
@@ -95,7 +95,7 @@ def test_a_model_without_rays_is_followed_as_well(model):
     rendering, reference = followed("sim://ssl-div-b?size=640x480&robots=4", model)
     other, (px, mm) = knocked(rendering, "2 px", np.random.default_rng(5))
     assert state_of(reference.look(rendering.frame_at(1, 1.0))) == "steady"
-    found = reference.look(other.frame_at(1, 1.0)).judged
+    found = reference.look(other.frame_at(1, 1.0)).moved
     assert found.px == pytest.approx(px, rel=0.25) and found.mm == pytest.approx(mm, rel=0.25)
 
 
@@ -106,15 +106,15 @@ def test_robots_people_and_light_are_no_knock(scene, last):
     rendering, reference = followed(scene)
     told = list(looks(reference, rendering, range(1, last + 1)))
     assert {one.state for one, _ in told} == {"steady"}
-    assert max(sample.judged.px for _, sample in told) < 0.1  # px: a fifth of a knock
+    assert max(sample.moved.px for _, sample in told) < 0.1  # px: a fifth of a knock
 
 
 def test_what_a_model_does_not_tell_exactly_is_no_drift(half, half_model):
     rendering, _ = half
     x, y, z = half_model.position_mm
     wrong = replace(half_model, position_mm=(x + 40, y, z))  # some px
-    reference = DriftReference.of([rendering.frame_at(0, 0.0)], wrong, rendering.field, rendering.region)
-    assert reference.look(rendering.frame_at(1, 1.0)).judged.px < 0.05
+    reference = LineReference.of([rendering.frame_at(0, 0.0)], wrong, rendering.field, rendering.region)
+    assert reference.look(rendering.frame_at(1, 1.0)).moved.px < 0.05
 
 
 @pytest.mark.parametrize(("blur_px", "how"), [(1.9, "softer"), (3.0, "softer")])
@@ -131,7 +131,7 @@ def test_a_lens_that_was_soft_and_is_sharp_has_another_focus_too(half, half_mode
     rendering, _ = half
     soft = Rendering.of(rendering.camera, rendering.field, rendering.region, rendering.motion,
                         sensor=replace(rendering.sensor, blur_px=2.4))
-    reference = DriftReference.of([soft.frame_at(0, 0.0)], half_model, rendering.field, rendering.region)
+    reference = LineReference.of([soft.frame_at(0, 0.0)], half_model, rendering.field, rendering.region)
     told, sample = list(looks(reference, rendering, range(1, 4)))[-1]
     assert told.state == "out-of-focus" and "sharper" in sentence(told.state, sample)
 
@@ -171,34 +171,34 @@ def test_a_real_picture_compressed_anew_is_steady_and_a_turned_one_is_not():
     region = FIELDS[clicks["field"]].region(clicks["region"], clicks.get("rotate"))
     task = CalibrationRequest(observations_from_json(clicks["observations"]), FIELDS[clicks["field"]], region,
                               ImageSize.of(clicks["image_size"]), "brown-conrady")
-    reference = DriftReference.of([picture], task.run(cross_validate=False).model, task.field, region)
+    reference = LineReference.of([picture], task.run(cross_validate=False).model, task.field, region)
     rng = np.random.default_rng(4)
 
     def sent(pixels):
         noisy = np.clip(pixels + rng.normal(0, 3, pixels.shape), 0, 255).astype(np.uint8)
         return cv2.imdecode(cv2.imencode(".jpg", noisy, [cv2.IMWRITE_JPEG_QUALITY, 70])[1], cv2.IMREAD_COLOR)
-    assert all(reference.look(sent(picture)).judged.px < 0.05 for _ in range(3))
+    assert all(reference.look(sent(picture)).moved.px < 0.05 for _ in range(3))
     turn = cv2.getRotationMatrix2D(task.image_size.centre, 0.2, 1)
     turned = cv2.warpAffine(picture, turn, tuple(task.image_size), flags=cv2.INTER_CUBIC)
     found = reference.look(sent(turned))
     assert state_of(found) == "knocked"
-    assert found.judged.px == pytest.approx(1.25, abs=0.15)  # 0.2° at 360 px from the middle
+    assert found.moved.px == pytest.approx(1.25, abs=0.15)  # 0.2° at 360 px from the middle
 
 
 def test_a_picture_without_lines_gives_nothing_to_follow(half, half_model):
     rendering, _ = half
     blank = np.full((480, 640, 3), 90, np.uint8)
-    assert DriftReference.of([blank], half_model, rendering.field, rendering.region) is None
+    assert LineReference.of([blank], half_model, rendering.field, rendering.region) is None
 
 
-def seen(px: float = 0.0, **more) -> DriftSample:
-    return DriftSample("seen", 90, MotionSize(px, 5 * px, 0.01, 0.05), None, 100 * px, **more)
+def seen(px: float = 0.0, **more) -> MotionSample:
+    return MotionSample("seen", 90, MotionSize(px, 5 * px, 0.01, 0.05), None, 100 * px, **more)
 
 
 def test_one_strange_look_is_no_alarm_and_two_are():
     watch = DriftWatch(0.0)
     states = [watch.add(sample, float(i)).state for i, sample in enumerate(
-        [seen(), seen(3), seen(), DriftSample("gone", 0), seen(), seen(3), seen(3), seen(), seen()])]
+        [seen(), seen(3), seen(), MotionSample("gone", 0), seen(), seen(3), seen(3), seen(), seen()])]
     assert states == ["steady", "steady", "steady", "steady", "steady", "steady", "knocked", "knocked", "steady"]
 
 
@@ -216,7 +216,7 @@ def test_a_calibration_whose_lines_are_elsewhere_is_an_alarm_though_the_camera_s
 
 @pytest.mark.parametrize("kind", ["dark", "covered"])
 def test_an_alarm_holds_until_a_look_disproves_it_and_says_that_nothing_is_seen_now(kind):
-    watch, hidden = DriftWatch(0.0), DriftSample(kind, 0)
+    watch, hidden = DriftWatch(0.0), MotionSample(kind, 0)
     for second, sample in enumerate([seen(), seen(3), seen(3), *[hidden] * 6]):
         told = watch.add(sample, float(second))
     assert told.state == "knocked" and told.since == 1.0 and not watch.doubtful
@@ -231,8 +231,8 @@ def test_an_alarm_holds_until_a_look_disproves_it_and_says_that_nothing_is_seen_
 
 def test_a_camera_thought_replaced_is_believed_once_its_scene_is_seen_again_though_people_stand_in_it():
     watch = DriftWatch(0.0)
-    states = [watch.add(sample, 0.0).state for sample in [DriftSample("gone", 0)] * 4 + [DriftSample("dark", 0)] * 4
-              + [DriftSample("covered", 0)] * 4]
+    states = [watch.add(sample, 0.0).state for sample in [MotionSample("gone", 0)] * 4 + [MotionSample("dark", 0)] * 4
+              + [MotionSample("covered", 0)] * 4]
     assert states[3] == states[7] == "replaced" and states[-1] == "covered"
 
 
@@ -241,7 +241,7 @@ def test_what_cannot_be_seen_is_not_monitored(kind, monitored):
     watch = DriftWatch(0.0)
     assert not watch.status.to_json()["monitored"]
     for second in range(5):
-        told = watch.add(DriftSample(kind, 9, MotionSize(0, 0, 0, 0)), float(second))
+        told = watch.add(MotionSample(kind, 9, MotionSize(0, 0, 0, 0)), float(second))
     assert told.to_json()["monitored"] is monitored
     assert not watch.unfollowed(9.0).to_json()["monitored"]
 
@@ -249,7 +249,7 @@ def test_what_cannot_be_seen_is_not_monitored(kind, monitored):
 def test_alarms_of_two_kinds_in_a_row_are_one():
     watch = DriftWatch(0.0)
     watch.add(seen(), 0.0)
-    watch.add(DriftSample("gone", 0), 1.0)
+    watch.add(MotionSample("gone", 0), 1.0)
     assert watch.doubtful
     told = watch.add(seen(4), 1.4)
     assert told.state == "knocked" and told.since == 1.0

@@ -6,12 +6,12 @@ import pytest
 from tests.support.auto_scenes import SceneSpec, error_mm, scene_of
 from touchline.core import opencv
 from touchline.core.records import Frame
-from touchline.evaluate.drift.monitor import DriftReference
+from touchline.drift.check import check
+from touchline.drift.reregister import reregister
+from touchline.evaluate.field_lines.motion import LineReference
 from touchline.models import Restored
 from touchline.vision.ridges import painted_lines, with_bright_lines
 from touchline.workflows.automatic_request import AutomaticRequest
-from touchline.workflows.check import check
-from touchline.workflows.reregister import reregister
 
 SPEC = SceneSpec(3, "vsss-3v3", "full", "mild", (640, 480), 2200.0, 8.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
 
@@ -52,11 +52,11 @@ def test_a_camera_above_dark_lines_that_has_moved_is_registered_again(scene, dar
 
 def test_a_camera_above_dark_lines_is_followed(dark, made):
     model, field, region = Restored.of(made)
-    reference = DriftReference.of([dark], model, field, region)
+    reference = LineReference.of([dark], model, field, region)
     assert reference is not None
     assert reference.look(dark).kind == "seen"
     sample = reference.look(np.roll(dark, 5, axis=1))
-    assert sample.kind == "seen" and sample.judged.px > 3
+    assert sample.kind == "seen" and sample.moved.px > 3
 
 
 @pytest.mark.parametrize("level", [0.0, 110.0])

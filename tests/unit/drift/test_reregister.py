@@ -14,6 +14,7 @@ from tests.support.live_cameras import FIELDS, calibrated
 from tests.support.tiers import long
 from touchline.core.errors import Conflict, FitFailed
 from touchline.core.records import Calibration, Frame, observations_from_json
+from touchline.drift.reregister import ZoomCheck, reregister
 from touchline.evaluate.uncertainty import grid_over
 from touchline.fitting.ray_camera.lens_prior import camera_intrinsics
 from touchline.models import field_from_raw, model_from_json
@@ -21,8 +22,6 @@ from touchline.sources import SourceContext, source_from_url
 from touchline.sources.sim.render import Rendering
 from touchline.workflows.automatic_request import AutomaticRequest
 from touchline.workflows.calibration_request import CalibrationRequest
-from touchline.workflows.kept_lens import ZoomCheck
-from touchline.workflows.reregister import reregister
 
 URL = "sim://ssl-div-b?cameras=2&camera=0&size=480x384&robots=5&k1=-0.2&tilt=8"
 

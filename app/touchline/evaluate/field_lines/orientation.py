@@ -23,17 +23,19 @@ from touchline.core.statements import Sentence, say
 from touchline.models import CameraModel, raw_from_field
 
 COLUMNS, ROWS = 96, 72  # places over the region and its surroundings
-BEYOND = 0.35  # of the region's sides, to either side: walls and benches tell most
-SMOOTH = 4.0  # places: wider brightness is light, which changes
-CLIPPED = 3.0  # spreads: a robot counts no more than a stain
-SURE, CONTRARY = 0.4, -0.3  # correlation; robots that moved gave -0.11 to 0.3
+SURROUNDINGS = 0.35  # of the region's sides, to either side: walls and benches tell most
+LIGHT_SIGMA = 4.0  # places: what is wider than that is light, which changes
+MAX_SPREADS = 3.0  # a robot counts no more than a stain
+MIN_SAME, MAX_OPPOSITE = 0.4, -0.3  # correlation; robots that moved gave -0.11 to 0.3
 MIN_PLACES = 400
 WIDTH_PX = 320  # of the picture that is looked at
-TINY_LEVELS = 0.3  # grey levels: less is noise
+MIN_SPREAD_LEVELS = 0.3  # grey levels: less is noise
+SIGMA_PER_MEDIAN = 1.4826  # of the size of a normal error
+BEYOND_IMAGE_PX = -1e4  # where a place is that the model does not reach
 
 Way = Literal["turned", "mirrored"]
 State = Literal["confirmed", "contradicted", "unknown"]
-SAID: dict[Way, Sentence] = {
+SENTENCES: dict[Way, Sentence] = {
     "turned": say("orientation.turned", "The image is turned by 180° against the calibration image: the lines match, "
                                         "but what is between and around them is on the other side."),
     "mirrored": say("orientation.mirrored", "The image is mirrored against the calibration image: the lines match, "
@@ -64,10 +66,10 @@ class OrientationReference:
 
     @classmethod
     def of(cls, picture: Pixels, model: CameraModel, region: Region) -> Self:
-        """picture (h, w[, 3]), as seen by the model."""
+        """Sample a picture (h, w[, 3]) of that camera over the region and its surroundings."""
         (x0, x1), (y0, y1) = region.x_mm, region.y_mm
-        more = 1 + 2 * BEYOND
-        x, y = ((a + b) / 2 + (b - a) / 2 * more * np.linspace(-1, 1, count)
+        factor = 1 + 2 * SURROUNDINGS
+        x, y = ((a + b) / 2 + (b - a) / 2 * factor * np.linspace(-1, 1, count)
                 for a, b, count in ((x0, x1, COLUMNS), (y0, y1, ROWS)))
         places = np.stack(np.meshgrid(x, y), axis=-1)
         return cls(places, _levels(picture, model, places))
@@ -76,12 +78,12 @@ class OrientationReference:
         """Compare a picture (h, w[, 3]) of the same camera, as seen by its model now."""
         now = _levels(picture, model, self.places)
         likeness = {name: found for name, (_, signs) in FLIPS.items()
-                    if (found := _likeness(_odd(self.levels, signs), _odd(now, signs))) is not None}
+                    if (found := _likeness(_asymmetric(self.levels, signs), _asymmetric(now, signs))) is not None}
         worst = min(likeness, key=lambda name: likeness[name], default=None)
-        if worst is not None and likeness[worst] < CONTRARY:
+        if worst is not None and likeness[worst] < MAX_OPPOSITE:
             return Orientation("contradicted", FLIPS[worst][0], likeness)
-        sure = len(likeness) == len(FLIPS) and min(likeness.values()) > SURE
-        return Orientation("confirmed" if sure else "unknown", None, likeness)
+        is_sure = len(likeness) == len(FLIPS) and min(likeness.values()) > MIN_SAME
+        return Orientation("confirmed" if is_sure else "unknown", None, likeness)
 
 
 def _levels(picture: Pixels, model: CameraModel, places: Points) -> Array:
@@ -89,16 +91,18 @@ def _levels(picture: Pixels, model: CameraModel, places: Points) -> Array:
     gray = opencv.to_grey(opencv.shrink_to_width(picture, WIDTH_PX)).astype(np.float32)
     scale = gray.shape[1] / picture.shape[1]
     at = ((raw_from_field(model, places) + 0.5) * scale - 0.5).astype(np.float32)
-    at = np.where(np.isfinite(at), at, -1e4)
+    at = np.where(np.isfinite(at), at, BEYOND_IMAGE_PX)
     levels = cv2.remap(gray, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT,
                        borderValue=float("nan"))
     known = np.isfinite(levels).astype(np.float32)
-    wide = cv2.GaussianBlur(np.nan_to_num(levels), (0, 0), SMOOTH) / np.maximum(
-        cv2.GaussianBlur(known, (0, 0), SMOOTH), 1e-3)
-    return np.where(known > 0, levels - wide, np.nan).astype(np.float64)
+    # The mean of the known places about each one: blurred levels over blurred ones and noughts.
+    light = cv2.GaussianBlur(np.nan_to_num(levels), (0, 0), LIGHT_SIGMA) / np.maximum(
+        cv2.GaussianBlur(known, (0, 0), LIGHT_SIGMA), 1e-3)
+    return np.where(known > 0, levels - light, np.nan).astype(np.float64)
 
 
-def _odd(levels: Array, signs: tuple[int, int]) -> Array:
+def _asymmetric(levels: Array, signs: tuple[int, int]) -> Array:
+    """Return A I: what remains of levels without their turned or mirrored self. signs: steps along x and y."""
     return levels - levels[::signs[1], ::signs[0]]
 
 
@@ -107,10 +111,11 @@ def _likeness(then: Array, now: Array) -> float | None:
     known = np.isfinite(then) & np.isfinite(now)
     if known.sum() < MIN_PLACES:
         return None
-    values = []
+    clipped = []
     for levels in (then[known], now[known]):
-        spread = 1.4826 * float(np.median(np.abs(levels)))
-        if spread < TINY_LEVELS:
+        spread = SIGMA_PER_MEDIAN * float(np.median(np.abs(levels)))
+        if spread < MIN_SPREAD_LEVELS:
             return None
-        values.append(np.clip(levels / spread, -CLIPPED, CLIPPED))
-    return float(np.sum(values[0] * values[1]) / np.sqrt(np.sum(values[0] ** 2) * np.sum(values[1] ** 2)))
+        clipped.append(np.clip(levels / spread, -MAX_SPREADS, MAX_SPREADS))
+    one, other = clipped
+    return float(np.sum(one * other) / np.sqrt(np.sum(one ** 2) * np.sum(other ** 2)))

@@ -12,13 +12,12 @@ from touchline.api.responses import Json, accepted, finished_or_queued
 from touchline.core.errors import BadInput, Conflict
 from touchline.core.sentences import CALIBRATE_AND_ACTIVATE, NOT_CALIBRATED
 from touchline.core.statements import say
+from touchline.drift.check import CalibrationCheck, run_check
+from touchline.drift.reregister import run_register
 from touchline.jobs import Job
 from touchline.services.forms import Name, Note, Strict
-from touchline.workflows.check import CalibrationCheck, run_check
-from touchline.workflows.reregister import run_register
 
 router = APIRouter()
-
 
 FRAMES = 13  # over four seconds: who walks by has left most of them
 
