@@ -72,12 +72,12 @@ CAPABILITIES: Mapping[str, Capability] = {
     "cameras": Capability(routes=(f"{ROUTES}.cameras:router", f"{ROUTES}.streams:router",
                                   f"{ROUTES}.cameras:events_router")),
     "snapshots": Capability(routes=(f"{ROUTES}.snapshots:router",)),
-    "fields": Capability(routes=(f"{ROUTES}.fields:router",)),
+    "fields": Capability(routes=("touchline.fields.routes:router",)),
     "automatic": Capability(
-        routes=(f"{ROUTES}.automatic:router",),
-        jobs={"automatic.detect": "touchline.workflows.recognition:run_auto"},
-        savers={"found-lines": f"{SAVERS}:found_lines"},
-        commands={"auto": ("touchline.cli.auto:auto",
+        routes=("touchline.automatic.routes:router",),
+        jobs={"automatic.detect": "touchline.automatic.recognition:run_auto"},
+        savers={"found-lines": "touchline.automatic.service:save_found_lines"},
+        commands={"auto": ("touchline.automatic.commands:auto",
                            "Detect the field lines in an image and calibrate from them, if all checks pass.")}),
     "drift": Capability(
         routes=("touchline.drift.routes:router",),
@@ -131,8 +131,8 @@ CAPABILITIES: Mapping[str, Capability] = {
         site_claims=("touchline.league.service:site_claims",),
         running=("touchline.league.service:PublishingService",)),
     "report": Capability(
-        routes=(f"{ROUTES}.reports:router",),
-        commands={"report": ("touchline.cli.reports:report",
+        routes=("touchline.report.routes:router",),
+        commands={"report": ("touchline.report.commands:report",
                              "Show or write the report of one calibration. Exit code 0 if it is good enough.")}),
     "detection": Capability(
         routes=tuple(f"touchline.detection.routes:{name}" for name in ("router", "colours", "clips", "tracks")),

@@ -12,7 +12,7 @@ export const manualPage = signal({ name: "", text: "", heading: "", asked: 0 });
 
 /** What explains a panel: page#heading. A test looks up every one of them. @type {Record<string, string>} */
 export const EXPLAINED = {
-  "without-clicks": "automatic-detection.md",
+  "without-clicks": "automatic.md",
   check: "checking.md",
   checks: "calibrating.md#verify-and-activate",
   tracks: "detection.md#tracks-of-a-rig",
@@ -62,7 +62,12 @@ export const slug = (text) =>
     .replace(/^-|-$/g, "");
 
 /** Pages that were renamed. @type {Record<string, string>} */
-const FORMER_PAGES = { "ssl-vision": "league.md", "straight-edges": "straight.md" };
+const FORMER_PAGES = {
+  "automatic-detection": "automatic.md",
+  reports: "report.md",
+  "ssl-vision": "league.md",
+  "straight-edges": "straight.md",
+};
 
 let newest = 0; // of what was asked for: the last one wins, whichever answer comes first
 

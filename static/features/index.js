@@ -1,11 +1,12 @@
 // The one list of features. Its order is that of the list of keys, and of which action a shared key means first.
+import { automatic } from "./automatic/index.js";
 import { board } from "./boards/index.js";
 import { calibrate } from "./calibrate/index.js";
 import { check } from "./check/index.js";
 import { compare } from "./compare/index.js";
 import { detection } from "./detection/index.js";
 import { drift } from "./drift/index.js";
-import { fieldEditor } from "./field_editor/index.js";
+import { fields } from "./fields/index.js";
 import { help } from "./help/index.js";
 import { jobs } from "./jobs/index.js";
 import { network } from "./league/index.js";
@@ -20,7 +21,7 @@ import { verify } from "./verify/index.js";
 import { versions } from "./versions/index.js";
 
 export const FEATURES = /** @type {const} */ ([
-  fieldEditor,
+  fields,
   calibrate.pictures,
   live,
   board,
@@ -33,7 +34,7 @@ export const FEATURES = /** @type {const} */ ([
   calibrate.points,
   scene,
   straight.rolls,
-  calibrate.lines,
+  automatic,
   check,
   rig.tracks,
   drift,

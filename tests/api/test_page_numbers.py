@@ -23,7 +23,7 @@ const { mesh, model, points } = JSON.parse(readFileSync(0, "utf8"));
 const nodes = new Float32Array(Uint8Array.from(atob(mesh.raw_px), (letter) => letter.charCodeAt(0)).buffer);
 console.log(JSON.stringify([...bentMesh({ ...mesh, nodes }, model, points).nodes]));"""
 
-FIELDS_SENT = """import { docOf, sentOf } from "./static/features/field_editor/document.js";
+FIELDS_SENT = """import { docOf, sentOf } from "./static/features/fields/document.js";
 import { readFileSync } from "node:fs";
 const { fields } = JSON.parse(readFileSync(0, "utf8"));
 console.log(JSON.stringify(fields.map((field) => sentOf(docOf(field)))));"""

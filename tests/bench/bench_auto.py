@@ -17,10 +17,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from tests.support.auto_scenes import FIELDS, SceneSpec, SeenScene, carpet_error_mm, error_mm, fields, scene_of, spec_of
+from touchline.automatic.request import AutomaticRequest
 from touchline.core.records import Calibration, Frame
 from touchline.evaluate.areas import NEAR_OVERLAP, better_areas
 from touchline.models import model_from_json
-from touchline.workflows.automatic_request import AutomaticRequest
 
 RIGHT_MM, RIGHT_PX = 5.0, 0.5  # whichever is more: a wrong assignment is off by decimetres
 

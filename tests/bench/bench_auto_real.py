@@ -15,10 +15,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from tests.support.auto_scenes import fields
+from touchline.automatic.request import AutomaticRequest
 from touchline.core.records import Calibration, Frame
 from touchline.drift.check import check
 from touchline.models import model_from_json, raw_from_field
-from touchline.workflows.automatic_request import AutomaticRequest
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "fields"
 PICTURES = [

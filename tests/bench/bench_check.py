@@ -21,6 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from tests.support.second_simulator import Scene, render, scene_spec
 from tests.support.second_simulator.opencv_camera import OpenCvCamera
 from tests.support.second_simulator.scene_spec import fields
+from touchline.automatic.request import AutomaticRequest
 from touchline.core.errors import TouchlineError
 from touchline.core.field import BORDERS
 from touchline.core.geometry import as_triple
@@ -28,7 +29,6 @@ from touchline.core.records import Calibration, Frame, observations_from_json
 from touchline.drift.check import Check, check
 from touchline.evaluate.uncertainty import grid_over
 from touchline.formats.camera_file import CameraFile
-from touchline.workflows.automatic_request import AutomaticRequest
 from touchline.workflows.calibration_request import CalibrationRequest
 from touchline.workflows.interchange import ImportOptions, calibration_from_file, export, read_file
 

@@ -18,13 +18,13 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from tests.support.second_simulator import render, scene_spec  # noqa: E402
 from tests.support.tape import SIDES_AND_DIAGONALS, measured  # noqa: E402
 from tests.support.taped_field import bare, calibrated_on, visible, worst_mm  # noqa: E402
+from touchline.automatic.request import AutomaticRequest  # noqa: E402
 from touchline.core.field_json import field_from_json  # noqa: E402
 from touchline.core.field_moves import JoinedField  # noqa: E402
 from touchline.core.records import Frame  # noqa: E402
-from touchline.fitting.measured_field import TapeDistance, adjust_to_tape, as_found  # noqa: E402
+from touchline.fields.measuring import TapeDistance, adjust_to_tape, as_found  # noqa: E402
+from touchline.fields.seen_markings import seen_field  # noqa: E402
 from touchline.store.fields import load_fields  # noqa: E402
-from touchline.workflows.automatic_request import AutomaticRequest  # noqa: E402
-from touchline.workflows.seen_field import seen_field  # noqa: E402
 
 FIELD = load_fields()["ssl-div-b"]
 LINES = ("goal-line-right", "touch-line-top", "halfway-line")

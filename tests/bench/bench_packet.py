@@ -18,6 +18,7 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT)]
 
 from tests.support.second_simulator import Scene, render, scene_spec  # noqa: E402
+from touchline.automatic.request import AutomaticRequest  # noqa: E402
 from touchline.core.errors import TouchlineError  # noqa: E402
 from touchline.core.field_json import field_from_json  # noqa: E402
 from touchline.core.geometry import with_z  # noqa: E402
@@ -27,7 +28,6 @@ from touchline.formats.ssl_vision import camera_from_wire  # noqa: E402
 from touchline.league.packet_camera import packet_camera  # noqa: E402
 from touchline.models import Restored  # noqa: E402
 from touchline.models.contract import RECTANGLE_FIELDS  # noqa: E402
-from touchline.workflows.automatic_request import AutomaticRequest  # noqa: E402
 from touchline.workflows.calibration import calibrate  # noqa: E402
 
 GOOD_MM = 7.5

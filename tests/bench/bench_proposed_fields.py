@@ -20,7 +20,7 @@ from tests.support.second_simulator import Scene, render, scene_spec
 from touchline.core.errors import FitFailed
 from touchline.core.field import Field
 from touchline.core.field_json import field_from_json
-from touchline.workflows.proposed_field import proposed_field
+from touchline.fields.proposal import proposed_field
 
 RIGHT = 0.02
 NEAR = 0.01  # of the length, between a marking and a proposed one that is the same

@@ -28,6 +28,8 @@ from tests.support.second_simulator import SceneSpec, render, scene_spec
 from tests.support.second_simulator.opencv_camera import OpenCvCamera
 from tests.support.second_simulator.paint import PaintErrors
 from tests.support.second_simulator.scene_spec import camera_of, fields, region_of
+from touchline.automatic import assignment
+from touchline.automatic.search import search
 from touchline.core.errors import TouchlineError
 from touchline.core.field import BORDERS, Field, Region
 from touchline.core.geometry import ImageSize
@@ -37,7 +39,6 @@ from touchline.evaluate.comparison import FittedModel, compare_models, parameter
 from touchline.evaluate.uncertainty import expected_error, grid_over, knows_its_error
 from touchline.fitting import FITTERS
 from touchline.models import RayModel, field_from_raw
-from touchline.workflows import automatic
 from touchline.workflows.calibration import CalibrationResult, calibrate
 from touchline.workflows.calibration_request import CalibrationRequest
 from touchline.workflows.model_choice import LADDER
@@ -88,18 +89,18 @@ def auto_row(seed: int, options: Mapping[str, Any], scene: Mapping[str, Any], ex
     options = {**(by_tape(made.camera, np.random.default_rng([seed, 3])) if tape else {}), **options}
     row: dict[str, Any] = {"seed": seed, "scene": f"{spec.field} {spec.region} {spec.lens} {spec.tilt_deg:.0f}°"}
     begin = time.process_time()
-    lines = automatic.detect_lines(Frame(made.pixels).pixels)
-    found, _ = automatic.assign_lines(lines, made.field, made.region)
+    lines = assignment.detect_lines(Frame(made.pixels).pixels)
+    found = assignment.points_on_lines(lines, made.field, made.region, search(lines.seen, made.field, made.region))
     if found is None:
         return {**row, "state": "no match", "seconds": time.process_time() - begin}
     done = None
     for models in LADDER:
         try:
-            done, found = automatic.calibrate(found, lines, made.field, made.region, models, options)
+            done, found = assignment.calibrate(found, lines, made.field, made.region, models, options)
             break
         except TouchlineError as refused:
             row["refused"] = refused.what
-    proof = automatic.verify(found, lines, made.region)
+    proof = assignment.verify(found, lines, made.region)
     row["seconds"] = time.process_time() - begin
     if done is None:
         return {**row, "state": "no fit"}

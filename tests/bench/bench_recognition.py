@@ -20,12 +20,12 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from tests.support.second_simulator import Scene, render, scene_spec
 from tests.support.second_simulator.scene_spec import fields
+from touchline.automatic.recognition import RecognitionRequest
+from touchline.automatic.request import AutomaticRequest
 from touchline.core.field import Region
 from touchline.core.records import Calibration, Frame
 from touchline.evaluate.areas import MIN_SEEN
 from touchline.models import field_from_raw, model_from_json
-from touchline.workflows.automatic_request import AutomaticRequest
-from touchline.workflows.recognition import RecognitionRequest
 
 LIMIT_MM = 15.0
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".tif")

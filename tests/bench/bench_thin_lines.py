@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 
 from tests.support.auto_scenes import SceneSpec, SeenScene, camera_of, carpet_error_mm, fields
+from touchline.automatic.request import AutomaticRequest
 from touchline.core.records import Frame
 from touchline.models import field_from_raw, model_from_json
-from touchline.workflows.automatic_request import AutomaticRequest
 
 SIZE = (640, 480)
 WIDTHS = ("stair", 0.8, 1.0, 1.25, 1.5)  # px

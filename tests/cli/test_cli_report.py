@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -12,8 +11,6 @@ import pytest
 from tests.support.pictures import encoded, gradient
 from touchline.cli.files import read_calibration
 from touchline.core.geometry import ImageSize
-from touchline.report import ReportPicture, contents, draw, page
-from touchline.report.drawing import Photograph, Stroke
 from touchline.store.store import Store
 
 POOR = 5
@@ -121,13 +118,3 @@ def test_what_is_not_there_or_no_calibration_is_refused_with_its_cure(touchline,
         assert re.fullmatch(r"error: .+\nfix: .+\n", err), err
     assert touchline("report", calibration, "--enough", "perfect")[0] == 2
     assert not (tmp_path / "nowhere").exists()
-
-
-def test_strokes_over_a_tall_picture_are_cut_where_it_ends(calibration):
-    """It is shown 205 mm high at most, and its drawing as wide as the picture then is."""
-    record = read_calibration(calibration)
-    it = contents(record, ReportPicture(None, "none"))
-    tall = Photograph("Tall", 300, 900, "data:image/jpeg;base64,", (Stroke("M0 0L900 0", "#ffffff", 1.0),))
-    html = page(it, replace(draw(record, ReportPicture(None), it), before=tall))
-    (drawing,) = re.findall(r"<svg [^>]*>", html)
-    assert 'viewBox="-0.5 -0.5 300 900"' in drawing and "max-width: 68.3mm" in drawing

@@ -33,7 +33,7 @@ def test_help_and_version_import_no_command(word):
 def test_a_command_for_files_imports_no_server_and_no_other_command():
     loaded = imported_by("transform", "--help")
     assert "touchline.cli.calibration" in loaded
-    assert not {"fastapi", "uvicorn", "viser", "touchline.cli.auto"} & loaded
+    assert not {"fastapi", "uvicorn", "viser", "touchline.automatic.commands"} & loaded
 
 
 def test_a_process_that_only_computes_imports_no_database():

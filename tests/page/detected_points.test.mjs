@@ -3,8 +3,8 @@ import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { EMPTY, doc, load, undo } from "../../static/core/document.js";
 import { fields, snapshot } from "../../static/core/state.js";
-import { rememberDetected, withoutDetected } from "../../static/features/calibrate/detected_points.js";
-import { changePlace } from "../../static/features/calibrate/find_lines.js";
+import { rememberDetected, withoutDetected } from "../../static/features/automatic/detected_points.js";
+import { changePlace } from "../../static/features/automatic/find_lines.js";
 
 const line = (feature, ...points) => ({ feature, kind: "line", points });
 const CLICKED = line("left", [80, 300], [80, 100]),

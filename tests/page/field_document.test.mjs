@@ -1,7 +1,7 @@
 // The field in the editor: read and sent unchanged, its markings switched, renamed and taken away.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import * as fields from "../../static/features/field_editor/document.js";
+import * as fields from "../../static/features/fields/document.js";
 
 const FIELD = { ...fields.blankField(), name: "lab", title: "Lab",
   extras: { marks: [{ at: "centre", kind: "dot" }, { at: "circle-top", kind: "cross" }], note: "kept" } };

@@ -1,9 +1,9 @@
 // How a field's markings move: what is joined moves together unless it is to move alone, and a size takes all with it.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { blankField } from "../../static/features/field_editor/document.js";
-import * as geometry from "../../static/features/field_editor/geometry.js";
-import { gripsOf, snapped } from "../../static/features/field_editor/grips.js";
+import { blankField } from "../../static/features/fields/document.js";
+import * as geometry from "../../static/features/fields/geometry.js";
+import { gripsOf, snapped } from "../../static/features/fields/grips.js";
 
 const FIELD = blankField(4500, 3000); // a circle of 250 mm, regions "full", halves and quarters
 const mark = (name, kind = "line") => ({ kind, name });

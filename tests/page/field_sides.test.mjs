@@ -4,7 +4,7 @@ import { beforeEach, test } from "node:test";
 import { EMPTY, load } from "../../static/core/document.js";
 import { fields } from "../../static/core/state.js";
 import { arcPoints, lineUnder, rectOf, sideOf, turned } from "../../static/features/calibrate/field_sides.js";
-import { blankField } from "../../static/features/field_editor/document.js";
+import { blankField } from "../../static/features/fields/document.js";
 
 const plain = (point) => point.map((v) => v + 0); // no negative zero
 const HALF = { x: [0, 2250], y: [-1500, 1500] };

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { EMPTY, change, doc, load, undo } from "../../static/core/document.js";
 import { fields, snapshot } from "../../static/core/state.js";
-import { fieldChoices, findLines, lastFound, useChoice } from "../../static/features/calibrate/find_lines.js";
+import { fieldChoices, findLines, lastFound, useChoice } from "../../static/features/automatic/find_lines.js";
 import { offered } from "../../static/features/calibrate/line_suggestions.js";
 import { nextAction } from "../../static/features/shell/steps.js";
 import { t } from "../../static/core/words.js";

@@ -4,7 +4,7 @@ import { beforeEach, test } from "node:test";
 import { EMPTY, doc, load } from "../../static/core/document.js";
 import { route } from "../../static/core/route.js";
 import { cameras, fields, models, snapshot } from "../../static/core/state.js";
-import { autoDetect } from "../../static/features/calibrate/find_lines.js";
+import { autoDetect } from "../../static/features/automatic/find_lines.js";
 import { preview } from "../../static/features/calibrate/fitting.js";
 import { isOffArea } from "../../static/features/calibrate/field_sides.js";
 import { FIXES, fixesOf } from "../../static/features/calibrate/warning_fixes.js";

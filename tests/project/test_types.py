@@ -11,6 +11,7 @@ from tests.support.paths import PACKAGE, ROOT
 # By package, a wrong call: points for a size, millimetres for a name, or what may be missing handed on unguarded.
 PLANTED = {
     "api.responses": "created({}, mm)",
+    "automatic.hypotheses": "outline_about(name)",
     "cli.files": "read_bytes(maybe_folder)",
     "boards.poses": "cell_counts(points, maybe_size)",
     "capabilities": "find_command(mm)",
@@ -19,6 +20,7 @@ PLANTED = {
     "detection.detect": "field_area(name, name)",
     "evaluate.distortion": "distortion_kind(name)",
     "drift.check": "verdict_in(points, name)",
+    "fields.tidying": "scaled(name, mm)",
     "fitting": "sensitivity_of(points)",
     "formats.ssl_field": "field_to_wire(name)",
     "images.limits": "checked_size(1280, mm, touchline.images.limits.ImageLimits())",

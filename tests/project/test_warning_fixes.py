@@ -15,8 +15,8 @@ FITS = ["fitting/border.py", "fitting/contract.py", "fitting/linear.py", "fittin
         "fitting/homography.py", "fitting/ray_camera/fit.py", "fitting/ray_camera/search.py",
         "fitting/ray_camera/lens_prior.py", "fitting/ray_camera/camera_prior.py", "evaluate/report.py",
         "evaluate/next_click.py", "evaluate/uncertainty.py", "evaluate/verification.py",
-        "workflows/calibration_request.py", "fitting/field_pattern.py", "workflows/automatic.py",
-        "workflows/automatic_request.py", "workflows/recognition.py"]
+        "workflows/calibration_request.py", "fitting/field_pattern.py", "automatic/assignment.py",
+        "automatic/hypotheses.py", "automatic/request.py", "automatic/recognition.py"]
 # Of callers of REST and the shell alone: the page sends none of it.
 NOT_OF_THE_PAGE = {"bad-axis", "bad-parameters", "bad-corners", "too-many-points", "not-a-line", "bad-lens"}
 

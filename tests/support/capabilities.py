@@ -12,7 +12,7 @@ CAPABILITIES = {
     "detection": ("*detection*", "*/clips.*", "*_clips.*", "*seeing*", "*/stage*", "*_stage*", "*colour*", "*tracks*",
                   "*/motion/*"),
     "drift": ("*drift*", "*/check*", "*_check*", "*reregister*"),
-    "fields": ("*/fields.*", "*_fields.*", "*field_editor*", "*measured*", "*tape*"),
+    "fields": ("*/fields/*", "*/fields.*", "*_fields.*", "*field_editor*", "*measured*", "*tape*"),
     "league": ("*league*", "*/ssl_*", "*_ssl*", "*/ssl.*", "*publish*", "*packet*", "*geometry_listener*",
                "*/network.*", "static/features/league/*", "tests/*/test_network*.py"),
     "report": ("*report*",),

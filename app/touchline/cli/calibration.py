@@ -14,10 +14,10 @@ from touchline.cli.progress import progress_bar
 from touchline.cli.requests import OwnFields, RegionName, Rotate, own_fields
 from touchline.core.records import Calibration
 from touchline.core.sentences import area_name
+from touchline.evaluate.headline_figures import HEADLINE, headline_figures, what_is_missing
 from touchline.evaluate.report_types import FitReport
 from touchline.imaging.correction import CorrectedView
 from touchline.models import model_of
-from touchline.report.contents import HEAD, figures, what_is_missing
 from touchline.workflows import calibration as workflow
 from touchline.workflows import interchange
 from touchline.workflows.calibration_request import with_new_id
@@ -95,10 +95,10 @@ def transform(
 
 
 def _summary(report: FitReport, output: Path) -> str:
-    known = figures(report)
+    known = headline_figures(report)
 
     def figure(key: str, sign: str = "") -> str:
-        value, it = known[key]["value"], HEAD[key]
+        value, it = known[key]["value"], HEADLINE[key]
         return "unknown" if value is None else f"{value:{sign}.{it.digits}f} {it.unit}"
 
     kind = report["distortion"]["kind"]

@@ -4,7 +4,7 @@ A fitter (contract.Fitter) takes observations, a field, a region and options, an
 it rests on, warnings, and the covariance of its parameters. To add one for a model with a lens: a subclass of RayFitter
 in ray_camera/fit.py and a line here; any other model: a file here with its own Fitter.
 
-Beside the fitters: field_lines/ (a camera from detected lines, without clicks), image_motion (a bumped camera).
+Beside the fitters: image_motion (a bumped camera).
 """
 
 from collections.abc import Mapping

@@ -2,13 +2,13 @@
 
 import json
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from touchline.core.sentences import area_name, marking_name
-from touchline.report.contents import HEAD, outcome
+from touchline.evaluate.headline_figures import HEADLINE
+from touchline.report.contents import outcome
 from touchline.report.drawing import ReportDrawings
 
 # also in the file itself: once downloaded it has no server that could say so
@@ -17,16 +17,16 @@ SCENE = "scene.html"  # as REST calls it
 LEVEL = {"good": "Good", "fair": "Fair", "poor": "Poor", "unknown": "Accuracy unknown"}
 BENDS = {"barrel": "Barrel distortion: borders bow outwards.", "none": "No clear distortion.",
          "pincushion": "Pincushion distortion: borders bow inwards."}
-MAX_PARAMETER_CHARACTERS = 12_000  # characters; a spline through thousands of clicks is told by its hash alone
+MAX_PARAMETER_CHARACTERS = 12_000  # a spline through thousands of clicks is told by its hash alone
 
 
 def page(contents: Mapping[str, Any], drawn: ReportDrawings) -> str:
-    """The report as HTML, from its contents and its pictures."""
-    it = contents["calibration"]
-    camera = it["camera_name"] or it["camera"] or "an image without a camera"
-    return render("report.html", **contents, title=f"Calibration of {camera}, version {it['version']}", drawn=drawn,
-                  best=_best_next_click(contents), parameters=_parameters(contents["model"]["parameters"]),
-                  policy=POLICY, scene=SCENE, levels=LEVEL, bends=BENDS, head=HEAD)
+    """Return the report as HTML, from its contents and its pictures."""
+    version = contents["calibration"]
+    camera = version["camera_name"] or version["camera"] or "an image without a camera"
+    return render("report.html", **contents, title=f"Calibration of {camera}, version {version['version']}",
+                  drawn=drawn, best=_best_next_click(contents), parameters=_parameters(contents["model"]["parameters"]),
+                  policy=POLICY, scene=SCENE, levels=LEVEL, bends=BENDS, head=HEADLINE)
 
 
 def render(name: str, **given: Any) -> str:
@@ -43,9 +43,9 @@ def _best_next_click(contents: Mapping[str, Any]) -> Mapping[str, Any] | None:
 
 
 def _parameters(given: Mapping[str, Any]) -> str:
-    words = "\n".join(f"{name}: {_json(value)}" for name, value in given.items())
-    return words if len(words) <= MAX_PARAMETER_CHARACTERS else (
-        f"{len(words)} characters: export the calibration as JSON to read them.")
+    text = "\n".join(f"{name}: {_json(value)}" for name, value in given.items())
+    return text if len(text) <= MAX_PARAMETER_CHARACTERS else (
+        f"{len(text)} characters: export the calibration as JSON to read them.")
 
 
 def _rounded(number: float, digits: int) -> str:
@@ -81,7 +81,7 @@ def _size(size: list[int]) -> str:
     return f"{size[0]} × {size[1]} px"
 
 
-TEMPLATES = Environment(loader=FileSystemLoader(Path(__file__).with_name("templates")), autoescape=True,
+TEMPLATES = Environment(loader=PackageLoader("touchline.report"), autoescape=True,
                         undefined=StrictUndefined, finalize=lambda given: "" if given is None else given,
                         trim_blocks=True, lstrip_blocks=True)
 TEMPLATES.filters |= {"area_name": area_name, "feature": _feature, "height": _height, "json": _json, "outcome": outcome,

@@ -1,11 +1,10 @@
-"""What hangs on a field by its name: cameras, rigs, publishing, and calibrations that a change has made wrong."""
+"""What hangs on a field by its name: cameras, rigs, publishing and drafts."""
 
 from typing import Any
 
 from touchline.core.errors import Conflict
-from touchline.core.field import Field, FieldJson
-from touchline.core.records import Calibration
-from touchline.core.statements import Sentence, named, say, stated
+from touchline.core.field import Field
+from touchline.core.statements import Sentence, say, stated
 from touchline.services.container import Services
 from touchline.settings import CameraSettings
 from touchline.sources import split_address
@@ -13,20 +12,6 @@ from touchline.store.documents import Document
 from touchline.store.snapshots import Draft
 
 SHOWN_USERS = 3
-
-
-class PlayingField(FieldJson):
-    """A field as the API shows it. own: whether an operator made it, and may change it."""
-
-    own: bool
-
-
-def field_json(services: Services, field: Field) -> PlayingField:
-    own = services.fields.is_own(field.name)
-    is_shipped = not own and field.name in services.fields and field.title == services.fields[field.name].title
-    title = named(f"field.{field.name}", field.title) if is_shipped else field.title
-    shown: PlayingField = {**field.to_json(), "title": title, "own": own}
-    return stated(shown)
 
 
 def save_field(services: Services, name: str, value: dict[str, Any], etag: str | None, new: bool) -> Field:
@@ -57,13 +42,6 @@ def delete_field(services: Services, name: str, etag: str | None) -> None:
 def simulated(services: Services, name: str) -> list[str]:
     """List the cameras whose picture the field itself makes."""
     return [camera.id for camera in services.cameras.all() if split_address(camera.source)[:2] == ("sim", name)]
-
-
-def outdated_calibrations(services: Services, field: Field) -> list[Calibration]:
-    """List the active calibrations that the field's changes have made wrong."""
-    now = field.to_json()
-    return [calibration for calibration in services.cameras.active_calibrations()
-            if calibration.field["name"] == field.name and calibration.field_changes(now)]
 
 
 def _users(services: Services, name: str) -> list[str]:

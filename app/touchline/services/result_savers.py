@@ -14,22 +14,15 @@ from touchline.store.store import Store
 
 def calibration(services: Services, result: JsonObject, about: JsonObject) -> JsonObject:
     """Save one version."""
-    return {"calibration": _saved(services, result, about)}
+    return {"calibration": save_new_version(services.store, Calibration.from_json(result), about["by"]).id}
 
 
 def calibrations(services: Services, result: JsonObject, about: JsonObject) -> JsonObject:
     """Save several versions."""
-    return {"calibrations": [_saved(services, record, about) for record in result["made"]]}
+    return {"calibrations": [save_new_version(services.store, Calibration.from_json(record), about["by"]).id
+                             for record in result["made"]]}
 
 
-def found_lines(services: Services, result: JsonObject, about: JsonObject) -> JsonObject:
-    """Save the version that the automatic detection has made, if it has made one."""
-    return {"calibration": _saved(services, result["made"], about), **result["told"]}
-
-
-def _saved(services: Services, record: JsonObject | None, about: JsonObject) -> str | None:
-    """Save a version and return its id; None where there is none."""
-    return None if record is None else save_new_version(services.store, Calibration.from_json(record), about["by"]).id
 
 
 def save_new_version(store: Store, calibration: Calibration, by: str) -> Calibration:

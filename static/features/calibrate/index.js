@@ -1,7 +1,6 @@
 // Calibrating one picture, at the stage. Its parts are apart in the list of features, since their keys are others' too.
 import { t } from "../../core/words.js";
 import { startSaving } from "./draft.js";
-import { FIND_LINES_ACTIONS, startDetecting } from "./find_lines.js";
 import { startFitting } from "./fitting.js";
 import { startLineSuggestions } from "./line_suggestions.js";
 import { MODEL_ACTIONS } from "./model_actions.js";
@@ -18,7 +17,7 @@ import { VIEW_ACTIONS } from "./view_actions.js";
 /**
  * @typedef {import("../../core/features.js").Feature<"calibrate">} Pictures
  * @typedef {import("../../core/features.js").Feature} Part
- * @type {{ pictures: Pictures, field: Part, points: Part, lines: Part, history: Part, models: Part }}
+ * @type {{ pictures: Pictures, field: Part, points: Part, history: Part, models: Part }}
  */
 export const calibrate = {
   pictures: {
@@ -29,7 +28,6 @@ export const calibrate = {
       startSaving,
       startSnapping,
       startLineSuggestions,
-      startDetecting,
       startRanking,
       startHovering,
       startPresence,
@@ -39,12 +37,10 @@ export const calibrate = {
       calibration: t("jobs.kind.calibration"),
       preview: t("jobs.kind.preview"),
       comparison: t("jobs.kind.comparison"),
-      auto: t("jobs.kind.auto"),
     },
   },
   field: { actions: FIELD_ACTIONS },
   points: { actions: [...POINT_ACTIONS, ...SNAP_ACTIONS] },
-  lines: { actions: FIND_LINES_ACTIONS },
   history: { actions: [...HISTORY_ACTIONS, ...VIEW_ACTIONS] },
   models: { actions: MODEL_ACTIONS },
 };

@@ -2,7 +2,7 @@
 import { filePicker } from "../../core/actions.js";
 import { nextCamera, region, rotation, snapshot } from "../../core/state.js";
 import { t } from "../../core/words.js";
-import { changePlace } from "./find_lines.js";
+import { changePlace } from "../automatic/find_lines.js";
 import { backgroundProgress, takePicture } from "./pictures.js";
 
 /** @type {import("../../core/actions.js").Action[]} */

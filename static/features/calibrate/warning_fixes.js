@@ -1,17 +1,17 @@
 // The buttons that fix a warning or a refusal, by its code.
+import { mainViewport } from "../../canvas/viewport.js";
 import { run } from "../../core/actions.js";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
-import { areaTitle, lineName } from "../../core/format.js";
 import { lensOpen, unfold } from "../../core/folds.js";
+import { areaTitle, lineName } from "../../core/format.js";
 import { go, goToStep } from "../../core/route.js";
 import { camera, cameras, field, model, modelName, models, region, step } from "../../core/state.js";
 import { t } from "../../core/words.js";
-import { mainViewport } from "../../canvas/viewport.js";
+import { chooseArea, otherAreas } from "../automatic/find_lines.js";
 import { activeViewport, correctedPlacement, margin, visiblePicture } from "../compare/comparison.js";
 import { heat, shownMap } from "../compare/heat.js";
 import { version } from "../versions/versions.js";
 import { activateFeature, remove, select } from "./editing.js";
-import { chooseArea, otherAreas } from "./find_lines.js";
 import { preview, stale } from "./fitting.js";
 import { compareModels, ranking, useModel } from "./model_ranking.js";
 

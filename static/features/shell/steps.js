@@ -1,12 +1,12 @@
 // The three steps: state of each, what is missing in one sentence, and the next action.
 import { computed } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
-import { route } from "../../core/route.js";
 import { areaName, lineName, mm } from "../../core/format.js";
+import { route } from "../../core/route.js";
 import { active, camera, field, nextCamera, region, rotation, snapshot, step } from "../../core/state.js";
 import { t } from "../../core/words.js";
-import { withoutDetected } from "../calibrate/detected_points.js";
-import { detectedAreas, fieldChoices, finding } from "../calibrate/find_lines.js";
+import { withoutDetected } from "../automatic/detected_points.js";
+import { detectedAreas, fieldChoices, finding } from "../automatic/find_lines.js";
 import { preview, refusal, stale } from "../calibrate/fitting.js";
 import { activationNextStep } from "../verify/actions.js";
 import { isSaved, version } from "../versions/versions.js";

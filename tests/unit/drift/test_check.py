@@ -12,13 +12,13 @@ from tests.support import second_simulator
 from tests.support.auto_scenes import SceneSpec, scene_of
 from tests.support.sim_clicks import border_observations
 from tests.support.tiers import long
+from touchline.automatic.request import AutomaticRequest
 from touchline.cli.server import DEMO_CAMERAS
 from touchline.core.errors import Conflict
 from touchline.core.records import Frame
 from touchline.drift.check import check
 from touchline.models import field_from_raw, model_from_json, raw_from_field
 from touchline.sources import SourceContext, source_from_url
-from touchline.workflows.automatic_request import AutomaticRequest
 from touchline.workflows.calibration_request import CalibrationRequest
 
 SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (640, 534), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 6, 0)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.support.auto_scenes import SceneSpec, error_mm, scene_of
+from touchline.automatic.request import AutomaticRequest
 from touchline.core import opencv
 from touchline.core.records import Frame
 from touchline.drift.check import check
@@ -11,7 +12,6 @@ from touchline.drift.reregister import reregister
 from touchline.evaluate.field_lines.motion import LineReference
 from touchline.models import Restored
 from touchline.vision.ridges import painted_lines, with_bright_lines
-from touchline.workflows.automatic_request import AutomaticRequest
 
 SPEC = SceneSpec(3, "vsss-3v3", "full", "mild", (640, 480), 2200.0, 8.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
 

@@ -12,6 +12,7 @@ from tests.support import second_simulator
 from tests.support.drifting_cameras import bumped, moved_by, zoomed
 from tests.support.live_cameras import FIELDS, calibrated
 from tests.support.tiers import long
+from touchline.automatic.request import AutomaticRequest
 from touchline.core.errors import Conflict, FitFailed
 from touchline.core.records import Calibration, Frame, observations_from_json
 from touchline.drift.reregister import ZoomCheck, reregister
@@ -20,7 +21,6 @@ from touchline.fitting.ray_camera.lens_prior import camera_intrinsics
 from touchline.models import field_from_raw, model_from_json
 from touchline.sources import SourceContext, source_from_url
 from touchline.sources.sim.render import Rendering
-from touchline.workflows.automatic_request import AutomaticRequest
 from touchline.workflows.calibration_request import CalibrationRequest
 
 URL = "sim://ssl-div-b?cameras=2&camera=0&size=480x384&robots=5&k1=-0.2&tilt=8"

@@ -1,4 +1,5 @@
 // What is clicked: the four borders and the lines inside, with their points and residuals.
+import { colour } from "../../../canvas/drawing.js";
 import { ACTIONS, run } from "../../../core/actions.js";
 import { BORDERS, change, doc, pointsOf } from "../../../core/document.js";
 import { lineName, lineTitle, mm, number } from "../../../core/format.js";
@@ -8,12 +9,11 @@ import { active, field, model } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
-import { colour } from "../../../canvas/drawing.js";
+import { FindLines } from "../../automatic/panels/find_lines.js";
 import { activateFeature } from "../editing.js";
 import { isOffArea, lineUnder } from "../field_sides.js";
 import { curves, isCurve, preview, stale } from "../fitting.js";
 import { acceptProposed, canPropose, offered } from "../line_suggestions.js";
-import { FindLines } from "./find_lines.js";
 
 const SIDE = /-(left|right|top|bottom)$/; // the field's own: in a rotated image it would contradict the border's
 

@@ -7,10 +7,10 @@ import { field, fields, region, rotation } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
+import { changePlace } from "../../automatic/find_lines.js";
+import { FindLines } from "../../automatic/panels/find_lines.js";
 import { onField } from "../editing.js";
-import { changePlace } from "../find_lines.js";
 import { FieldDrawing } from "./field_drawing.js";
-import { FindLines } from "./find_lines.js";
 
 const CHECKS = [
   t("calibrate.picture.check.drawing"),

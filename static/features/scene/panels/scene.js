@@ -9,6 +9,7 @@ import { t } from "../../../core/words.js";
 import { MapScale } from "../../../ui/map_scale.js";
 import { rich } from "../../../ui/rich.js";
 import { Title } from "../../../ui/title.js";
+import { reportAddress } from "../../report/address.js";
 import { rigs } from "../../rigs/rig.js";
 import {
   before,
@@ -349,7 +350,7 @@ function OneCamera({ it }) {
         ${t("scene.camera.file")}
       </a>${" "}
       ·${" "}
-      <a href=${address(`/calibrations/${it.calibration}/report.html`)} target="_blank" rel="noopener">
+      <a href=${reportAddress(it.calibration)} target="_blank" rel="noopener">
         ${t("scene.camera.report")}
       </a>
     </p>

@@ -1,9 +1,9 @@
 // Imports a calibration: a file chosen or dropped, options beside it, and the result.
-import { address } from "../../../core/api.js";
 import { areaTitle } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { busy, cameras, fields } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
+import { reportAddress } from "../../report/address.js";
 import { activateCalibration } from "../activate.js";
 import { ACCEPTED, importFile, importMessage, importOptions, imported } from "../imports.js";
 
@@ -112,7 +112,7 @@ function Became() {
         <b>${importMessage(kept)}</b> ${kept.note}
       </p>
       ${!kept.isLens && html`<div class="line">
-        <a href=${address(`/calibrations/${kept.id}/report.html`)} target="_blank" rel="noopener">
+        <a href=${reportAddress(kept.id)} target="_blank" rel="noopener">
           ${t("versions.import.open-report")}
         </a>
         ${kept.camera && 

@@ -8,6 +8,7 @@ import { cameras, modelTitle } from "../../../core/state.js";
 import { t } from "../../../core/words.js";
 import { rich } from "../../../ui/rich.js";
 import { Typed } from "../../../ui/typed.js";
+import { reportAddress } from "../../report/address.js";
 import { activateCalibration } from "../activate.js";
 import {
   activeVersion,
@@ -138,7 +139,7 @@ function Version({ it }) {
       >
         ${t("versions.list.open-picture")}
       </a>`}
-      <a href=${address(`/calibrations/${id}/report.html`)} target="_blank" rel="noopener">
+      <a href=${reportAddress(id)} target="_blank" rel="noopener">
         ${t("versions.list.open-report")}
       </a>
       <a href=${addressOf("scene", { scene: id })} data-testid="shelf-scene">

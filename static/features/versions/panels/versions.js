@@ -1,4 +1,5 @@
 // Saved versions: what can be downloaded, which one the camera uses, and how to go back.
+import { correctedAddress } from "../../../canvas/layers/compare.js";
 import { address } from "../../../core/api.js";
 import { dayAndTime, mm, pct } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
@@ -8,8 +9,8 @@ import { t } from "../../../core/words.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
-import { correctedAddress } from "../../../canvas/layers/compare.js";
 import { HeatPanel } from "../../compare/panels/heat.js";
+import { reportAddress } from "../../report/address.js";
 import { activateCalibration } from "../activate.js";
 import { annotateVersion, isSaved, version, versions } from "../versions.js";
 import { ExportMenu } from "./exports.js";
@@ -64,12 +65,7 @@ export function Downloads() {
     <${Title} of="downloads">${t("versions.downloads.title")}<//>
     <ul class="plain downloads">
       <li>
-        <a
-          data-testid="report"
-          href=${address(`/calibrations/${it.id}/report.html`)}
-          target="_blank"
-          rel="noopener"
-        >
+        <a data-testid="report" href=${reportAddress(it.id)} target="_blank" rel="noopener">
           ${t("versions.downloads.report")}
         </a>
         <small>${t("versions.downloads.report.holds")}</small>

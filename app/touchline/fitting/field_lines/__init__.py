@@ -1,1 +1,0 @@
-"""Find a camera from the field's painted lines, without clicks."""
