@@ -14,7 +14,7 @@ from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
 from tests.support.tape import SIDES_AND_DIAGONALS, measured
 from touchline.core.field_json import field_from_json
-from touchline.core.field_moves import JoinedField
+from touchline.fields.measuring import JoinedField
 from touchline.main import create_app
 
 FIELDS = f"{API}/fields"

@@ -20,9 +20,13 @@ from tests.support.tape import SIDES_AND_DIAGONALS, measured  # noqa: E402
 from tests.support.taped_field import bare, calibrated_on, visible, worst_mm  # noqa: E402
 from touchline.automatic.request import AutomaticRequest  # noqa: E402
 from touchline.core.field_json import field_from_json  # noqa: E402
-from touchline.core.field_moves import JoinedField  # noqa: E402
 from touchline.core.records import Frame  # noqa: E402
-from touchline.fields.measuring import TapeDistance, adjust_to_tape, as_found  # noqa: E402
+from touchline.fields.measuring import (  # noqa: E402
+    JoinedField,
+    TapeDistance,
+    adjust_to_tape,
+    as_found,
+)
 from touchline.fields.seen_markings import seen_field  # noqa: E402
 from touchline.store.fields import load_fields  # noqa: E402
 

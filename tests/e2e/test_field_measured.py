@@ -12,7 +12,7 @@ from tests.support.tape import SIDES_AND_DIAGONALS, measured
 from tests.support.waiting import until
 from tests.support.words import t, titled
 from touchline.core.field_json import field_from_json
-from touchline.core.field_moves import JoinedField
+from touchline.fields.measuring import JoinedField
 from touchline.sources import SourceContext, source_from_url
 
 

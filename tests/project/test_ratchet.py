@@ -16,11 +16,11 @@ from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
 
 MOST = {
-    "tokens": 500_499,
-    "files": 518,
-    "untyped dictionaries": 472,
-    "modules with one importer": 110,
-    "breaks": 3,
+    "tokens": 493_800,
+    "files": 356,
+    "untyped dictionaries": 451,
+    "modules with one importer": 53,
+    "breaks": 0,
 }
 SLACK = 0.01  # of tokens: what a usual change adds; far below it the figure is lowered here
 LAYOUT = {tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.COMMENT, tokenize.ENDMARKER}

@@ -33,7 +33,7 @@ PLANTED = {
     "models": "model_from_json(maybe_name, {})",
     "network.multicast": "MulticastAddress(mm)",
     "processes.framing": "encode_body(points)",
-    "report.drawing": "data_address(points, name)",
+    "report.page": "data_address(points, name)",
     "rigs.mosaic": "FieldView(mm, name)",
     "scene.shapes": "paint(name)",
     "services.result_savers": "save_new_version(name, name, name)",

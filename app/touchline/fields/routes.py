@@ -27,8 +27,7 @@ from touchline.fields.measuring import (
 )
 from touchline.fields.proposal import ProposedFieldJson, proposed_field
 from touchline.fields.seen_markings import SeenField, seen_field
-from touchline.fields.service import PlayingField, field_json, outdated_calibrations
-from touchline.formats import field_file
+from touchline.fields.service import PlayingField, field_json, outdated_calibrations, parsed_field, write_field
 from touchline.services.container import Services
 from touchline.services.fields import delete_field, save_field, simulated
 from touchline.services.forms import Strict
@@ -94,7 +93,7 @@ def delete_own_field(services: ServicesDep, name: Id, if_match: IfMatch = None) 
 @router.get("/{name}/export/{format}", response_class=Response, responses=EXPORTED)
 def export_field(services: ServicesDep, name: Id, format: Literal["json", "ssl-vision"]) -> Response:
     """Return the field as a file: JSON, or a geometry packet of the league without cameras, in whole millimetres."""
-    data, media_type, suffix = field_file.write_field(services.fields[name], format)
+    data, media_type, suffix = write_field(services.fields[name], format)
     return Response(data, media_type=media_type, headers={"Content-Disposition": attachment(f"{name}{suffix}")})
 
 
@@ -102,7 +101,7 @@ def export_field(services: ServicesDep, name: Id, format: Literal["json", "ssl-v
 async def read_field_file(request: Request, services: ServicesDep) -> Json:
     """Read the field of a file, multipart with `file`: JSON, or a geometry packet of the league. Nothing is saved."""
     data, _ = await uploaded_file(request, MAX_FILE_BYTES, ())
-    field = await services.run_in_thread(field_file.read_field, data, tuple(services.fields.values()))
+    field = await services.run_in_thread(parsed_field, data, tuple(services.fields.values()))
     return Json(field_json(services, field))
 
 

@@ -16,8 +16,7 @@ from touchline.core.records import Calibration
 from touchline.evaluate.headline_figures import HEADLINE, what_is_missing
 from touchline.images import frame_from_bytes
 from touchline.report.contents import ReportPicture, contents, outcome
-from touchline.report.drawing import draw
-from touchline.report.page import page
+from touchline.report.page import draw, page
 from touchline.report.service import report_picture
 
 ID = re.compile(r"[0-9a-f]{16}")

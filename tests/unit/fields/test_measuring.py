@@ -8,8 +8,7 @@ import pytest
 from tests.support.tape import SIDES_AND_DIAGONALS, measured
 from tests.support.taped_field import calibrated_on, worst_mm
 from touchline.core.errors import BadInput, Conflict
-from touchline.core.field_moves import JoinedField
-from touchline.fields.measuring import TapeDistance, adjust_to_tape, as_found
+from touchline.fields.measuring import JoinedField, TapeDistance, adjust_to_tape, as_found
 from touchline.store.fields import load_fields
 from touchline.workflows.calibration_request import CalibrationRequest
 

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 from tests.support.exported import example
 from touchline.report.contents import ReportPicture, contents
-from touchline.report.drawing import Photograph, Stroke, draw
-from touchline.report.page import page
+from touchline.report.page import Photograph, Stroke, draw, page
 
 
 def test_strokes_over_a_tall_picture_are_cut_where_it_ends():

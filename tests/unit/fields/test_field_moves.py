@@ -7,7 +7,7 @@ import pytest
 
 from touchline.core.field import Landmark
 from touchline.core.field_json import field_from_json
-from touchline.core.field_moves import JoinedField, rounded_field
+from touchline.fields.measuring import JoinedField, rounded_field
 from touchline.store.fields import load_fields
 
 FIELDS = load_fields()
