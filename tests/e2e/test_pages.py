@@ -129,7 +129,10 @@ def test_settings_are_read_without_secrets_and_a_name_is_kept(operator, server, 
 def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, server, versions):
     page = operator.page
     page.goto(f"{server.url}/#/cameras/table/versions")
-    row = lambda version: page.locator(f"[data-testid=shelf-version][data-version='{version['version']}']")  # noqa: E731
+
+    def row(version):
+        return page.locator(f"[data-testid=shelf-version][data-version='{version['version']}']")
+
     first, second, _ = versions
     before = len(server.api("GET", "/calibrations/activations?camera=table").json()["items"])
     for version in (first, second):

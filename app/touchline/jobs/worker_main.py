@@ -40,7 +40,9 @@ def execute(run: str, spec: Any, progress: Progress) -> tuple[bool, Any]:
 
 
 def main(connection: Connection, arguments: dict[str, Any]) -> None:
-    """Serve until the server goes. arguments: {"modules"} that jobs will need: a cancelled one has no time to import.
+    """Serve until the server goes.
+
+    arguments: {"modules"} that jobs will need: a cancelled one has no time to import.
     """
     for module in arguments["modules"]:
         import_module(module)

@@ -44,6 +44,7 @@ SPACES = ("image", "corrected", "field")
 CURVE_POINTS = 65  # a border drawn with so many is smooth on any screen
 OVERLAY_STEP_MM = 50.0
 OVERLAY_STEP_DEG = 4.0
+WHOLE_REGION = CorrectedView()
 
 
 class Polyline(TypedDict):
@@ -250,7 +251,7 @@ def _transform_at_height(model: CameraModel, points: Points, source: Space, targ
 
 
 def correct(pixels: NDArray[np.uint8], model: CameraModel, image_size: ImageSize,
-            view: CorrectedView = CorrectedView(),  # noqa: B008
+            view: CorrectedView = WHOLE_REGION,
             progress: Progress = no_progress) -> NDArray[np.uint8]:
     """Correct a raw picture that has the calibration's own size."""
     check_size(ImageSize(pixels.shape[1], pixels.shape[0]), image_size)
@@ -293,7 +294,7 @@ def _seen(model: CameraModel, field_points: Points, frame: str, view: CorrectedV
 
 def residual_vectors(model: CameraModel, observations: Observations, field: Field, region: Region,
                      strays: Sequence[NDArray[np.bool_]], frame: Literal["raw", "corrected"] = "raw",
-                     view: CorrectedView = CorrectedView()) -> ResidualArrows:  # noqa: B008
+                     view: CorrectedView = WHOLE_REGION) -> ResidualArrows:
     """Residuals as vectors in raw pixels or in those of a corrected view."""
     def seen(raw: Points) -> Points:
         return raw if frame == "raw" else view.view_from_corrected(model, model.corrected_from_raw(raw))
