@@ -14,7 +14,8 @@ MESSAGES = {
                             "required float a1 4; required float a2 5; required float thickness 6; "
                             "optional SSL_FieldShapeType type 7",
     "SSL_GeometryFieldSize":
-        "required int32 field_length 1; required int32 field_width 2; required int32 goal_width 3; "
+        "required int32 field_length 1; required int32 field_width 2; "
+        "required int32 goal_width 3; "
         "required int32 goal_depth 4; required int32 boundary_width 5; repeated SSL_FieldLineSegment field_lines 6; "
         "repeated SSL_FieldCircularArc field_arcs 7; optional int32 penalty_area_depth 8; "
         "optional int32 penalty_area_width 9; optional int32 center_circle_radius 10; "
@@ -22,7 +23,8 @@ MESSAGES = {
         "optional int32 goal_height 13; optional float ball_radius 14; optional float max_robot_radius 15; "
         "optional int32 boundary_width_goal_line 16; optional int32 goal_substitution_area_width 17",
     "SSL_GeometryCameraCalibration":
-        "required uint32 camera_id 1; required float focal_length 2; required float principal_point_x 3; "
+        "required uint32 camera_id 1; required float focal_length 2; "
+        "required float principal_point_x 3; "
         "required float principal_point_y 4; required float distortion 5; required float q0 6; required float q1 7; "
         "required float q2 8; required float q3 9; required float tx 10; required float ty 11; required float tz 12; "
         "optional float derived_camera_world_tx 13; optional float derived_camera_world_ty 14; "
@@ -39,7 +41,8 @@ MESSAGES = {
     "SSL_DetectionBall": "required float confidence 1; optional uint32 area 2; required float x 3; required float y 4; "
                          "optional float z 5; required float pixel_x 6; required float pixel_y 7",
     "SSL_DetectionRobot":
-        "required float confidence 1; optional uint32 robot_id 2; required float x 3; required float y 4; "
+        "required float confidence 1; optional uint32 robot_id 2; "
+                          "required float x 3; required float y 4; "
         "optional float orientation 5; required float pixel_x 6; required float pixel_y 7; optional float height 8",
     "SSL_DetectionFrame":
         "required uint32 frame_number 1; required double t_capture 2; required double t_sent 3; "

@@ -179,8 +179,8 @@ def _by_points(found: CheckFigures) -> CheckVerdict | None:
     if found["others_share"] > MAX_OTHERS_SHARE or own == "poor":
         return stated(CheckVerdict(level="poor", lines_level="poor", reason="as-made", sentence=say(
             "check.points-unchanged", "The calibration is unchanged, but it was never accurate everywhere: only "
-            "{share:.0f} % of the expected lines were detected. Its own points lie where they lay (within {mm}).",
-            **values), fix=AS_MADE_FIX))
+            "{share:.0f} % of the expected lines were detected. Its own points lie where they lay "
+            "(within {mm}).", **values), fix=AS_MADE_FIX))
     return None
 
 
@@ -217,7 +217,8 @@ def _inconclusive(found: CheckFigures, lines: Sequence[LineDeviation]) -> CheckV
         "check.not-seen", "Only {share:.0f} % of the expected lines were detected. The result is inconclusive.",
         share=share),
         fix=say("check.not-seen.fix.unverified", "Uncover the lines, improve the lighting, or take several images. "
-                "Then check again. If the field is clear, this calibration does not describe this camera: calibrate it."
+                "Then check again. If the field is clear, this calibration does not describe this camera: "
+                "calibrate it."
                 ) if doubtful else say(
             "check.not-seen.fix", "Uncover the lines, improve the lighting, or take several images so that moving "
             "people are removed. Then check again. If the field is clear, the camera was rotated far: calibrate it "

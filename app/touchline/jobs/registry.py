@@ -156,7 +156,9 @@ class JobRegistry:
             return id not in self._completing and self._change(id, state="cancelled", message=message)
 
     def suspend(self, id: str) -> bool:
-        """Stop it with the server: a durable one goes on when that is back, as the same attempt; others are cancelled.
+        """Stop it with the server.
+
+        A durable one goes on when the server is back, as the same attempt; others are cancelled.
         """
         if self._table_of(id) is None:
             return self.cancel(id, say("job.server-stopped", "The server was stopped"))

@@ -56,8 +56,8 @@ NEW = "".join((
     swiss_knife("RateLocked", "E = 0", E="RateOn"), '<Integer Name="RateOn"><Value>0</Value></Integer>',
     '<Boolean Name="AcquisitionFrameRateEnable"><pValue>RateOn</pValue><OnValue>1</OnValue><OffValue>0</OffValue>'
     "</Boolean>",
-    '<Float Name="AcquisitionFrameRate"><pIsLocked>RateLocked</pIsLocked><Value>30</Value><Min>1</Min><Max>165</Max>'
-    "<Unit>Hz</Unit></Float>",
+    '<Float Name="AcquisitionFrameRate"><pIsLocked>RateLocked</pIsLocked><Value>30</Value>'
+    "<Min>1</Min><Max>165</Max><Unit>Hz</Unit></Float>",
     choice("PixelFormat", "Mono12 Mono8 BayerRG8"), choice("AcquisitionMode", "SingleFrame Continuous"),
     '<Integer Name="TriggerIndex"><Value>0</Value></Integer>',
     choice("TriggerSelector", "FrameStart AcquisitionStart", "<pValue>TriggerIndex</pValue>"),
