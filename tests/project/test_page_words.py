@@ -157,7 +157,7 @@ def test_what_is_no_text_passes(source):
 
 
 def test_every_kind_of_job_has_its_name_on_the_page():
-    started = re.compile(r'(?:jobs\.start|finished_or_queued)\(\s*(?:request, services, )?"([a-z-]+)"')
+    started = re.compile(r'(?:jobs\.start|finished_or_queued)\(\s*(?:request,\s*services,\s*)?"([a-z-]+)"')
     kinds = {kind for path in PACKAGE.rglob("*.py") if "routes" in str(path)
              for kind in started.findall(path.read_text())}
     names = "".join(path.read_text() for path in (STATIC / "features").glob("*/index.js"))
