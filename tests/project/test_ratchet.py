@@ -7,6 +7,7 @@ capability, or of one capability from another (tests/support/owners.py).
 import io
 import tokenize
 from functools import cache
+from itertools import pairwise
 
 import pytest
 
@@ -16,7 +17,7 @@ from tests.support.owners import ALLOWED, OWNERS, breaks, owner
 from tests.support.paths import PACKAGE
 
 MOST = {
-    "tokens": 493_800,
+    "tokens": 493_500,
     "files": 356,
     "untyped dictionaries": 451,
     "modules with one importer": 53,
@@ -36,12 +37,18 @@ def sources() -> tuple[str, ...]:
     return tuple(path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rglob("*.py")))
 
 
+def count_tokens(source: str) -> int:
+    """Count what is read: a comma before a closing bracket is layout, too."""
+    found = [token.string for token in tokenize.generate_tokens(io.StringIO(source).readline)
+             if token.type not in LAYOUT]
+    return sum(not (one == "," and after in (")", "]", "}")) for one, after in pairwise([*found, ""]))
+
+
 @cache
 def figures() -> dict[str, int]:
     importers = [sum(module in imported for imported in graph().values()) for module in graph()]
     return {
-        "tokens": sum(token.type not in LAYOUT for source in sources()
-                      for token in tokenize.generate_tokens(io.StringIO(source).readline)),
+        "tokens": sum(map(count_tokens, sources())),
         "files": len(sources()),
         "untyped dictionaries": sum(source.count(name) for source in sources()
                                     for name in ("dict[str, Any]", "Mapping[str, Any]")),
